@@ -1,0 +1,18 @@
+# What our own programs, plugins and tests are compiled with. Never attached to the interface targets: users keep
+# their own flags.
+if(top_level AND NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  message(STATUS "dynfilter: no build type given, our own programs are built as Release")
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+
+add_library(dynfilter_compile_options INTERFACE)
+target_compile_options(dynfilter_compile_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+  -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual)
+if(DYNFILTER_WARNINGS_AS_ERRORS)
+  target_compile_options(dynfilter_compile_options INTERFACE -Werror)
+endif()
+if(DYNFILTER_SANITIZE)
+  target_compile_options(dynfilter_compile_options INTERFACE -fsanitize=address,undefined -fno-omit-frame-pointer
+    -fno-sanitize-recover=undefined)
+  target_link_options(dynfilter_compile_options INTERFACE -fsanitize=address,undefined)
+endif()

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+
+namespace dynfilter {
+
+/// One detected object, in pixels of the distorted image.
+struct Detection {
+  cv::Rect2f box;          ///< x, y of the left upper corner, width, height [px]
+  int class_id = -1;       ///< the detector's own number; -1: unknown
+  std::string class_name;  ///< e.g. "person"; filters select by name
+  float score = 1.0F;      ///< [0, 1]
+  int track_id = -1;       ///< -1: not tracked
+  cv::Mat mask;            ///< CV_8UC1 instance mask of the whole image, 0 = outside; empty: none
+};
+
+}  // namespace dynfilter

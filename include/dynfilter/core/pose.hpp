@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+
+namespace dynfilter {
+
+/// A rigid transform as plain numbers, because it crosses plugin boundaries (Eigen members would tie both
+/// sides to one alignment). `T_a_b` takes points of frame b to frame a: p_a = R p_b + t, t in metres.
+struct Pose {
+  std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
+  std::array<double, 3> translation_m{};
+
+  static Pose from(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+    Pose pose;
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.rotation.data()) = R;
+    Eigen::Map<Eigen::Vector3d>(pose.translation_m.data()) = t;
+    return pose;
+  }
+  static Pose from(const Eigen::Isometry3d& T) { return from(T.linear(), T.translation()); }
+
+  Eigen::Matrix3d R() const {
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation.data());
+  }
+  Eigen::Vector3d t() const { return Eigen::Map<const Eigen::Vector3d>(translation_m.data()); }
+  Eigen::Isometry3d isometry() const {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = R();
+    T.translation() = t();
+    return T;
+  }
+};
+
+inline Pose inverse(const Pose& T_a_b) {
+  const Eigen::Matrix3d Rt = T_a_b.R().transpose();
+  return Pose::from(Rt, -(Rt * T_a_b.t()));
+}
+
+/// T_a_c = T_a_b * T_b_c
+inline Pose operator*(const Pose& T_a_b, const Pose& T_b_c) {
+  return Pose::from(T_a_b.R() * T_b_c.R(), T_a_b.R() * T_b_c.t() + T_a_b.t());
+}
+
+/// Where a pose comes from: a filter must not trust a prediction as it trusts an estimate.
+enum class PoseProvenance { None, Predicted, Estimated, Refined };
+
+}  // namespace dynfilter
