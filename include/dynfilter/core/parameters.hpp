@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/yaml.hpp>
+#include <functional>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// What `dynfilter filters NAME` and the tables in the docs print of a parameter.
+struct FieldInfo {
+  std::string name, type, unit, default_value, range, doc;
+};
+
+/// One parameter of a plain struct P: its name, member, unit, range and meaning, in one place. The YAML
+/// reader, the range check, the cards and the docs all come from the table `P::fields()`.
+template <class P>
+struct Field {
+  FieldInfo info;  ///< default_value is filled by describe()
+  std::function<void(P&, const YamlNode&)> read;
+  std::function<std::string(const P&)> print;
+  std::function<void(const P&, const std::string& path)> check;  ///< throws ConfigError when out of range
+};
+
+template <class P>
+using FieldTable = std::vector<Field<P>>;
+
+template <class T>
+struct Range {
+  T min, max;
+};
+
+namespace detail {
+
+inline std::string shown(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+inline std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+inline std::string range_text(double min, double max) {
+  return max >= 1e9 ? ">= " + shown(min) : shown(min) + " to " + shown(max);
+}
+
+template <class P, class T>
+std::function<void(const P&, const std::string&)> range_check(T P::*member, Range<T> range) {
+  return [=](const P& p, const std::string& path) {
+    if (!(p.*member >= range.min && p.*member <= range.max))
+      throw ConfigError(path,
+                        "expected " + range_text(range.min, range.max) + ", got `" + shown(p.*member) + "`");
+  };
+}
+
+}  // namespace detail
+
+template <class P>
+Field<P> real(const char* name, double P::*member, const char* unit, Range<double> range, const char* doc) {
+  return {{name, "number", unit, "", detail::range_text(range.min, range.max), doc},
+          [=](P& p, const YamlNode& node) { p.*member = node.real(); },
+          [=](const P& p) { return detail::shown(p.*member); },
+          detail::range_check(member, range)};
+}
+
+template <class P>
+Field<P> integer(const char* name, int P::*member, const char* unit, Range<int> range, const char* doc) {
+  return {{name, "integer", unit, "", detail::range_text(range.min, range.max), doc},
+          [=](P& p, const YamlNode& node) { p.*member = node.integer(); },
+          [=](const P& p) { return std::to_string(p.*member); },
+          detail::range_check(member, range)};
+}
+
+template <class P>
+Field<P> flag(const char* name, bool P::*member, const char* doc) {
+  return {{name, "flag", "", "", "true, false", doc},
+          [=](P& p, const YamlNode& node) { p.*member = node.flag(); },
+          [=](const P& p) { return std::string(p.*member ? "true" : "false"); },
+          [](const P&, const std::string&) {}};
+}
+
+template <class P>
+Field<P> words(const char* name, std::vector<std::string> P::*member, const char* doc) {
+  return {{name, "list of words", "", "", "", doc},
+          [=](P& p, const YamlNode& node) { p.*member = node.texts(); },
+          [=](const P& p) { return "[" + detail::joined(p.*member) + "]"; },
+          [](const P&, const std::string&) {}};
+}
+
+/// A word that names one value of an enumeration.
+template <class P, class E>
+Field<P> choice(const char* name, E P::*member, std::vector<std::pair<std::string, E>> values,
+                const char* doc) {
+  std::vector<std::string> names;
+  for (const auto& value : values) names.push_back(value.first);
+  const std::string known = detail::joined(names);
+  return {{name, "choice", "", "", known, doc},
+          [=](P& p, const YamlNode& node) {
+            const std::string word = node.text();
+            for (const auto& [text, value] : values)
+              if (text == word) {
+                p.*member = value;
+                return;
+              }
+            node.fail("expected one of " + known + ", got `" + word + "`");
+          },
+          [=](const P& p) {
+            for (const auto& [text, value] : values)
+              if (value == p.*member) return text;
+            return std::string("?");
+          },
+          [](const P&, const std::string&) {}};
+}
+
+/// Throws ConfigError naming the parameter when a value is out of its range.
+template <class P>
+void check_parameters(const P& p, const std::string& path = "") {
+  for (const Field<P>& field : P::fields())
+    field.check(p, path.empty() ? field.info.name : path + "." + field.info.name);
+}
+
+/// Reads the keys that are there over `p`; unknown keys, wrong types and values out of range throw
+/// ConfigError.
+template <class P>
+P read_parameters(const YamlNode& node, P p = P()) {
+  const FieldTable<P>& table = P::fields();
+  for (const auto& [key, value] : node.entries()) {
+    const Field<P>* field = nullptr;
+    for (const Field<P>& candidate : table)
+      if (candidate.info.name == key) field = &candidate;
+    if (field == nullptr) {
+      std::vector<std::string> known;
+      for (const Field<P>& candidate : table) known.push_back(candidate.info.name);
+      node.fail("unknown key `" + key + "`; known keys: " + (known.empty() ? "none" : detail::joined(known)));
+    }
+    field->read(p, value);
+    field->check(p, value.path());
+  }
+  return p;
+}
+
+/// The table with its defaults, for people.
+template <class P>
+std::vector<FieldInfo> describe_parameters(const P& defaults = P()) {
+  std::vector<FieldInfo> infos;
+  for (const Field<P>& field : P::fields()) {
+    infos.push_back(field.info);
+    infos.back().default_value = field.print(defaults);
+  }
+  return infos;
+}
+
+}  // namespace dynfilter
