@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/io/text_lines.hpp>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace dynfilter::io {
+
+/// The detections of one image. An empty list says that the detector saw the image and found nothing.
+struct StampedDetections {
+  double timestamp_s = 0;
+  std::vector<Detection> detections;
+};
+
+/// A detector's output on a sequence, by image timestamp.
+struct DetectionTrack {
+  std::vector<StampedDetections> images;  ///< by time
+  std::size_t unusable = 0;               ///< lines left out: an empty or non-finite box, score out of [0, 1]
+
+  /// The detections of the image taken at `timestamp_s` (to half a millisecond: files round stamps), nullptr
+  /// when none came for it: which is not the same as a detector that found nothing.
+  const std::vector<Detection>* at(double timestamp_s) const {
+    constexpr double kSameStamp_s = 5e-4;
+    auto next = std::lower_bound(images.begin(), images.end(), timestamp_s - kSameStamp_s,
+                                 [](const StampedDetections& a, double t) { return a.timestamp_s < t; });
+    const StampedDetections* best = nullptr;
+    double best_gap_s = kSameStamp_s;
+    for (; next != images.end() && next->timestamp_s <= timestamp_s + kSameStamp_s; ++next) {
+      const double gap_s = std::abs(next->timestamp_s - timestamp_s);
+      if (gap_s <= best_gap_s) {
+        best_gap_s = gap_s;
+        best = &*next;
+      }
+    }
+    return best ? &best->detections : nullptr;
+  }
+};
+
+namespace detail {
+
+inline double detection_number(const TextLine& line, std::size_t field, const std::filesystem::path& path) {
+  const auto value = parse_number(line.fields[field]);
+  if (!value) throw IoError(at_line(path, line.number) + ": '" + line.fields[field] + "' is not a number");
+  return *value;
+}
+
+// Class names with blanks ("cell phone") are met in real files: the numbers are counted from both ends.
+inline Detection parse_detection(const TextLine& line, const std::filesystem::path& path) {
+  const std::size_t n = line.fields.size();
+  if (n < 8) {
+    throw IoError(at_line(path, line.number) +
+                  ": expected 'timestamp class_id class_name score x1 y1 x2 y2' or 'timestamp none', found " +
+                  std::to_string(n) + " fields");
+  }
+  std::array<double, 5> tail{};  // score x1 y1 x2 y2
+  for (std::size_t i = 0; i < 5; ++i) tail[i] = detection_number(line, n - 5 + i, path);
+  Detection d;
+  const double id = detection_number(line, 1, path);
+  if (!(std::abs(id) < 1e9)) throw IoError(at_line(path, line.number) + ": the class id is not a number");
+  d.class_id = static_cast<int>(id);
+  for (std::size_t i = 2; i < n - 5; ++i) d.class_name += (i > 2 ? " " : "") + line.fields[i];
+  d.score = static_cast<float>(tail[0]);
+  d.box = cv::Rect2f(cv::Point2f(static_cast<float>(tail[1]), static_cast<float>(tail[2])),
+                     cv::Point2f(static_cast<float>(tail[3]), static_cast<float>(tail[4])));
+  if (tail[3] < tail[1] || tail[4] < tail[2]) d.box.width = 0;  // cv::Rect_ would swap the corners
+  return d;
+}
+
+inline bool usable(const Detection& d) {
+  return d.score >= 0 && d.score <= 1 && d.box.width > 0 && d.box.height > 0 && std::isfinite(d.box.x) &&
+         std::isfinite(d.box.y) && std::isfinite(d.box.width) && std::isfinite(d.box.height);
+}
+
+}  // namespace detail
+
+/// Reads lines `timestamp class_id class_name score x1 y1 x2 y2` (pixels) and `timestamp none`; `#` comments.
+/// Throws IoError naming file and line.
+inline DetectionTrack read_detections(const std::filesystem::path& path) {
+  std::map<double, std::vector<Detection>> by_time;
+  DetectionTrack track;
+  for (const TextLine& line : read_text_lines(path)) {
+    const double stamp_s = detail::detection_number(line, 0, path);
+    if (!std::isfinite(stamp_s))
+      throw IoError(at_line(path, line.number) + ": the timestamp is not a number");
+    std::vector<Detection>& of_image = by_time[stamp_s];
+    if (line.fields.size() == 2 && line.fields[1] == "none") continue;
+    const Detection d = detail::parse_detection(line, path);
+    detail::usable(d) ? of_image.push_back(d) : void(++track.unusable);
+  }
+  for (auto& [stamp_s, detections] : by_time) track.images.push_back({stamp_s, std::move(detections)});
+  return track;
+}
+
+}  // namespace dynfilter::io

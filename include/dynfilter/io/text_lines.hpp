@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <charconv>
+#include <dynfilter/core/error.hpp>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace dynfilter::io {
+
+/// One line of a TUM-style text file, cut at blanks, tabs and commas.
+struct TextLine {
+  int number = 0;  ///< from 1
+  std::vector<std::string> fields;
+};
+
+/// The lines that carry data: no blank ones, no `#` comments. Throws IoError when the file cannot be read.
+inline std::vector<TextLine> read_text_lines(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) throw IoError(path.string() + ": no such file");
+  std::ifstream in(path);
+  if (!in) throw IoError(path.string() + ": cannot be read");
+  std::vector<TextLine> lines;
+  std::string text;
+  for (int number = 1; std::getline(in, text); ++number) {
+    TextLine line{number, {}};
+    constexpr const char* kSeparators = " \t,\r";
+    for (std::size_t begin = text.find_first_not_of(kSeparators); begin != std::string::npos;) {
+      const std::size_t end = text.find_first_of(kSeparators, begin);
+      line.fields.push_back(text.substr(begin, end - begin));
+      begin = text.find_first_not_of(kSeparators, end);
+    }
+    if (!line.fields.empty() && line.fields[0][0] != '#') lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+/// A number in full ("1.5x" is none), the decimal point whatever the locale; "nan" and "inf" are numbers.
+inline std::optional<double> parse_number(std::string_view text) {
+  if (!text.empty() && text[0] == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// For messages: `path:line`.
+inline std::string at_line(const std::filesystem::path& path, int line) {
+  return path.string() + ":" + std::to_string(line);
+}
+
+}  // namespace dynfilter::io

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/io/atomic_file.hpp>
+#include <dynfilter/io/text_lines.hpp>
+#include <filesystem>
+#include <ostream>
+#include <vector>
+
+namespace dynfilter::io {
+
+struct StampedPose {
+  double timestamp_s = 0;
+  Pose T_world_camera;
+};
+using Trajectory = std::vector<StampedPose>;
+
+namespace detail {
+
+using TumNumbers = std::array<double, 8>;  // stamp, tx ty tz, qx qy qz qw
+
+inline TumNumbers tum_numbers(const TextLine& line, const std::filesystem::path& path) {
+  if (line.fields.size() < 8) {
+    throw IoError(at_line(path, line.number) + ": expected 'timestamp tx ty tz qx qy qz qw', found " +
+                  std::to_string(line.fields.size()) + " fields");
+  }
+  TumNumbers numbers{};
+  for (std::size_t i = 0; i < 8; ++i) {
+    const auto value = parse_number(line.fields[i]);
+    if (!value) throw IoError(at_line(path, line.number) + ": '" + line.fields[i] + "' is not a number");
+    numbers[i] = *value;
+  }
+  return numbers;
+}
+
+// As the TUM tools: a pose with a NaN or a quaternion of zeros means that there is none.
+inline bool is_pose(const TumNumbers& n) {
+  return std::all_of(n.begin(), n.end(), [](double v) { return std::isfinite(v); }) &&
+         n[4] * n[4] + n[5] * n[5] + n[6] * n[6] + n[7] * n[7] > 1e-12;
+}
+
+inline StampedPose stamped_pose(const TumNumbers& n) {
+  const Eigen::Quaterniond q(n[7], n[4], n[5], n[6]);
+  return {n[0], Pose::from(q.normalized().toRotationMatrix(), {n[1], n[2], n[3]})};
+}
+
+}  // namespace detail
+
+/// By time; of several poses with one stamp the last one stays (what the TUM tools' dictionaries do).
+inline Trajectory sorted_by_time(Trajectory trajectory) {
+  std::stable_sort(trajectory.begin(), trajectory.end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.timestamp_s < b.timestamp_s; });
+  const auto kept = std::unique(trajectory.rbegin(), trajectory.rend(),
+                                [](const auto& a, const auto& b) { return a.timestamp_s == b.timestamp_s; });
+  trajectory.erase(trajectory.begin(), kept.base());
+  return trajectory;
+}
+
+/// Reads lines `timestamp[s] tx ty tz[m] qx qy qz qw` (blanks, tabs or commas between; `#` comments) and
+/// returns them by time. Lines with NaN or an all-zero quaternion are left out, as the TUM tools do. Throws
+/// IoError naming file and line for anything else, and for a file without a pose.
+inline Trajectory read_tum_trajectory(const std::filesystem::path& path) {
+  Trajectory trajectory;
+  for (const TextLine& line : read_text_lines(path)) {
+    const detail::TumNumbers numbers = detail::tum_numbers(line, path);
+    if (detail::is_pose(numbers)) trajectory.push_back(detail::stamped_pose(numbers));
+  }
+  if (trajectory.empty()) throw IoError(path.string() + ": holds no pose");
+  return sorted_by_time(std::move(trajectory));
+}
+
+/// Writes the TUM format with microseconds and nanometres; quaternions with qw >= 0. Atomic; throws IoError.
+inline void write_tum_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
+  write_file_atomically(path, [&](std::ostream& out) {
+    out << "# timestamp tx ty tz qx qy qz qw\n" << std::fixed;
+    for (const StampedPose& pose : trajectory) {
+      Eigen::Quaterniond q(pose.T_world_camera.R());
+      q.normalize();
+      if (q.w() < 0) q.coeffs() *= -1;
+      const auto& t = pose.T_world_camera.translation_m;
+      out.precision(6);
+      out << pose.timestamp_s;
+      out.precision(9);
+      for (const double value : {t[0], t[1], t[2], q.x(), q.y(), q.z(), q.w()}) out << ' ' << value;
+      out << '\n';
+    }
+  });
+}
+
+}  // namespace dynfilter::io

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/io/association.hpp>
+#include <dynfilter/io/atomic_folder.hpp>
+#include <dynfilter/io/camera_file.hpp>
+#include <dynfilter/io/detections.hpp>
+#include <dynfilter/io/image_file.hpp>
+#include <dynfilter/io/ply.hpp>
+
+#include "doctest/doctest.h"
+#include "io/tum_folder.hpp"
+
+using namespace dynfilter::io;
+using namespace dynfilter_test;
+using dynfilter::IoError;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::size_t entries(const fs::path& folder) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+}  // namespace
+
+TEST_CASE("an atomic file: all or nothing") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "a.txt";
+  write_file_atomically(path, [](std::ostream& out) { out << "old"; });
+  CHECK_THROWS_AS(write_file_atomically(path,
+                                        [](std::ostream& out) {
+                                          out << "ne";
+                                          throw std::runtime_error("power cut");
+                                        }),
+                  std::runtime_error);
+  CHECK(read_text(path) == "old");
+  CHECK(entries(folder.path()) == 1);
+  CHECK_THROWS_AS(write_file_atomically(folder.path() / "no" / "b.txt", [](std::ostream&) {}), IoError);
+}
+
+TEST_CASE(
+    "an atomic folder appears whole, is removed when not committed, and spares what it does not replace") {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "out";
+  { AtomicFolder abandoned(out); }
+  CHECK(entries(folder.path()) == 0);
+  for (const char* content : {"one", "two"}) {
+    AtomicFolder results(out / "");
+    fs::create_directories(results.path() / "sub");
+    write_text(results.path() / "sub" / content, content);
+    write_text(results.path() / "result", content);
+    results.commit();
+    CHECK(read_text(out / "result") == content);
+    CHECK(entries(out / "sub") == 1);
+    write_text(out / "mine", "keep me");
+  }
+  CHECK(read_text(out / "mine") == "keep me");
+  CHECK(entries(folder.path()) == 1);
+  CHECK_THROWS_AS(AtomicFolder(out / "result"), IoError);
+  CHECK_THROWS_AS(AtomicFolder(folder.path() / "no" / "out"), IoError);
+}
+
+TEST_CASE("association takes the closest pair of all first") {
+  // Greedy by gap: 1.010-1.011 first, so 1.000 is left with 0.985; a greedy walk by time would pair 1.000
+  // with 1.011.
+  const auto pairs = associate({1.000, 1.010, 2.0}, {0.985, 1.011, 2.02}, 0.02);
+  REQUIRE(pairs.size() == 2);
+  CHECK(pairs[0] == std::pair<std::size_t, std::size_t>(0, 0));
+  CHECK(pairs[1] == std::pair<std::size_t, std::size_t>(1, 1));
+  CHECK(associate({}, {1.0}, 0.02).empty());
+}
+
+TEST_CASE("detections: names with blanks, seen-but-nothing, none came, unusable boxes counted") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "d.txt";
+  write_text(
+      path,
+      "# comment\n10.1 none\n10.0 0 person 0.9 10 20 30 60\n10.0 67 cell phone 0.5 1 2 3 4\n"
+      "10.2 0 person 0.9 30 20 10 60\n10.2 0 person 1.9 10 20 30 60\n10.2 0 person 0.3 nan 20 30 60\n");
+  const DetectionTrack track = read_detections(path);
+  REQUIRE(track.at(10.0001));
+  REQUIRE(track.at(10.0)->size() == 2);
+  CHECK((*track.at(10.0))[0].box == cv::Rect2f(10, 20, 20, 40));
+  CHECK((*track.at(10.0))[0].class_id == 0);
+  CHECK((*track.at(10.0))[1].class_name == "cell phone");
+  REQUIRE(track.at(10.1));
+  CHECK(track.at(10.1)->empty());
+  CHECK(track.at(10.05) == nullptr);
+  CHECK(track.at(9) == nullptr);
+  CHECK(track.at(11) == nullptr);
+  CHECK(track.unusable == 3);
+  write_text(path, "10 0 person 0.9 10 20 30\n");
+  CHECK_THROWS_WITH_AS(read_detections(path), doctest::Contains("d.txt:1: expected"), IoError);
+  write_text(path, "10 0 person 0.9 10 20 30 x\n");
+  CHECK_THROWS_WITH_AS(read_detections(path), doctest::Contains("d.txt:1: 'x' is not a number"), IoError);
+}
+
+TEST_CASE("a camera file is read as written, and ORB-SLAM settings are understood") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "camera.yaml";
+  dynfilter::Camera camera = *known_camera("freiburg1");
+  camera.baseline_fx_px_m = 40;
+  write_camera(path, camera, 5000);
+  CHECK(read_camera(path).camera == camera);
+  CHECK(read_camera(path).depth_units_per_m == 5000);
+  cv::FileStorage storage(path.string(), cv::FileStorage::READ);
+  CHECK(storage["Camera.fx"].isReal());
+  CHECK(static_cast<double>(storage["DepthMapFactor"]) == 5000);
+
+  write_text(
+      path,
+      "%YAML:1.0\n---\nCamera.type: \"PinHole\"\nCamera1.fx: 500 # px\nCamera1.fy: 501.5\nCamera1.cx: 320\n"
+      "Camera1.cy: 240\nCamera.RGB: 1\nORBextractor.nFeatures: 1000\nViewer.KeyFrameSize: 0.05\n");
+  CHECK(read_camera(path).camera.fy_px == 501.5);
+  CHECK_FALSE(read_camera(path).depth_units_per_m);
+  write_text(path, "Camera.fx: 500\n");
+  CHECK_THROWS_WITH_AS(read_camera(path), doctest::Contains("'Camera.fy' is missing"), IoError);
+  write_text(path, "Camera.fx: wide\n");
+  CHECK_THROWS_WITH_AS(read_camera(path), doctest::Contains("yaml:1: 'Camera.fx' is not a number"), IoError);
+  write_text(path, "Camera.fx: -5\n");
+  CHECK_THROWS_WITH_AS(read_camera(path), doctest::Contains("must be above 0"), IoError);
+  write_text(path, "Camera.fx: 5\nCamera.fx: 6\n");
+  CHECK_THROWS_WITH_AS(read_camera(path), doctest::Contains("given twice"), IoError);
+  write_text(path, "Camera.type: \"KannalaBrandt8\"\n");
+  CHECK_THROWS_WITH_AS(read_camera(path), doctest::Contains("only PinHole"), IoError);
+}
+
+TEST_CASE("known cameras by name, and no false friends") {
+  CHECK(known_camera("rgbd_dataset_freiburg2_desk")->fx_px == 520.9);
+  CHECK(known_camera("fr3_walk")->fx_px == 535.4);
+  CHECK(known_camera("rgbd_bonn_crowd")->fx_px == 542.822841);
+  CHECK_FALSE(known_camera("afr1"));
+  CHECK_FALSE(known_camera("fr10"));
+  CHECK_FALSE(known_camera("office"));
+}
+
+TEST_CASE("the checksum of PNG gives its published check value") {
+  const std::string text = "123456789";
+  CHECK(detail::crc32(reinterpret_cast<const unsigned char*>(text.data()), 9) == 0xCBF43926U);
+}
+
+TEST_CASE("a PLY file has the header and the bytes of its points") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "map.ply";
+  write_ply(path, {{1, 2, 3}, {-1, 0, 0.5F}}, {{255, 0, 1}, {2, 3, 4}}, {7, -1});
+  const std::string bytes = read_text(path);
+  const std::string header_end = "end_header\n";
+  const std::size_t body = bytes.find(header_end) + header_end.size();
+  CHECK(bytes.rfind("ply\nformat binary_little_endian 1.0\nelement vertex 2\n", 0) == 0);
+  REQUIRE(bytes.size() == body + 2 * (12 + 3 + 4));
+  CHECK(bytes.substr(body, 4) == std::string("\x00\x00\x80\x3F", 4));       // 1.0f
+  CHECK(bytes.substr(body + 12, 3) == std::string("\x01\x00\xFF", 3));      // red green blue
+  CHECK(bytes.substr(body + 15, 4) == std::string("\x07\x00\x00\x00", 4));  // class
+  CHECK_THROWS_AS(write_ply(path, {{1, 2, 3}}, {{1, 2, 3}, {1, 2, 3}}), IoError);
+}
