@@ -75,9 +75,10 @@ class CameraKeys {
   }
   void check_type() const {
     const auto type = keys_.find("Camera.type");
-    if (type == keys_.end() || type->second.fields[0].find("inhole") != std::string::npos) return;
-    throw IoError(at_line(path_, type->second.number) + ": only PinHole cameras are known, not " +
-                  type->second.fields[0]);
+    if (type == keys_.end()) return;
+    const std::string& value = type->second.fields[0];
+    if (value.find("PinHole") != std::string::npos || value.find("Pinhole") != std::string::npos) return;
+    throw IoError(at_line(path_, type->second.number) + ": only PinHole cameras are known, not " + value);
   }
 
  private:

@@ -149,11 +149,23 @@ inline std::optional<std::string> associations_file(const std::filesystem::path&
   return std::nullopt;
 }
 
+// A frame of rgb.txt that found no partner is not in associations.txt: said, since the frames are counted.
+inline void note_unlisted(const std::filesystem::path& folder, const std::string& associations,
+                          TumIndex& index) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(folder / "rgb.txt", error)) return;
+  const std::size_t listed = read_text_lines(folder / "rgb.txt").size();
+  if (listed <= index.frames.size()) return;
+  index.notes.push_back(associations + ": " + counted(listed - index.frames.size(), "image", "images") +
+                        " of rgb.txt not in it, left out");
+}
+
 /// associations.txt where there is one (it is what other systems were run on), else rgb.txt and depth.txt.
 inline TumIndex read_tum_index(const std::filesystem::path& folder, double max_gap_s) {
   const auto associations = associations_file(folder);
   TumIndex index = associations ? index_from_associations(folder, *associations, max_gap_s)
                                 : index_from_lists(folder, max_gap_s);
+  if (associations) note_unlisted(folder, *associations, index);
   std::size_t without_depth = 0;
   for (const IndexedFrame& frame : index.frames) without_depth += frame.depth.empty();
   if (without_depth == index.frames.size()) {
