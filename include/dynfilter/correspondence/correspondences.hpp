@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// Where the features of the current frame were in a reference frame: exactly one entry per current feature,
+/// because verdicts are about current features. Entries that were not found hold NaN and -1.
+struct Correspondences {
+  std::vector<cv::Point2f> reference_px;      ///< distorted pixels of the reference frame
+  std::vector<std::uint8_t> found;            ///< 0 or 1
+  std::vector<std::int32_t> reference_index;  ///< the reference frame's feature; -1: none (flow has none)
+
+  /// N entries, none found. Keeps its memory.
+  void reset(std::size_t n) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    reference_px.assign(n, {kNan, kNan});
+    found.assign(n, 0);
+    reference_index.assign(n, -1);
+  }
+  void set(std::size_t i, const cv::Point2f& px, std::int32_t index = -1) {
+    reference_px[i] = px;
+    found[i] = 1;
+    reference_index[i] = index;
+  }
+  void drop(std::size_t i) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    reference_px[i] = {kNan, kNan};
+    found[i] = 0;
+    reference_index[i] = -1;
+  }
+
+  std::size_t size() const { return found.size(); }
+  std::size_t count() const {
+    return static_cast<std::size_t>(std::count(found.begin(), found.end(), std::uint8_t{1}));
+  }
+};
+
+namespace detail {
+
+inline bool finite(const cv::Point2f& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y);
+}
+
+/// Inside the image and at least `border_px` from its outermost pixel centres. False for NaN.
+inline bool inside(const cv::Point2f& p, const cv::Size& size, float border_px) {
+  return p.x >= border_px && p.y >= border_px && p.x <= static_cast<float>(size.width - 1) - border_px &&
+         p.y <= static_cast<float>(size.height - 1) - border_px;
+}
+
+}  // namespace detail
+
+}  // namespace dynfilter

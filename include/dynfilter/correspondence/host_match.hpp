@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/correspondence/correspondences.hpp>
+
+namespace dynfilter {
+
+/// The host's own matches. `current_count`: features of the current frame; `reference_keypoints`: distorted,
+/// of the frame `matches.reference_frame_id`. Indices out of range and keypoints that are NaN are not found;
+/// matches of another length than the features find nothing. Several features may share a reference feature,
+/// as hosts allow it.
+inline void correspondences_from_host(const HostMatches& matches,
+                                      Span<const cv::KeyPoint> reference_keypoints, std::size_t current_count,
+                                      Correspondences& out) {
+  out.reset(current_count);
+  if (matches.reference_index.size() != current_count) return;
+  for (std::size_t i = 0; i < current_count; ++i) {
+    const std::int32_t index = matches.reference_index[i];
+    if (index < 0 || static_cast<std::size_t>(index) >= reference_keypoints.size()) continue;
+    const cv::Point2f& px = reference_keypoints[static_cast<std::size_t>(index)].pt;
+    if (detail::finite(px)) out.set(i, px, index);
+  }
+}
+
+}  // namespace dynfilter

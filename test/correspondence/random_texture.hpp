@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <vector>
+
+namespace test {
+
+/// A texture with a closed form, so that shifting it by a fraction of a pixel is exact: a sum of random
+/// waves.
+class WaveTexture {
+ public:
+  explicit WaveTexture(unsigned seed, int waves = 60) {
+    std::mt19937 random(seed);
+    const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
+    for (int w = 0; w < waves; ++w) {
+      const double length_px = 6 + 50 * unit(), direction = 6.283185307 * unit();
+      waves_.push_back({6.283185307 / length_px * std::cos(direction),
+                        6.283185307 / length_px * std::sin(direction), 6.283185307 * unit()});
+    }
+  }
+  double operator()(double x, double y) const {
+    double sum = 0;
+    for (const Wave& w : waves_) sum += std::cos(w.kx * x + w.ky * y + w.phase);
+    return 128 + 90 * sum / std::sqrt(static_cast<double>(waves_.size()));
+  }
+  /// Pixel (x, y) shows the texture at (x + shift.x, y + shift.y).
+  cv::Mat image(cv::Size size, cv::Point2d shift = {}) const {
+    cv::Mat grey(size, CV_8UC1);
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x)
+        grey.at<unsigned char>(y, x) = cv::saturate_cast<unsigned char>((*this)(x + shift.x, y + shift.y));
+    return grey;
+  }
+
+ private:
+  struct Wave {
+    double kx, ky, phase;
+  };
+  std::vector<Wave> waves_;
+};
+
+inline cv::Mat noise_image(cv::Size size, unsigned seed, double sigma_px) {
+  std::mt19937 random(seed);
+  cv::Mat grey(size, CV_8UC1);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x)
+      grey.at<unsigned char>(y, x) = static_cast<unsigned char>(random() >> 24U);
+  if (sigma_px > 0) {
+    cv::GaussianBlur(grey, grey, {}, sigma_px);
+    cv::normalize(grey, grey, 0, 255, cv::NORM_MINMAX);
+  }
+  return grey;
+}
+
+inline std::vector<cv::Point2f> random_points(cv::Size size, std::size_t n, float margin_px, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto unit = [&] { return static_cast<float>(random() >> 8U) / 16777216.0F; };
+  std::vector<cv::Point2f> points;
+  for (std::size_t i = 0; i < n; ++i)
+    points.emplace_back(margin_px + unit() * (static_cast<float>(size.width) - 1 - 2 * margin_px),
+                        margin_px + unit() * (static_cast<float>(size.height) - 1 - 2 * margin_px));
+  return points;
+}
+
+}  // namespace test
