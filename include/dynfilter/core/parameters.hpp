@@ -119,9 +119,23 @@ Field<P> choice(const char* name, E P::*member, std::vector<std::pair<std::strin
           [](const P&, const std::string&) {}};
 }
 
+template <class P>
+void check_parameters(const P& p, const std::string& path = "");
+template <class P>
+P read_parameters(const YamlNode& node, P p = P());
+
+/// A map of parameters of its own.
+template <class P, class S>
+Field<P> group(const char* name, S P::*member, const char* doc) {
+  return {{name, "map", "", "", "", doc},
+          [=](P& p, const YamlNode& node) { p.*member = read_parameters<S>(node, p.*member); },
+          [](const P&) { return std::string("its own defaults"); },
+          [=](const P& p, const std::string& path) { check_parameters(p.*member, path); }};
+}
+
 /// Throws ConfigError naming the parameter when a value is out of its range.
 template <class P>
-void check_parameters(const P& p, const std::string& path = "") {
+void check_parameters(const P& p, const std::string& path) {
   for (const Field<P>& field : P::fields())
     field.check(p, path.empty() ? field.info.name : path + "." + field.info.name);
 }
@@ -129,7 +143,7 @@ void check_parameters(const P& p, const std::string& path = "") {
 /// Reads the keys that are there over `p`; unknown keys, wrong types and values out of range throw
 /// ConfigError.
 template <class P>
-P read_parameters(const YamlNode& node, P p = P()) {
+P read_parameters(const YamlNode& node, P p) {
   const FieldTable<P>& table = P::fields();
   for (const auto& [key, value] : node.entries()) {
     const Field<P>* field = nullptr;
