@@ -71,7 +71,8 @@ TEST_CASE("parameters set in code are held against the same ranges, NaN included
   CHECK_THROWS_AS(check_parameters(e, "example"), ConfigError);
   e = {};
   e.count = 6;
-  CHECK_THROWS_WITH_AS(check_parameters(e, "example"), "example.count: expected 1 to 5, got `6`", ConfigError);
+  CHECK_THROWS_WITH_AS(check_parameters(e, "example"), "example.count: expected 1 to 5, got `6`",
+                       ConfigError);
 }
 
 TEST_CASE("the table describes itself") {

@@ -39,7 +39,8 @@ TEST_CASE("values of the right type are read") {
 TEST_CASE("what OpenCV would silently misread is an error that names the path") {
   using Node = dynfilter::YamlNode;
   CHECK(error_of("x: abc", [](const Node& n) { n.find("x")->real(); }) == "x: expected a number, got `abc`");
-  CHECK(error_of("x: \"1.5\"", [](const Node& n) { n.find("x")->real(); }) == "x: expected a number, got `1.5`");
+  CHECK(error_of("x: \"1.5\"", [](const Node& n) { n.find("x")->real(); }) ==
+        "x: expected a number, got `1.5`");
   CHECK(error_of("x: 3.7", [](const Node& n) { n.find("x")->integer(); }) ==
         "x: expected a whole number, got `3.7`");
   CHECK(error_of("x: .inf", [](const Node& n) { n.find("x")->real(); }) ==

@@ -21,7 +21,7 @@ namespace dynfilter {
 class YamlNode {
  public:
   YamlNode() = default;
-  YamlNode(cv::FileNode node, std::string path) : node_(std::move(node)), path_(std::move(path)) {}
+  YamlNode(const cv::FileNode& node, std::string path) : node_(node), path_(std::move(path)) {}
 
   const std::string& path() const { return path_; }
   bool is_map() const { return node_.isMap(); }
@@ -36,11 +36,11 @@ class YamlNode {
     if (is_none()) return {};
     if (!is_map()) fail("expected `key: value` pairs, got " + shown());
     std::vector<std::pair<std::string, YamlNode>> result;
-    for (auto it = node_.begin(); it != node_.end(); ++it) {
-      const std::string key = (*it).name();
+    for (const auto& child : node_) {
+      const std::string key = child.name();
       for (const auto& [known, value] : result)
         if (known == key) fail("key `" + key + "` is written twice");
-      result.emplace_back(key, YamlNode(*it, child_path(key)));
+      result.emplace_back(key, YamlNode(child, child_path(key)));
     }
     return result;
   }

@@ -1,0 +1,29 @@
+# Headers, targets, find_package support, presets and (when built) the command and the modules.
+if(NOT DYNFILTER_INSTALL)
+  return()
+endif()
+include(CMakePackageConfigHelpers)
+set(config_destination ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
+
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/dynfilter" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+        COMPONENT development FILES_MATCHING PATTERN "*.hpp")
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/pipelines" DESTINATION ${DYNFILTER_DATA_DESTINATION}
+        COMPONENT runtime OPTIONAL FILES_MATCHING PATTERN "*.yaml")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
+
+# One export per component, so that a user who asks for two components needs what those two need and no more.
+foreach(component IN LISTS DYNFILTER_COMPONENTS)
+  install(TARGETS dynfilter_${component} EXPORT dynfilter_${component})
+  install(EXPORT dynfilter_${component} NAMESPACE dynfilter:: DESTINATION ${config_destination}
+          FILE dynfilter_${component}.cmake COMPONENT development)
+  string(APPEND DYNFILTER_COMPONENT_TABLE
+    "set(dynfilter_${component}_needs ${DYNFILTER_${component}_COMPONENTS})\n"
+    "set(dynfilter_${component}_opencv ${DYNFILTER_${component}_OPENCV})\n")
+endforeach()
+configure_package_config_file(cmake/dynfilterConfig.cmake.in "${PROJECT_BINARY_DIR}/dynfilterConfig.cmake"
+                              INSTALL_DESTINATION ${config_destination} NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake"
+                                 COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
+install(FILES "${PROJECT_BINARY_DIR}/dynfilterConfig.cmake" "${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake"
+              "${PROJECT_SOURCE_DIR}/cmake/plugin.cmake"
+        DESTINATION ${config_destination} COMPONENT development)

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <array>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/plugin/abi.hpp>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+namespace detail {
+
+/// Never closed: objects, code and type information of a plugin may be in use until the process ends.
+inline void* open_module(const std::filesystem::path& file) {
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(file, failed))
+    throw PluginError(file.string() + ": no such plugin file");
+  // An absolute path, because dlopen would look a bare name up in the system's folders.
+  void* module =
+      dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);  // NOLINT
+  if (module == nullptr) {
+    const char* reason = dlerror();
+    throw PluginError(file.string() +
+                      ": cannot be loaded: " + (reason == nullptr ? "no reason given" : reason));
+  }
+  return module;
+}
+
+template <class Function>
+Function function_of(void* module, const char* symbol, const std::filesystem::path& file) {
+  void* address = dlsym(module, symbol);
+  if (address == nullptr)
+    throw PluginError(file.string() + ": not a dynfilter plugin: it has no function `" + symbol + "`");
+  return reinterpret_cast<Function>(address);
+}
+
+inline void check_tag(const AbiTag* theirs, const std::filesystem::path& file) {
+  static constexpr AbiTag ours = abi_tag();
+  if (theirs == nullptr) throw PluginError(file.string() + ": its ABI tag is missing");
+  if (const AbiField* field = first_difference(ours, *theirs))
+    throw PluginError(file.string() + ": built for another " + field->name + ": it has " +
+                      std::to_string(theirs->*field->value) + ", this program has " +
+                      std::to_string(ours.*field->value) + "; build it again beside this program");
+}
+
+/// What the module registers, gathered apart so that a failure half-way leaves no trace.
+inline Registry filters_of(void* module, const std::filesystem::path& file) {
+  const auto enter = function_of<PluginRegisterFunction>(module, kPluginRegisterSymbol, file);
+  Registry found;
+  std::array<char, 1024> error{};
+  if (enter(&found, error.data(), error.size()) != 0)
+    throw PluginError(file.string() + ": registration failed: " + error.data());
+  return found;
+}
+
+}  // namespace detail
+
+/// Loads a plugin and adds its filters to `registry`; returns their names. Loading executes code of the file:
+/// load only what you trust. The plugin's ABI tag is compared before any of its C++ functions is called, and
+/// the file is never unloaded. Throws PluginError, which names the file and the reason (missing, not a
+/// library, not a plugin, built for another ABI, registration failed, a name that is taken), and then leaves
+/// `registry` as it was.
+inline std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry) {
+  void* module = detail::open_module(file);
+  detail::check_tag(detail::function_of<PluginTagFunction>(module, kPluginTagSymbol, file)(), file);
+  const Registry found = detail::filters_of(module, file);
+  Registry extended = registry;
+  for (const std::string& name : found.names()) {
+    if (registry.find(name) != nullptr)
+      throw PluginError(file.string() + ": a filter named `" + name + "` is registered already");
+    extended.add(*found.find(name));
+  }
+  registry = std::move(extended);
+  return found.names();
+}
+
+/// Loads every *.so of a folder, in the order of their names, not of its subfolders; returns the names of the
+/// filters. All or nothing: when one of them throws, `registry` is as it was. Nothing else scans folders.
+inline std::vector<std::string> load_plugin_directory(const std::filesystem::path& folder,
+                                                      Registry& registry) {
+  std::error_code failed;
+  std::vector<std::filesystem::path> files;
+  for (std::filesystem::directory_iterator entry(folder, failed), end; !failed && entry != end;
+       entry.increment(failed))
+    if (entry->path().extension() == ".so") files.push_back(entry->path());
+  if (failed) throw PluginError(folder.string() + ": cannot be read: " + failed.message());
+  std::sort(files.begin(), files.end());
+  Registry extended = registry;
+  std::vector<std::string> names;
+  for (const std::filesystem::path& file : files)
+    for (std::string& name : load_plugin(file, extended)) names.push_back(std::move(name));
+  registry = std::move(extended);
+  return names;
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace layering {
+
+/// What each folder of include/dynfilter may include besides itself. Data flows one way:
+/// core -> correspondence, geometry, cluster -> context -> filters -> pipeline -> semantic, keyframe,
+/// mapping, adapters; io, eval and synth stand beside them and nothing above core needs them.
+inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
+  static const std::set<std::string> below_context{"core", "correspondence", "geometry", "cluster"};
+  static const std::set<std::string> below_filters{"core", "correspondence", "geometry", "cluster",
+                                                   "context"};
+  static const std::set<std::string> below_pipeline{"core",    "correspondence", "geometry",
+                                                    "cluster", "context",        "filters"};
+  static const std::set<std::string> all_below{"core",    "correspondence", "geometry", "cluster",
+                                               "context", "filters",        "pipeline"};
+  static const std::map<std::string, std::set<std::string>> table{
+      {"core", {}},
+      {"correspondence", {"core"}},
+      {"geometry", {"core"}},
+      {"cluster", {"core"}},
+      {"context", below_context},
+      {"filters", below_filters},
+      {"pipeline", below_pipeline},
+      {"plugin", below_pipeline},
+      {"semantic", all_below},
+      {"keyframe", all_below},
+      {"mapping", all_below},
+      {"adapters", all_below},
+      {"io", {"core"}},
+      {"eval", {"core", "io"}},
+      {"synth", {"core", "correspondence", "geometry", "context", "io"}},
+      {"", {"core", "correspondence", "geometry", "cluster", "context", "filters", "pipeline", "plugin"}},
+  };
+  return table;
+}
+
+/// External headers that enter through one folder only.
+inline const std::map<std::string, std::string>& gatekeepers() {
+  static const std::map<std::string, std::string> table{
+      {"flann/", "cluster"}, {"ceres/", "geometry"}, {"opencv2/dnn", "semantic"}, {"dlfcn.h", "plugin"}};
+  return table;
+}
+
+inline bool starts_with(const std::string& text, const std::string& start) {
+  return text.compare(0, start.size(), start) == 0;
+}
+
+/// The names between <> or "" of the #include lines of a text, in order.
+inline std::vector<std::string> includes_of(const std::string& text) {
+  std::vector<std::string> names;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    line.erase(std::remove_if(line.begin(), line.end(), [](char c) { return c == ' ' || c == '\t'; }),
+               line.end());
+    if (!starts_with(line, "#include")) continue;
+    const std::size_t begin = line.find_first_of("<\""), end = line.find_first_of(">\"", begin + 1);
+    if (begin != std::string::npos && end != std::string::npos)
+      names.push_back(line.substr(begin + 1, end - begin - 1));
+  }
+  return names;
+}
+
+/// "core/camera.hpp" -> "core", "version.hpp" -> "".
+inline std::string folder_of(const std::string& path) {
+  const std::size_t slash = path.find('/');
+  return slash == std::string::npos ? "" : path.substr(0, slash);
+}
+
+/// What is wrong with a header, a line each. `path` is relative to include/dynfilter.
+inline std::vector<std::string> complaints_about(const std::string& path, const std::string& text) {
+  std::vector<std::string> complaints;
+  const auto complain = [&](const std::string& what) { complaints.push_back(path + ": " + what); };
+  const std::string folder = folder_of(path);
+  const auto allowed = allowed_folders().find(folder);
+  if (allowed == allowed_folders().end()) {
+    complain("the folder is not in the table of test/layering/include_check.hpp");
+    return complaints;
+  }
+  if (!starts_with(text, "// SPDX-License-Identifier: MIT\n#pragma once\n"))
+    complain("does not begin with the licence line and #pragma once");
+  for (const std::string& name : includes_of(text)) {
+    if (starts_with(name, "dynfilter/")) {
+      const std::string target = folder_of(name.substr(10));
+      if (!target.empty() && target != folder && allowed->second.count(target) == 0)
+        complain("includes <" + name + ">, but " + (folder.empty() ? "the top" : folder + "/") +
+                 " may not use " + target + "/");
+      if (name == "dynfilter/dynfilter.hpp") complain("includes the header that is for users only");
+    } else if (name.find(".hpp") != std::string::npos && !starts_with(name, "opencv2/")) {
+      complain("includes <" + name + ">: write <dynfilter/...> in full");
+    } else if (name == "opencv2/opencv.hpp") {
+      complain("includes all of OpenCV: include the narrow headers");
+    }
+    for (const auto& [start, keeper] : gatekeepers())
+      if (starts_with(name, start) && folder != keeper)
+        complain("includes <" + name + ">, which is for " + keeper + "/");
+  }
+  return complaints;
+}
+
+inline std::string read_text(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// All complaints about the headers under include/dynfilter, sorted.
+inline std::vector<std::string> complaints_about_tree(const std::filesystem::path& include_dynfilter) {
+  std::vector<std::string> complaints;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(include_dynfilter)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string path = entry.path().lexically_relative(include_dynfilter).generic_string();
+    for (std::string& line : complaints_about(path, read_text(entry.path())))
+      complaints.push_back(std::move(line));
+  }
+  std::sort(complaints.begin(), complaints.end());
+  return complaints;
+}
+
+}  // namespace layering

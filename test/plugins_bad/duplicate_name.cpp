@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: MIT
+// Exports two filters of one name.
+#include "harmless.hpp"
+
+DYNFILTER_EXPORT_FILTERS(bad::Named<'d'>, bad::Named<'d'>);

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/plugin/export.hpp>
+#include <string>
+
+namespace bad {
+
+/// A filter that says nothing of any feature. What is wrong with a plugin of this folder is said in its file.
+class Harmless : public dynfilter::Filter {
+ public:
+  struct Params {
+    double limit_px = 1;
+    static const dynfilter::FieldTable<Params>& fields() {
+      static const dynfilter::FieldTable<Params> table{
+          dynfilter::real("limit_px", &Params::limit_px, "px", {0, 10}, "unused")};
+      return table;
+    }
+  };
+  static constexpr const char* kName = "harmless";
+  static constexpr const char* kSummary = "abstains";
+
+  explicit Harmless(const Params& params) : params_(params) {}
+  std::string name() const override { return kName; }
+  dynfilter::Needs needs() const override { return {}; }
+  void apply(dynfilter::Context& /*context*/, dynfilter::Votes& /*votes*/) override {}
+
+ private:
+  Params params_;
+};
+
+/// The same under another name.
+template <char kLetter>
+class Named : public Harmless {
+ public:
+  static constexpr char kName[] = {'n', 'a', 'm', 'e', 'd', '_', kLetter, '\0'};
+  using Harmless::Harmless;
+  std::string name() const override { return kName; }
+};
+
+}  // namespace bad

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+// Throws what is no std::exception.
+#include "harmless.hpp"
+
+class Throwing : public bad::Named<'t'> {
+ public:
+  explicit Throwing(const Params& params) : Named(params) { throw 42; }
+};
+
+DYNFILTER_EXPORT_FILTERS(Throwing);

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// Registers well, and does not like a parameter when a pipeline makes it.
+#include "harmless.hpp"
+
+class Picky : public bad::Named<'p'> {
+ public:
+  explicit Picky(const Params& params) : Named(params) {
+    if (params.limit_px > 5) throw dynfilter::ConfigError("limit_px", "too much for this machine");
+  }
+};
+
+DYNFILTER_EXPORT_FILTERS(Picky);

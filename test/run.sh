@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# Installs what is missing, builds everything and runs every test. Safe to repeat, quick the second time.
+#   bash test/run.sh            everything but the lint of each file
+#   bash test/run.sh --quick    only the optimized build and its tests
+#   bash test/run.sh --long     clang-tidy over every file, not only over the headers
+# The last line is "N passed, N failed, N skipped"; the exit code is 0 when nothing failed.
+set -u
+cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 2
+. cmake/setup.sh
+
+mode=normal
+case "${1:-}" in
+  "") ;;
+  --quick | --long) mode=${1#--} ;;
+  *) sed -n '4,6s/^# *//p' "${BASH_SOURCE[0]}"; exit 2 ;;
+esac
+
+passed=0 failed=0 skipped=0
+failures=""
+finish() {
+  [ -z "$failures" ] || printf 'Failed:%s\n' "$failures"
+  echo "$passed passed, $failed failed, $skipped skipped"
+  [ "$failed" = 0 ]
+  exit
+}
+count() { passed=$((passed + $1)) failed=$((failed + $2)) skipped=$((skipped + $3)); }
+step() { printf '\n== %s (%d s)\n' "$1" "$SECONDS"; }
+# check NAME COMMAND...: one more test, that passes when the command does
+check() {
+  local name=$1
+  shift
+  if "$@"; then count 1 0 0; else count 0 1 0; failures="$failures $name"; fi
+}
+
+# build_and_test PRESET
+build_and_test() {
+  step "build: $1"
+  if ! { cmake --preset "$1" >"build/$1.log" 2>&1 || { cat "build/$1.log"; false; }; } ||
+     ! cmake --build --preset "$1" -j "$jobs"; then
+    count 0 1 0
+    failures="$failures build:$1"
+    finish
+  fi
+  step "test: $1"
+  local log="build/$1/Testing/Temporary/LastTest.log"
+  rm -f "$log"
+  ctest --preset "$1" -j "$jobs" || failures="$failures tests:$1"
+  if [ -f "$log" ]; then count $(awk -f test/count.awk "$log"); else count 0 1 0; fi
+}
+
+format_check() {
+  git ls-files -co --exclude-standard '*.hpp' '*.cpp' 2>/dev/null | sort -u | xargs -r clang-format --dry-run --Werror
+}
+
+# With the compile commands of a build without precompiled headers, which clang cannot read from gcc.
+tidy_check() {
+  cmake --preset release -B build/tidy -DDYNFILTER_PRECOMPILE=OFF >build/tidy.log 2>&1 || { cat build/tidy.log; return 1; }
+  local files=build/tidy/test/headers/first.cpp
+  [ "$mode" = long ] && files="$files $(git ls-files 'test/*_test.cpp' 'examples/*.cpp' 'plugins/*.cpp' | tr '\n' ' ')"
+  printf '%s\n' $files | xargs -P "$jobs" -n 1 clang-tidy -p build/tidy --quiet
+}
+
+step "packages"
+need_packages $build_packages $test_packages
+choose_tools
+mkdir -p build
+
+build_and_test release
+if [ "$mode" != quick ]; then
+  build_and_test asan-ubsan
+  step "format"
+  check format format_check
+  step "lint"
+  check lint tidy_check
+fi
+step "done"
+finish
