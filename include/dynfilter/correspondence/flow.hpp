@@ -5,6 +5,7 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
+#include <dynfilter/correspondence/patch_residual.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <vector>
@@ -12,10 +13,11 @@
 namespace dynfilter {
 
 /// How a tracked point is believed: LK's own status holds for 987 of 1000 points between unrelated images.
+/// Figures for each: docs/correspondence.md.
 enum class FlowCheck {
   None,            ///< LK's status and the borders only
   Residual,        ///< and the patches look alike
-  ForwardBackward  ///< and tracking back returns to the start; twice the cost
+  ForwardBackward  ///< and tracking back returns to the start: the surest, at twice the cost
 };
 
 struct FlowParams {
@@ -24,8 +26,8 @@ struct FlowParams {
   int max_iterations = 30;
   double epsilon_px = 0.01;
   double min_eigenvalue = 1e-4;
-  FlowCheck check = FlowCheck::Residual;
-  double max_residual = 12;
+  FlowCheck check = FlowCheck::ForwardBackward;
+  double max_residual = 0.3;
   double max_forward_backward_px = 1.0;
   int border_px = 5;
 
@@ -43,10 +45,10 @@ struct FlowParams {
                 {"residual", FlowCheck::Residual},
                 {"forward_backward", FlowCheck::ForwardBackward}},
                "how a tracked point is verified"),
-        real("max_residual", &FlowParams::max_residual, "grey", {0, 255},
-             "mean absolute difference of the patches; 255 switches it off"),
+        real("max_residual", &FlowParams::max_residual, "", {0, 2},
+             "1 - normalised cross-correlation of the patches, with any check but none; 2 switches it off"),
         real("max_forward_backward_px", &FlowParams::max_forward_backward_px, "px", {0, 100},
-             "how far from its start a point may return"),
+             "how far from its start a point may return, with check forward_backward"),
         integer("border_px", &FlowParams::border_px, "px", {0, 1000},
                 "points closer to the border than this, in either frame, are not found"),
     };
@@ -58,9 +60,9 @@ struct FlowParams {
 /// reference frame. Deterministic for any number of threads. Buffers are kept from call to call.
 class FlowTracker {
  public:
-  explicit FlowTracker(const FlowParams& params = FlowParams()) : params_(params) {
-    check_parameters(params_, "flow");
-  }
+  /// Throws ConfigError for parameters out of range.
+  explicit FlowTracker(const FlowParams& params = FlowParams())
+      : params_(checked(params)), patches_(params_.window_px) {}
   const FlowParams& params() const { return params_; }
 
   /// The pyramid of an image, built as this tracker needs it.
@@ -74,6 +76,41 @@ class FlowTracker {
   /// ForwardBackward.
   void track(const ImagePyramid& current, const ImagePyramid& reference, Span<const cv::Point2f> current_px,
              Span<const cv::Point2f> guess, Correspondences& out) {
+    track(current, reference, current_px, guess, params_.check, out);
+  }
+
+  /// Over a large gap: follows the points through `steps` (the frames before the current one, newest first;
+  /// the last is the reference), then tracks each directly between the two ends from where the chain led, so
+  /// that drift does not add up; only this is checked. Costs one unchecked track() per step and one more.
+  void track_chain(const ImagePyramid& current, Span<const ImagePyramid* const> steps,
+                   Span<const cv::Point2f> current_px, Correspondences& out) {
+    if (steps.size() < 2) {
+      const ImagePyramid none;
+      return track(current, steps.empty() ? none : *steps[0], current_px, {}, out);
+    }
+    chained_.assign(current_px.begin(), current_px.end());
+    const ImagePyramid* from = &current;
+    for (const ImagePyramid* to : steps) {
+      track(*from, *to, chained_, {}, FlowCheck::None, out);
+      chained_ = out.reference_px;  // NaN where lost, and NaN stays lost
+      from = to;
+    }
+    chain_start_.assign(current_px.begin(), current_px.end());
+    for (std::size_t i = 0; i < chain_start_.size(); ++i)
+      if (!detail::finite(chained_[i])) chain_start_[i] = chained_[i];
+    track(current, *from, chain_start_, chained_, out);
+  }
+
+ private:
+  using Points = std::vector<cv::Point2f>;
+
+  static const FlowParams& checked(const FlowParams& params) {
+    check_parameters(params, "flow");
+    return params;
+  }
+
+  void track(const ImagePyramid& current, const ImagePyramid& reference, Span<const cv::Point2f> current_px,
+             Span<const cv::Point2f> guess, FlowCheck check, Correspondences& out) {
     out.reset(current_px.size());
     if (!current.fits(reference) || current.window_px() != params_.window_px) return;
     if (!guess.empty() && guess.size() != current_px.size()) guess = {};
@@ -81,35 +118,10 @@ class FlowTracker {
     if (index_.empty()) return;
     lucas_kanade(current, reference, from_, to_);
     keep_inside(current.size());
-    if (params_.check == FlowCheck::ForwardBackward) keep_returning(current, reference);
+    if (check != FlowCheck::None) keep_alike(current.image(), reference.image());
+    if (check == FlowCheck::ForwardBackward) keep_returning(current, reference);
     for (std::size_t k = 0; k < index_.size(); ++k) out.set(index_[k], to_[k]);
   }
-
-  /// Over a large gap: follows the points through `steps` (the frames before the current one, newest first;
-  /// the last is the reference), then refines each directly between the two ends from where the chain led, so
-  /// that drift does not add up. Costs one track() per step and one more.
-  void track_chain(const ImagePyramid& current, Span<const ImagePyramid* const> steps,
-                   Span<const cv::Point2f> current_px, Correspondences& out) {
-    out.reset(current_px.size());
-    if (steps.empty()) return;
-    if (steps.size() == 1) return track(current, *steps[0], current_px, {}, out);
-    chained_.assign(current_px.begin(), current_px.end());
-    const ImagePyramid* from = &current;
-    for (const ImagePyramid* to : steps) {
-      track(*from, *to, chained_, {}, step_);
-      std::swap(chained_, step_.reference_px);  // NaN where lost, and NaN stays lost
-      from = to;
-    }
-    std::swap(step_.reference_px, chained_);
-    guess_.assign(step_.reference_px.begin(), step_.reference_px.end());
-    ends_.assign(current_px.begin(), current_px.end());
-    for (std::size_t i = 0; i < ends_.size(); ++i)
-      if (!detail::finite(guess_[i])) ends_[i] = guess_[i];
-    track(current, *from, ends_, guess_, out);
-  }
-
- private:
-  using Points = std::vector<cv::Point2f>;
 
   void collect(const cv::Size& size, Span<const cv::Point2f> current_px, Span<const cv::Point2f> guess) {
     index_.clear();
@@ -128,16 +140,18 @@ class FlowTracker {
   void lucas_kanade(const ImagePyramid& a, const ImagePyramid& b, const Points& from, Points& to) {
     const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, params_.max_iterations,
                                     params_.epsilon_px);
-    cv::calcOpticalFlowPyrLK(a.levels(), b.levels(), from, to, status_, residual_,
+    cv::calcOpticalFlowPyrLK(a.levels(), b.levels(), from, to, status_, cv::noArray(),
                              {params_.window_px, params_.window_px}, params_.levels, criteria,
                              cv::OPTFLOW_USE_INITIAL_FLOW, params_.min_eigenvalue);
   }
 
   void keep_inside(const cv::Size& size) {
-    const bool check_residual = params_.check != FlowCheck::None;
+    keep([&](std::size_t k) { return status_[k] != 0 && detail::inside(to_[k], size, border()); });
+  }
+
+  void keep_alike(const cv::Mat& current, const cv::Mat& reference) {
     keep([&](std::size_t k) {
-      return status_[k] != 0 && detail::inside(to_[k], size, border()) &&
-             (!check_residual || static_cast<double>(residual_[k]) <= params_.max_residual);
+      return patches_(current, from_[k], reference, to_[k]) <= params_.max_residual;
     });
   }
 
@@ -177,9 +191,8 @@ class FlowTracker {
   std::vector<std::size_t> index_;  // of the points that are still followed
   Points from_, start_, to_, back_;
   std::vector<std::uint8_t> status_;
-  std::vector<float> residual_;
-  Points chained_, guess_, ends_;
-  Correspondences step_;
+  PatchResidual patches_;
+  Points chained_, chain_start_;
 };
 
 }  // namespace dynfilter
