@@ -1,0 +1,20 @@
+# Configures, builds and runs test/consumer/project in an empty folder. See CMakeLists.txt beside this file.
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  message("${output}")
+  if(NOT result EQUAL 0)
+    list(JOIN ARGN " " command)
+    message(FATAL_ERROR "failed (${result}): ${command}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE "${WORK}")
+set(where -DDYNFILTER_SOURCE=${SOURCE})
+if(WAY STREQUAL "package")
+  run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${WORK}/prefix" --component development)
+  set(where -DCMAKE_PREFIX_PATH=${WORK}/prefix)
+endif()
+run(${CMAKE_COMMAND} -S "${SOURCE}/test/consumer/project" -B "${WORK}/build" -G ${GENERATOR} -DDYNFILTER_FROM=${WAY}
+    ${where} -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" -DCMAKE_CXX_STANDARD=17)
+run(${CMAKE_COMMAND} --build "${WORK}/build")
+run("${WORK}/build/consumer")
