@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace dynfilter::command {
+
+/// What the chosen subcommand does; returns the exit code.
+using Action = std::function<int()>;
+
+enum ExitCode { kDone = 0, kFailed = 1, kBadInput = 2 };
+
+// One file per subcommand: each adds its options to `app` and, when it was chosen, sets `action`.
+void add_check(CLI::App& app, Action& action);
+void add_compare(CLI::App& app, Action& action);
+void add_eval(CLI::App& app, Action& action);
+void add_filters(CLI::App& app, Action& action);
+void add_run(CLI::App& app, Action& action);
+void add_synth(CLI::App& app, Action& action);
+
+}  // namespace dynfilter::command

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/version.hpp>
+#include <exception>
+#include <string>
+
+#include "command.hpp"
+
+namespace {
+
+using namespace dynfilter::command;
+
+int complain(std::string message, int exit_code) {
+  while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) message.pop_back();
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::fprintf(stderr, "dynfilter: %s\n", message.c_str());
+  return exit_code;
+}
+
+// CLI11 would say only that one is missing.
+void check_subcommand(const CLI::App& app, const std::string& name) {
+  if (name.empty() || name[0] == '-') return;
+  std::string known;
+  for (const CLI::App* sub : app.get_subcommands({})) {
+    if (sub->get_name() == name) return;
+    known += (known.empty() ? "" : ", ") + sub->get_name();
+  }
+  throw dynfilter::Error("unknown subcommand '" + name + "'; there are: " + known);
+}
+
+int dispatch(int argc, char** argv) {
+  CLI::App app("Rejects features on moving objects for visual SLAM: run it, measure it, see why.",
+               "dynfilter");
+  app.set_version_flag("--version", DYNFILTER_VERSION);
+  app.require_subcommand(1);
+  Action action;
+  add_eval(app, action);
+  check_subcommand(app, argc > 1 ? argv[1] : "");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return complain(std::string(error.what()) + " (see dynfilter --help)", kBadInput);
+  }
+  return action();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return dispatch(argc, argv);
+  } catch (const dynfilter::Error& error) {
+    return complain(error.what(), kBadInput);
+  } catch (const std::exception& error) {
+    return complain(std::string("internal error: ") + error.what(), kFailed);
+  }
+}

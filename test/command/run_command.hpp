@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include "doctest/doctest.h"
+#include "io/tum_folder.hpp"
+
+namespace dynfilter_test {
+
+struct CommandResult {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+/// Runs the built `dynfilter` with these arguments (shell syntax).
+inline CommandResult dynfilter(const std::string& arguments) {
+  const TemporaryFolder folder;
+  const std::string out = (folder.path() / "out").string(), err = (folder.path() / "err").string();
+  const int status = std::system(("'" DYNFILTER_COMMAND "' " + arguments + " >" + out + " 2>" + err).c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out), read_text(err)};
+}
+
+/// Bad usage or input: exit code 2, nothing on stdout, and on stderr one line that says this.
+inline void check_refused(const std::string& arguments, const std::string& reason) {
+  CAPTURE(arguments);
+  const CommandResult result = dynfilter(arguments);
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 2);
+  CHECK(result.out.empty());
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  CHECK(result.err.rfind("dynfilter: ", 0) == 0);
+  CHECK(result.err.find(reason) != std::string::npos);
+}
+
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace dynfilter_test
