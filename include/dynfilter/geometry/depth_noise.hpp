@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+
+namespace dynfilter {
+
+/// True for a usable depth: NaN, infinite, zero and negative all mean "none".
+inline bool has_depth(double depth_m) {
+  return depth_m > 0 && std::isfinite(depth_m);
+}
+
+/// Noise of a structured-light depth camera along its optical axis,
+///   sigma_z(z) = base + quadratic (z - offset)^2   [m],
+/// because depth is the inverse of a disparity with constant noise (Khoshelham and Elberink, Sensors
+/// 2012, sec. 2.3). Defaults: axial noise of the Kinect of Nguyen, Izadi and Lovell, 3DIMPVT 2012.
+/// Silhouettes are much noisier than this: the model is for surfaces seen at up to about 60 degrees.
+struct DepthNoise {
+  double base_m = 0.0012;           ///< noise at `offset_m` [m], > 0
+  double quadratic_per_m = 0.0019;  ///< growth [1/m]
+  double offset_m = 0.4;            ///< depth of the least noise [m]
+
+  /// Standard deviation [m] of a depth of `depth_m` [m].
+  double sigma_m(double depth_m) const {
+    const double d = depth_m - offset_m;
+    return base_m + quadratic_per_m * d * d;
+  }
+};
+
+}  // namespace dynfilter

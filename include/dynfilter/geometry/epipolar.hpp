@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <opencv2/core.hpp>
+
+namespace dynfilter {
+
+/// 3x3 matrix on pixels, row-major.
+using Matrix9 = std::array<double, 9>;
+
+namespace detail {
+
+using RowMatrix3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+inline Eigen::Matrix3d to_eigen(const Matrix9& m) {
+  return Eigen::Map<const RowMatrix3d>(m.data());
+}
+
+inline Matrix9 to_array(const Eigen::Matrix3d& m) {
+  Matrix9 out;
+  Eigen::Map<RowMatrix3d>(out.data()) = m;
+  return out;
+}
+
+inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+inline Eigen::Matrix3d camera_matrix(const Camera& camera) {
+  Eigen::Matrix3d K;
+  K << camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1;
+  return K;
+}
+
+}  // namespace detail
+
+/// Distance [px] of the current point to the epipolar line of the reference point,
+///   D = |p2' F p1| / sqrt(X^2 + Y^2),  (X, Y, Z) = F p1     (RTS-SLAM eq. 4).
+/// Infinite if the line is undefined (reference point on the epipole).
+inline double epipolar_distance_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
+  const double x = reference.x, y = reference.y;
+  const double X = F[0] * x + F[1] * y + F[2], Y = F[3] * x + F[4] * y + F[5], Z = F[6] * x + F[7] * y + F[8];
+  const double norm = std::sqrt(X * X + Y * Y);
+  return norm > 0 ? std::abs(X * current.x + Y * current.y + Z) / norm : HUGE_VAL;
+}
+
+/// First-order distance [px] of the match to the epipolar variety in the joint image (Sampson; Hartley and
+/// Zisserman, eq. 11.9). With equal noise in both images it has that noise's standard deviation, while
+/// `epipolar_distance_px` has about sqrt(2) of it.
+inline double sampson_distance_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
+  const double x = reference.x, y = reference.y, u = current.x, v = current.y;
+  const double X = F[0] * x + F[1] * y + F[2], Y = F[3] * x + F[4] * y + F[5], Z = F[6] * x + F[7] * y + F[8];
+  const double A = F[0] * u + F[3] * v + F[6], B = F[1] * u + F[4] * v + F[7];
+  const double norm = std::sqrt(X * X + Y * Y + A * A + B * B);
+  return norm > 0 ? std::abs(X * u + Y * v + Z) / norm : HUGE_VAL;
+}
+
+/// `H p` in pixels; not finite for points on the line that H sends to infinity.
+inline cv::Point2d transfer(const Matrix9& H, cv::Point2f p) {
+  const double w = H[6] * p.x + H[7] * p.y + H[8];
+  return {(H[0] * p.x + H[1] * p.y + H[2]) / w, (H[3] * p.x + H[4] * p.y + H[5]) / w};
+}
+
+/// Distance [px] of the current point from where H takes the reference point.
+inline double transfer_distance_px(const Matrix9& H, cv::Point2f reference, cv::Point2f current) {
+  const cv::Point2d q = transfer(H, reference);
+  return std::hypot(current.x - q.x, current.y - q.y);
+}
+
+/// F = K^-T [t]x R K^-1 of a known motion (Hartley and Zisserman, sec. 9.2). All zero without translation.
+inline Matrix9 fundamental_from_pose(const Camera& camera, const Pose& T_current_reference) {
+  const Eigen::Matrix3d K_inv = detail::camera_matrix(camera).inverse();
+  Eigen::Matrix3d F =
+      K_inv.transpose() * detail::cross_matrix(T_current_reference.t()) * T_current_reference.R() * K_inv;
+  const double norm = F.norm();
+  return detail::to_array(norm > 0 ? Eigen::Matrix3d(F / norm) : F);
+}
+
+}  // namespace dynfilter

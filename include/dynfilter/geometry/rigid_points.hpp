@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/sampling.hpp>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// What a rigid motion q = R p_reference + t leaves at a point c of the current frame, in standard
+/// deviations. ImageDepth (the odometry's form): (fx (qx/qz - cx/cz), fy (qy/qz - cy/cz)) / pixel sigma, (qz
+/// - cz) / sigma_z. Point: (q - c) / sigma per axis, lateral sigma = c.z pixel_sigma / f. sigma_z^2 is the
+/// sum of both depths' variances.
+enum class RigidResidualKind { ImageDepth, Point };
+
+namespace detail {
+
+struct RigidTransform {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+};
+
+struct RigidNoise {
+  RigidResidualKind kind;
+  double pixel_sigma_px;
+  DepthNoise depth;
+};
+
+/// The correspondences as structure of arrays, in random order (so that a prefix is a fair sample), padded to
+/// whole packs with points of zero weight. The score is linear in q: residual = W (q - a q.z - b), which for
+/// ImageDepth replaces 1/q.z by 1/c.z.
+struct RigidPoints {
+  static constexpr int kPack = 8;
+  using Pack = Eigen::Array<float, kPack, 1>;
+  using PackMap = Eigen::Map<const Pack, Eigen::Unaligned>;
+  enum Row { kPx, kPy, kPz, kAx, kAy, kBx, kBy, kBz, kWx, kWy, kWz, kRows };
+
+  std::size_t count = 0, stride = 0;
+  bool image_depth = true;
+  std::vector<float> data;
+  std::vector<int> order;
+
+  const float* row(int r) const { return data.data() + static_cast<std::size_t>(r) * stride; }
+
+  void pack(const Camera& camera, const RigidNoise& noise, Span<const cv::Point3f> reference,
+            Span<const cv::Point3f> current, Span<const int> seeds, std::uint64_t seed) {
+    image_depth = noise.kind == RigidResidualKind::ImageDepth;
+    order.clear();
+    const int n = static_cast<int>(std::min(reference.size(), current.size()));
+    for (int i : seeds) {
+      if (i >= 0 && i < n && usable(reference[i]) && usable(current[i])) order.push_back(i);
+    }
+    Rng rng(seed ^ 0x5DEECE66DULL);
+    shuffle(rng, order);
+    count = order.size();
+    stride = (count + kPack - 1) / kPack * kPack;
+    data.assign(stride * kRows, 0.0F);
+    for (std::size_t k = 0; k < count; ++k) store(k, camera, noise, reference[order[k]], current[order[k]]);
+  }
+
+  static bool usable(const cv::Point3f& p) {
+    return has_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
+  }
+
+  void store(std::size_t k, const Camera& camera, const RigidNoise& noise, const cv::Point3f& p,
+             const cv::Point3f& c) {
+    const double inv_z = 1.0 / c.z;
+    const double sp = noise.depth.sigma_m(p.z), sc = noise.depth.sigma_m(c.z);
+    const double lateral = inv_z / noise.pixel_sigma_px;
+    auto set = [&](int r, double v) {
+      data[static_cast<std::size_t>(r) * stride + k] = static_cast<float>(v);
+    };
+    set(kPx, p.x), set(kPy, p.y), set(kPz, p.z);
+    set(kAx, image_depth ? c.x * inv_z : 0), set(kAy, image_depth ? c.y * inv_z : 0);
+    set(kBx, image_depth ? 0 : c.x), set(kBy, image_depth ? 0 : c.y), set(kBz, c.z);
+    set(kWx, lateral * camera.fx_px), set(kWy, lateral * camera.fy_px);
+    set(kWz, 1 / std::sqrt(sp * sp + sc * sc));
+  }
+
+  Pack chi2(const float (&m)[12], std::size_t i) const {
+    auto at = [&](int r) { return PackMap(row(r) + i); };
+    const Pack px = at(kPx), py = at(kPy), pz = at(kPz);
+    const Pack qz = m[8] * px + m[9] * py + m[10] * pz + m[11];
+    const Pack qx = m[0] * px + m[1] * py + m[2] * pz + m[3];
+    const Pack qy = m[4] * px + m[5] * py + m[6] * pz + m[7];
+    const Pack rx = (qx - at(kAx) * qz - at(kBx)) * at(kWx);
+    const Pack ry = (qy - at(kAy) * qz - at(kBy)) * at(kWy);
+    const Pack rz = (qz - at(kBz)) * at(kWz);
+    return rx * rx + ry * ry + rz * rz;
+  }
+
+  static void to_float(const RigidTransform& T, float (&m)[12]) {
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) m[4 * r + c] = static_cast<float>(T.R(r, c));
+      m[4 * r + 3] = static_cast<float>(T.t(r));
+    }
+  }
+
+  /// Sum of max(0, 1 - chi2/limit) (MSAC, Torr and Zisserman 2000), or 0 as soon as `floor` is out of reach:
+  /// by more than three standard deviations of what a prefix of this length tells, or for certain.
+  double score(const RigidTransform& T, float limit, double floor) const {
+    float m[12];
+    to_float(T, m);
+    const float inv = 1 / limit;
+    const double share = floor / static_cast<double>(count);
+    double total = 0;
+    constexpr std::size_t kBlock = 64;
+    for (std::size_t i = 0; i < stride;) {
+      const std::size_t end = std::min(stride, i + kBlock);
+      Pack sum = Pack::Zero();
+      for (; i < end; i += kPack) sum += (1 - chi2(m, i) * inv).max(0.0F);
+      total += sum.sum();
+      const double seen = static_cast<double>(i);
+      if (total < share * seen - 1.5 * std::sqrt(seen)) return 0;
+    }
+    total -= padding_score(m, inv);
+    return total > floor ? total : 0;
+  }
+
+  double padding_score(const float (&m)[12], float inv) const {
+    if (stride == count) return 0;
+    const Pack last = (1 - chi2(m, stride - kPack) * inv).max(0.0F);
+    double sum = 0;
+    for (std::size_t k = count; k < stride; ++k) sum += last[static_cast<int>(k % kPack)];
+    return sum;
+  }
+
+  template <class Visit>
+  void visit_chi2(const RigidTransform& T, Visit visit) const {
+    float m[12];
+    to_float(T, m);
+    for (std::size_t i = 0; i < stride; i += kPack) {
+      const Pack e = chi2(m, i);
+      for (std::size_t k = 0; k < kPack && i + k < count; ++k) visit(i + k, e[static_cast<int>(k)]);
+    }
+  }
+
+  int inliers(const RigidTransform& T, float limit) const {
+    int n = 0;
+    visit_chi2(T, [&](std::size_t, float e) { n += e < limit; });
+    return n;
+  }
+
+  /// Sum over 8x8 cells of the viewing directions (tan within +-0.8) of the square root of what each holds.
+  double spread_score(const RigidTransform& T, float limit) const {
+    float cells[64] = {};
+    auto cell = [](float tangent) {
+      return std::min(7, std::max(0, static_cast<int>((tangent + 0.8F) * 5)));
+    };
+    visit_chi2(T, [&](std::size_t k, float e) {
+      const float inv_z = 1 / row(kPz)[k];
+      cells[8 * cell(row(kPy)[k] * inv_z) + cell(row(kPx)[k] * inv_z)] += std::max(0.0F, 1 - e / limit);
+    });
+    double sum = 0;
+    for (float held : cells) sum += std::sqrt(held);
+    return sum;
+  }
+
+  Eigen::Vector3d reference(std::size_t k) const { return {row(kPx)[k], row(kPy)[k], row(kPz)[k]}; }
+  Eigen::Vector3d current(std::size_t k) const {
+    const double z = row(kBz)[k];
+    return {row(kAx)[k] * z + row(kBx)[k], row(kAy)[k] * z + row(kBy)[k], z};
+  }
+
+  /// Pose of three points by aligning their orthonormal frames (TRIAD, Black 1964) at their centroids. False
+  /// for (nearly) collinear points and for triangles whose sides differ by more than their noise allows.
+  bool solve_triple(const std::uint32_t (&pick)[3], RigidTransform& T) const {
+    Eigen::Vector3d p[3], c[3];
+    double slack2 = 0;
+    for (int i = 0; i < 3; ++i) {
+      p[i] = reference(pick[i]), c[i] = current(pick[i]);
+      const double w = std::min({row(kWx)[pick[i]], row(kWy)[pick[i]], row(kWz)[pick[i]]});
+      slack2 = std::max(slack2, 18 / (w * w));  // (3 sigma sqrt 2)^2
+    }
+    const double slack = std::sqrt(slack2);
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3;
+      if (std::abs((p[i] - p[j]).norm() - (c[i] - c[j]).norm()) > slack) return false;
+    }
+    Eigen::Matrix3d P, C;
+    if (!frame_of(p, P) || !frame_of(c, C)) return false;
+    T.R.noalias() = C * P.transpose();
+    T.t = (c[0] + c[1] + c[2] - T.R * (p[0] + p[1] + p[2])) / 3;
+    return true;
+  }
+
+  static bool frame_of(const Eigen::Vector3d (&p)[3], Eigen::Matrix3d& frame) {
+    const Eigen::Vector3d a = p[1] - p[0], n = a.cross(p[2] - p[0]);
+    const double length2 = a.squaredNorm(), area2 = n.squaredNorm();
+    if (!(area2 > 1e-6 * length2 * (p[2] - p[0]).squaredNorm()) || !(length2 > 1e-12)) return false;
+    frame.col(0) = a / std::sqrt(length2);
+    frame.col(2) = n / std::sqrt(area2);
+    frame.col(1) = frame.col(2).cross(frame.col(0));
+    return true;
+  }
+};
+
+}  // namespace detail
+}  // namespace dynfilter

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace dynfilter {
+
+/// Small deterministic generator (splitmix64, Steele et al., OOPSLA 2014): the same numbers on every machine,
+/// which std::uniform_*_distribution does not promise.
+class Rng {
+ public:
+  explicit Rng(std::uint64_t seed) : state_(seed) {}
+
+  std::uint32_t next() {
+    std::uint64_t z = (state_ += 0x9E3779B97F4A7C15ULL);
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+    return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
+  }
+  /// In [0, n), n > 0.
+  std::uint32_t below(std::uint32_t n) {
+    return static_cast<std::uint32_t>((static_cast<std::uint64_t>(next()) * n) >> 32);
+  }
+  /// In [0, 1).
+  double uniform() { return next() * (1.0 / 4294967296.0); }
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }
+  /// Standard normal (Box-Muller).
+  double normal() {
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
+    return radius * std::cos(6.283185307179586 * uniform());
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// Draws `count` distinct indices below `n` (count <= n; few of many: rejection).
+inline void sample_distinct(Rng& rng, std::uint32_t n, std::uint32_t* out, int count) {
+  for (int i = 0; i < count;) {
+    out[i] = rng.below(n);
+    if (std::find(out, out + i, out[i]) == out + i) ++i;
+  }
+}
+
+/// Iterations after which a sample without outliers was drawn with probability `confidence`, if a sample of
+/// `size` has inliers with probability `inlier_share` each (Fischler and Bolles 1981). At most `limit`.
+inline int ransac_iterations(double inlier_share, int size, double confidence, int limit) {
+  const double good = std::pow(std::min(1.0, std::max(0.0, inlier_share)), size);
+  if (good <= 0) return limit;
+  if (good >= 1) return 1;
+  const double n = std::log(1 - confidence) / std::log1p(-good);
+  return n < limit ? std::max(1, static_cast<int>(std::ceil(n))) : limit;
+}
+
+template <class T>
+void shuffle(Rng& rng, std::vector<T>& values) {
+  for (std::size_t i = values.size(); i > 1; --i) {
+    std::swap(values[i - 1], values[rng.below(static_cast<std::uint32_t>(i))]);
+  }
+}
+
+}  // namespace dynfilter

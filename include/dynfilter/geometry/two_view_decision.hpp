@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/geometry/two_view_model.hpp>
+#include <dynfilter/geometry/two_view_points.hpp>
+#include <dynfilter/geometry/two_view_refine.hpp>
+#include <limits>
+#include <vector>
+
+namespace dynfilter {
+
+struct TwoViewOptions {
+  double max_distance_px = 1.0;   ///< a seed agrees with F up to this Sampson distance, about 2 noise sigmas
+  int min_seeds = 20;             ///< fewer usable seeds: None
+  double min_spread_px = 4.0;     ///< seeds within this standard deviation of a line: None
+  double min_inlier_share = 0.3;  ///< of the seeds, for any model
+  double min_plane_share = 0.5;   ///< of F's support: from here on a homography is a rival of F
+  double min_parallax_share = 0.2;  ///< of the seeds: fewer points off H are movers, see TwoViewDecision
+  double confidence = 0.99;         ///< of having drawn one sample without outliers
+  int max_iterations = 1500;        ///< of the sampling for F
+  std::uint64_t seed = 1;
+};
+
+namespace detail {
+
+/// The decision between F, H and "no baseline".
+///
+/// F fits any scene that H fits, F = [e']x H for every e', and e' is then chosen by whatever is left: movers.
+/// So counting inliers always prefers F. Let S be the seeds that H explains, O the others. In this order:
+///
+/// 1. S is less than half of F's support: **Fundamental** (General).
+/// 2. What H leaves at S is noise if H is the whole truth, so it has no direction; parallax of the static
+/// scene
+///    points along the epipolar lines. e' is found from S *alone*, so movers in O cannot choose it (least
+///    ratio of the residuals' second moment across the lines to what isotropic noise gives: a 3x3 generalised
+///    eigenproblem). Variance along over across above 1 + 12 / sqrt|S| means parallax. Then F is fitted from
+///    that e', and if O holds static points within the range that this parallax predicts: **Fundamental**
+///    (PlaneAndParallax; Irani and Anandan, PAMI 1998), else **Homography** with an allowance of four
+///    standard deviations along the lines (WeakParallax): a baseline of millimetres.
+/// 3. With a camera, K R K^-1 explains S: **Rotation** (PureRotation, NoMotion). O are movers.
+/// 4. With a camera, H = K (R + t n^T / d) K^-1 says where e' = K t must be (Ma et al., An Invitation to 3-D
+///    Vision, sec. 5.3.3). If points of O lie on these lines: **Fundamental** (CalibratedParallax).
+/// 5. **Homography** (Plane). O are movers, or a second static surface: GRIC (Torr, PTRSA 1998; two-view
+/// weights
+///    lambda 2, ln 4) prefers F once O on F is more than 0.39 / 2.0 = 19 % of the seeds, so above
+///    `min_parallax_share` the model says `ambiguous` and judges only points that lie off both. In case 3
+///    that applies too unless the camera stood still, which two surfaces cannot imitate.
+class TwoViewDecision {
+ public:
+  TwoViewDecision(const TwoViewPoints& points, const TwoViewOptions& options, double tau2,
+                  const Camera* camera, std::vector<float>& scratch)
+      : points_(points), options_(options), tau2_(tau2), scratch_(scratch) {
+    if (camera == nullptr || !camera->valid()) return;
+    const Eigen::Matrix3d K = camera_matrix(*camera);
+    calibration_ = {(points.T1() * K).inverse(), (points.T2() * K).inverse()};
+    calibrated_ = true;
+  }
+
+  void decide(const Eigen::Matrix3d* F, const Eigen::Matrix3d* H, TwoViewModel& model) {
+    model.reason = TwoViewReason::NoConsensus;
+    const double enough = std::max(8.0, options_.min_inlier_share * static_cast<double>(points_.count()));
+    model.fundamental_inliers = F ? fundamental_inliers(*F) : 0;
+    model.homography_inliers = H ? homography_inliers(*H) : 0;
+    const bool rival = model.homography_inliers >= enough &&
+                       model.homography_inliers >= options_.min_plane_share * model.fundamental_inliers;
+    if (rival) {
+      decide_plane(F, *H, model);
+    } else if (model.fundamental_inliers >= enough) {
+      accept_fundamental(*F, TwoViewReason::General, model);
+    }
+  }
+
+ private:
+  struct Residuals {
+    Eigen::Vector3d epipole;
+    double along2 = 0, across2 = 0;
+    bool parallax = false;
+  };
+
+  int fundamental_inliers(const Eigen::Matrix3d& F) const {
+    return points_.inliers(FundamentalError(F), tau2_);
+  }
+  int homography_inliers(const Eigen::Matrix3d& H) const {
+    return points_.inliers(HomographyError(H), tau2_);
+  }
+
+  void decide_plane(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, TwoViewModel& model) {
+    const Residuals residuals = measure_residuals(H);
+    model.anisotropy = residuals.along2 / residuals.across2;
+    if (residuals.parallax) return decide_parallax(F, H, residuals, model);
+    if (calibrated_ && decide_rotation(F, H, model)) return;
+    if (calibrated_ && decide_calibrated(H, model)) return;
+    accept_homography(H, TwoViewKind::Homography, TwoViewReason::Plane, model);
+    set_ambiguous(F, H, model);
+  }
+
+  /// Step 2: how what H leaves at S is distributed, and the e' it points at.
+  Residuals measure_residuals(const Eigen::Matrix3d& H) const {
+    Eigen::Matrix3d moment = Eigen::Matrix3d::Zero(), noise = Eigen::Matrix3d::Zero();
+    for_plane(H, [&](const Eigen::Vector2d& q, const Eigen::Vector2d& d) {
+      const Eigen::Vector3d line(-d.y(), d.x(), q.x() * d.y() - q.y() * d.x());
+      moment.noalias() += line * line.transpose();
+      noise(0, 0) += 1, noise(0, 2) -= q.x(), noise(1, 2) -= q.y(), noise(2, 2) += q.squaredNorm();
+    });
+    noise(1, 1) = noise(0, 0), noise(2, 0) = noise(0, 2), noise(2, 1) = noise(1, 2);
+    Residuals out;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> solver(moment, noise);
+    out.epipole = solver.eigenvectors().col(0).normalized();
+    double n = 0;
+    for_plane(H, [&](const Eigen::Vector2d& q, const Eigen::Vector2d& d) {
+      const Eigen::Vector2d u = (out.epipole.head<2>() - out.epipole.z() * q).normalized();
+      const double along = u.dot(d), across = u.x() * d.y() - u.y() * d.x();
+      out.along2 += along * along, out.across2 += across * across, n += 1;
+    });
+    const double floor = 4e-4 * tau2_;  // exact data: rounding has directions too
+    out.along2 = out.along2 / n + floor, out.across2 = out.across2 / n + floor;
+    out.parallax = out.along2 > (1 + 12 / std::sqrt(n)) * out.across2;
+    return out;
+  }
+
+  /// visit(H x1, x2 - H x1) for every seed of S.
+  template <class Visit>
+  void for_plane(const Eigen::Matrix3d& H, Visit visit) const {
+    const double limit = tau2_ * kTransferScale;
+    for (std::size_t i = 0; i < points_.count(); ++i) {
+      const Eigen::Vector2d q = (H * points_.reference(i).homogeneous()).hnormalized();
+      const Eigen::Vector2d d = points_.current(i) - q;
+      if (d.squaredNorm() <= limit) visit(q, d);
+    }
+  }
+
+  void decide_parallax(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, const Residuals& residuals,
+                       TwoViewModel& model) {
+    Eigen::Matrix3d weak = cross_matrix(residuals.epipole) * H;
+    weak.normalize();
+    const double tight2 = std::min(tau2_, 9 * residuals.across2 / 2);  // across: both images' noise
+    const double allowance = 4 * std::sqrt(residuals.along2 - residuals.across2);
+    const int off = parallax_support(weak, H, 1.5 * allowance);
+    if (off >= 0.5 * options_.min_parallax_share * static_cast<double>(points_.count())) {
+      refine_fundamental(points_, 2 * tau2_, 3, 1, weak);
+      refine_fundamental(points_, 2 * tight2, 2, 1, weak);
+      const double worst = std::numeric_limits<double>::infinity();
+      const bool rival = F && points_.cost(FundamentalError(*F), tight2, worst) <
+                                  points_.cost(FundamentalError(weak), tight2, worst);
+      return accept_fundamental(rival ? *F : weak, TwoViewReason::PlaneAndParallax, model);
+    }
+    accept_homography(H, TwoViewKind::Homography, TwoViewReason::WeakParallax, model);
+    model.F = fundamental_px(weak);
+    model.allowance_px = allowance / points_.scale();
+  }
+
+  /// Seeds off H, on F, at most `reach` from where H has them.
+  int parallax_support(const Eigen::Matrix3d& F, const Eigen::Matrix3d& H, double reach) const {
+    int n = 0;
+    const double off2 = tau2_ * kTransferScale;
+    points_.visit(FundamentalError(F), [&](std::size_t i, float e) {
+      if (e > tau2_) return;
+      const Eigen::Vector2d q = (H * points_.reference(i).homogeneous()).hnormalized();
+      const double d2 = (points_.current(i) - q).squaredNorm();
+      n += d2 > off2 && d2 <= reach * reach;
+    });
+    return n;
+  }
+
+  bool decide_rotation(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, TwoViewModel& model) {
+    const Eigen::Matrix3d G = calibration_.K2_inv * H * calibration_.K1_inv.inverse();
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(G, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
+    if (R.determinant() < 0) R = -R;
+    const std::size_t stride = std::max<std::size_t>(1, points_.count() / 250);
+    for (double cut : {64.0, 16.0, 4.0}) refine_rotation(points_, calibration_, cut * tau2_, 1, stride, R);
+    refine_rotation(points_, calibration_, 2 * tau2_, 2, 1, R);
+    const Eigen::Matrix3d infinite = calibration_.rotation(R);
+    if (homography_inliers(infinite) < 0.97 * model.homography_inliers) return false;
+    const bool still = stood_still();
+    accept_homography(infinite, TwoViewKind::Rotation,
+                      still ? TwoViewReason::NoMotion : TwoViewReason::PureRotation, model);
+    if (!still) set_ambiguous(F, infinite, model);
+    return true;
+  }
+
+  /// Half of the seeds have not moved.
+  bool stood_still() const {
+    const Eigen::Matrix3d identity_px = points_.T2() * points_.T1().inverse();
+    return homography_inliers(identity_px) >= 0.5 * static_cast<double>(points_.count());
+  }
+
+  /// Step 4.
+  bool decide_calibrated(const Eigen::Matrix3d& H, TwoViewModel& model) {
+    Essential candidates[2];
+    const int n = decompose(calibration_.K2_inv * H * calibration_.K1_inv.inverse(), candidates);
+    int best_support = 0;
+    Eigen::Matrix3d best;
+    for (int c = 0; c < n; ++c) {
+      refine_essential(points_, calibration_, 16 * tau2_, 2, candidates[c]);
+      refine_essential(points_, calibration_, 2 * tau2_, 2, candidates[c]);
+      const Eigen::Matrix3d F = calibration_.fundamental(candidates[c]).normalized();
+      if (fundamental_inliers(F) < 0.95 * model.homography_inliers) continue;
+      const int support = parallax_support(F, H, std::numeric_limits<double>::infinity());
+      if (support > best_support) best_support = support, best = F;
+    }
+    const int off = static_cast<int>(points_.count()) - model.homography_inliers;
+    // Movers of any direction come within 1 px of these lines now and then: ask for more than that.
+    if (best_support < 10 || best_support < 0.4 * off) return false;
+    accept_fundamental(best, TwoViewReason::CalibratedParallax, model);
+    return true;
+  }
+
+  /// The two motions of a plane: G = R + t n^T up to scale, as (R, t / |t|).
+  static int decompose(Eigen::Matrix3d G, Essential (&out)[2]) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(G, Eigen::ComputeFullV);
+    G /= std::copysign(svd.singularValues()(1), G.determinant());
+    const Eigen::Vector3d s = svd.singularValues() / svd.singularValues()(1);
+    const double a2 = 1 - s(2) * s(2), b2 = s(0) * s(0) - 1;
+    if (!(a2 + b2 > 1e-9)) return 0;
+    Eigen::Matrix3d V = svd.matrixV();
+    if (V.determinant() < 0) V = -V;
+    for (int k = 0; k < 2; ++k) {
+      const double sign = k == 0 ? 1 : -1;
+      const Eigen::Vector3d v2 = V.col(1);
+      const Eigen::Vector3d u =
+          ((std::sqrt(std::max(0.0, a2)) * V.col(0) + sign * std::sqrt(std::max(0.0, b2)) * V.col(2)) /
+           std::sqrt(a2 + b2))
+              .normalized();
+      Eigen::Matrix3d U, W;
+      U << v2, u, v2.cross(u);
+      W << G * v2, G * u, (G * v2).cross(G * u);
+      const Eigen::JacobiSVD<Eigen::Matrix3d> nearest(W * U.transpose(),
+                                                      Eigen::ComputeFullU | Eigen::ComputeFullV);
+      out[k].R = nearest.matrixU() * nearest.matrixV().transpose();
+      const Eigen::Vector3d t = (G - out[k].R) * v2.cross(u);
+      if (!(t.norm() > 1e-9) || out[k].R.determinant() < 0) return k;
+      out[k].t = t.normalized();
+    }
+    return 2;
+  }
+
+  void set_ambiguous(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, TwoViewModel& model) const {
+    if (!F) return;
+    const int off = parallax_support(*F, H, std::numeric_limits<double>::infinity());
+    model.ambiguous = off >= options_.min_parallax_share * static_cast<double>(points_.count());
+    if (model.ambiguous) model.F = fundamental_px(*F);
+  }
+
+  void accept_fundamental(const Eigen::Matrix3d& F, TwoViewReason reason, TwoViewModel& model) {
+    model.kind = TwoViewKind::Fundamental;
+    model.reason = reason;
+    model.F = fundamental_px(F);
+    model.inliers = fundamental_inliers(F);
+    model.sigma_px = sigma_px(FundamentalError(F), 0.4549);
+  }
+
+  void accept_homography(const Eigen::Matrix3d& H, TwoViewKind kind, TwoViewReason reason,
+                         TwoViewModel& model) {
+    model.kind = kind;
+    model.reason = reason;
+    const Eigen::Matrix3d px = points_.T2().inverse() * H * points_.T1();
+    model.H = to_array(px / px(2, 2));
+    model.inliers = homography_inliers(H);
+    model.sigma_px = sigma_px(HomographyError(H), 1.3863 * 2 / kTransferScale);
+  }
+
+  Matrix9 fundamental_px(const Eigen::Matrix3d& F) const {
+    return to_array((points_.T2().transpose() * F * points_.T1()).normalized());
+  }
+
+  /// From the median of the squared errors that agree; `median` is that of unit noise.
+  template <class Error>
+  double sigma_px(const Error& error, double median) {
+    scratch_.clear();
+    points_.visit(error, [&](std::size_t, float e) {
+      if (e <= 4 * tau2_) scratch_.push_back(e);
+    });
+    if (scratch_.empty()) return 0;
+    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
+    std::nth_element(scratch_.begin(), middle, scratch_.end());
+    return std::sqrt(*middle / median) / points_.scale();
+  }
+
+  const TwoViewPoints& points_;
+  const TwoViewOptions& options_;
+  double tau2_;
+  std::vector<float>& scratch_;
+  Calibration calibration_;
+  bool calibrated_ = false;
+};
+
+}  // namespace detail
+}  // namespace dynfilter

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/sampling.hpp>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter::detail {
+
+/// Squared residuals of packs of matches in normalised coordinates. Both are comparable with one threshold: a
+/// match passes both with the same probability if its noise is Gaussian and equal in both images.
+using Pack = Eigen::Array<float, 8, 1>;
+
+/// Squared Sampson distance: one degree of freedom, the noise's own variance.
+struct FundamentalError {
+  explicit FundamentalError(const Eigen::Matrix3d& F) {
+    for (int i = 0; i < 9; ++i) f[i] = static_cast<float>(F(i / 3, i % 3));
+  }
+  Pack operator()(const Pack& x, const Pack& y, const Pack& u, const Pack& v) const {
+    const Pack X = f[0] * x + f[1] * y + f[2], Y = f[3] * x + f[4] * y + f[5];
+    const Pack A = f[0] * u + f[3] * v + f[6], B = f[1] * u + f[4] * v + f[7];
+    const Pack e = X * u + Y * v + (f[6] * x + f[7] * y + f[8]);
+    return e * e / (X * X + Y * Y + A * A + B * B + 1e-30F);
+  }
+  float f[9];
+};
+
+/// Ratio of the 95 % quantiles of chi-square with two and one degree of freedom, times the two images' noise.
+constexpr double kTransferScale = 2 * 5.991 / 3.841;
+
+/// Squared transfer distance over kTransferScale.
+struct HomographyError {
+  explicit HomographyError(const Eigen::Matrix3d& H) {
+    for (int i = 0; i < 9; ++i) h[i] = static_cast<float>(H(i / 3, i % 3));
+  }
+  Pack operator()(const Pack& x, const Pack& y, const Pack& u, const Pack& v) const {
+    const Pack w = 1.0F / (h[6] * x + h[7] * y + h[8]);
+    const Pack a = (h[0] * x + h[1] * y + h[2]) * w - u, b = (h[3] * x + h[4] * y + h[5]) * w - v;
+    return (a * a + b * b) * static_cast<float>(1 / kTransferScale);
+  }
+  float h[9];
+};
+
+/// The seeds' matches as structure of arrays in random order (a prefix is a fair sample), both images moved
+/// to their centroids and divided by one common scale (Hartley 1997). Padded to whole packs by repeating
+/// matches, which ranks hypotheses all the same; counting is exact.
+class TwoViewPoints {
+ public:
+  std::size_t count() const { return count_; }
+  double scale() const { return scale_; }             ///< normalised units per pixel
+  double minor_axis_px() const { return minor_px_; }  ///< spread across the longest direction of the seeds
+  Eigen::Vector2d reference(std::size_t i) const { return {x_[i], y_[i]}; }
+  Eigen::Vector2d current(std::size_t i) const { return {u_[i], v_[i]}; }
+
+  void pack(Span<const cv::Point2f> reference, Span<const cv::Point2f> current, Span<const int> seeds,
+            std::uint64_t seed) {
+    order_.clear();
+    const int n = static_cast<int>(std::min(reference.size(), current.size()));
+    for (int i : seeds) {
+      if (i >= 0 && i < n && finite(reference[i]) && finite(current[i])) order_.push_back(i);
+    }
+    count_ = order_.size();
+    if (count_ == 0) return;
+    Rng rng(seed ^ 0x2545F4914F6CDD1DULL);
+    shuffle(rng, order_);
+    measure(reference, current);
+    fill(reference, current);
+    fill_cells();
+  }
+
+  /// Pixels -> normalised coordinates.
+  Eigen::Matrix3d T1() const { return normaliser(center1_); }
+  Eigen::Matrix3d T2() const { return normaliser(center2_); }
+
+  /// Sum of min(e2, tau2) / tau2 over the matches (MSAC, Torr and Zisserman 2000), or infinity as soon as
+  /// `best` is out of reach: for certain, or by three standard deviations of what a prefix of this length
+  /// tells.
+  template <class Error>
+  double cost(const Error& error, double tau2, double best) const {
+    constexpr std::size_t kBlock = 64;
+    const float limit = static_cast<float>(tau2);
+    const double share = best / static_cast<double>(padded());
+    double total = 0;
+    for (std::size_t i = 0; i < padded();) {
+      const std::size_t end = std::min(padded(), i + kBlock);
+      Pack sum = Pack::Zero();
+      for (; i < end; i += kWidth) sum += error(at(x_, i), at(y_, i), at(u_, i), at(v_, i)).min(limit);
+      total += sum.sum() / limit;
+      const double seen = static_cast<double>(i);
+      if (total > best || total > share * seen + 1.5 * std::sqrt(seen)) {
+        return std::numeric_limits<double>::infinity();
+      }
+    }
+    return total;
+  }
+
+  /// visit(index, squared error) for every match.
+  template <class Error, class Visit>
+  void visit(const Error& error, Visit visit) const {
+    for (std::size_t i = 0; i < padded(); i += kWidth) {
+      const Pack e = error(at(x_, i), at(y_, i), at(u_, i), at(v_, i));
+      for (std::size_t k = 0; k < kWidth && i + k < count_; ++k) visit(i + k, e[static_cast<int>(k)]);
+    }
+  }
+
+  template <class Error>
+  int inliers(const Error& error, double tau2) const {
+    int n = 0;
+    visit(error, [&](std::size_t, float e) { n += e <= tau2; });
+    return n;
+  }
+
+  /// `size` distinct matches, from as many different cells of a 4x4 grid if there are enough and `spread`.
+  void sample(Rng& rng, bool spread, int size, std::uint32_t* out) const {
+    if (!spread || used_cells_ < size) {
+      sample_distinct(rng, static_cast<std::uint32_t>(count_), out, size);
+      return;
+    }
+    std::uint32_t cells[kCells];
+    sample_distinct(rng, static_cast<std::uint32_t>(used_cells_), cells, size);
+    for (int i = 0; i < size; ++i) {
+      const Cell& cell = cells_[cells[i]];
+      out[i] = members_[cell.begin + rng.below(cell.size)];
+    }
+  }
+
+ private:
+  static constexpr std::size_t kWidth = 8;
+  static constexpr int kSide = 4, kCells = kSide * kSide;
+  struct Cell {
+    std::uint32_t begin, size;
+  };
+
+  static bool finite(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
+  static Eigen::Map<const Pack, Eigen::Unaligned> at(const std::vector<float>& v, std::size_t i) {
+    return Eigen::Map<const Pack, Eigen::Unaligned>(v.data() + i);
+  }
+  std::size_t padded() const { return x_.size(); }
+
+  Eigen::Matrix3d normaliser(const Eigen::Vector2d& center) const {
+    Eigen::Matrix3d T;
+    T << scale_, 0, -scale_ * center.x(), 0, scale_, -scale_ * center.y(), 0, 0, 1;
+    return T;
+  }
+
+  void measure(Span<const cv::Point2f> reference, Span<const cv::Point2f> current) {
+    const double n = static_cast<double>(count_);
+    center1_.setZero(), center2_.setZero();
+    for (int i : order_) {
+      center1_ += Eigen::Vector2d(reference[i].x, reference[i].y);
+      center2_ += Eigen::Vector2d(current[i].x, current[i].y);
+    }
+    center1_ /= n, center2_ /= n;
+    double xx = 0, xy = 0, yy = 0, second = 0;
+    for (int i : order_) {
+      const double dx = reference[i].x - center1_.x(), dy = reference[i].y - center1_.y();
+      xx += dx * dx, xy += dx * dy, yy += dy * dy;
+      second += (Eigen::Vector2d(current[i].x, current[i].y) - center2_).squaredNorm();
+    }
+    minor_px_ = std::sqrt(std::max(0.0, (xx + yy - std::hypot(xx - yy, 2 * xy)) / (2 * n)));
+    const double rms = std::sqrt((xx + yy + second) / (2 * n));
+    scale_ = rms > 0 ? std::sqrt(2.0) / rms : 1;
+  }
+
+  void fill(Span<const cv::Point2f> reference, Span<const cv::Point2f> current) {
+    const std::size_t size = (count_ + kWidth - 1) / kWidth * kWidth;
+    for (std::vector<float>* v : {&x_, &y_, &u_, &v_}) v->resize(size);
+    for (std::size_t k = 0; k < size; ++k) {
+      const int i = order_[k % count_];
+      x_[k] = static_cast<float>((reference[i].x - center1_.x()) * scale_);
+      y_[k] = static_cast<float>((reference[i].y - center1_.y()) * scale_);
+      u_[k] = static_cast<float>((current[i].x - center2_.x()) * scale_);
+      v_[k] = static_cast<float>((current[i].y - center2_.y()) * scale_);
+    }
+  }
+
+  int cell_of(std::size_t k) const {
+    auto index = [](float a) {
+      return std::min(kSide - 1, std::max(0, static_cast<int>((a + 1.8F) / 0.9F)));
+    };
+    return index(y_[k]) * kSide + index(x_[k]);
+  }
+
+  void fill_cells() {
+    std::uint32_t sizes[kCells] = {}, next[kCells];
+    for (std::size_t k = 0; k < count_; ++k) ++sizes[cell_of(k)];
+    used_cells_ = 0;
+    std::uint32_t begin = 0;
+    for (int c = 0; c < kCells; ++c) {
+      next[c] = begin;
+      if (sizes[c] > 0) cells_[used_cells_++] = {begin, sizes[c]};
+      begin += sizes[c];
+    }
+    members_.resize(count_);
+    for (std::size_t k = 0; k < count_; ++k) members_[next[cell_of(k)]++] = static_cast<std::uint32_t>(k);
+  }
+
+  std::size_t count_ = 0;
+  int used_cells_ = 0;
+  double scale_ = 1, minor_px_ = 0;
+  Eigen::Vector2d center1_, center2_;
+  std::vector<float> x_, y_, u_, v_;
+  std::vector<int> order_;
+  std::vector<std::uint32_t> members_;
+  Cell cells_[kCells] = {};
+};
+
+}  // namespace dynfilter::detail

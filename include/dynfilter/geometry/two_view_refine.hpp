@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <cmath>
+#include <dynfilter/geometry/epipolar.hpp>
+#include <dynfilter/geometry/rigid_least_squares.hpp>
+#include <dynfilter/geometry/two_view_points.hpp>
+
+namespace dynfilter::detail {
+
+using Vector9 = Eigen::Matrix<double, 9, 1>;
+using Matrix99 = Eigen::Matrix<double, 9, 9>;
+
+inline Vector9 row_major(const Eigen::Matrix3d& m) {
+  Vector9 v;
+  Eigen::Map<RowMatrix3d>(v.data()) = m;
+  return v;
+}
+
+/// Normal equations in the nine entries of a matrix. Every parametrisation p of that matrix with D = d
+/// entries/dp solves (D^T A D) dp = -D^T g.
+struct EntryNormal {
+  Matrix99 A;
+  Vector9 g;
+
+  template <int N>
+  bool step(const Eigen::Matrix<double, 9, N>& D, Eigen::Matrix<double, N, 1>& delta) const {
+    const Eigen::Matrix<double, N, N> normal = D.transpose() * A * D;
+    const Eigen::LDLT<Eigen::Matrix<double, N, N>> ldlt(normal);
+    if (!ldlt.isPositive()) return false;
+    delta = -ldlt.solve(D.transpose() * g);
+    return delta.allFinite();
+  }
+};
+
+/// Reweighted Sampson residuals a.f / sqrt(den) with Tukey's weights cut off at `cut2` (squared, normalised
+/// units).
+inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix3d& F, double cut2,
+                                std::size_t stride, EntryNormal& normal) {
+  const Vector9 f = row_major(F);
+  normal.A.setZero();
+  int used = 0;
+  for (std::size_t i = 0; i < points.count(); i += stride) {
+    const Eigen::Vector2d p = points.reference(i), q = points.current(i);
+    const double x = p.x(), y = p.y(), u = q.x(), v = q.y();
+    const double X = f[0] * x + f[1] * y + f[2], Y = f[3] * x + f[4] * y + f[5];
+    const double P = f[0] * u + f[3] * v + f[6], Q = f[1] * u + f[4] * v + f[7];
+    const double e = X * u + Y * v + f[6] * x + f[7] * y + f[8], den = X * X + Y * Y + P * P + Q * Q;
+    const double cut = cut2 * den, e2 = e * e;
+    if (!(e2 < cut)) continue;
+    const double taper = 1 - e2 / cut, w = taper * taper / den;
+    Vector9 a;
+    a << u * x, u * y, u, v * x, v * y, v, x, y, 1;
+    normal.A.noalias() += (w * a) * a.transpose();
+    ++used;
+  }
+  normal.g.noalias() = normal.A * f;
+  return used >= 8;
+}
+
+/// Minimises robust Sampson distances over the seven parameters of F = U diag(cos, sin, 0) V^T (Bartoli and
+/// Sturm, PAMI 2004).
+inline void refine_fundamental(const TwoViewPoints& points, double cut2, int iterations, std::size_t stride,
+                               Eigen::Matrix3d& F) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d U = svd.matrixU(), V = svd.matrixV();
+  double angle = std::atan2(svd.singularValues()(1), svd.singularValues()(0));
+  EntryNormal normal;
+  for (int i = 0; i < iterations; ++i) {
+    const Eigen::DiagonalMatrix<double, 3> S(std::cos(angle), std::sin(angle), 0);
+    F = U * S * V.transpose();
+    if (!accumulate_epipolar(points, F, cut2, stride, normal)) return;
+    Eigen::Matrix<double, 9, 7> D;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Matrix3d turn = cross_matrix(Eigen::Vector3d::Unit(k));
+      D.col(k) = row_major(U * turn * S * V.transpose());
+      D.col(3 + k) = row_major(-U * S * turn * V.transpose());
+    }
+    const Eigen::DiagonalMatrix<double, 3> dS(-std::sin(angle), std::cos(angle), 0);
+    D.col(6) = row_major(U * dS * V.transpose());
+    Eigen::Matrix<double, 7, 1> delta;
+    if (!normal.step(D, delta)) return;
+    U = U * exp_so3(delta.head<3>());
+    V = V * exp_so3(delta.segment<3>(3));
+    angle += delta(6);
+  }
+  F = U * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0).asDiagonal() * V.transpose();
+}
+
+/// A calibrated two-view motion, directions only.
+struct Essential {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d::UnitX();  ///< unit
+};
+
+/// K^-1 in normalised coordinates, per image.
+struct Calibration {
+  Eigen::Matrix3d K1_inv, K2_inv;
+  Eigen::Matrix3d fundamental(const Essential& e) const {
+    return K2_inv.transpose() * cross_matrix(e.t) * e.R * K1_inv;
+  }
+  Eigen::Matrix3d rotation(const Eigen::Matrix3d& R) const { return K2_inv.inverse() * R * K1_inv; }
+};
+
+/// As refine_fundamental, over the five parameters of E = [t]x R.
+inline void refine_essential(const TwoViewPoints& points, const Calibration& K, double cut2, int iterations,
+                             Essential& e) {
+  EntryNormal normal;
+  for (int i = 0; i < iterations; ++i) {
+    if (!accumulate_epipolar(points, K.fundamental(e), cut2, 1, normal)) return;
+    const Eigen::Vector3d b1 = e.t.unitOrthogonal(), b2 = e.t.cross(b1);
+    Eigen::Matrix<double, 9, 5> D;
+    auto column = [&](int c, const Eigen::Matrix3d& dE) {
+      D.col(c) = row_major(K.K2_inv.transpose() * dE * K.K1_inv);
+    };
+    const Eigen::Matrix3d tx = cross_matrix(e.t);
+    for (int k = 0; k < 3; ++k) column(k, tx * cross_matrix(Eigen::Vector3d::Unit(k)) * e.R);
+    column(3, cross_matrix(b1) * e.R);
+    column(4, cross_matrix(b2) * e.R);
+    Eigen::Matrix<double, 5, 1> delta;
+    if (!normal.step(D, delta)) return;
+    e.R = exp_so3(delta.head<3>()) * e.R;
+    e.t = (e.t + delta(3) * b1 + delta(4) * b2).normalized();
+  }
+}
+
+/// Reweighted transfer residuals x2 - H x1, Tukey's weights on their HomographyError.
+inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix3d& H, double cut2,
+                                std::size_t stride, EntryNormal& normal) {
+  normal.A.setZero();
+  normal.g.setZero();
+  int used = 0;
+  for (std::size_t i = 0; i < points.count(); i += stride) {
+    const Eigen::Vector3d p = points.reference(i).homogeneous(), q = H * p;
+    const double inv = 1 / q.z();
+    const Eigen::Vector2d at = q.head<2>() * inv, d = at - points.current(i);
+    const double e2 = d.squaredNorm() / kTransferScale;
+    if (!(e2 < cut2)) continue;
+    const double taper = 1 - e2 / cut2, w = taper * taper * inv * inv;
+    // d(at) = inv (p, 0, -at.x p; 0, p, -at.y p): all products are multiples of p p^T.
+    const Eigen::Matrix3d pp = w * p * p.transpose();
+    normal.A.block<3, 3>(0, 0) += pp;
+    normal.A.block<3, 3>(0, 6) -= at.x() * pp;
+    normal.A.block<3, 3>(3, 6) -= at.y() * pp;
+    normal.A.block<3, 3>(6, 6) += at.squaredNorm() * pp;
+    const Eigen::Vector3d wp = taper * taper * inv * p;
+    normal.g.segment<3>(0) += d.x() * wp;
+    normal.g.segment<3>(3) += d.y() * wp;
+    normal.g.segment<3>(6) -= d.dot(at) * wp;
+    ++used;
+  }
+  normal.A.block<3, 3>(3, 3) = normal.A.block<3, 3>(0, 0);
+  normal.A.block<3, 3>(6, 0) = normal.A.block<3, 3>(0, 6).transpose();
+  normal.A.block<3, 3>(6, 3) = normal.A.block<3, 3>(3, 6).transpose();
+  return used >= 4;
+}
+
+/// Minimises robust transfer distances over eight entries; H(2, 2) stays 1.
+inline void refine_homography(const TwoViewPoints& points, double cut2, int iterations, std::size_t stride,
+                              Eigen::Matrix3d& H) {
+  EntryNormal normal;
+  const Eigen::Matrix<double, 9, 8> D = Matrix99::Identity().leftCols<8>();
+  for (int i = 0; i < iterations; ++i) {
+    Eigen::Matrix<double, 8, 1> delta;
+    if (!accumulate_transfer(points, H, cut2, stride, normal) || !normal.step(D, delta)) return;
+    for (int k = 0; k < 8; ++k) H(k / 3, k % 3) += delta(k);
+  }
+}
+
+/// The same over the three parameters of the camera's rotation: H = K R K^-1.
+inline void refine_rotation(const TwoViewPoints& points, const Calibration& K, double cut2, int iterations,
+                            std::size_t stride, Eigen::Matrix3d& R) {
+  EntryNormal normal;
+  const Eigen::Matrix3d K2 = K.K2_inv.inverse();
+  for (int i = 0; i < iterations; ++i) {
+    if (!accumulate_transfer(points, K2 * R * K.K1_inv, cut2, stride, normal)) return;
+    Eigen::Matrix<double, 9, 3> D;
+    for (int k = 0; k < 3; ++k) {
+      D.col(k) = row_major(K2 * cross_matrix(Eigen::Vector3d::Unit(k)) * R * K.K1_inv);
+    }
+    Eigen::Vector3d delta;
+    if (!normal.step(D, delta)) return;
+    R = exp_so3(delta) * R;
+  }
+}
+
+}  // namespace dynfilter::detail

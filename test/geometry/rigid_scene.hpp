@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Geometry>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/sampling.hpp>
+#include <numeric>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace geometry_test {
+
+constexpr double kPixelSigma = 0.7;
+
+inline dynfilter::Camera camera() {
+  dynfilter::Camera c;
+  c.fx_px = 535.4, c.fy_px = 539.2, c.cx_px = 320.1, c.cy_px = 247.6;
+  return c;
+}
+
+/// Largest of translation [m] and rotation [rad] between two poses.
+inline double pose_error(const dynfilter::Pose& a, const dynfilter::Pose& b) {
+  const Eigen::Matrix3d dR = a.R() * b.R().transpose();
+  return std::max((a.t() - b.t()).norm(), (dR - Eigen::Matrix3d::Identity()).norm() / std::sqrt(2.0));
+}
+
+/// Points of two depth frames under one rigid motion: pixel noise on the current pixel, depth noise on both
+/// depths, outliers anywhere in the view.
+struct RigidScene {
+  std::vector<cv::Point3f> reference, current;
+  dynfilter::Pose truth;
+
+  RigidScene(int n, double outlier_share, int seed, double noise) : rng_(seed), noise_(noise) {
+    const Eigen::Vector3d axis(rng_.normal(), rng_.normal(), rng_.normal());
+    const Eigen::Matrix3d R =
+        Eigen::AngleAxisd(rng_.uniform(0.01, 0.06), axis.normalized()).toRotationMatrix();
+    truth = dynfilter::Pose::from(R, {rng_.uniform(-0.06, 0.06), rng_.uniform(-0.06, 0.06), 0.03});
+    for (int i = 0; i < n; ++i) {
+      points_.push_back(ray(rng_.uniform(0, 640), rng_.uniform(0, 480), rng_.uniform(0.8, 4.0)));
+      add(points_.back(), truth);
+    }
+    for (int i = 0; i < outlier_share * n; ++i) {
+      current[i] = to_cv(ray(rng_.uniform(0, 640), rng_.uniform(0, 480), rng_.uniform(0.8, 4.0)));
+    }
+  }
+
+  std::vector<int> all() const {
+    std::vector<int> indices(reference.size());
+    std::iota(indices.begin(), indices.end(), 0);
+    return indices;
+  }
+
+  void move_rigidly(int begin, int end, const dynfilter::Pose& extra) {
+    for (int i = begin; i < end; ++i) current[i] = measure(extra * truth, points_[i]);
+  }
+
+  /// The first n points become a person-sized patch in the middle that moves by `extra` as well.
+  void compact_mover(int n, const dynfilter::Pose& extra) {
+    for (int i = 0; i < n; ++i) {
+      points_[i] = ray(rng_.uniform(280, 360), rng_.uniform(160, 320), rng_.uniform(1.8, 2.0));
+      reference[i] = noisy_depth(points_[i]);
+      current[i] = measure(extra * truth, points_[i]);
+    }
+  }
+
+ private:
+  static Eigen::Vector3d ray(double u, double v, double z) {
+    const dynfilter::Camera c = camera();
+    return {(u - c.cx_px) / c.fx_px * z, (v - c.cy_px) / c.fy_px * z, z};
+  }
+  static cv::Point3f to_cv(const Eigen::Vector3d& p) {
+    return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+  }
+  cv::Point3f noisy_depth(const Eigen::Vector3d& p) {
+    const double z = p.z() + noise_ * dynfilter::DepthNoise{}.sigma_m(p.z()) * rng_.normal();
+    return to_cv(p * (z / p.z()));
+  }
+  cv::Point3f measure(const dynfilter::Pose& T, const Eigen::Vector3d& p) {
+    Eigen::Vector3d q = T.R() * p + T.t();
+    const dynfilter::Camera c = camera();
+    q.x() += noise_ * kPixelSigma * rng_.normal() / c.fx_px * q.z();
+    q.y() += noise_ * kPixelSigma * rng_.normal() / c.fy_px * q.z();
+    return noisy_depth(q);
+  }
+  void add(const Eigen::Vector3d& p, const dynfilter::Pose& T) {
+    reference.push_back(noisy_depth(p));
+    current.push_back(measure(T, p));
+  }
+
+  dynfilter::Rng rng_;
+  double noise_;
+  std::vector<Eigen::Vector3d> points_;
+};
+
+}  // namespace geometry_test
