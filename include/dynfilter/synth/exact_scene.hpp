@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/synth/exact_scene_camera.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
+#include <dynfilter/synth/exact_scene_motion.hpp>
+#include <dynfilter/synth/exact_scene_random.hpp>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace dynfilter::synth {
+
+/// A small scene without images whose truth is known exactly: points, movers, a camera, and what a host would
+/// hand over of each frame. Deterministic per seed; frames may be asked for in any order.
+///
+///   ExactScene scene = ExactScene().points(300).mover(Mover(60).moving({0.05, 0, 0}));
+///   const ExactFrame frame = scene.frame(5);   // with matches to frame 4
+///   filter.apply(...frame.view()...);          // or synth/judge.hpp
+///   scene.is_dynamic(5, i);
+class ExactScene {
+ public:
+  ExactScene() : camera_motion_(synth::camera_motion(CameraMotion::General)) {}
+
+  // ---- what is there
+  /// Static points. Each is in view in at least one of the first `horizon` frames.
+  ExactScene& points(int n) { return points_ = std::max(0, n), *this; }
+  ExactScene& seed(std::uint64_t seed) { return seed_ = seed, *this; }
+  ExactScene& depth_range(double min_m, double max_m) {
+    return min_depth_m_ = min_m, max_depth_m_ = max_m, *this;
+  }
+  /// All static points on one wall 3 m ahead, turned by 20 degrees.
+  ExactScene& planar() { return planar_ = true, *this; }
+  ExactScene& mover(Mover mover) { return movers_.push_back(std::move(mover)), *this; }
+  ExactScene& camera(const Camera& camera);
+  ExactScene& camera_motion(CameraMotion preset) { return camera_motion(synth::camera_motion(preset)); }
+  ExactScene& camera_motion(Motion T_world_camera) {
+    return camera_motion_ = std::move(T_world_camera), *this;
+  }
+  ExactScene& horizon(int frames) { return horizon_ = std::max(1, frames), *this; }
+
+  // ---- what is wrong with it
+  ExactScene& pixel_noise(double sigma_px) { return pixel_noise_px_ = sigma_px, *this; }
+  /// Standard deviation at one metre; it grows with the square of the depth. A Kinect: 0.0014
+  /// (Khoshelham and Elberink 2012).
+  ExactScene& depth_noise(double sigma_at_1m_m) { return depth_noise_m_ = sigma_at_1m_m, *this; }
+  ExactScene& missing_depth(double share) { return missing_depth_ = share, *this; }
+  ExactScene& mismatches(double share) { return mismatches_ = share, *this; }
+  ExactScene& missing_matches(double share) { return missing_matches_ = share, *this; }
+
+  // ---- what the host hands over (besides keypoints, camera, depth and matches)
+  ExactScene& mono() { return mono_ = true, *this; }
+  /// The true poses, declared as of this provenance.
+  ExactScene& with_poses(PoseProvenance provenance = PoseProvenance::Estimated) {
+    return pose_provenance_ = provenance, *this;
+  }
+  /// A box around each mover, computed on the frame `late_frames` before.
+  ExactScene& with_detections(int late_frames = 0) {
+    return with_detections_ = true, late_frames_ = std::max(0, late_frames), *this;
+  }
+  /// 256-bit descriptors of which `flipped_bits` differ from view to view.
+  ExactScene& with_descriptors(int flipped_bits = 10) {
+    return with_descriptors_ = true, flipped_bits_ = std::clamp(flipped_bits, 0, 256), *this;
+  }
+  /// Map points, where each point was at frame 0.
+  ExactScene& with_map_points() { return with_map_points_ = true, *this; }
+  ExactScene& without_matches() { return with_matches_ = false, *this; }
+  /// Matches go to the frame so many frames back.
+  ExactScene& gap(int frames) { return gap_ = std::max(1, frames), *this; }
+  /// Features come in another order in every frame and for every `seed`; 0: in the order of the points.
+  ExactScene& order(std::uint64_t seed) { return order_seed_ = seed, *this; }
+  /// Over how many frames a point must have moved to be called dynamic.
+  ExactScene& truth_over(int frames) { return truth_frames_ = std::max(1, frames), *this; }
+
+  // ---- what comes out
+  /// Frame k >= 0. Features outside the image, behind the camera or behind a mover's box are not there.
+  ExactFrame frame(int k) const;
+  Truth truth(int k, std::size_t feature) const { return frame(k).truth.at(feature); }
+  bool is_dynamic(int k, std::size_t feature) const { return truth(k, feature) == Truth::Dynamic; }
+  Pose T_world_camera(int k) const { return camera_motion_(k); }
+  /// Where point p (ExactFrame::point) is at frame k, in the world [m].
+  Eigen::Vector3d position_m(int p, int k) const;
+  int point_count() const;
+  /// 0: static background, m: mover m.
+  int label(int p) const;
+  const Camera& camera() const { return camera_; }
+  const std::vector<Mover>& movers() const { return movers_; }
+  int gap() const { return gap_; }
+
+ private:
+  enum Purpose : std::uint64_t { kPlace = 1, kPixel, kDepth, kNoDepth, kMatch, kOrder, kDescriptor, kFlip };
+  struct Feature {
+    int point;
+    cv::Point2d px;  // undistorted, with noise
+    double depth_m;  // without
+  };
+
+  PlacedRandom random(Purpose purpose, std::int64_t frame, std::int64_t point) const {
+    return {seed_, purpose, frame, point};
+  }
+  Eigen::Vector3d static_position_m(int p) const;
+  std::vector<Feature> visible(int k) const;
+  bool hidden(int p, const Eigen::Vector3d& point_m, int k) const;
+  Truth truth_of(int p, int k) const;
+  void add(const Feature& feature, int k, ExactFrame& out) const;
+  void add_matches(int k, ExactFrame& out) const;
+  void add_descriptors(int k, ExactFrame& out) const;
+  std::vector<Detection> detections(int k) const;
+
+  Camera camera_ = freiburg3_camera();
+  Motion camera_motion_;
+  std::vector<Mover> movers_;
+  int points_ = 300, horizon_ = 20, gap_ = 1, truth_frames_ = 5, late_frames_ = 0, flipped_bits_ = 10;
+  std::uint64_t seed_ = 1, order_seed_ = 1;
+  double min_depth_m_ = 1.5, max_depth_m_ = 5;
+  double pixel_noise_px_ = 0, depth_noise_m_ = 0, missing_depth_ = 0, mismatches_ = 0, missing_matches_ = 0;
+  PoseProvenance pose_provenance_ = PoseProvenance::None;
+  bool planar_ = false, mono_ = false, with_detections_ = false, with_descriptors_ = false,
+       with_map_points_ = false, with_matches_ = true;
+};
+
+/// Throws ConfigError when it has no focal length or no image size.
+inline ExactScene& ExactScene::camera(const Camera& camera) {
+  if (!camera.valid() || camera.width_px < 1 || camera.height_px < 1)
+    throw ConfigError("camera", "an exact scene needs a focal length and an image size");
+  camera_ = camera;
+  return *this;
+}
+
+inline int ExactScene::point_count() const {
+  int n = points_;
+  for (const Mover& mover : movers_) n += mover.points();
+  return n;
+}
+
+inline int ExactScene::label(int p) const {
+  if (p < points_) return 0;
+  int label = 1;
+  for (p -= points_; p >= movers_[static_cast<std::size_t>(label - 1)].points(); ++label)
+    p -= movers_[static_cast<std::size_t>(label - 1)].points();
+  return label;
+}
+
+inline Eigen::Vector3d ExactScene::static_position_m(int p) const {
+  PlacedRandom random = this->random(kPlace, 0, p);
+  const Eigen::Isometry3d T =
+      camera_motion_(static_cast<int>(random.below(static_cast<std::size_t>(horizon_)))).isometry();
+  const cv::Point2d px(random.uniform(0, camera_.width_px - 1), random.uniform(0, camera_.height_px - 1));
+  const Eigen::Vector3d direction = ray(camera_, px);
+  const double depth_m = random.uniform(min_depth_m_, max_depth_m_);
+  if (!planar_) return T * (direction * depth_m);
+  const Eigen::Vector3d normal(std::sin(0.35), 0, std::cos(0.35)), on_wall(0, 0, 3);
+  return T * (direction * (normal.dot(on_wall - T.translation()) / normal.dot(T.linear() * direction)));
+}
+
+inline Eigen::Vector3d ExactScene::position_m(int p, int k) const {
+  const int l = label(p);
+  if (l == 0) return static_position_m(p);
+  const Mover& mover = movers_[static_cast<std::size_t>(l - 1)];
+  PlacedRandom random = this->random(kPlace, l, p);
+  Eigen::Vector3d offset;
+  for (int axis = 0; axis < 3; ++axis) offset[axis] = random.uniform(-1, 1) * mover.half_size_m()[axis];
+  return mover.T_world_object(k) * offset;
+}
+
+/// Does the line of sight cross the box of a mover that is not its own?
+inline bool ExactScene::hidden(int p, const Eigen::Vector3d& point_m, int k) const {
+  const Eigen::Vector3d eye = camera_motion_(k).t();
+  const int own = label(p);
+  for (std::size_t m = 0; m < movers_.size(); ++m) {
+    if (static_cast<int>(m) + 1 == own) continue;
+    const Eigen::Isometry3d T = movers_[m].T_world_object(k).inverse();
+    const Eigen::Vector3d from = T * eye, way = T * point_m - from, half = movers_[m].half_size_m();
+    double enter = 0, leave = 1;
+    for (int axis = 0; axis < 3 && enter <= leave; ++axis) {
+      if (std::abs(way[axis]) < 1e-12) {
+        if (std::abs(from[axis]) > half[axis]) leave = -1;
+        continue;
+      }
+      const double a = (-half[axis] - from[axis]) / way[axis], b = (half[axis] - from[axis]) / way[axis];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    if (enter <= leave) return true;
+  }
+  return false;
+}
+
+inline std::vector<ExactScene::Feature> ExactScene::visible(int k) const {
+  const Eigen::Isometry3d T_camera_world = camera_motion_(k).isometry().inverse();
+  std::vector<Feature> features;
+  for (int p = 0; p < point_count(); ++p) {
+    const Eigen::Vector3d world_m = position_m(p, k), point_m = T_camera_world * world_m;
+    cv::Point2d px = project(camera_, point_m);
+    PlacedRandom random = this->random(kPixel, k, p);
+    px.x += pixel_noise_px_ * random.gaussian();
+    px.y += pixel_noise_px_ * random.gaussian();
+    if (in_image(camera_, distort(camera_, px)) && !hidden(p, world_m, k))
+      features.push_back({p, px, point_m.z()});
+  }
+  if (order_seed_ == 0) return features;
+  PlacedRandom random(seed_ + order_seed_, kOrder, k, 0);
+  for (std::size_t i = features.size(); i > 1; --i) std::swap(features[i - 1], features[random.below(i)]);
+  return features;
+}
+
+inline Truth ExactScene::truth_of(int p, int k) const {
+  const Eigen::Vector3d now = position_m(p, k), before = position_m(p, std::max(0, k - truth_frames_));
+  const double moved_m = (now - before).norm();
+  if (moved_m < 1e-9) return Truth::Static;
+  const Eigen::Isometry3d T_camera_world = camera_motion_(k).isometry().inverse();
+  const cv::Point2d miss = project(camera_, T_camera_world * now) - project(camera_, T_camera_world * before);
+  return moved_m > 0.010 && !(std::hypot(miss.x, miss.y) <= 1) ? Truth::Dynamic : Truth::DontCare;
+}
+
+inline ExactFrame ExactScene::frame(int k) const {
+  ExactFrame out;
+  out.id = k;
+  out.timestamp_s = k / 30.0;
+  out.camera = camera_;
+  out.T_world_camera = camera_motion_(k);
+  out.pose_provenance = pose_provenance_;
+  for (const Feature& feature : visible(k)) add(feature, k, out);
+  if (with_matches_ && k >= gap_) add_matches(k, out);
+  if (with_descriptors_) add_descriptors(k, out);
+  if (with_detections_ && k >= late_frames_) {
+    out.detections = detections(k - late_frames_);
+    out.detections_frame_id = k - late_frames_;
+  }
+  return out;
+}
+
+inline void ExactScene::add(const Feature& feature, int k, ExactFrame& out) const {
+  const int p = feature.point, octave = static_cast<int>(random(kPlace, -1, p).below(4));
+  const cv::Point2f px(distort(camera_, feature.px));
+  out.keypoints.emplace_back(px, 31.0F, -1.0F, 1.0F, octave);
+  if (camera_.distorted())
+    out.keypoints_undistorted.emplace_back(cv::Point2f(feature.px), 31.0F, -1.0F, 1.0F, octave);
+  if (!mono_) {
+    const double sigma_m = depth_noise_m_ * feature.depth_m * feature.depth_m;
+    const double depth_m = feature.depth_m + sigma_m * random(kDepth, k, p).gaussian();
+    const bool missing = random(kNoDepth, k, p).uniform() < missing_depth_;
+    out.depth_m.push_back(missing ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(depth_m));
+  }
+  if (with_map_points_) {
+    const Eigen::Vector3d at_m = position_m(p, 0);
+    out.map_point_ids.push_back(p);
+    out.map_points_world_m.emplace_back(static_cast<float>(at_m.x()), static_cast<float>(at_m.y()),
+                                        static_cast<float>(at_m.z()));
+  }
+  out.point.push_back(p);
+  out.label.push_back(label(p));
+  out.truth.push_back(truth_of(p, k));
+  out.mismatched.push_back(0);
+}
+
+inline void ExactScene::add_matches(int k, ExactFrame& out) const {
+  const std::vector<Feature> reference = visible(k - gap_);
+  std::vector<std::int32_t> index_of(static_cast<std::size_t>(point_count()), -1);
+  for (std::size_t j = 0; j < reference.size(); ++j)
+    index_of[static_cast<std::size_t>(reference[j].point)] = static_cast<std::int32_t>(j);
+  out.reference_frame_id = k - gap_;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    std::int32_t index = index_of[static_cast<std::size_t>(out.point[i])];
+    PlacedRandom random = this->random(kMatch, k, out.point[i]);
+    if (index >= 0 && random.uniform() < missing_matches_) index = -1;
+    if (index >= 0 && reference.size() > 1 && random.uniform() < mismatches_) {
+      const std::size_t other = static_cast<std::size_t>(index) + 1 + random.below(reference.size() - 1);
+      index = static_cast<std::int32_t>(other % reference.size());
+      out.mismatched[i] = 1;
+    }
+    out.reference_index.push_back(index);
+  }
+}
+
+inline void ExactScene::add_descriptors(int k, ExactFrame& out) const {
+  out.descriptors.create(static_cast<int>(out.size()), 32, CV_8UC1);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    PlacedRandom random = this->random(kDescriptor, 0, out.point[i]);
+    unsigned char* row = out.descriptors.ptr(static_cast<int>(i));
+    for (int b = 0; b < 32; ++b) row[b] = static_cast<unsigned char>(random.bits() >> 56U);
+    PlacedRandom flip = this->random(kFlip, k, out.point[i]);
+    for (int n = 0; n < flipped_bits_; ++n) {
+      const std::size_t bit = flip.below(256);
+      row[bit / 8] = static_cast<unsigned char>(row[bit / 8] ^ (1U << (bit % 8)));
+    }
+  }
+}
+
+/// Around the corners of each mover, cut to the image.
+inline std::vector<Detection> ExactScene::detections(int k) const {
+  const Eigen::Isometry3d T_camera_world = camera_motion_(k).isometry().inverse();
+  std::vector<Detection> found;
+  for (std::size_t m = 0; m < movers_.size(); ++m) {
+    cv::Point2d low(1e9, 1e9), high(-1e9, -1e9);
+    bool behind = false;
+    for (int corner = 0; corner < 8; ++corner) {
+      Eigen::Vector3d offset = movers_[m].half_size_m();
+      for (int axis = 0; axis < 3; ++axis)
+        if (((corner >> axis) & 1) != 0) offset[axis] = -offset[axis];
+      const cv::Point2d px =
+          distort(camera_, project(camera_, T_camera_world * (movers_[m].T_world_object(k) * offset)));
+      behind = behind || std::isnan(px.x);
+      low = {std::min(low.x, px.x), std::min(low.y, px.y)};
+      high = {std::max(high.x, px.x), std::max(high.y, px.y)};
+    }
+    const cv::Rect2d image(0, 0, camera_.width_px, camera_.height_px);
+    const cv::Rect2d box = cv::Rect2d(low, high) & image;
+    if (behind || box.empty()) continue;
+    Detection detection;
+    detection.box = cv::Rect2f(box);
+    detection.class_id = 0;
+    detection.class_name = movers_[m].class_name();
+    detection.track_id = static_cast<int>(m) + 1;
+    found.push_back(std::move(detection));
+  }
+  return found;
+}
+
+}  // namespace dynfilter::synth

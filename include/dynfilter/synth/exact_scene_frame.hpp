@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
+#include <optional>
+#include <vector>
+
+namespace dynfilter::synth {
+
+/// What is true of a feature, as all figures of this project define it: Dynamic when its point moved more
+/// than 10 mm and misses its static prediction by more than 1 px over the last frames; Static when it did not
+/// move at all; in between nobody can tell.
+enum class Truth : std::uint8_t { Static, Dynamic, DontCare };
+
+/// One frame of an ExactScene. Owns what view() refers to, so it must outlive the view.
+struct ExactFrame {
+  std::int64_t id = 0;
+  double timestamp_s = 0;
+  Camera camera;
+  Pose T_world_camera;  ///< the true one
+  PoseProvenance pose_provenance = PoseProvenance::None;
+
+  std::vector<cv::KeyPoint> keypoints, keypoints_undistorted;
+  std::vector<float> depth_m;  ///< empty for a mono scene
+  cv::Mat descriptors;
+  std::int64_t reference_frame_id = -1;  ///< of the matches; -1: none
+  std::vector<std::int32_t> reference_index;
+  std::vector<std::int64_t> map_point_ids;
+  std::vector<cv::Point3f> map_points_world_m;
+  std::optional<std::vector<Detection>> detections;
+  std::int64_t detections_frame_id = -1;
+
+  // Only for the judge, none of it is in the view:
+  std::vector<int> point;  ///< which point of the scene each feature is: the same in all frames
+  std::vector<int> label;  ///< 0: static background, k: mover k (1, 2, ...), moving or not
+  std::vector<Truth> truth;
+  std::vector<std::uint8_t> mismatched;  ///< 1: its match is a wrong one
+
+  std::size_t size() const { return keypoints.size(); }
+
+  FrameView view() const {
+    FrameView view;
+    view.id = id;
+    view.timestamp_s = timestamp_s;
+    view.keypoints = keypoints;
+    view.keypoints_undistorted = keypoints_undistorted;
+    view.descriptors = descriptors;
+    view.depth_m = depth_m;
+    view.camera = camera;
+    if (pose_provenance != PoseProvenance::None) view.T_world_camera = T_world_camera;
+    view.pose_provenance = pose_provenance;
+    view.map_point_ids = map_point_ids;
+    view.map_points_world_m = map_points_world_m;
+    if (reference_frame_id >= 0) view.matches = HostMatches{reference_frame_id, reference_index};
+    if (detections) view.detections = DetectionInput{detections_frame_id, *detections};
+    return view;
+  }
+};
+
+}  // namespace dynfilter::synth

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/synth/exact_scene.hpp>
+#include <string>
+#include <vector>
+
+namespace dynfilter::synth {
+
+/// The scenes on which methods are known to fail. Each has 60 of 360 points on a mover that moves 4 cm a
+/// frame, unless its line says otherwise.
+enum class Preset {
+  General,         ///< the easy one
+  Rigid,           ///< nothing moves but the camera: nothing may be rejected
+  Planar,          ///< a wall
+  PureRotation,    ///< no baseline
+  NoMotion,        ///< the camera stands
+  SmallBaseline,   ///< 3 mm a frame
+  AlongEpipolar,   ///< the mover goes where the camera goes, only faster: hidden from epipolar geometry
+  Majority,        ///< two movers carry 70 % of the points
+  SeveralMovers,   ///< four, of different motion; one turns
+  DelayedMajority  ///< Majority that stands still for the first 15 frames
+};
+
+inline const std::vector<Preset>& all_presets() {
+  static const std::vector<Preset> presets{Preset::General,        Preset::Rigid,    Preset::Planar,
+                                           Preset::PureRotation,   Preset::NoMotion, Preset::SmallBaseline,
+                                           Preset::AlongEpipolar,  Preset::Majority, Preset::SeveralMovers,
+                                           Preset::DelayedMajority};
+  return presets;
+}
+
+inline std::string to_string(Preset preset) {
+  static const char* const names[] = {"general",        "rigid",           "planar",         "pure_rotation",
+                                      "no_motion",      "small_baseline",  "along_epipolar", "majority",
+                                      "several_movers", "delayed_majority"};
+  return names[static_cast<int>(preset)];
+}
+
+namespace detail {
+
+inline ExactScene majority(int still_until) {
+  const auto mover = [=](double x_m, const Eigen::Vector3d& step_m) {
+    return Mover(210).at({x_m, 0, 2.6}).half_size({0.45, 0.7, 0.2}).moving(step_m).still_until(still_until);
+  };
+  return ExactScene()
+      .points(180)
+      .mover(mover(-0.6, {0.035, 0, 0.015}))
+      .mover(mover(0.7, {0.03, 0.01, -0.02}));
+}
+
+inline ExactScene several_movers() {
+  return ExactScene()
+      .mover(Mover(40).at({-0.9, 0.1, 2.6}).moving({0.04, 0, 0}))
+      .mover(Mover(40).at({0.9, -0.1, 3.0}).moving({-0.03, 0, -0.03}))
+      .mover(Mover(40).at({0, -0.6, 2.4}).half_size({0.2, 0.2, 0.2}).moving({0, 0.035, 0}))
+      .mover(Mover(40).at({0.1, 0.5, 2.2}).half_size({0.25, 0.2, 0.2}).turning({0, 0, 0.12}).named("chair"));
+}
+
+}  // namespace detail
+
+/// The scene of a preset; change it further like any other: `preset(Preset::Planar).pixel_noise(0.5)`.
+inline ExactScene preset(Preset preset) {
+  const Mover mover = Mover(60).at({-0.3, -0.35, 2.5}).moving({0.02, 0.033, 0.01});
+  switch (preset) {
+    case Preset::General:
+      return ExactScene().mover(mover);
+    case Preset::Rigid:
+      return ExactScene().points(360);
+    case Preset::Planar:
+      return ExactScene().planar().mover(mover);
+    case Preset::PureRotation:
+      return ExactScene().camera_motion(CameraMotion::PureRotation).mover(mover);
+    case Preset::NoMotion:
+      return ExactScene().camera_motion(CameraMotion::None).mover(mover);
+    case Preset::SmallBaseline:
+      return ExactScene().camera_motion(CameraMotion::SmallBaseline).mover(mover);
+    case Preset::AlongEpipolar:
+      return ExactScene()
+          .camera_motion(CameraMotion::Sideways)
+          .mover(Mover(60).at({-0.3, 0.1, 2.5}).moving({0.07, 0, 0}));
+    case Preset::Majority:
+      return detail::majority(0);
+    case Preset::SeveralMovers:
+      return detail::several_movers();
+    case Preset::DelayedMajority:
+      return detail::majority(15);
+  }
+  return ExactScene();
+}
+
+}  // namespace dynfilter::synth
