@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/synth/camera_motion.hpp>
+#include <dynfilter/synth/cart.hpp>
+#include <dynfilter/synth/person.hpp>
+#include <dynfilter/synth/room.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter::synth {
+
+/// Part of a mover: rigid, with a label of its own (a person and the box they carry are two movers).
+struct MoverPart {
+  Model model;
+  std::uint8_t label;
+  bool person;
+};
+
+struct Mover {
+  std::vector<MoverPart> parts;
+  std::shared_ptr<const Animation> animation;  ///< one pose per part
+};
+
+/// Everything that a sequence is rendered from.
+struct Scene {
+  MaterialSet materials;
+  std::optional<Room> room;
+  std::vector<Mover> movers;
+  std::vector<Detectable> objects;  ///< [i] is instance i + 1
+  std::optional<CameraMotion> camera;
+};
+
+/// Fills a scene with movers; used by the scripts below.
+class SceneBuilder {
+ public:
+  SceneBuilder(Scene& scene, std::uint64_t seed) : scene_(scene), random_(seed, 0x5C) {}
+
+  double start_s = kAlways;  ///< when the movers begin to move
+  CameraMotion::Options camera;
+  std::vector<Eigen::Vector3f> chairs;  ///< x, y, yaw of chairs for those who sit
+  bool plain = false;
+
+  using Points = std::vector<Eigen::Vector2d>;
+
+  /// An oval to walk along, counter-clockwise, centred at `middle`.
+  static Points oval(const Eigen::Vector2d& middle, double half_x, double half_y) {
+    return {middle + Eigen::Vector2d(-half_x, 0), middle + Eigen::Vector2d(-0.72 * half_x, -half_y), middle + Eigen::Vector2d(0, -half_y),
+            middle + Eigen::Vector2d(0.72 * half_x, -half_y), middle + Eigen::Vector2d(half_x, 0), middle + Eigen::Vector2d(0.72 * half_x, half_y),
+            middle + Eigen::Vector2d(0, half_y), middle + Eigen::Vector2d(-0.72 * half_x, half_y)};
+  }
+
+  std::shared_ptr<const Walking> walker(const Points& points, double speed_mps, double offset_share, bool carries_box = false) {
+    const BodyShape shape = somebody();
+    Walking::Options options;
+    const WalkPath path(points);
+    options.speed_mps = speed_mps;
+    options.offset_m = offset_share * path.length_m();
+    options.start_s = start_s;
+    options.carries_box = carries_box;
+    Mover mover = person(shape);
+    if (carries_box) mover.parts.push_back({cargo_box(cargo(), {0.4F, 0.3F, 0.3F}, random_), next_label(), false});
+    auto animation = std::make_shared<const Walking>(shape, path, options);
+    mover.animation = animation;
+    scene_.movers.push_back(std::move(mover));
+    return animation;
+  }
+
+  void gesturer(const Eigen::Vector2d& place, double yaw_rad, bool sits, double liveliness = 1) {
+    const BodyShape shape = somebody();
+    Gesturing::Options options;
+    options.place = place;
+    options.yaw_rad = yaw_rad;
+    options.sits = sits;
+    options.liveliness = liveliness;
+    options.start_s = start_s;
+    options.tempo = random_.uniform(0.9, 1.15);
+    options.offset_s = random_.uniform(0, 9);
+    Mover mover = person(shape);
+    mover.animation = std::make_shared<const Gesturing>(shape, options);
+    scene_.movers.push_back(std::move(mover));
+    // A chair faces -y at yaw 0, a person +y.
+    if (sits) chairs.push_back({static_cast<float>(place.x()), static_cast<float>(place.y()), static_cast<float>(yaw_rad + M_PI)});
+  }
+
+  void rolling_cart(const Points& points, double speed_mps, double offset_share, float wide_m, float high_m) {
+    const WalkPath path(points);
+    thing(cargo_cart(cargo(), wide_m, high_m, random_), std::make_shared<const Rolling>(path, speed_mps, offset_share * path.length_m(), start_s));
+  }
+
+  void sliding(Model model, Sliding::Options options) {
+    options.start_s = start_s;
+    thing(std::move(model), std::make_shared<const Sliding>(options));
+  }
+  Model cart_model(float wide_m, float high_m) { return cargo_cart(cargo(), wide_m, high_m, random_); }
+  Model box_model(const Eigen::Vector3f& size) { return cargo_box(cargo(), size, random_); }
+  Random& random() { return random_; }
+
+ private:
+  BodyShape somebody() {
+    BodyShape shape;
+    shape.scale = random_.uniform(0.95, 1.07);
+    return shape;
+  }
+
+  std::uint8_t next_label() { return ++labels_; }
+
+  const CargoMaterials& cargo() {
+    if (!cargo_) cargo_.emplace(scene_.materials, random_);
+    return *cargo_;
+  }
+
+  Mover person(const BodyShape& shape) {
+    scene_.objects.push_back({0, "person"});
+    const Outfit outfit(scene_.materials, random_);
+    Mover mover;
+    const std::uint8_t label = next_label();
+    for (Model& part : PersonBuilder(shape, outfit, static_cast<int>(scene_.objects.size())).build()) {
+      mover.parts.push_back({std::move(part), label, true});
+    }
+    return mover;
+  }
+
+  void thing(Model model, std::shared_ptr<const Animation> animation) {
+    Mover mover;
+    mover.parts.push_back({std::move(model), next_label(), false});
+    mover.animation = std::move(animation);
+    scene_.movers.push_back(std::move(mover));
+  }
+
+  Scene& scene_;
+  Random random_;
+  std::uint8_t labels_ = 0;
+  std::optional<CargoMaterials> cargo_;
+};
+
+/// The scripts: who is where and what the camera does.
+namespace script {
+
+using Builder = SceneBuilder;
+
+/// Two people cross before the camera (one may carry a box), a third passes behind the desks.
+inline void walkers(Builder& b, bool with_box) {
+  const double shift = b.random().uniform();
+  b.walker(Builder::oval({-0.05, -0.5}, 1.15, 0.3), 1.05, shift, with_box);
+  b.walker(Builder::oval({0.1, -0.55}, 1.05, 0.28), 0.9, shift + 0.45);
+  b.walker(Builder::oval({0, 1.42}, 1.9, 0.12), 0.8, shift);
+}
+
+inline void static_desk(Builder& b) {
+  b.camera.style = CameraStyle::Xyz;
+  b.camera.eye_m = {0.1, -1.15, 1.5};
+  b.camera.target_m = {0, 0.85, 0.8};
+}
+
+inline void walking(Builder& b, CameraStyle style) {
+  b.camera.style = style;
+  walkers(b, style == CameraStyle::Static);
+}
+
+inline void sitting_static(Builder& b) {
+  b.gesturer({-0.72, -0.25}, -0.9, true);
+  b.gesturer({0.75, -0.2}, 0.8, true);
+  b.camera.eye_m = {0, -2.15, 1.4};
+}
+
+inline void moving_box(Builder& b) {
+  b.camera.style = CameraStyle::Xyz;
+  b.rolling_cart(Builder::oval({0, -0.45}, 0.85, 0.25), 0.6, b.random().uniform(), 1.0F, 1.35F);
+  Sliding::Options slide;
+  slide.middle = {0.1, 0.42, 0.9};
+  slide.swing_m = {0.75, 0, 0};
+  slide.offset_s = b.random().uniform(0, 4);
+  b.sliding(b.box_model({0.36F, 0.26F, 0.3F}), slide);
+}
+
+inline void along_epipolar(Builder& b) {
+  b.camera.style = CameraStyle::Sideways;
+  b.camera.target_m = {0, 0.8, 1.1};
+  Sliding::Options slide;
+  slide.middle = {0, -0.4, 0};
+  slide.swing_m = {0.7, 0, 0};
+  slide.period_s = 5.3;
+  slide.offset_s = b.random().uniform(0, 5);
+  b.sliding(b.cart_model(1.05F, 1.45F), slide);
+  slide.middle = {0.2, 1.4, 0.0};
+  slide.swing_m = {1.2, 0, 0};
+  slide.period_s = 6.1;
+  b.sliding(b.cart_model(0.8F, 1.6F), slide);
+}
+
+inline void person_tracking(Builder& b) {
+  b.camera.tracked = b.walker({{-1.5, -0.6}, {0, -0.35}, {1.4, -0.6}, {1.7, -1.6}, {0.3, -1.15}, {-1.3, -1.3}}, 0.85, b.random().uniform(), true);
+  b.camera.style = CameraStyle::Tracking;
+  b.camera.eye_m = {0.2, -3.1, 1.5};
+  b.camera.target_m = {0.1, -0.9, 1.05};
+}
+
+inline void crowd(Builder& b) {
+  b.camera.style = CameraStyle::Xyz;
+  walkers(b, true);
+  b.walker(Builder::oval({-0.3, -0.1}, 1.3, 0.25), 1.15, b.random().uniform());
+  b.walker(Builder::oval({0.3, -0.15}, 1.5, 0.22), 0.85, b.random().uniform());
+  b.gesturer({1.75, -0.05}, 0.9, false);
+}
+
+/// Three people keep step on parallel ways.
+inline void synchronous(Builder& b) {
+  b.camera.style = CameraStyle::Xyz;
+  const double speed = b.random().uniform(0.75, 0.95), share = b.random().uniform(0.3, 0.5);
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(-0.8, -0.55), Eigen::Vector2d(0.05, -0.4), Eigen::Vector2d(0.85, -0.6)}) {
+    b.walker(Builder::oval(at, 0.75, 0.2), speed, share);
+  }
+}
+
+/// People and carts fill most of the view and nearly all move the same way.
+inline void majority(Builder& b) {
+  b.camera.style = CameraStyle::Xyz;
+  b.camera.eye_m = {0, -2.25, 1.4};
+  Sliding::Options slide;
+  slide.swing_m = {0.55, 0.12, 0};
+  slide.period_s = 4.6;
+  slide.middle = {0, -0.62, 0};
+  b.sliding(b.cart_model(1.25F, 1.75F), slide);
+  slide.middle = {-1.35, -0.5, 0};
+  b.sliding(b.cart_model(1.2F, 1.6F), slide);
+  slide.middle = {1.35, -0.5, 0};
+  b.sliding(b.cart_model(1.2F, 1.65F), slide);
+  b.walker(Builder::oval({-0.45, -1.05}, 0.5, 0.12), 0.8, 0.4);
+  b.walker(Builder::oval({0.75, -1.08}, 0.5, 0.12), 0.8, 0.4);
+}
+
+struct Entry {
+  const char* name;
+  std::function<void(Builder&)> run;
+};
+
+inline const std::vector<Entry>& all() {
+  constexpr double kHalfSecond = 0.5;  // 15 frames
+  static const std::vector<Entry> entries{
+      {"static_desk", static_desk},
+      {"walking_xyz", [](Builder& b) { walking(b, CameraStyle::Xyz); }},
+      {"walking_static", [](Builder& b) { walking(b, CameraStyle::Static); }},
+      {"walking_rpy", [](Builder& b) { walking(b, CameraStyle::Rpy); }},
+      {"walking_halfsphere", [](Builder& b) { walking(b, CameraStyle::Halfsphere); }},
+      {"sitting_static", sitting_static},
+      {"moving_box", moving_box},
+      {"along_epipolar", along_epipolar},
+      {"person_tracking", person_tracking},
+      {"crowd", crowd},
+      {"synchronous", [](Builder& b) { b.start_s = kHalfSecond; synchronous(b); }},
+      {"synchronous_cold", synchronous},
+      {"majority", [](Builder& b) { b.start_s = kHalfSecond; majority(b); }},
+      {"majority_cold", majority},
+      {"low_texture", [](Builder& b) { b.plain = true; b.camera.style = CameraStyle::Xyz; walkers(b, false); }},
+  };
+  return entries;
+}
+
+}  // namespace script
+
+/// Names that make_scene() knows.
+inline std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const script::Entry& entry : script::all()) names.emplace_back(entry.name);
+  return names;
+}
+
+/// Throws ConfigError on an unknown name.
+inline Scene make_scene(const std::string& name, std::uint64_t seed) {
+  for (const script::Entry& entry : script::all()) {
+    if (entry.name != name) continue;
+    Scene scene;
+    SceneBuilder builder(scene, seed);
+    entry.run(builder);
+    Random random(seed, 0xA1);
+    const std::size_t movers = scene.objects.size();
+    scene.room.emplace(scene.materials, random, builder.plain, builder.chairs, static_cast<int>(movers));
+    scene.objects.insert(scene.objects.end(), scene.room->objects.begin(), scene.room->objects.end());
+    scene.camera.emplace(builder.camera, random);
+    return scene;
+  }
+  std::string known;
+  for (const std::string& one : scene_names()) known += (known.empty() ? "" : " ") + one;
+  throw ConfigError("scene", "unknown scene '" + name + "'; known are: " + known);
+}
+
+}  // namespace dynfilter::synth
