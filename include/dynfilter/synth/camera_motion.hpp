@@ -35,30 +35,42 @@ class CameraMotion {
 
   Eigen::Isometry3d pose(double time_s) const {
     switch (options_.style) {
-      case CameraStyle::Xyz: return xyz(time_s) * tremor(time_s);
-      case CameraStyle::Rpy: return rpy(time_s) * tremor(time_s);
-      case CameraStyle::Halfsphere: return halfsphere(time_s) * tremor(time_s);
-      case CameraStyle::Sideways: return sideways(time_s);
-      case CameraStyle::Tracking: return tracking(time_s) * tremor(time_s);
-      case CameraStyle::Static: break;
+      case CameraStyle::Xyz:
+        return xyz(time_s) * tremor(time_s);
+      case CameraStyle::Rpy:
+        return rpy(time_s) * tremor(time_s);
+      case CameraStyle::Halfsphere:
+        return halfsphere(time_s) * tremor(time_s);
+      case CameraStyle::Sideways:
+        return sideways(time_s);
+      case CameraStyle::Tracking:
+        return tracking(time_s) * tremor(time_s);
+      case CameraStyle::Static:
+        break;
     }
     return look_at(options_.eye_m, options_.target_m) * tremor(time_s);
   }
 
  private:
-  double wave(double time_s, double period_s, int phase) const { return std::sin(2 * M_PI * time_s / period_s + phase_[phase]); }
+  double wave(double time_s, double period_s, int phase) const {
+    return std::sin(2 * M_PI * time_s / period_s + phase_[phase]);
+  }
 
   /// About 1 mm and 0.06 degrees, standard deviation.
   Eigen::Isometry3d tremor(double t) const {
-    const auto mixed = [&](int i) { return 0.6 * wave(t, 0.93 + 0.07 * i, i) + 0.4 * wave(t, 0.31 + 0.02 * i, i + 1); };
+    const auto mixed = [&](int i) {
+      return 0.6 * wave(t, 0.93 + 0.07 * i, i) + 0.4 * wave(t, 0.31 + 0.02 * i, i + 1);
+    };
     const Eigen::Vector3d turn_rad = 0.0016 * Eigen::Vector3d(mixed(3), mixed(4), mixed(5));
-    return frame_at(0.0016 * Eigen::Vector3d(mixed(0), mixed(1), mixed(2)), turn(turn_rad.norm(), turn_rad.normalized()));
+    return frame_at(0.0016 * Eigen::Vector3d(mixed(0), mixed(1), mixed(2)),
+                    turn(turn_rad.norm(), turn_rad.normalized()));
   }
 
   Eigen::Isometry3d xyz(double t) const {
     const Eigen::Vector3d offset(0.27 * wave(t, 7.3, 0), 0.16 * wave(t, 5.9, 1), 0.13 * wave(t, 4.7, 2));
     const Eigen::Isometry3d base = look_at(options_.eye_m, options_.target_m);
-    return frame_at(base.translation() + offset, base.linear() * turn(0.025 * wave(t, 3.9, 3), Eigen::Vector3d::UnitY()) *
+    return frame_at(base.translation() + offset, base.linear() *
+                                                     turn(0.025 * wave(t, 3.9, 3), Eigen::Vector3d::UnitY()) *
                                                      turn(0.02 * wave(t, 3.1, 4), Eigen::Vector3d::UnitX()));
   }
 
@@ -75,8 +87,10 @@ class CameraMotion {
   Eigen::Isometry3d halfsphere(double t) const {
     const Eigen::Vector3d to_eye = options_.eye_m - options_.target_m;
     const double azimuth = std::atan2(to_eye.y(), to_eye.x()) + 0.42 * wave(t, 10.3, 0);
-    const double elevation = 0.28 + 0.20 * wave(t, 7.1, 1), radius = to_eye.norm() * (0.97 + 0.05 * wave(t, 6.3, 2));
-    const Eigen::Vector3d direction(std::cos(azimuth) * std::cos(elevation), std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
+    const double elevation = 0.28 + 0.20 * wave(t, 7.1, 1),
+                 radius = to_eye.norm() * (0.97 + 0.05 * wave(t, 6.3, 2));
+    const Eigen::Vector3d direction(std::cos(azimuth) * std::cos(elevation),
+                                    std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
     return look_at(options_.target_m + radius * direction, options_.target_m);
   }
 

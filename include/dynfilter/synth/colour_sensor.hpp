@@ -10,10 +10,10 @@ namespace dynfilter::synth {
 class ColourSensor {
  public:
   struct Options {
-    double noise = 1.6;            ///< standard deviation in grey levels; 0: none
+    double noise = 1.6;  ///< standard deviation in grey levels; 0: none
     bool exposure_variation = false;
     bool motion_blur = false;
-    double shutter_share = 0.4;    ///< of the time between two frames
+    double shutter_share = 0.4;  ///< of the time between two frames
   };
 
   ColourSensor(const Options& options, std::uint64_t seed) : options_(options) {
@@ -42,7 +42,8 @@ class ColourSensor {
   }
 
   double gain(double time_s) const {
-    return 1.0 + 0.14 * std::sin(2 * CV_PI * time_s / 3.7 + phase_[0]) + 0.08 * std::sin(2 * CV_PI * time_s / 1.3 + phase_[1]);
+    return 1.0 + 0.14 * std::sin(2 * CV_PI * time_s / 3.7 + phase_[0]) +
+           0.08 * std::sin(2 * CV_PI * time_s / 1.3 + phase_[1]);
   }
 
  private:
@@ -63,7 +64,8 @@ class ColourSensor {
           const int sy = std::min(colour.rows - 1, std::max(0, cvRound(static_cast<float>(y) + t * way[1])));
           sum += cv::Vec3i(sharp_.at<cv::Vec3b>(sy, sx));
         }
-        for (int c = 0; c < 3; ++c) colour.at<cv::Vec3b>(y, x)[c] = static_cast<uchar>((sum[c] + taps / 2) / taps);
+        for (int c = 0; c < 3; ++c)
+          colour.at<cv::Vec3b>(y, x)[c] = static_cast<uchar>((sum[c] + taps / 2) / taps);
       }
     }
   }

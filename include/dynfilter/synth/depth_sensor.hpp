@@ -8,7 +8,8 @@
 
 namespace dynfilter::synth {
 
-/// Gaussian noise of unit variance, CV_32FC1, a little smoothed (a structured-light camera correlates windows).
+/// Gaussian noise of unit variance, CV_32FC1, a little smoothed (a structured-light camera correlates
+/// windows).
 inline cv::Mat gaussian_tile(int size, double blur_px, Random& random) {
   cv::Mat tile(size, size, CV_32FC1);
   for (int y = 0; y < size; ++y) {
@@ -20,9 +21,10 @@ inline cv::Mat gaussian_tile(int size, double blur_px, Random& random) {
   return (tile - mean[0]) / deviation[0];
 }
 
-/// What a Kinect makes of a depth image. Axial noise: Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise", 3DIMPVT 2012:
-/// sigma = 0.0012 + 0.0019 (z - 0.4)^2 m. Disparity steps of 1/8 px and the shadow of the projector follow from its
-/// baseline of 75 mm. Silhouettes fray by a pixel or two; dark, shiny and grazed surfaces have holes.
+/// What a Kinect makes of a depth image. Axial noise: Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise",
+/// 3DIMPVT 2012: sigma = 0.0012 + 0.0019 (z - 0.4)^2 m. Disparity steps of 1/8 px and the shadow of the
+/// projector follow from its baseline of 75 mm. Silhouettes fray by a pixel or two; dark, shiny and grazed
+/// surfaces have holes.
 class DepthSensor {
  public:
   struct Options {
@@ -31,7 +33,8 @@ class DepthSensor {
     bool perfect = false;  ///< true depth, no holes
   };
 
-  DepthSensor(const Camera& camera, const Options& options, std::uint64_t seed) : camera_(camera), options_(options) {
+  DepthSensor(const Camera& camera, const Options& options, std::uint64_t seed)
+      : camera_(camera), options_(options) {
     Random random(seed, 0xD0);
     grain_ = gaussian_tile(kTile, 0.7, random);
     blots_ = gaussian_tile(kTile, 3.0, random);
@@ -57,14 +60,17 @@ class DepthSensor {
  private:
   static constexpr int kTile = 512;
 
-  float noise(const cv::Mat& tile, int x, int y) const { return tile.at<float>((y + offset_.y) % kTile, (x + offset_.x) % kTile); }
+  float noise(const cv::Mat& tile, int x, int y) const {
+    return tile.at<float>((y + offset_.y) % kTile, (x + offset_.x) % kTile);
+  }
 
   /// The window that a pixel's depth comes from is not quite centred on it.
   void fray_row(const GeometryImage& scene, int y) {
     const auto fray = static_cast<float>(options_.fray_px);
     for (int x = 0; x < seen_.cols; ++x) {
       const int fx = x + cvRound(fray * noise(fray_x_, x, y)), fy = y + cvRound(fray * noise(fray_y_, x, y));
-      seen_.at<float>(y, x) = scene.depth_m.at<float>(std::min(std::max(fy, 0), seen_.rows - 1), std::min(std::max(fx, 0), seen_.cols - 1));
+      seen_.at<float>(y, x) = scene.depth_m.at<float>(std::min(std::max(fy, 0), seen_.rows - 1),
+                                                      std::min(std::max(fx, 0), seen_.cols - 1));
     }
   }
 
@@ -81,7 +87,8 @@ class DepthSensor {
       if (in_shadow || z < options_.min_depth_m || hole(scene, set, x, y, z)) continue;
       const double spread = 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4), step = options_.disparity_step_px;
       const double rounding = z * z / fb * step;  // variance step^2 / 12 is part of the measured spread
-      const double rest = std::sqrt(std::max(0.25 * spread * spread, spread * spread - rounding * rounding / 12));
+      const double rest =
+          std::sqrt(std::max(0.25 * spread * spread, spread * spread - rounding * rounding / 12));
       const double disparity = fb / z + rest * fb / (z * z) * noise(grain_, x, y);
       const double measured = fb / (std::max(1.0, std::round(disparity / step)) * step);
       if (measured > options_.max_depth_m * (1.0 + 0.06 * noise(blots_, x, y))) continue;

@@ -11,13 +11,13 @@ namespace dynfilter::synth {
 
 /// The faults of a detector.
 struct DetectorFaults {
-  double missed_share = 0.05;      ///< of the objects, independently per picture
-  double box_jitter = 0.012;       ///< standard deviation of each side, as a share of the box
+  double missed_share = 0.05;  ///< of the objects, independently per picture
+  double box_jitter = 0.012;   ///< standard deviation of each side, as a share of the box
   double score_noise = 0.06;
-  double merged_share = 0.5;       ///< of the pictures in which two people overlap: one box for both
+  double merged_share = 0.5;  ///< of the pictures in which two people overlap: one box for both
   double merge_above_iou = 0.15;
-  int late_frames = 0;             ///< what comes with frame i was computed on frame i - late_frames
-  int smallest_px = 150;           ///< visible area that is still found
+  int late_frames = 0;    ///< what comes with frame i was computed on frame i - late_frames
+  int smallest_px = 150;  ///< visible area that is still found
 };
 
 /// Bounding boxes of the visible part of every object, [i] for instance i + 1, empty where it is not seen.
@@ -54,11 +54,13 @@ class DetectorModel {
  public:
   explicit DetectorModel(const DetectorFaults& faults) : faults_(faults) {}
 
-  std::vector<Detection> detect(const cv::Mat& instance, const std::vector<Detectable>& objects, Random& random) const {
+  std::vector<Detection> detect(const cv::Mat& instance, const std::vector<Detectable>& objects,
+                                Random& random) const {
     const std::vector<cv::Rect> boxes = visible_boxes(instance, objects.size(), faults_.smallest_px);
     std::vector<Detection> found;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-      if (boxes[i].area() > 0) found.push_back({cv::Rect2f(boxes[i]), objects[i].class_id, objects[i].class_name, 0.0F, -1, {}});
+      if (boxes[i].area() > 0)
+        found.push_back({cv::Rect2f(boxes[i]), objects[i].class_id, objects[i].class_name, 0.0F, -1, {}});
     }
     merge_people(found, random);
     std::vector<Detection> out;
@@ -67,7 +69,8 @@ class DetectorModel {
       disturb(d, instance.size(), random);
       if (!missed && d.box.width > 3 && d.box.height > 3) out.push_back(d);
     }
-    std::stable_sort(out.begin(), out.end(), [](const Detection& a, const Detection& b) { return a.score > b.score; });
+    std::stable_sort(out.begin(), out.end(),
+                     [](const Detection& a, const Detection& b) { return a.score > b.score; });
     return out;
   }
 
@@ -76,7 +79,9 @@ class DetectorModel {
     for (std::size_t i = 0; i < found.size(); ++i) {
       for (std::size_t j = i + 1; j < found.size(); ++j) {
         if (found[i].class_name != "person" || found[j].class_name != "person") continue;
-        if (intersection_over_union(found[i].box, found[j].box) < faults_.merge_above_iou || !random.chance(faults_.merged_share)) continue;
+        if (intersection_over_union(found[i].box, found[j].box) < faults_.merge_above_iou ||
+            !random.chance(faults_.merged_share))
+          continue;
         found[i].box |= found[j].box;
         found.erase(found.begin() + static_cast<std::ptrdiff_t>(j));
         return;
@@ -90,8 +95,10 @@ class DetectorModel {
     };
     const float x0 = d.box.x + jitter(d.box.width), x1 = d.box.br().x + jitter(d.box.width);
     const float y0 = d.box.y + jitter(d.box.height), y1 = d.box.br().y + jitter(d.box.height);
-    d.box = cv::Rect2f({x0, y0}, cv::Point2f(x1, y1)) & cv::Rect2f(0, 0, static_cast<float>(picture.width), static_cast<float>(picture.height));
-    const double sure = 0.93 - 0.35 * std::exp(-d.box.area() / 2500.0) + faults_.score_noise * random.gaussian();
+    d.box = cv::Rect2f({x0, y0}, cv::Point2f(x1, y1)) &
+            cv::Rect2f(0, 0, static_cast<float>(picture.width), static_cast<float>(picture.height));
+    const double sure =
+        0.93 - 0.35 * std::exp(-d.box.area() / 2500.0) + faults_.score_noise * random.gaussian();
     d.score = static_cast<float>(std::min(0.99, std::max(0.26, sure)));
   }
 

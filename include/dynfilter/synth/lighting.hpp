@@ -18,7 +18,10 @@ class Occluder {
  public:
   /// `frame`: world <- box, its centre at the origin of the box.
   Occluder(const Eigen::Isometry3f& frame, const Eigen::Vector3f& size_m)
-      : to_box_(frame.linear().transpose()), centre_m_(frame.translation()), half_m_(size_m / 2), radius_m_(half_m_.norm()) {}
+      : to_box_(frame.linear().transpose()),
+        centre_m_(frame.translation()),
+        half_m_(size_m / 2),
+        radius_m_(half_m_.norm()) {}
 
   /// Whether origin + s * direction, s in (near, far), meets the box.
   bool hit(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near, float far) const {
@@ -50,14 +53,16 @@ class Occluder {
   float radius_m_;
 };
 
-/// Lambert shading of the room: lamps with soft shadows, and a sky of the room's own light dimmed by ambient occlusion.
+/// Lambert shading of the room: lamps with soft shadows, and a sky of the room's own light dimmed by ambient
+/// occlusion.
 class Lighting {
  public:
   std::vector<Lamp> lamps;
   std::vector<Occluder> occluders;
   Eigen::Vector3f ambient{0.50F, 0.47F, 0.45F};
 
-  /// BGR factor for the texture, display gamma included. `open`: share of the sky and of the lamps that is seen.
+  /// BGR factor for the texture, display gamma included. `open`: share of the sky and of the lamps that is
+  /// seen.
   Eigen::Vector3f shade(const Eigen::Vector3f& p, const Eigen::Vector3f& n, float sky_open = 1) const {
     Eigen::Vector3f light = ambient * sky_open * (0.78F + 0.22F * n.z());
     for (const Lamp& lamp : lamps) light += lamp_light(lamp, p, n);
@@ -101,7 +106,8 @@ class Lighting {
       const float z = 1.0F - (2.0F * static_cast<float>(i) + 1.0F) / kSkyRays;
       const float angle = 2.39996F * static_cast<float>(i) + static_cast<float>(random.uniform(0, 0.4));
       const float r = std::sqrt(1 - z * z);
-      const Eigen::Vector3f d = (n * 1.001F + Eigen::Vector3f(r * std::cos(angle), r * std::sin(angle), z)).normalized();
+      const Eigen::Vector3f d =
+          (n * 1.001F + Eigen::Vector3f(r * std::cos(angle), r * std::sin(angle), z)).normalized();
       open += blocked(close, p, d, kReach) ? 0.22F : 1.0F;
     }
     return open / kSkyRays;
@@ -122,7 +128,8 @@ class Lighting {
     return static_cast<float>(seen) / kLampRays;
   }
 
-  static bool blocked(const std::vector<const Occluder*>& by, const Eigen::Vector3f& from, const Eigen::Vector3f& along, float far) {
+  static bool blocked(const std::vector<const Occluder*>& by, const Eigen::Vector3f& from,
+                      const Eigen::Vector3f& along, float far) {
     for (const Occluder* o : by) {
       if (o->hit(from, along, 0.0F, far)) return true;
     }

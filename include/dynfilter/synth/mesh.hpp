@@ -62,7 +62,8 @@ struct Rectangle {
 };
 
 /// Adds a rectangle, cut into cells of at most `cell_m` (shading is per vertex).
-inline void add_rectangle(Model& model, const Rectangle& r, const Skin& skin, float cell_m = 10, int instance = 0) {
+inline void add_rectangle(Model& model, const Rectangle& r, const Skin& skin, float cell_m = 10,
+                          int instance = 0) {
   const float width = r.right.norm(), height = r.down.norm();
   const int nu = std::max(1, static_cast<int>(std::ceil(width / cell_m)));
   const int nv = std::max(1, static_cast<int>(std::ceil(height / cell_m)));
@@ -70,14 +71,16 @@ inline void add_rectangle(Model& model, const Rectangle& r, const Skin& skin, fl
   const auto base = static_cast<std::uint32_t>(model.vertices.size());
   for (int j = 0; j <= nv; ++j) {
     for (int i = 0; i <= nu; ++i) {
-      const float u = static_cast<float>(i) / static_cast<float>(nu), v = static_cast<float>(j) / static_cast<float>(nv);
+      const float u = static_cast<float>(i) / static_cast<float>(nu),
+                  v = static_cast<float>(j) / static_cast<float>(nv);
       Eigen::Vector2f uv(skin.window.x + u * skin.window.width, skin.window.y + v * skin.window.height);
       if (skin.tile_m > 0) uv = Eigen::Vector2f(u * width, v * height) / skin.tile_m;
       model.vertices.push_back({r.corner + u * r.right + v * r.down, normal, uv});
     }
   }
   const auto at = [&](int i, int j) { return base + static_cast<std::uint32_t>(j * (nu + 1) + i); };
-  const auto material = static_cast<std::uint16_t>(skin.material), object = static_cast<std::uint16_t>(instance);
+  const auto material = static_cast<std::uint16_t>(skin.material),
+             object = static_cast<std::uint16_t>(instance);
   for (int j = 0; j < nv; ++j) {
     for (int i = 0; i < nu; ++i) {
       model.faces.push_back({{at(i, j), at(i + 1, j), at(i, j + 1)}, material, object});
@@ -93,8 +96,8 @@ struct BoxSkin {
 };
 
 /// A box with its centre and axes given by `frame`.
-inline void add_box(Model& model, const Eigen::Isometry3f& frame, const Eigen::Vector3f& size_m, const BoxSkin& skin,
-                    float cell_m = 10, int instance = 0) {
+inline void add_box(Model& model, const Eigen::Isometry3f& frame, const Eigen::Vector3f& size_m,
+                    const BoxSkin& skin, float cell_m = 10, int instance = 0) {
   const Eigen::Vector3f h = size_m / 2;
   const Eigen::Vector3f x = frame.linear() * Eigen::Vector3f(size_m.x(), 0, 0);
   const Eigen::Vector3f y = frame.linear() * Eigen::Vector3f(0, size_m.y(), 0);
@@ -115,8 +118,9 @@ struct Ring {
   float z, centre_x, centre_y, radius_x, radius_y;
 };
 
-/// How a loft is wrapped: repeats of the picture around and along it, corner count around, and the exponent of the
-/// superellipse |x/rx|^e + |y/ry|^e = 1 (2: ellipse, larger: boxier). u = 0.5 looks along +y of the frame.
+/// How a loft is wrapped: repeats of the picture around and along it, corner count around, and the exponent
+/// of the superellipse |x/rx|^e + |y/ry|^e = 1 (2: ellipse, larger: boxier). u = 0.5 looks along +y of the
+/// frame.
 struct Wrap {
   int material = 0;
   float around = 1, along = 1;
@@ -128,19 +132,23 @@ struct Wrap {
 inline Eigen::Vector3f loft_point(const Ring& ring, float u, float exponent) {
   const float angle = static_cast<float>(2 * CV_PI) * u;
   const float s = std::sin(angle), c = -std::cos(angle);
-  const float k = std::pow(std::pow(std::abs(s), exponent) + std::pow(std::abs(c), exponent), -1.0F / exponent);
+  const float k =
+      std::pow(std::pow(std::abs(s), exponent) + std::pow(std::abs(c), exponent), -1.0F / exponent);
   return {ring.centre_x + ring.radius_x * s * k, ring.centre_y + ring.radius_y * c * k, ring.z};
 }
 
-/// Skins a stack of rings, given from top to bottom, with smooth normals. Give tiny first and last rings to close it.
-inline void add_loft(Model& model, const Eigen::Isometry3f& frame, const std::vector<Ring>& rings, const Wrap& wrap) {
+/// Skins a stack of rings, given from top to bottom, with smooth normals. Give tiny first and last rings to
+/// close it.
+inline void add_loft(Model& model, const Eigen::Isometry3f& frame, const std::vector<Ring>& rings,
+                     const Wrap& wrap) {
   const int rows = static_cast<int>(rings.size()), n = wrap.segments;
   const auto base = static_cast<std::uint32_t>(model.vertices.size());
   for (int j = 0; j < rows; ++j) {
     const Ring &above = rings[std::max(0, j - 1)], &below = rings[std::min(rows - 1, j + 1)];
     for (int i = 0; i <= n; ++i) {
       const float u = static_cast<float>(i) / static_cast<float>(n);
-      const Eigen::Vector3f around = loft_point(rings[j], u + 0.01F, wrap.exponent) - loft_point(rings[j], u - 0.01F, wrap.exponent);
+      const Eigen::Vector3f around =
+          loft_point(rings[j], u + 0.01F, wrap.exponent) - loft_point(rings[j], u - 0.01F, wrap.exponent);
       const Eigen::Vector3f along = loft_point(above, u, wrap.exponent) - loft_point(below, u, wrap.exponent);
       Eigen::Vector3f normal = along.cross(around);
       const Eigen::Vector3f p = loft_point(rings[j], u, wrap.exponent);
@@ -148,11 +156,13 @@ inline void add_loft(Model& model, const Eigen::Isometry3f& frame, const std::ve
       if (normal.norm() < 1e-9F) normal = out;
       if (normal.dot(out) < 0) normal = -normal;
       const float v = static_cast<float>(j) / static_cast<float>(rows - 1);
-      model.vertices.push_back({frame * p, frame.linear() * normal.normalized(), {u * wrap.around, v * wrap.along}});
+      model.vertices.push_back(
+          {frame * p, frame.linear() * normal.normalized(), {u * wrap.around, v * wrap.along}});
     }
   }
   const auto at = [&](int i, int j) { return base + static_cast<std::uint32_t>(j * (n + 1) + i); };
-  const auto material = static_cast<std::uint16_t>(wrap.material), object = static_cast<std::uint16_t>(wrap.instance);
+  const auto material = static_cast<std::uint16_t>(wrap.material),
+             object = static_cast<std::uint16_t>(wrap.instance);
   for (int j = 0; j + 1 < rows; ++j) {
     for (int i = 0; i < n; ++i) {
       model.faces.push_back({{at(i, j), at(i + 1, j), at(i, j + 1)}, material, object});
@@ -162,12 +172,14 @@ inline void add_loft(Model& model, const Eigen::Isometry3f& frame, const std::ve
 }
 
 /// Rings of an ellipsoid around `centre`.
-inline std::vector<Ring> ellipsoid_rings(const Eigen::Vector3f& centre, const Eigen::Vector3f& radii, int count = 9) {
+inline std::vector<Ring> ellipsoid_rings(const Eigen::Vector3f& centre, const Eigen::Vector3f& radii,
+                                         int count = 9) {
   std::vector<Ring> rings;
   for (int i = 0; i < count; ++i) {
     const float angle = static_cast<float>(CV_PI) * static_cast<float>(i) / static_cast<float>(count - 1);
     const float s = std::max(0.002F, std::sin(angle));
-    rings.push_back({centre.z() + radii.z() * std::cos(angle), centre.x(), centre.y(), radii.x() * s, radii.y() * s});
+    rings.push_back(
+        {centre.z() + radii.z() * std::cos(angle), centre.x(), centre.y(), radii.x() * s, radii.y() * s});
   }
   return rings;
 }

@@ -18,7 +18,8 @@ class Animation {
 
 constexpr double kAlways = -1e9;
 
-/// Seconds of full speed that a mover has behind it: stands still until `start_s`, then speeds up within 0.4 s.
+/// Seconds of full speed that a mover has behind it: stands still until `start_s`, then speeds up within 0.4
+/// s.
 inline double moving_time(double time_s, double start_s) {
   constexpr double kRamp = 0.4;
   if (start_s == kAlways) return time_s;
@@ -35,22 +36,27 @@ inline double started(double time_s, double start_s) {
 }
 
 /// A box in both hands: its centre in the frame of the chest.
-inline Eigen::Vector3d carried_box_centre(const BodyShape& shape) { return {0, 0.36 * shape.scale, 0.12 * shape.scale}; }
+inline Eigen::Vector3d carried_box_centre(const BodyShape& shape) {
+  return {0, 0.36 * shape.scale, 0.12 * shape.scale};
+}
 
-/// Walking along a closed path. Feet are planted: during stance a foot keeps to its print on the floor, rolling from heel
-/// to toe; arms swing against the legs, or hold a box.
+/// Walking along a closed path. Feet are planted: during stance a foot keeps to its print on the floor,
+/// rolling from heel to toe; arms swing against the legs, or hold a box.
 class Walking : public Animation {
  public:
   struct Options {
     double speed_mps = 1.1;
-    double offset_m = 0;      ///< where on the path at time 0
+    double offset_m = 0;  ///< where on the path at time 0
     double start_s = kAlways;
     bool carries_box = false;
     double glance_rad = 0.3;  ///< the head turns by this much, slowly
   };
 
   Walking(const BodyShape& shape, WalkPath path, const Options& options)
-      : shape_(shape), path_(std::move(path)), options_(options), stride_m_((0.62 + 0.58 * options.speed_mps) * shape.scale) {}
+      : shape_(shape),
+        path_(std::move(path)),
+        options_(options),
+        stride_m_((0.62 + 0.58 * options.speed_mps) * shape.scale) {}
 
   double travelled_m(double time_s) const {
     return options_.offset_m + options_.speed_mps * moving_time(time_s, options_.start_s);
@@ -111,13 +117,16 @@ class Walking : public Animation {
     const Eigen::Vector2d h = path_.heading(s);
     const Eigen::Matrix3d facing = turn(std::atan2(-h.x(), h.y()), Eigen::Vector3d::UnitZ());
     BodyTargets to;
-    const double bob = going * (-0.035 + 0.018 * std::cos(2 * phase)) * k, sway = going * 0.018 * k * std::cos(phase);
+    const double bob = going * (-0.035 + 0.018 * std::cos(2 * phase)) * k,
+                 sway = going * 0.018 * k * std::cos(phase);
     const Eigen::Vector2d p = path_.at(s);
     const Eigen::Matrix3d hips = facing * turn(going * 0.09 * std::sin(phase), Eigen::Vector3d::UnitZ());
-    to.pelvis = frame_at(Eigen::Vector3d(p.x(), p.y(), shape_.hip_height() - 0.01 * k + bob) - facing.col(0) * sway, hips);
+    to.pelvis = frame_at(
+        Eigen::Vector3d(p.x(), p.y(), shape_.hip_height() - 0.01 * k + bob) - facing.col(0) * sway, hips);
     to.chest_in_pelvis = turn(-going * 0.2 * std::sin(phase), Eigen::Vector3d::UnitZ()) *
                          turn(options_.carries_box ? 0.06 : -0.05 * going, Eigen::Vector3d::UnitX());
-    to.head_in_chest = turn(going * options_.glance_rad * std::sin(0.9 * time_s + options_.offset_m), Eigen::Vector3d::UnitZ());
+    to.head_in_chest = turn(going * options_.glance_rad * std::sin(0.9 * time_s + options_.offset_m),
+                            Eigen::Vector3d::UnitZ());
     legs(s, going, facing, to);
     arms(phase, going, to);
     return to;
@@ -132,7 +141,8 @@ class Walking : public Animation {
       step.ball = rest.ball + going * (step.ball - rest.ball);
       step.heading = (rest.heading + going * (step.heading - rest.heading)).normalized();
       step.pitch_rad *= going;
-      const Eigen::Matrix3d yaw = turn(std::atan2(-step.heading.x(), step.heading.y()), Eigen::Vector3d::UnitZ());
+      const Eigen::Matrix3d yaw =
+          turn(std::atan2(-step.heading.x(), step.heading.y()), Eigen::Vector3d::UnitZ());
       to.foot[side] = yaw * turn(step.pitch_rad, Eigen::Vector3d::UnitX());
       // Rolls over the heel (toe up) or the ball of the foot (heel up).
       const Eigen::Vector3d pivot(0, (step.pitch_rad > 0 ? -0.06 : 0.13) * k, -shape_.ankle_height());
@@ -148,9 +158,11 @@ class Walking : public Animation {
       const double sign = side == 0 ? -1 : 1;
       const double swing = -going * 0.48 * std::sin(phase) * sign;  // left arm ahead when the right leg is
       const Eigen::Vector3d shoulder(sign * shape_.shoulder_half(), 0, shape_.shoulder_up());
-      const Eigen::Matrix3d arm = turn(sign * -0.12, Eigen::Vector3d::UnitY()) * turn(swing, Eigen::Vector3d::UnitX());
+      const Eigen::Matrix3d arm =
+          turn(sign * -0.12, Eigen::Vector3d::UnitY()) * turn(swing, Eigen::Vector3d::UnitX());
       const Eigen::Vector3d elbow = shoulder + arm * Eigen::Vector3d(0, 0, -shape_.upper_arm());
-      const Eigen::Matrix3d bent = arm * turn(0.25 + going * (0.25 + 0.35 * std::max(0.0, swing)), Eigen::Vector3d::UnitX());
+      const Eigen::Matrix3d bent =
+          arm * turn(0.25 + going * (0.25 + 0.35 * std::max(0.0, swing)), Eigen::Vector3d::UnitX());
       Eigen::Vector3d wrist = elbow + bent * Eigen::Vector3d(0, 0, -shape_.forearm());
       Eigen::Vector3d bend = arm * Eigen::Vector3d(0, -1, 0);
       if (options_.carries_box) {
@@ -190,12 +202,14 @@ class Gesturing : public Animation {
 
  private:
   BodyTargets targets(double time_s) const {
-    const double t = options_.tempo * (moving_time(time_s, options_.start_s) + options_.offset_s), k = shape_.scale;
+    const double t = options_.tempo * (moving_time(time_s, options_.start_s) + options_.offset_s),
+                 k = shape_.scale;
     const double life = options_.liveliness;
     const Eigen::Matrix3d facing = turn(options_.yaw_rad, Eigen::Vector3d::UnitZ());
     const double hips = options_.sits ? 0.54 : shape_.hip_height() - 0.012;
     BodyTargets to;
-    to.pelvis = frame_at({options_.place.x(), options_.place.y(), hips}, facing * turn(0.05 * life * std::sin(0.7 * t), Eigen::Vector3d::UnitZ()));
+    to.pelvis = frame_at({options_.place.x(), options_.place.y(), hips},
+                         facing * turn(0.05 * life * std::sin(0.7 * t), Eigen::Vector3d::UnitZ()));
     to.chest_in_pelvis = turn(0.18 * life * std::sin(1.1 * t), Eigen::Vector3d::UnitZ()) *
                          turn(-0.06 + 0.07 * life * std::sin(0.9 * t + 1), Eigen::Vector3d::UnitX());
     to.head_in_chest = turn(0.45 * life * std::sin(1.3 * t + 2), Eigen::Vector3d::UnitZ()) *
@@ -260,7 +274,8 @@ class Sliding : public Animation {
 
   void pose(double time_s, std::vector<Eigen::Isometry3d>& parts) const override {
     const double t = moving_time(time_s, options_.start_s) + options_.offset_s;
-    const Eigen::Vector3d at = options_.middle + std::sin(2 * M_PI * t / options_.period_s) * options_.swing_m;
+    const Eigen::Vector3d at =
+        options_.middle + std::sin(2 * M_PI * t / options_.period_s) * options_.swing_m;
     parts.assign(1, frame_at(at, turn(options_.yaw_rad, Eigen::Vector3d::UnitZ())));
   }
 

@@ -36,7 +36,8 @@ inline cv::Mat fractal_noise(cv::Size size, cv::Size cells, int octaves, double 
   return sum / total;
 }
 
-/// Colour ramp from `low` (value 0) to `high` (value 1) over a CV_32FC1 picture, with more contrast if gain > 1.
+/// Colour ramp from `low` (value 0) to `high` (value 1) over a CV_32FC1 picture, with more contrast if gain
+/// > 1.
 inline cv::Mat ramp(const cv::Mat& values, const cv::Scalar& low, const cv::Scalar& high, double gain = 1) {
   cv::Mat out(values.size(), CV_8UC3);
   for (int y = 0; y < out.rows; ++y) {
@@ -63,7 +64,9 @@ inline void shade_by(cv::Mat& bgr, const cv::Mat& noise, double depth) {
   }
 }
 
-inline cv::Scalar bgr(int r, int g, int b) { return {static_cast<double>(b), static_cast<double>(g), static_cast<double>(r)}; }
+inline cv::Scalar bgr(int r, int g, int b) {
+  return {static_cast<double>(b), static_cast<double>(g), static_cast<double>(r)};
+}
 
 inline std::string scribble(Random& random, int letters) {
   static constexpr char kLetters[] = "ABCDEFGHKLMNOPRSTUVWXYZaeioursnt";

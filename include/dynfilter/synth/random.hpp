@@ -16,10 +16,12 @@ inline std::uint64_t mix_bits(std::uint64_t x) {
 }
 
 /// Seeded generator with the same output everywhere (the distributions of <random> are not portable).
-/// Different streams of one seed are independent, so that frame 7 looks the same whether or not frame 6 was made.
+/// Different streams of one seed are independent, so that frame 7 looks the same whether or not frame 6 was
+/// made.
 class Random {
  public:
-  explicit Random(std::uint64_t seed, std::uint64_t stream = 0) : state_(mix_bits(seed) ^ mix_bits(~stream)) {}
+  explicit Random(std::uint64_t seed, std::uint64_t stream = 0)
+      : state_(mix_bits(seed) ^ mix_bits(~stream)) {}
 
   std::uint64_t next() { return mix_bits(state_++); }
   double uniform() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }

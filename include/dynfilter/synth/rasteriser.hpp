@@ -16,12 +16,12 @@ namespace dynfilter::synth {
 
 /// What the rasteriser leaves per pixel, at the pixel's centre.
 struct GeometryImage {
-  cv::Mat colour;       ///< CV_8UC3
-  cv::Mat depth_m;      ///< CV_32FC1, exact, 0: nothing there
-  cv::Mat item;         ///< CV_16UC1, the item number given to draw()
-  cv::Mat instance;     ///< CV_16UC1, detectable object, 0: none
-  cv::Mat material;     ///< CV_16UC1
-  cv::Mat facing;       ///< CV_32FC1, cosine between the viewing ray and the surface normal
+  cv::Mat colour;    ///< CV_8UC3
+  cv::Mat depth_m;   ///< CV_32FC1, exact, 0: nothing there
+  cv::Mat item;      ///< CV_16UC1, the item number given to draw()
+  cv::Mat instance;  ///< CV_16UC1, detectable object, 0: none
+  cv::Mat material;  ///< CV_16UC1
+  cv::Mat facing;    ///< CV_32FC1, cosine between the viewing ray and the surface normal
 
   void create(cv::Size size) {
     colour.create(size, CV_8UC3);
@@ -33,12 +33,13 @@ struct GeometryImage {
   }
 };
 
-/// Z-buffer rasteriser with four samples per pixel for the silhouettes and one texture look-up per visible triangle.
-/// Edge functions and attributes are affine in the image (Olano, Greer, "Triangle scan conversion using 2D homogeneous
-/// coordinates", 1997): no clipping, and perspective-correct.
+/// Z-buffer rasteriser with four samples per pixel for the silhouettes and one texture look-up per visible
+/// triangle. Edge functions and attributes are affine in the image (Olano, Greer, "Triangle scan conversion
+/// using 2D homogeneous coordinates", 1997): no clipping, and perspective-correct.
 class Rasteriser {
  public:
-  explicit Rasteriser(const Camera& camera) : camera_(camera), wide_(2 * camera.width_px), high_(2 * camera.height_px) {
+  explicit Rasteriser(const Camera& camera)
+      : camera_(camera), wide_(2 * camera.width_px), high_(2 * camera.height_px) {
     nearness_.resize(static_cast<std::size_t>(wide_) * high_);
     triangle_.resize(nearness_.size());
   }
@@ -78,8 +79,8 @@ class Rasteriser {
   using Edge = std::array<double, 3>;
 
   struct Triangle {
-    float x0 = 0, y0 = 0;       // origin of the affine functions, px
-    Affine q, u, v, shade[3];   // 1/z, and attribute/z
+    float x0 = 0, y0 = 0;      // origin of the affine functions, px
+    Affine q, u, v, shade[3];  // 1/z, and attribute/z
     std::uint16_t item = 0, material = 0, instance = 0;
   };
 
@@ -87,7 +88,9 @@ class Rasteriser {
     if (centre.z() + radius < kNear) return false;
     const auto outside = [&](double slope, float across) {
       // A plane through the optical centre that leans by `slope`.
-      return (across - static_cast<float>(slope) * centre.z()) / std::sqrt(1.0F + static_cast<float>(slope * slope)) > radius;
+      return (across - static_cast<float>(slope) * centre.z()) /
+                 std::sqrt(1.0F + static_cast<float>(slope * slope)) >
+             radius;
     };
     return !outside((camera_.width_px - camera_.cx_px) / camera_.fx_px, centre.x()) &&
            !outside(camera_.cx_px / camera_.fx_px, -centre.x()) &&
@@ -95,7 +98,8 @@ class Rasteriser {
            !outside(camera_.cy_px / camera_.fy_px, -centre.y());
   }
 
-  /// Coefficients on (x, y, 1) in pixels of (a x b) . ray; swapping a and b flips the sign exactly: no cracks.
+  /// Coefficients on (x, y, 1) in pixels of (a x b) . ray; swapping a and b flips the sign exactly: no
+  /// cracks.
   Edge edge(const Eigen::Vector3f& a, const Eigen::Vector3f& b) const {
     const Eigen::Vector3d n = a.cast<double>().cross(b.cast<double>());
     const double ex = n.x() / camera_.fx_px, ey = n.y() / camera_.fy_px;
@@ -116,20 +120,27 @@ class Rasteriser {
       low_x = std::min(low_x, x), high_x = std::max(high_x, x);
       low_y = std::min(low_y, y), high_y = std::max(high_y, y);
     }
-    const auto first = [](double v) { return static_cast<int>(std::ceil(std::max(-1e6, std::min(1e6, 2 * v + 0.5)) - 1e-6)); };
-    const auto last = [](double v) { return static_cast<int>(std::floor(std::max(-1e6, std::min(1e6, 2 * v + 0.5)) + 1e-6)); };
+    const auto first = [](double v) {
+      return static_cast<int>(std::ceil(std::max(-1e6, std::min(1e6, 2 * v + 0.5)) - 1e-6));
+    };
+    const auto last = [](double v) {
+      return static_cast<int>(std::floor(std::max(-1e6, std::min(1e6, 2 * v + 0.5)) + 1e-6));
+    };
     return {std::max(0, first(low_x)), std::max(0, first(low_y)), std::min(wide_ - 1, last(high_x)),
             std::min(high_ - 1, last(high_y))};
   }
 
   void draw_face(const Model& model, const Face& face, int item, const std::vector<Eigen::Vector3f>* shades) {
-    const Eigen::Vector3f* corner[3] = {&in_camera_[face.corner[0]], &in_camera_[face.corner[1]], &in_camera_[face.corner[2]]};
+    const Eigen::Vector3f* corner[3] = {&in_camera_[face.corner[0]], &in_camera_[face.corner[1]],
+                                        &in_camera_[face.corner[2]]};
     if (corner[0]->z() < kNear && corner[1]->z() < kNear && corner[2]->z() < kNear) return;
-    const double det = corner[0]->cast<double>().dot(corner[1]->cast<double>().cross(corner[2]->cast<double>()));
+    const double det =
+        corner[0]->cast<double>().dot(corner[1]->cast<double>().cross(corner[2]->cast<double>()));
     if (det <= 1e-12) return;  // seen from behind, or edge on
     const Bounds box = bounds(corner);
     if (box.x0 > box.x1 || box.y0 > box.y1) return;
-    const Edge edges[3] = {edge(*corner[1], *corner[2]), edge(*corner[2], *corner[0]), edge(*corner[0], *corner[1])};
+    const Edge edges[3] = {edge(*corner[1], *corner[2]), edge(*corner[2], *corner[0]),
+                           edge(*corner[0], *corner[1])};
     triangles_.push_back(set_up(model, face, item, shades, edges, det, box));
     fill(edges, det, box, static_cast<std::uint32_t>(triangles_.size() - 1));
   }
@@ -173,8 +184,10 @@ class Rasteriser {
           continue;
         }
         const double crossing = 2 * (-rest / e[0]) + 0.5;
-        if (e[0] > 0) low = std::max(low, crossing);
-        else high = std::min(high, crossing);
+        if (e[0] > 0)
+          low = std::max(low, crossing);
+        else
+          high = std::min(high, crossing);
       }
       if (low > high) continue;
       fill_span(sy, static_cast<int>(std::ceil(low)), static_cast<int>(std::floor(high)), q, y, index);
@@ -204,7 +217,8 @@ class Rasteriser {
     const float w = texture.width() * z, h = texture.height() * z;
     const float ux = (t.u.a - u * t.q.a) * w, uy = (t.u.b - u * t.q.b) * w;
     const float vx = (t.v.a - v * t.q.a) * h, vy = (t.v.b - v * t.q.b) * h;
-    // Between the lengths of the two axes of the footprint: blurs less than the longer, flickers less than the shorter.
+    // Between the lengths of the two axes of the footprint: blurs less than the longer, flickers less than
+    // the shorter.
     const float along = std::max(ux * ux + vx * vx, uy * uy + vy * vy), area = std::abs(ux * vy - uy * vx);
     const float lod = 0.5F * std::log2(std::max(1e-9F, 0.35F * along + 0.65F * area));
     cv::Vec3f out = texture.sample(u, v, lod);
@@ -215,7 +229,8 @@ class Rasteriser {
 
   void resolve_pixel(const MaterialSet& set, int x, int y, GeometryImage& out) const {
     const std::size_t at = static_cast<std::size_t>(2 * y) * wide_ + 2 * x;
-    const std::uint32_t ids[4] = {triangle_[at], triangle_[at + 1], triangle_[at + wide_], triangle_[at + wide_ + 1]};
+    const std::uint32_t ids[4] = {triangle_[at], triangle_[at + 1], triangle_[at + wide_],
+                                  triangle_[at + wide_ + 1]};
     cv::Vec3f sum(0, 0, 0);
     for (int i = 0; i < 4; ++i) {
       int same = 1;
@@ -224,16 +239,18 @@ class Rasteriser {
       if (done || ids[i] == 0) continue;
       for (int j = i + 1; j < 4; ++j) same += ids[j] == ids[i] ? 1 : 0;
       const Triangle& t = triangles_[ids[i]];
-      sum += colour(set, t, static_cast<float>(x) - t.x0, static_cast<float>(y) - t.y0) * (0.25F * static_cast<float>(same));
+      sum += colour(set, t, static_cast<float>(x) - t.x0, static_cast<float>(y) - t.y0) *
+             (0.25F * static_cast<float>(same));
     }
-    out.colour.at<cv::Vec3b>(y, x) = cv::Vec3b(cv::saturate_cast<uchar>(sum[0]), cv::saturate_cast<uchar>(sum[1]),
-                                               cv::saturate_cast<uchar>(sum[2]));
+    out.colour.at<cv::Vec3b>(y, x) = cv::Vec3b(
+        cv::saturate_cast<uchar>(sum[0]), cv::saturate_cast<uchar>(sum[1]), cv::saturate_cast<uchar>(sum[2]));
     write_geometry(front(ids, at), x, y, out);
   }
 
   /// The triangle that covers most samples, the closest one of these.
   const Triangle& front(const std::uint32_t (&ids)[4], std::size_t at) const {
-    const float near[4] = {nearness_[at], nearness_[at + 1], nearness_[at + wide_], nearness_[at + wide_ + 1]};
+    const float near[4] = {nearness_[at], nearness_[at + 1], nearness_[at + wide_],
+                           nearness_[at + wide_ + 1]};
     int best = 0, best_votes = 0;
     for (int i = 0; i < 4; ++i) {
       int votes = 0;
@@ -251,7 +268,8 @@ class Rasteriser {
     out.instance.at<std::uint16_t>(y, x) = t.instance;
     out.material.at<std::uint16_t>(y, x) = t.material;
     const auto fx = static_cast<float>(camera_.fx_px), fy = static_cast<float>(camera_.fy_px);
-    const float rx = (px - static_cast<float>(camera_.cx_px)) / fx, ry = (py - static_cast<float>(camera_.cy_px)) / fy;
+    const float rx = (px - static_cast<float>(camera_.cx_px)) / fx,
+                ry = (py - static_cast<float>(camera_.cy_px)) / fy;
     const float nx = t.q.a * fx, ny = t.q.b * fy, nz = q - nx * rx - ny * ry;
     const float length = std::sqrt((nx * nx + ny * ny + nz * nz) * (rx * rx + ry * ry + 1));
     out.facing.at<float>(y, x) = length > 0 ? std::abs(q) / length : 0.0F;

@@ -6,16 +6,18 @@
 
 namespace dynfilter::synth {
 
-/// The office of every scene: 8 x 7.6 m, z up, the middle of the floor is the origin. Cameras look north (+y) from the
-/// south over a double desk with a partition behind it; along the walls stand shelves, cabinets and more desks.
+/// The office of every scene: 8 x 7.6 m, z up, the middle of the floor is the origin. Cameras look north (+y)
+/// from the south over a double desk with a partition behind it; along the walls stand shelves, cabinets and
+/// more desks.
 class Room {
  public:
-  std::vector<Model> models;         ///< world frame, shaded
-  std::vector<Detectable> objects;   ///< [i] is instance first_instance + i + 1
+  std::vector<Model> models;        ///< world frame, shaded
+  std::vector<Detectable> objects;  ///< [i] is instance first_instance + i + 1
   Lighting lighting;
 
   /// `chairs`: x, y, yaw of chairs to add. Instances are numbered from `first_instance` + 1.
-  Room(MaterialSet& set, Random& random, bool plain, const std::vector<Eigen::Vector3f>& chairs, int first_instance) {
+  Room(MaterialSet& set, Random& random, bool plain, const std::vector<Eigen::Vector3f>& chairs,
+       int first_instance) {
     const RoomMaterials materials(set, random, plain);
     FurnitureBuilder build(materials, random, plain, first_instance);
     shell(build);
@@ -25,8 +27,10 @@ class Room {
     models = std::move(build.models);
     objects = std::move(build.objects);
     lighting.occluders = std::move(build.occluders);
-    lighting.lamps = {{{-1.6F, -1.6F, 2.7F}, {1.55F, 1.6F, 1.62F}}, {{1.6F, -1.6F, 2.7F}, {1.55F, 1.6F, 1.62F}},
-                      {{-1.6F, 1.6F, 2.7F}, {1.4F, 1.45F, 1.48F}},  {{1.6F, 1.6F, 2.7F}, {1.4F, 1.45F, 1.48F}},
+    lighting.lamps = {{{-1.6F, -1.6F, 2.7F}, {1.55F, 1.6F, 1.62F}},
+                      {{1.6F, -1.6F, 2.7F}, {1.55F, 1.6F, 1.62F}},
+                      {{-1.6F, 1.6F, 2.7F}, {1.4F, 1.45F, 1.48F}},
+                      {{1.6F, 1.6F, 2.7F}, {1.4F, 1.45F, 1.48F}},
                       {{-3.6F, 0.6F, 1.7F}, {1.35F, 1.15F, 1.0F}}};
     for (Model& model : models) {
       model.finish();
@@ -40,9 +44,11 @@ class Room {
   static void shell(FurnitureBuilder& b) {
     const RoomMaterials& m = b.materials();
     Model& floor = b.begin();
-    add_rectangle(floor, {{-kHalfX, kHalfY, 0}, {2 * kHalfX, 0, 0}, {0, -2 * kHalfY, 0}}, {m.floor, 2.0F}, 0.16F);
+    add_rectangle(floor, {{-kHalfX, kHalfY, 0}, {2 * kHalfX, 0, 0}, {0, -2 * kHalfY, 0}}, {m.floor, 2.0F},
+                  0.16F);
     Model& ceiling = b.begin();
-    add_rectangle(ceiling, {{-kHalfX, -kHalfY, kHigh}, {2 * kHalfX, 0, 0}, {0, 2 * kHalfY, 0}}, {m.ceiling, 0.6F}, 0.4F);
+    add_rectangle(ceiling, {{-kHalfX, -kHalfY, kHigh}, {2 * kHalfX, 0, 0}, {0, 2 * kHalfY, 0}},
+                  {m.ceiling, 0.6F}, 0.4F);
     const Eigen::Vector3f down(0, 0, -kHigh);
     const Skin wall{m.wall, 2.2F};
     Model& walls = b.begin();
@@ -51,7 +57,8 @@ class Room {
     add_rectangle(walls, {{-kHalfX, -kHalfY, kHigh}, {0, 2 * kHalfY, 0}, down}, wall, 0.25F);
     add_rectangle(walls, {{kHalfX, kHalfY, kHigh}, {0, -2 * kHalfY, 0}, down}, wall, 0.25F);
     for (float x : {-1.6F, 1.6F}) {
-      for (float y : {-1.6F, 1.6F}) b.box({x, y, kHigh - 0.02F}, 0, {0.6F, 1.2F, 0.04F}, BoxSkin::all({m.light_panel}));
+      for (float y : {-1.6F, 1.6F})
+        b.box({x, y, kHigh - 0.02F}, 0, {0.6F, 1.2F, 0.04F}, BoxSkin::all({m.light_panel}));
     }
     skirting(b);
   }

@@ -50,12 +50,14 @@ class SceneBuilder {
 
   /// An oval to walk along, counter-clockwise, centred at `middle`.
   static Points oval(const Eigen::Vector2d& middle, double half_x, double half_y) {
-    return {middle + Eigen::Vector2d(-half_x, 0), middle + Eigen::Vector2d(-0.72 * half_x, -half_y), middle + Eigen::Vector2d(0, -half_y),
-            middle + Eigen::Vector2d(0.72 * half_x, -half_y), middle + Eigen::Vector2d(half_x, 0), middle + Eigen::Vector2d(0.72 * half_x, half_y),
-            middle + Eigen::Vector2d(0, half_y), middle + Eigen::Vector2d(-0.72 * half_x, half_y)};
+    return {middle + Eigen::Vector2d(-half_x, 0), middle + Eigen::Vector2d(-0.72 * half_x, -half_y),
+            middle + Eigen::Vector2d(0, -half_y), middle + Eigen::Vector2d(0.72 * half_x, -half_y),
+            middle + Eigen::Vector2d(half_x, 0),  middle + Eigen::Vector2d(0.72 * half_x, half_y),
+            middle + Eigen::Vector2d(0, half_y),  middle + Eigen::Vector2d(-0.72 * half_x, half_y)};
   }
 
-  std::shared_ptr<const Walking> walker(const Points& points, double speed_mps, double offset_share, bool carries_box = false) {
+  std::shared_ptr<const Walking> walker(const Points& points, double speed_mps, double offset_share,
+                                        bool carries_box = false) {
     const BodyShape shape = somebody();
     Walking::Options options;
     const WalkPath path(points);
@@ -64,7 +66,8 @@ class SceneBuilder {
     options.start_s = start_s;
     options.carries_box = carries_box;
     Mover mover = person(shape);
-    if (carries_box) mover.parts.push_back({cargo_box(cargo(), {0.4F, 0.3F, 0.3F}, random_), next_label(), false});
+    if (carries_box)
+      mover.parts.push_back({cargo_box(cargo(), {0.4F, 0.3F, 0.3F}, random_), next_label(), false});
     auto animation = std::make_shared<const Walking>(shape, path, options);
     mover.animation = animation;
     scene_.movers.push_back(std::move(mover));
@@ -85,12 +88,15 @@ class SceneBuilder {
     mover.animation = std::make_shared<const Gesturing>(shape, options);
     scene_.movers.push_back(std::move(mover));
     // A chair faces -y at yaw 0, a person +y.
-    if (sits) chairs.push_back({static_cast<float>(place.x()), static_cast<float>(place.y()), static_cast<float>(yaw_rad + M_PI)});
+    if (sits)
+      chairs.push_back(
+          {static_cast<float>(place.x()), static_cast<float>(place.y()), static_cast<float>(yaw_rad + M_PI)});
   }
 
   void rolling_cart(const Points& points, double speed_mps, double offset_share, float wide_m, float high_m) {
     const WalkPath path(points);
-    thing(cargo_cart(cargo(), wide_m, high_m, random_), std::make_shared<const Rolling>(path, speed_mps, offset_share * path.length_m(), start_s));
+    thing(cargo_cart(cargo(), wide_m, high_m, random_),
+          std::make_shared<const Rolling>(path, speed_mps, offset_share * path.length_m(), start_s));
   }
 
   void sliding(Model model, Sliding::Options options) {
@@ -144,11 +150,12 @@ namespace script {
 
 using Builder = SceneBuilder;
 
-/// Two people cross before the camera (one may carry a box), a third passes behind the desks.
+/// Three people cross before the camera (one may carry a box), a fourth passes behind the desks.
 inline void walkers(Builder& b, bool with_box) {
   const double shift = b.random().uniform();
-  b.walker(Builder::oval({-0.05, -0.5}, 1.15, 0.3), 1.05, shift, with_box);
-  b.walker(Builder::oval({0.1, -0.55}, 1.05, 0.28), 0.9, shift + 0.45);
+  b.walker(Builder::oval({-0.05, -0.7}, 0.95, 0.26), 1.0, shift, with_box);
+  b.walker(Builder::oval({0.1, -0.72}, 0.9, 0.25), 0.85, shift + 0.36);
+  b.walker(Builder::oval({0, -0.3}, 1.15, 0.25), 0.95, shift + 0.65);
   b.walker(Builder::oval({0, 1.42}, 1.9, 0.12), 0.8, shift);
 }
 
@@ -195,7 +202,9 @@ inline void along_epipolar(Builder& b) {
 }
 
 inline void person_tracking(Builder& b) {
-  b.camera.tracked = b.walker({{-1.5, -0.6}, {0, -0.35}, {1.4, -0.6}, {1.7, -1.6}, {0.3, -1.15}, {-1.3, -1.3}}, 0.85, b.random().uniform(), true);
+  b.camera.tracked =
+      b.walker({{-1.5, -0.6}, {0, -0.35}, {1.4, -0.6}, {1.7, -1.6}, {0.3, -1.15}, {-1.3, -1.3}}, 0.85,
+               b.random().uniform(), true);
   b.camera.style = CameraStyle::Tracking;
   b.camera.eye_m = {0.2, -3.1, 1.5};
   b.camera.target_m = {0.1, -0.9, 1.05};
@@ -204,8 +213,7 @@ inline void person_tracking(Builder& b) {
 inline void crowd(Builder& b) {
   b.camera.style = CameraStyle::Xyz;
   walkers(b, true);
-  b.walker(Builder::oval({-0.3, -0.1}, 1.3, 0.25), 1.15, b.random().uniform());
-  b.walker(Builder::oval({0.3, -0.15}, 1.5, 0.22), 0.85, b.random().uniform());
+  b.walker(Builder::oval({-0.3, -0.1}, 1.4, 0.22), 1.15, b.random().uniform());
   b.gesturer({1.75, -0.05}, 0.9, false);
 }
 
@@ -213,7 +221,8 @@ inline void crowd(Builder& b) {
 inline void synchronous(Builder& b) {
   b.camera.style = CameraStyle::Xyz;
   const double speed = b.random().uniform(0.75, 0.95), share = b.random().uniform(0.3, 0.5);
-  for (const Eigen::Vector2d& at : {Eigen::Vector2d(-0.8, -0.55), Eigen::Vector2d(0.05, -0.4), Eigen::Vector2d(0.85, -0.6)}) {
+  for (const Eigen::Vector2d& at :
+       {Eigen::Vector2d(-0.8, -0.55), Eigen::Vector2d(0.05, -0.4), Eigen::Vector2d(0.85, -0.6)}) {
     b.walker(Builder::oval(at, 0.75, 0.2), speed, share);
   }
 }
@@ -253,11 +262,24 @@ inline const std::vector<Entry>& all() {
       {"along_epipolar", along_epipolar},
       {"person_tracking", person_tracking},
       {"crowd", crowd},
-      {"synchronous", [](Builder& b) { b.start_s = kHalfSecond; synchronous(b); }},
+      {"synchronous",
+       [](Builder& b) {
+         b.start_s = kHalfSecond;
+         synchronous(b);
+       }},
       {"synchronous_cold", synchronous},
-      {"majority", [](Builder& b) { b.start_s = kHalfSecond; majority(b); }},
+      {"majority",
+       [](Builder& b) {
+         b.start_s = kHalfSecond;
+         majority(b);
+       }},
       {"majority_cold", majority},
-      {"low_texture", [](Builder& b) { b.plain = true; b.camera.style = CameraStyle::Xyz; walkers(b, false); }},
+      {"low_texture",
+       [](Builder& b) {
+         b.plain = true;
+         b.camera.style = CameraStyle::Xyz;
+         walkers(b, false);
+       }},
   };
   return entries;
 }

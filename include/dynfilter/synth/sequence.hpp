@@ -55,16 +55,21 @@ class SequenceRenderer {
  public:
   /// Throws ConfigError on an unknown scene or senseless options.
   explicit SequenceRenderer(const SequenceOptions& options)
-      : options_(checked(options)), camera_(fr3_camera()), scene_(make_scene(options.scene, options.seed)), rasteriser_(camera_),
-        depth_sensor_(camera_, depth_options(options), options.seed), colour_sensor_(colour_options(options), options.seed),
-        truth_maker_(camera_, options.truth), detector_(options.detector) {}
+      : options_(checked(options)),
+        camera_(fr3_camera()),
+        scene_(make_scene(options.scene, options.seed)),
+        rasteriser_(camera_),
+        depth_sensor_(camera_, depth_options(options), options.seed),
+        colour_sensor_(colour_options(options), options.seed),
+        truth_maker_(camera_, options.truth),
+        detector_(options.detector) {}
 
   const SequenceOptions& options() const { return options_; }
   const Camera& camera() const { return camera_; }
   const Scene& scene() const { return scene_; }
   int size() const { return options_.frames; }
   static double time_s(double frame) { return frame / kFps; }
-  static double timestamp_s(int frame) { return std::round((1700000000.0 + frame / kFps) * 1e6) / 1e6; }
+  static double timestamp_s(int frame) { return (1.7e15 + std::round(frame * 1e6 / kFps)) / 1e6; }
   Pose pose(int frame) const { return Pose::from(scene_.camera->pose(time_s(frame))); }
 
   RenderedFrame frame(int index) {
@@ -93,7 +98,8 @@ class SequenceRenderer {
  private:
   static const SequenceOptions& checked(const SequenceOptions& o) {
     if (o.frames < 1) throw ConfigError("frames", "expected at least 1, got " + std::to_string(o.frames));
-    if (o.detector.late_frames < 0) throw ConfigError("late_frames", "expected 0 or more, got " + std::to_string(o.detector.late_frames));
+    if (o.detector.late_frames < 0)
+      throw ConfigError("late_frames", "expected 0 or more, got " + std::to_string(o.detector.late_frames));
     if (o.truth.window_frames < 1) throw ConfigError("window_frames", "expected at least 1");
     return o;
   }
@@ -133,7 +139,8 @@ class SequenceRenderer {
       items_.push_back({part.label, part.person, last_[i] * back, then_[i] * back});
       const Eigen::Isometry3f T_world_part = now_[i].cast<float>();
       shade_part(part.model, T_world_part);
-      rasteriser_.draw(part.model, T_camera_world * T_world_part, static_cast<int>(items_.size()) - 1, &shades_);
+      rasteriser_.draw(part.model, T_camera_world * T_world_part, static_cast<int>(items_.size()) - 1,
+                       &shades_);
     }
   }
 
@@ -150,16 +157,20 @@ class SequenceRenderer {
   void flow(int index, const Eigen::Isometry3d& T_world_camera) {
     const Eigen::Isometry3d T_last_world = scene_.camera->pose(time_s(index - 1)).inverse();
     std::vector<Eigen::Isometry3f> last_from_camera;
-    for (const ItemTruth& item : items_) last_from_camera.push_back((T_last_world * item.last_from_now * T_world_camera).cast<float>());
+    for (const ItemTruth& item : items_)
+      last_from_camera.push_back((T_last_world * item.last_from_now * T_world_camera).cast<float>());
     const auto fx = static_cast<float>(camera_.fx_px), fy = static_cast<float>(camera_.fy_px);
     const auto cx = static_cast<float>(camera_.cx_px), cy = static_cast<float>(camera_.cy_px);
     flow_px_.create(geometry_.depth_m.size(), CV_32FC2);
     for (int y = 0; y < flow_px_.rows; ++y) {
       for (int x = 0; x < flow_px_.cols; ++x) {
-        const float z = geometry_.depth_m.at<float>(y, x), px = static_cast<float>(x), py = static_cast<float>(y);
+        const float z = geometry_.depth_m.at<float>(y, x), px = static_cast<float>(x),
+                    py = static_cast<float>(y);
         const Eigen::Vector3f p(z * (px - cx) / fx, z * (py - cy) / fy, z);
         const Eigen::Vector3f q = last_from_camera[geometry_.item.at<std::uint16_t>(y, x)] * p;
-        flow_px_.at<cv::Vec2f>(y, x) = z > 0 && q.z() > 0.05F ? cv::Vec2f(px - fx * q.x() / q.z() - cx, py - fy * q.y() / q.z() - cy) : cv::Vec2f(0, 0);
+        flow_px_.at<cv::Vec2f>(y, x) =
+            z > 0 && q.z() > 0.05F ? cv::Vec2f(px - fx * q.x() / q.z() - cx, py - fy * q.y() / q.z() - cy)
+                                   : cv::Vec2f(0, 0);
       }
     }
   }

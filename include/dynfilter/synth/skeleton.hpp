@@ -9,10 +9,25 @@
 
 namespace dynfilter::synth {
 
-/// Rigid parts of a person. In its own frame a limb hangs from its upper joint along -z; x is the person's right, y ahead.
+/// Rigid parts of a person. In its own frame a limb hangs from its upper joint along -z; x is the person's
+/// right, y ahead.
 enum BodyPart {
-  kPelvis, kChest, kHead, kLeftUpperArm, kRightUpperArm, kLeftForearm, kRightForearm, kLeftHand, kRightHand, kLeftThigh,
-  kRightThigh, kLeftShin, kRightShin, kLeftFoot, kRightFoot, kBodyPartCount
+  kPelvis,
+  kChest,
+  kHead,
+  kLeftUpperArm,
+  kRightUpperArm,
+  kLeftForearm,
+  kRightForearm,
+  kLeftHand,
+  kRightHand,
+  kLeftThigh,
+  kRightThigh,
+  kLeftShin,
+  kRightShin,
+  kLeftFoot,
+  kRightFoot,
+  kBodyPartCount
 };
 
 using BodyPose = std::array<Eigen::Isometry3d, kBodyPartCount>;  // world <- part
@@ -25,7 +40,7 @@ struct BodyShape {
   double ankle_height() const { return 0.08 * scale; }
   double hip_height() const { return 0.92 * scale; }
   double hip_half() const { return 0.095 * scale; }
-  double waist() const { return 0.10 * scale; }      // above the hips
+  double waist() const { return 0.10 * scale; }        // above the hips
   double shoulder_up() const { return 0.40 * scale; }  // above the waist
   double shoulder_half() const { return 0.195 * scale; }
   double neck_up() const { return 0.47 * scale; }  // above the waist
@@ -45,7 +60,8 @@ inline Eigen::Matrix3d turn(double angle_rad, const Eigen::Vector3d& axis) {
 }
 
 /// Frame of a bone from `origin` towards `end`, its y axis as near to `ahead` as possible.
-inline Eigen::Isometry3d bone(const Eigen::Vector3d& origin, const Eigen::Vector3d& end, const Eigen::Vector3d& ahead) {
+inline Eigen::Isometry3d bone(const Eigen::Vector3d& origin, const Eigen::Vector3d& end,
+                              const Eigen::Vector3d& ahead) {
   const Eigen::Vector3d z = (origin - end).normalized();
   Eigen::Vector3d x = ahead.cross(z);
   if (x.norm() < 1e-6) x = z.unitOrthogonal();
@@ -56,8 +72,8 @@ inline Eigen::Isometry3d bone(const Eigen::Vector3d& origin, const Eigen::Vector
 }
 
 /// Middle joint of a two-bone chain from root to (towards) target, bent towards `bend`.
-inline Eigen::Vector3d middle_joint(const Eigen::Vector3d& root, Eigen::Vector3d& target, double first, double second,
-                                    const Eigen::Vector3d& bend) {
+inline Eigen::Vector3d middle_joint(const Eigen::Vector3d& root, Eigen::Vector3d& target, double first,
+                                    double second, const Eigen::Vector3d& bend) {
   Eigen::Vector3d axis = target - root;
   const double wanted = axis.norm();
   const double reach = std::min(std::max(wanted, 0.15 * (first + second)), 0.998 * (first + second));
@@ -88,12 +104,15 @@ inline BodyPose solve_pose(const BodyShape& shape, const BodyTargets& to) {
   const Eigen::Vector3d chest_ahead = pose[kChest].linear().col(1);
   for (int side = 0; side < 2; ++side) {
     const double sign = side == 0 ? -1 : 1;
-    const Eigen::Vector3d shoulder = pose[kChest] * Eigen::Vector3d(sign * shape.shoulder_half(), 0, shape.shoulder_up());
+    const Eigen::Vector3d shoulder =
+        pose[kChest] * Eigen::Vector3d(sign * shape.shoulder_half(), 0, shape.shoulder_up());
     Eigen::Vector3d wrist = to.wrist[side];
-    const Eigen::Vector3d elbow = middle_joint(shoulder, wrist, shape.upper_arm(), shape.forearm(), to.elbow_bend[side]);
+    const Eigen::Vector3d elbow =
+        middle_joint(shoulder, wrist, shape.upper_arm(), shape.forearm(), to.elbow_bend[side]);
     pose[kLeftUpperArm + side] = bone(shoulder, elbow, chest_ahead);
     pose[kLeftForearm + side] = bone(elbow, wrist, chest_ahead + 0.3 * (wrist - elbow));
-    pose[kLeftHand + side] = frame_at(wrist, pose[kLeftForearm + side].linear() * turn(to.hand_curl_rad, Eigen::Vector3d::UnitX()));
+    pose[kLeftHand + side] = frame_at(
+        wrist, pose[kLeftForearm + side].linear() * turn(to.hand_curl_rad, Eigen::Vector3d::UnitX()));
     const Eigen::Vector3d hip = to.pelvis * Eigen::Vector3d(sign * shape.hip_half(), 0, 0);
     Eigen::Vector3d ankle = to.ankle[side];
     const Eigen::Vector3d knee = middle_joint(hip, ankle, shape.thigh(), shape.shin(), to.knee_bend[side]);

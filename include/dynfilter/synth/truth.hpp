@@ -22,7 +22,8 @@ struct TruthRule {
 struct ItemTruth {
   std::uint8_t label = 0;  ///< number of the mover, from 1
   bool person = false;
-  Eigen::Isometry3d last_from_now = Eigen::Isometry3d::Identity();    ///< world point now -> where it was a frame ago
+  Eigen::Isometry3d last_from_now =
+      Eigen::Isometry3d::Identity();  ///< world point now -> where it was a frame ago
   Eigen::Isometry3d window_from_now = Eigen::Isometry3d::Identity();  ///< the same, a window ago
 };
 
@@ -38,7 +39,8 @@ class TruthMaker {
  public:
   TruthMaker(const Camera& camera, const TruthRule& rule) : camera_(camera), rule_(rule) {}
 
-  void make(const GeometryImage& scene, const std::vector<ItemTruth>& items, const Eigen::Isometry3d& T_world_camera, TruthImages& out) {
+  void make(const GeometryImage& scene, const std::vector<ItemTruth>& items,
+            const Eigen::Isometry3d& T_world_camera, TruthImages& out) {
     const cv::Size size = scene.depth_m.size();
     for (cv::Mat* image : {&out.labels, &out.dynamic, &out.person}) {
       image->create(size, CV_8UC1);
@@ -50,7 +52,8 @@ class TruthMaker {
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) {
         const ItemTruth& item = items[scene.item.at<std::uint16_t>(y, x)];
-        if (item.label != 0) judge(item, {x, y}, scene.depth_m.at<float>(y, x), T_world_camera, T_camera_world, out);
+        if (item.label != 0)
+          judge(item, {x, y}, scene.depth_m.at<float>(y, x), T_world_camera, T_camera_world, out);
       }
     }
     blank_silhouettes(out);
@@ -61,10 +64,12 @@ class TruthMaker {
              const Eigen::Isometry3d& T_camera_world, TruthImages& out) const {
     out.labels.at<std::uint8_t>(at) = item.label;
     out.person.at<std::uint8_t>(at) = item.person ? 255 : 0;
-    const Eigen::Vector3d ray((at.x - camera_.cx_px) / camera_.fx_px, (at.y - camera_.cy_px) / camera_.fy_px, 1);
+    const Eigen::Vector3d ray((at.x - camera_.cx_px) / camera_.fx_px, (at.y - camera_.cy_px) / camera_.fy_px,
+                              1);
     const Eigen::Vector3d now = T_world_camera * (depth_m * ray).eval();
     const Eigen::Vector3d then = item.window_from_now * now;
-    out.motion.at<std::uint16_t>(at) = cv::saturate_cast<std::uint16_t>(1e4 * (now - item.last_from_now * now).norm());
+    out.motion.at<std::uint16_t>(at) =
+        cv::saturate_cast<std::uint16_t>(1e4 * (now - item.last_from_now * now).norm());
     const Eigen::Vector3d seen = T_camera_world * then;
     const double dx = camera_.fx_px * seen.x() / seen.z() + camera_.cx_px - at.x;
     const double dy = camera_.fy_px * seen.y() / seen.z() + camera_.cy_px - at.y;
@@ -80,7 +85,9 @@ class TruthMaker {
       for (int x = 0; x < outline_.cols; ++x) {
         const std::uint8_t label = out.labels.at<std::uint8_t>(y, x);
         for (const cv::Point next : {cv::Point(x + 1, y), cv::Point(x, y + 1)}) {
-          if (next.x >= outline_.cols || next.y >= outline_.rows || out.labels.at<std::uint8_t>(next) == label) continue;
+          if (next.x >= outline_.cols || next.y >= outline_.rows ||
+              out.labels.at<std::uint8_t>(next) == label)
+            continue;
           outline_.at<std::uint8_t>(y, x) = outline_.at<std::uint8_t>(next) = 255;
         }
       }

@@ -9,15 +9,16 @@
 
 namespace dynfilter::synth {
 
-/// A smooth closed way on the floor (uniform Catmull-Rom through the given points), by arc length; defined for every
-/// real s, also negative ones.
+/// A smooth closed way on the floor (uniform Catmull-Rom through the given points), by arc length; defined
+/// for every real s, also negative ones.
 class WalkPath {
  public:
   explicit WalkPath(std::vector<Eigen::Vector2d> points) : points_(std::move(points)) {
     const int samples = kPerSegment * static_cast<int>(points_.size());
     length_.push_back(0);
     for (int i = 1; i <= samples; ++i) {
-      length_.push_back(length_.back() + (spline(i / double(kPerSegment)) - spline((i - 1) / double(kPerSegment))).norm());
+      length_.push_back(length_.back() +
+                        (spline(i / double(kPerSegment)) - spline((i - 1) / double(kPerSegment))).norm());
     }
   }
 
