@@ -106,7 +106,11 @@ void flow(benchmark::State& state, FlowCheck check) {
   FlowTracker tracker(params);
   ImagePyramid current;
   std::vector<ImagePyramid> references(kSets);  // built when they were current, as in a stream
-  for (std::size_t s = 0; s < kSets; ++s) tracker.build(sets[s].reference, references[s]);
+  std::transform(sets.begin(), sets.end(), references.begin(), [&](const FlowSet& set) {
+    ImagePyramid pyramid;
+    tracker.build(set.reference, pyramid);
+    return pyramid;
+  });
   Correspondences found;
   std::vector<cv::Point2f> to;
   std::vector<unsigned char> status;

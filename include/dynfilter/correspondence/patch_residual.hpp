@@ -14,7 +14,7 @@ namespace dynfilter {
 class PatchResidual {
  public:
   explicit PatchResidual(int window_px) : window_px_(window_px) {
-    const auto samples = static_cast<std::size_t>((window_px + 1) / 2 * window_px);
+    const auto width = static_cast<std::size_t>(window_px), samples = (width + 1) / 2 * width;
     a_.resize(samples);
     b_.resize(samples);
   }

@@ -10,7 +10,7 @@
 #include <dynfilter/synth/exact_scene_camera.hpp>
 #include <dynfilter/synth/exact_scene_frame.hpp>
 #include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/exact_scene_random.hpp>
+#include <dynfilter/synth/random.hpp>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -21,13 +21,13 @@ namespace dynfilter::synth {
 /// A small scene without images whose truth is known exactly: points, movers, a camera, and what a host would
 /// hand over of each frame. Deterministic per seed; frames may be asked for in any order.
 ///
-///   ExactScene scene = ExactScene().points(300).mover(Mover(60).moving({0.05, 0, 0}));
+///   ExactScene scene = ExactScene().points(300).mover(MovingBox(60).moving({0.05, 0, 0}));
 ///   const ExactFrame frame = scene.frame(5);   // with matches to frame 4
 ///   filter.apply(...frame.view()...);          // or synth/judge.hpp
 ///   scene.is_dynamic(5, i);
 class ExactScene {
  public:
-  ExactScene() : camera_motion_(synth::camera_motion(CameraMotion::General)) {}
+  ExactScene() : camera_motion_(steady_motion(CameraStep::General)) {}
 
   // ---- what is there
   /// Static points. Each is in view in at least one of the first `horizon` frames.
@@ -38,9 +38,9 @@ class ExactScene {
   }
   /// All static points on one wall 3 m ahead, turned by 20 degrees.
   ExactScene& planar() { return planar_ = true, *this; }
-  ExactScene& mover(Mover mover) { return movers_.push_back(std::move(mover)), *this; }
+  ExactScene& mover(MovingBox mover) { return movers_.push_back(std::move(mover)), *this; }
   ExactScene& camera(const Camera& camera);
-  ExactScene& camera_motion(CameraMotion preset) { return camera_motion(synth::camera_motion(preset)); }
+  ExactScene& camera_motion(CameraStep preset) { return camera_motion(steady_motion(preset)); }
   ExactScene& camera_motion(Motion T_world_camera) {
     return camera_motion_ = std::move(T_world_camera), *this;
   }
@@ -91,19 +91,24 @@ class ExactScene {
   /// 0: static background, m: mover m.
   int label(int p) const;
   const Camera& camera() const { return camera_; }
-  const std::vector<Mover>& movers() const { return movers_; }
+  const std::vector<MovingBox>& movers() const { return movers_; }
   int gap() const { return gap_; }
 
  private:
-  enum Purpose : std::uint64_t { kPlace = 1, kPixel, kDepth, kNoDepth, kMatch, kOrder, kDescriptor, kFlip };
+  enum class Purpose : std::uint64_t { Place = 1, Pixel, Depth, NoDepth, Match, Order, Descriptor, Flip };
   struct Feature {
     int point;
     cv::Point2d px;  // undistorted, with noise
     double depth_m;  // without
   };
 
-  PlacedRandom random(Purpose purpose, std::int64_t frame, std::int64_t point) const {
-    return {seed_, purpose, frame, point};
+  /// By its place instead of its order, so that every frame can be asked for alone.
+  Random random(Purpose purpose, int frame, std::uint64_t point) const {
+    const auto place = mix_bits(static_cast<std::uint64_t>(purpose)) + static_cast<std::uint64_t>(frame);
+    return Random(seed_, mix_bits(mix_bits(place) + point));
+  }
+  Random random(Purpose purpose, int frame, int point) const {
+    return random(purpose, frame, static_cast<std::uint64_t>(point));
   }
   Eigen::Vector3d static_position_m(int p) const;
   std::vector<Feature> visible(int k) const;
@@ -116,7 +121,7 @@ class ExactScene {
 
   Camera camera_ = freiburg3_camera();
   Motion camera_motion_;
-  std::vector<Mover> movers_;
+  std::vector<MovingBox> movers_;
   int points_ = 300, horizon_ = 20, gap_ = 1, truth_frames_ = 5, late_frames_ = 0, flipped_bits_ = 10;
   std::uint64_t seed_ = 1, order_seed_ = 1;
   double min_depth_m_ = 1.5, max_depth_m_ = 5;
@@ -136,7 +141,7 @@ inline ExactScene& ExactScene::camera(const Camera& camera) {
 
 inline int ExactScene::point_count() const {
   int n = points_;
-  for (const Mover& mover : movers_) n += mover.points();
+  for (const MovingBox& mover : movers_) n += mover.points();
   return n;
 }
 
@@ -149,9 +154,8 @@ inline int ExactScene::label(int p) const {
 }
 
 inline Eigen::Vector3d ExactScene::static_position_m(int p) const {
-  PlacedRandom random = this->random(kPlace, 0, p);
-  const Eigen::Isometry3d T =
-      camera_motion_(static_cast<int>(random.below(static_cast<std::size_t>(horizon_)))).isometry();
+  Random random = this->random(Purpose::Place, 0, p);
+  const Eigen::Isometry3d T = camera_motion_(random.below(horizon_)).isometry();
   const cv::Point2d px(random.uniform(0, camera_.width_px - 1), random.uniform(0, camera_.height_px - 1));
   const Eigen::Vector3d direction = ray(camera_, px);
   const double depth_m = random.uniform(min_depth_m_, max_depth_m_);
@@ -163,8 +167,8 @@ inline Eigen::Vector3d ExactScene::static_position_m(int p) const {
 inline Eigen::Vector3d ExactScene::position_m(int p, int k) const {
   const int l = label(p);
   if (l == 0) return static_position_m(p);
-  const Mover& mover = movers_[static_cast<std::size_t>(l - 1)];
-  PlacedRandom random = this->random(kPlace, l, p);
+  const MovingBox& mover = movers_[static_cast<std::size_t>(l - 1)];
+  Random random = this->random(Purpose::Place, l, p);
   Eigen::Vector3d offset;
   for (int axis = 0; axis < 3; ++axis) offset[axis] = random.uniform(-1, 1) * mover.half_size_m()[axis];
   return mover.T_world_object(k) * offset;
@@ -199,15 +203,16 @@ inline std::vector<ExactScene::Feature> ExactScene::visible(int k) const {
   for (int p = 0; p < point_count(); ++p) {
     const Eigen::Vector3d world_m = position_m(p, k), point_m = T_camera_world * world_m;
     cv::Point2d px = project(camera_, point_m);
-    PlacedRandom random = this->random(kPixel, k, p);
+    Random random = this->random(Purpose::Pixel, k, p);
     px.x += pixel_noise_px_ * random.gaussian();
     px.y += pixel_noise_px_ * random.gaussian();
     if (in_image(camera_, distort(camera_, px)) && !hidden(p, world_m, k))
       features.push_back({p, px, point_m.z()});
   }
   if (order_seed_ == 0) return features;
-  PlacedRandom random(seed_ + order_seed_, kOrder, k, 0);
-  for (std::size_t i = features.size(); i > 1; --i) std::swap(features[i - 1], features[random.below(i)]);
+  Random random = this->random(Purpose::Order, k, order_seed_);
+  for (std::size_t i = features.size(); i > 1; --i)
+    std::swap(features[i - 1], features[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
   return features;
 }
 
@@ -238,15 +243,15 @@ inline ExactFrame ExactScene::frame(int k) const {
 }
 
 inline void ExactScene::add(const Feature& feature, int k, ExactFrame& out) const {
-  const int p = feature.point, octave = static_cast<int>(random(kPlace, -1, p).below(4));
+  const int p = feature.point, octave = random(Purpose::Place, -1, p).below(4);
   const cv::Point2f px(distort(camera_, feature.px));
   out.keypoints.emplace_back(px, 31.0F, -1.0F, 1.0F, octave);
   if (camera_.distorted())
     out.keypoints_undistorted.emplace_back(cv::Point2f(feature.px), 31.0F, -1.0F, 1.0F, octave);
   if (!mono_) {
     const double sigma_m = depth_noise_m_ * feature.depth_m * feature.depth_m;
-    const double depth_m = feature.depth_m + sigma_m * random(kDepth, k, p).gaussian();
-    const bool missing = random(kNoDepth, k, p).uniform() < missing_depth_;
+    const double depth_m = feature.depth_m + sigma_m * random(Purpose::Depth, k, p).gaussian();
+    const bool missing = random(Purpose::NoDepth, k, p).uniform() < missing_depth_;
     out.depth_m.push_back(missing ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(depth_m));
   }
   if (with_map_points_) {
@@ -269,11 +274,11 @@ inline void ExactScene::add_matches(int k, ExactFrame& out) const {
   out.reference_frame_id = k - gap_;
   for (std::size_t i = 0; i < out.size(); ++i) {
     std::int32_t index = index_of[static_cast<std::size_t>(out.point[i])];
-    PlacedRandom random = this->random(kMatch, k, out.point[i]);
+    Random random = this->random(Purpose::Match, k, out.point[i]);
     if (index >= 0 && random.uniform() < missing_matches_) index = -1;
     if (index >= 0 && reference.size() > 1 && random.uniform() < mismatches_) {
-      const std::size_t other = static_cast<std::size_t>(index) + 1 + random.below(reference.size() - 1);
-      index = static_cast<std::int32_t>(other % reference.size());
+      const auto n = static_cast<int>(reference.size());
+      index = (index + 1 + random.below(n - 1)) % n;
       out.mismatched[i] = 1;
     }
     out.reference_index.push_back(index);
@@ -283,12 +288,12 @@ inline void ExactScene::add_matches(int k, ExactFrame& out) const {
 inline void ExactScene::add_descriptors(int k, ExactFrame& out) const {
   out.descriptors.create(static_cast<int>(out.size()), 32, CV_8UC1);
   for (std::size_t i = 0; i < out.size(); ++i) {
-    PlacedRandom random = this->random(kDescriptor, 0, out.point[i]);
+    Random random = this->random(Purpose::Descriptor, 0, out.point[i]);
     unsigned char* row = out.descriptors.ptr(static_cast<int>(i));
-    for (int b = 0; b < 32; ++b) row[b] = static_cast<unsigned char>(random.bits() >> 56U);
-    PlacedRandom flip = this->random(kFlip, k, out.point[i]);
+    for (int b = 0; b < 32; ++b) row[b] = static_cast<unsigned char>(random.next() >> 56U);
+    Random flip = this->random(Purpose::Flip, k, out.point[i]);
     for (int n = 0; n < flipped_bits_; ++n) {
-      const std::size_t bit = flip.below(256);
+      const auto bit = static_cast<unsigned>(flip.below(256));
       row[bit / 8] = static_cast<unsigned char>(row[bit / 8] ^ (1U << (bit % 8)));
     }
   }

@@ -26,7 +26,8 @@ inline Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d
   };
 }
 
-enum class CameraMotion {
+/// What a camera does every frame.
+enum class CameraStep {
   None,
   General,        ///< 3 cm and half a degree a frame
   Sideways,       ///< 3 cm a frame, no rotation
@@ -35,44 +36,44 @@ enum class CameraMotion {
   SmallBaseline,  ///< 3 mm and 0.2 degrees a frame
 };
 
-inline Motion camera_motion(CameraMotion preset) {
-  switch (preset) {
-    case CameraMotion::General:
+inline Motion steady_motion(CameraStep step) {
+  switch (step) {
+    case CameraStep::General:
       return steady_motion({0.026, -0.008, 0.014}, {0.003, -0.008, 0.002});
-    case CameraMotion::Sideways:
+    case CameraStep::Sideways:
       return steady_motion({0.03, 0, 0});
-    case CameraMotion::Forward:
+    case CameraStep::Forward:
       return steady_motion({0, 0, 0.04});
-    case CameraMotion::PureRotation:
+    case CameraStep::PureRotation:
       return steady_motion({0, 0, 0}, {0.004, 0.011, 0.003});
-    case CameraMotion::SmallBaseline:
+    case CameraStep::SmallBaseline:
       return steady_motion({0.0025, 0.001, 0.0013}, {0.001, 0.003, 0});
-    case CameraMotion::None:
+    case CameraStep::None:
       break;
   }
   return steady_motion({0, 0, 0});
 }
 
 /// A box of points that moves as a whole:
-/// `Mover(60).at({0.3, 0, 2.5}).moving({0.05, 0, 0}).still_until(10)`.
-class Mover {
+/// `MovingBox(60).at({0.3, 0, 2.5}).moving({0.05, 0, 0}).still_until(10)`.
+class MovingBox {
  public:
-  explicit Mover(int points = 60) : points_(std::max(0, points)) {}
+  explicit MovingBox(int points = 60) : points_(std::max(0, points)) {}
 
   /// Centre at frame 0, in the world [m] (the camera of frame 0 is its origin, unless it is moved).
-  Mover& at(const Eigen::Vector3d& centre_m) { return centre_m_ = centre_m, *this; }
+  MovingBox& at(const Eigen::Vector3d& centre_m) { return centre_m_ = centre_m, *this; }
   /// Half the box's width, height and depth [m].
-  Mover& half_size(const Eigen::Vector3d& half_size_m) { return half_size_m_ = half_size_m, *this; }
+  MovingBox& half_size(const Eigen::Vector3d& half_size_m) { return half_size_m_ = half_size_m, *this; }
   /// Metres a frame, in the world.
-  Mover& moving(const Eigen::Vector3d& step_m) { return step_m_ = step_m, *this; }
+  MovingBox& moving(const Eigen::Vector3d& step_m) { return step_m_ = step_m, *this; }
   /// Radians a frame, about an axis through its centre.
-  Mover& turning(const Eigen::Vector3d& turn_rad) { return turn_rad_ = turn_rad, *this; }
+  MovingBox& turning(const Eigen::Vector3d& turn_rad) { return turn_rad_ = turn_rad, *this; }
   /// The last frame at which it has not moved yet.
-  Mover& still_until(int frame) { return still_until_ = frame, *this; }
+  MovingBox& still_until(int frame) { return still_until_ = frame, *this; }
   /// Any motion: replaces all of the above but the size.
-  Mover& following(Motion motion) { return motion_ = std::move(motion), *this; }
+  MovingBox& following(Motion motion) { return motion_ = std::move(motion), *this; }
   /// What a detector calls it.
-  Mover& named(std::string class_name) { return class_name_ = std::move(class_name), *this; }
+  MovingBox& named(std::string class_name) { return class_name_ = std::move(class_name), *this; }
 
   int points() const { return points_; }
   const Eigen::Vector3d& half_size_m() const { return half_size_m_; }

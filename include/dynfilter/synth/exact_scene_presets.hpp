@@ -41,7 +41,11 @@ namespace detail {
 
 inline ExactScene majority(int still_until) {
   const auto mover = [=](double x_m, const Eigen::Vector3d& step_m) {
-    return Mover(210).at({x_m, 0, 2.6}).half_size({0.45, 0.7, 0.2}).moving(step_m).still_until(still_until);
+    return MovingBox(210)
+        .at({x_m, 0, 2.6})
+        .half_size({0.45, 0.7, 0.2})
+        .moving(step_m)
+        .still_until(still_until);
   };
   return ExactScene()
       .points(180)
@@ -51,17 +55,18 @@ inline ExactScene majority(int still_until) {
 
 inline ExactScene several_movers() {
   return ExactScene()
-      .mover(Mover(40).at({-0.9, 0.1, 2.6}).moving({0.04, 0, 0}))
-      .mover(Mover(40).at({0.9, -0.1, 3.0}).moving({-0.03, 0, -0.03}))
-      .mover(Mover(40).at({0, -0.6, 2.4}).half_size({0.2, 0.2, 0.2}).moving({0, 0.035, 0}))
-      .mover(Mover(40).at({0.1, 0.5, 2.2}).half_size({0.25, 0.2, 0.2}).turning({0, 0, 0.12}).named("chair"));
+      .mover(MovingBox(40).at({-0.9, 0.1, 2.6}).moving({0.04, 0, 0}))
+      .mover(MovingBox(40).at({0.9, -0.1, 3.0}).moving({-0.03, 0, -0.03}))
+      .mover(MovingBox(40).at({0, -0.6, 2.4}).half_size({0.2, 0.2, 0.2}).moving({0, 0.035, 0}))
+      .mover(
+          MovingBox(40).at({0.1, 0.5, 2.2}).half_size({0.25, 0.2, 0.2}).turning({0, 0, 0.12}).named("chair"));
 }
 
 }  // namespace detail
 
 /// The scene of a preset; change it further like any other: `preset(Preset::Planar).pixel_noise(0.5)`.
 inline ExactScene preset(Preset preset) {
-  const Mover mover = Mover(60).at({-0.3, -0.35, 2.5}).moving({0.02, 0.033, 0.01});
+  const MovingBox mover = MovingBox(60).at({-0.3, -0.35, 2.5}).moving({0.02, 0.033, 0.01});
   switch (preset) {
     case Preset::General:
       return ExactScene().mover(mover);
@@ -70,15 +75,15 @@ inline ExactScene preset(Preset preset) {
     case Preset::Planar:
       return ExactScene().planar().mover(mover);
     case Preset::PureRotation:
-      return ExactScene().camera_motion(CameraMotion::PureRotation).mover(mover);
+      return ExactScene().camera_motion(CameraStep::PureRotation).mover(mover);
     case Preset::NoMotion:
-      return ExactScene().camera_motion(CameraMotion::None).mover(mover);
+      return ExactScene().camera_motion(CameraStep::None).mover(mover);
     case Preset::SmallBaseline:
-      return ExactScene().camera_motion(CameraMotion::SmallBaseline).mover(mover);
+      return ExactScene().camera_motion(CameraStep::SmallBaseline).mover(mover);
     case Preset::AlongEpipolar:
       return ExactScene()
-          .camera_motion(CameraMotion::Sideways)
-          .mover(Mover(60).at({-0.3, 0.1, 2.5}).moving({0.07, 0, 0}));
+          .camera_motion(CameraStep::Sideways)
+          .mover(MovingBox(60).at({-0.3, 0.1, 2.5}).moving({0.07, 0, 0}));
     case Preset::Majority:
       return detail::majority(0);
     case Preset::SeveralMovers:
