@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/io/tum_sequence.hpp>
+#include <optional>
+#include <vector>
+
+#include "feature_judge.hpp"
+#include "frame_features.hpp"
+#include "map.hpp"
+#include "track_result.hpp"
+
+namespace dynfilter::odometry {
+
+/// All that connects the odometry with the toolkit: fills the frame view, asks the judge, removes what it
+/// rejects from the features, and remembers it for the caller.
+class JudgeGate {
+ public:
+  explicit JudgeGate(FeatureJudge* judge) : judge_(judge) {}
+
+  void begin(std::int64_t frame_id, const io::RgbdFrame& frame, const Camera& camera,
+             const SemanticInputs& inputs, std::size_t features) {
+    view_ = FrameView{};
+    view_.id = frame_id;
+    view_.timestamp_s = frame.timestamp_s;
+    view_.grey = frame.grey;
+    view_.depth = frame.depth;
+    view_.depth_unit_m = frame.depth_unit_m;
+    view_.camera = camera;
+    view_.detections = inputs.detections;
+    view_.mask = inputs.mask;
+    rejected_at_.assign(features, RejectedAt::Nowhere);
+  }
+
+  void before_pose(FrameFeatures& features, const std::optional<Eigen::Isometry3d>& T_camera_world) {
+    extracted_ = features.keypoints;
+    if (!judge_) return;
+    show(features);
+    if (T_camera_world) show_pose(*T_camera_world, PoseProvenance::Predicted);
+    apply(judge_->before_pose(view_), RejectedAt::BeforePose, features);
+  }
+
+  void after_pose(FrameFeatures& features, const Eigen::Isometry3d& T_camera_world, const Map& map) {
+    if (!judge_) return;
+    show(features);
+    show_pose(T_camera_world, PoseProvenance::Estimated);
+    show_map(features, map);
+    apply(judge_->after_pose(view_), RejectedAt::AfterPose, features);
+  }
+
+  void at_keyframe(FrameFeatures& features, const Eigen::Isometry3d& T_camera_world, const Map& map) {
+    if (!judge_) return;
+    show(features);
+    show_pose(T_camera_world, PoseProvenance::Refined);
+    show_map(features, map);
+    show_keyframes(features, map);
+    apply(judge_->at_keyframe(view_), RejectedAt::AtKeyframe, features);
+  }
+
+  void done(const Eigen::Isometry3d& T_camera_world) {
+    if (judge_) judge_->pose_refined(view_.id, Pose::from(T_camera_world.inverse()));
+  }
+
+  void reset() {
+    if (judge_) judge_->reset();
+  }
+
+  const std::vector<cv::KeyPoint>& extracted() const { return extracted_; }
+  const std::vector<RejectedAt>& rejected_at() const { return rejected_at_; }
+  int rejected() const {
+    return static_cast<int>(rejected_at_.size()) -
+           static_cast<int>(std::count(rejected_at_.begin(), rejected_at_.end(), RejectedAt::Nowhere));
+  }
+
+ private:
+  void show(FrameFeatures& features) {
+    view_.keypoints = features.keypoints;
+    view_.keypoints_undistorted = features.keypoints_undistorted;
+    view_.descriptors = as_matrix(features.descriptors);
+    view_.depth_m = features.depth_m;
+  }
+
+  void show_pose(const Eigen::Isometry3d& T_camera_world, PoseProvenance provenance) {
+    view_.T_world_camera = Pose::from(T_camera_world.inverse());
+    view_.pose_provenance = provenance;
+  }
+
+  void show_map(const FrameFeatures& features, const Map& map) {
+    point_world_m_.assign(features.size(), cv::Point3f());
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      if (!map.alive(features.map_point[i])) continue;
+      const Eigen::Vector3f p = map.point(features.map_point[i]).world_m.cast<float>();
+      point_world_m_[i] = {p.x(), p.y(), p.z()};
+    }
+    view_.map_point_ids = features.map_point;
+    view_.map_points_world_m = point_world_m_;
+  }
+
+  void show_keyframes(const FrameFeatures& features, const Map& map) {
+    constexpr std::size_t kShown = 5;
+    keyframes_.clear();
+    for (const std::int32_t k : map.covisible(features.map_point, kShown)) {
+      const Keyframe& keyframe = map.keyframes[k];
+      keyframes_.push_back({keyframe.frame_id, keyframe.T_world_camera,
+                            keyframe.features.keypoints_undistorted, keyframe.features.depth_m,
+                            keyframe.features.map_point});
+    }
+    view_.covisible_keyframes = keyframes_;
+  }
+
+  void apply(FeatureJudge::Flags flags, RejectedAt where, FrameFeatures& features) {
+    if (flags.size() != features.size()) return;
+    for (std::size_t i = 0; i < flags.size(); ++i)
+      if (flags[i]) rejected_at_[features.extracted[i]] = where;
+    features.compact(flags);
+  }
+
+  FeatureJudge* judge_;
+  FrameView view_;
+  std::vector<cv::KeyPoint> extracted_;
+  std::vector<RejectedAt> rejected_at_;
+  std::vector<cv::Point3f> point_world_m_;
+  std::vector<KeyframeView> keyframes_;
+};
+
+}  // namespace dynfilter::odometry

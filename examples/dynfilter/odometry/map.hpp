@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdint>
+#include <dynfilter/core/pose.hpp>
+#include <vector>
+
+#include "descriptor.hpp"
+#include "frame_features.hpp"
+
+namespace dynfilter::odometry {
+
+struct Observation {
+  std::int32_t keyframe, feature;
+};
+
+struct MapPoint {
+  Eigen::Vector3d world_m = Eigen::Vector3d::Zero();
+  Descriptor descriptor{};
+  int octave = 0;         ///< where it was seen first, and ...
+  double distance_m = 0;  ///< ... from how far: together they predict the octave elsewhere
+  std::int32_t born = 0;  ///< keyframe that made it
+  int visible = 1, found = 1;
+  bool alive = true;
+  std::vector<Observation> observations;
+};
+
+struct Keyframe {
+  std::int64_t frame_id = 0;
+  Eigen::Isometry3d T_camera_world;
+  Pose T_world_camera;  ///< the same, as the toolkit wants it
+  FrameFeatures features;
+
+  void set_pose(const Eigen::Isometry3d& T) {
+    T_camera_world = T;
+    T_world_camera = Pose::from(T.inverse());
+  }
+};
+
+/// Keyframes and points by index. Points that are culled keep their index.
+class Map {
+ public:
+  std::vector<Keyframe> keyframes;
+  std::vector<MapPoint> points;
+
+  bool alive(std::int64_t point) const { return point >= 0 && points[static_cast<std::size_t>(point)].alive; }
+  MapPoint& point(std::int64_t i) { return points[static_cast<std::size_t>(i)]; }
+  const MapPoint& point(std::int64_t i) const { return points[static_cast<std::size_t>(i)]; }
+
+  void observe(std::int64_t i, std::int32_t keyframe, std::int32_t feature) {
+    point(i).observations.push_back({keyframe, feature});
+    keyframes[keyframe].features.map_point[feature] = i;
+  }
+
+  void forget(std::int64_t i, const Observation& seen) {
+    auto& list = point(i).observations;
+    list.erase(std::remove_if(list.begin(), list.end(),
+                              [&](const Observation& o) {
+                                return o.keyframe == seen.keyframe && o.feature == seen.feature;
+                              }),
+               list.end());
+    keyframes[seen.keyframe].features.map_point[seen.feature] = -1;
+    if (list.empty()) point(i).alive = false;
+  }
+
+  void remove(std::int64_t i) {
+    for (const Observation& o : point(i).observations)
+      keyframes[o.keyframe].features.map_point[o.feature] = -1;
+    point(i).observations.clear();
+    point(i).alive = false;
+  }
+
+  /// Keyframes that see the given points, by how many they see (ties: the newer first), at most `limit`.
+  std::vector<std::int32_t> covisible(const std::vector<std::int64_t>& seen, std::size_t limit) const {
+    std::vector<std::int32_t> votes(keyframes.size(), 0), order;
+    for (const std::int64_t i : seen)
+      if (alive(i))
+        for (const Observation& o : point(i).observations) ++votes[o.keyframe];
+    for (std::size_t k = 0; k < votes.size(); ++k)
+      if (votes[k] > 0) order.push_back(static_cast<std::int32_t>(k));
+    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+      return votes[a] != votes[b] ? votes[a] > votes[b] : a > b;
+    });
+    if (order.size() > limit) order.resize(limit);
+    return order;
+  }
+
+  /// The live points that these keyframes see, each once, in ascending order.
+  std::vector<std::int64_t> points_of(const std::vector<std::int32_t>& frames) const {
+    std::vector<std::int64_t> result;
+    for (const std::int32_t k : frames)
+      for (const std::int64_t i : keyframes[k].features.map_point)
+        if (alive(i)) result.push_back(i);
+    std::sort(result.begin(), result.end());
+    result.erase(std::unique(result.begin(), result.end()), result.end());
+    return result;
+  }
+};
+
+}  // namespace dynfilter::odometry

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "bundle_adjustment.hpp"
+#include "map.hpp"
+#include "options.hpp"
+#include "projection.hpp"
+#include "sighting.hpp"
+
+namespace dynfilter::odometry {
+
+/// Makes keyframes and map points, and keeps the newest part of the map consistent.
+class Mapper {
+ public:
+  Mapper(const Pinhole& camera, const OdometryOptions& options)
+      : camera_(camera), options_(options), adjuster_(camera, options.bundle) {}
+
+  const Map& map() const { return map_; }
+  Map& map() { return map_; }
+
+  /// The octave in which a point will be seen by a camera there.
+  int expected_octave(const MapPoint& point, const Eigen::Isometry3d& T_camera_world) const {
+    const double distance_m = (T_camera_world * point.world_m).norm();
+    const double steps = std::log(point.distance_m / distance_m) / std::log(options_.extractor.scale_factor);
+    return std::clamp(point.octave + static_cast<int>(std::lround(steps)), 0, options_.extractor.levels - 1);
+  }
+
+  /// Turns a tracked frame into a keyframe: its map points get an observation, its other features with depth
+  /// become points. The new keyframe's index.
+  std::int32_t insert(std::int64_t frame_id, FrameFeatures& features,
+                      const Eigen::Isometry3d& T_camera_world) {
+    const auto index = static_cast<std::int32_t>(map_.keyframes.size());
+    Keyframe keyframe;
+    keyframe.frame_id = frame_id;
+    keyframe.set_pose(T_camera_world);
+    keyframe.features = features;
+    map_.keyframes.push_back(std::move(keyframe));
+    const Eigen::Isometry3d T_world_camera = T_camera_world.inverse();
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      if (features.map_point[i] < 0 && features.depth_m[i] > 0)
+        features.map_point[i] = add_point(features, i, T_world_camera, index);
+      if (features.map_point[i] >= 0)
+        map_.observe(features.map_point[i], index, static_cast<std::int32_t>(i));
+    }
+    return index;
+  }
+
+  /// Bundle adjustment around the newest keyframe, then removal of points that do not hold.
+  void refine() {
+    const auto newest = static_cast<std::int32_t>(map_.keyframes.size()) - 1;
+    if (newest < 1) return;
+    cull(newest);
+    std::vector<std::int32_t> window = map_.covisible(map_.keyframes[newest].features.map_point,
+                                                      static_cast<std::size_t>(options_.bundle.window));
+    adjuster_.adjust(map_, window, [&](const Observation& o) {
+      return sighting(options_, camera_, map_.keyframes[o.keyframe].features, o.feature);
+    });
+  }
+
+ private:
+  std::int64_t add_point(const FrameFeatures& features, std::size_t i,
+                         const Eigen::Isometry3d& T_world_camera, std::int32_t keyframe) {
+    const cv::KeyPoint& keypoint = features.keypoints_undistorted[i];
+    const Eigen::Vector3d p = camera_.back_project(keypoint.pt.x, keypoint.pt.y, features.depth_m[i]);
+    MapPoint point;
+    point.world_m = T_world_camera * p;
+    point.descriptor = features.descriptors[i];
+    point.octave = keypoint.octave;
+    point.distance_m = p.norm();
+    point.born = keyframe;
+    map_.points.push_back(std::move(point));
+    return static_cast<std::int64_t>(map_.points.size()) - 1;
+  }
+
+  /// Young points must prove themselves: found where they should be visible, and seen by a second keyframe.
+  void cull(std::int32_t newest) {
+    constexpr int kYoung = 3, kSettled = 2;
+    constexpr double kMinFound = 0.25;
+    while (first_young_ < static_cast<std::int64_t>(map_.points.size()) &&
+           map_.point(first_young_).born + kYoung < newest)
+      ++first_young_;
+    for (std::int64_t i = first_young_; i < static_cast<std::int64_t>(map_.points.size()); ++i) {
+      const MapPoint& point = map_.point(i);
+      if (!point.alive || point.born == newest) continue;
+      const bool rare = point.found < kMinFound * point.visible;
+      const bool single = newest - point.born >= kSettled && point.observations.size() < 2;
+      if (rare || single) map_.remove(i);
+    }
+  }
+
+  Pinhole camera_;
+  OdometryOptions options_;
+  Map map_;
+  BundleAdjuster adjuster_;
+  std::int64_t first_young_ = 0;
+};
+
+}  // namespace dynfilter::odometry

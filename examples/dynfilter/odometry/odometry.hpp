@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/io/tum_sequence.hpp>
+#include <optional>
+#include <vector>
+
+#include "feature_judge.hpp"
+#include "frame_features.hpp"
+#include "judge_gate.hpp"
+#include "mapper.hpp"
+#include "options.hpp"
+#include "orb_extractor.hpp"
+#include "stopwatch.hpp"
+#include "track_result.hpp"
+#include "tracker.hpp"
+
+namespace dynfilter::odometry {
+
+/// RGB-D odometry in the manner of ORB-SLAM's tracking and local mapping, without loop closing: a stand-in
+/// for a user's SLAM. It knows of moving objects only what the judge says. One thread, deterministic (for the
+/// last bit call cv::setNumThreads(1)). One object per camera stream.
+class Odometry {
+ public:
+  /// `judge` may be null (nothing is rejected) and must outlive the odometry.
+  Odometry(const Camera& camera, const OdometryOptions& options, FeatureJudge* judge)
+      : camera_(camera),
+        options_(options),
+        extractor_(options.extractor),
+        mapper_(pinhole(), options),
+        tracker_(pinhole(), options),
+        gate_(judge) {}
+
+  /// One frame: `frame.grey` CV_8UC1, `frame.depth` CV_16UC1 or CV_32FC1 (times `depth_unit_m`) or empty.
+  TrackResult process(const io::RgbdFrame& frame, const SemanticInputs& inputs = {}) {
+    TrackResult result;
+    result.frame_id = next_frame_id_++;
+    result.timestamp_s = frame.timestamp_s;
+    Stopwatch watch;
+    result.time_jump = jumped(frame.timestamp_s);
+    if (result.time_jump) after_jump();
+    extract(frame);
+    result.features = static_cast<int>(features_.size());
+    result.ms.extraction = watch.lap_ms();
+
+    gate_.begin(result.frame_id, frame, camera_, inputs, features_.size());
+    const std::optional<Eigen::Isometry3d> predicted = tracker_.predict(frame.timestamp_s);
+    gate_.before_pose(features_, predicted);
+    result.ms.judge += watch.lap_ms();
+
+    if (mapper_.map().keyframes.empty()) {
+      start_map(result, watch);
+    } else {
+      track(predicted, result, watch);
+    }
+    finish(result);
+    return result;
+  }
+
+  /// Camera poses of all tracked frames in the world of the first camera, as known now: bundle adjustment has
+  /// improved the keyframes that they hang on.
+  std::vector<io::StampedPose> trajectory() const {
+    std::vector<io::StampedPose> poses;
+    for (const Anchored& a : anchored_) {
+      const Eigen::Isometry3d T = a.T_camera_keyframe * mapper_.map().keyframes[a.keyframe].T_camera_world;
+      poses.push_back({a.timestamp_s, Pose::from(T.inverse())});
+    }
+    return poses;
+  }
+
+  /// The features of the last frame as extracted, and at which point each one was rejected.
+  const std::vector<cv::KeyPoint>& extracted() const { return gate_.extracted(); }
+  const std::vector<RejectedAt>& rejected_at() const { return gate_.rejected_at(); }
+  const Map& map() const { return mapper_.map(); }
+
+ private:
+  struct Anchored {
+    double timestamp_s;
+    std::int32_t keyframe;
+    Eigen::Isometry3d T_camera_keyframe;
+  };
+
+  Pinhole pinhole() const { return Pinhole(camera_, options_.depth.baseline_fx_px_m); }
+
+  bool jumped(double timestamp_s) const {
+    return next_frame_id_ > 1 && !(std::abs(timestamp_s - last_timestamp_s_) <= options_.max_time_gap_s);
+  }
+  void after_jump() {
+    tracker_.forget_motion();
+    gate_.reset();
+  }
+
+  void extract(const io::RgbdFrame& frame) {
+    extractor_.extract(frame.grey, features_.keypoints, features_.descriptors);
+    undistort(camera_, features_.keypoints, features_.keypoints_undistorted);
+    sample_depth(frame.depth, frame.depth_unit_m, options_.depth, features_.keypoints, features_.depth_m);
+    features_.map_point.assign(features_.size(), -1);
+    features_.extracted.resize(features_.size());
+    for (std::size_t i = 0; i < features_.size(); ++i) features_.extracted[i] = static_cast<std::int32_t>(i);
+    tracker_.set_image(frame.grey.size());
+  }
+
+  void start_map(TrackResult& result, Stopwatch& watch) {
+    int with_depth = 0;
+    for (const float depth_m : features_.depth_m) with_depth += depth_m > 0;
+    if (with_depth < options_.min_initial_points) return;
+    pose_ = Eigen::Isometry3d::Identity();
+    result.state = TrackState::Tracked;
+    make_keyframe(result, watch);
+  }
+
+  void track(const std::optional<Eigen::Isometry3d>& predicted, TrackResult& result, Stopwatch& watch) {
+    Map& map = mapper_.map();
+    tracker_.index(features_);
+    bool found = predicted && tracker_.track_last_frame(map, *predicted, features_, pose_);
+    if (!found) {
+      found = tracker_.recover(map, features_, pose_);
+      result.relocalised = found;
+    }
+    result.ms.tracking += watch.lap_ms();
+    if (found) {
+      gate_.after_pose(features_, pose_, map);
+      result.ms.judge += watch.lap_ms();
+      tracker_.index(features_);
+      result.tracked_points = tracker_.track_local_map(mapper_, features_, pose_);
+      found = result.tracked_points >=
+              (result.relocalised ? options_.min_relocalised_inliers : options_.min_inliers);
+      result.ms.tracking += watch.lap_ms();
+    }
+    result.relocalised = result.relocalised && found;
+    result.state = found ? TrackState::Tracked : TrackState::Lost;
+    if (found && tracker_.needs_keyframe(map, features_, pose_, result)) make_keyframe(result, watch);
+  }
+
+  void make_keyframe(TrackResult& result, Stopwatch& watch) {
+    gate_.at_keyframe(features_, pose_, mapper_.map());
+    result.ms.judge += watch.lap_ms();
+    const Eigen::Isometry3d before = pose_;
+    const std::int32_t index = mapper_.insert(result.frame_id, features_, pose_);
+    mapper_.refine();
+    pose_ = mapper_.map().keyframes[index].T_camera_world;
+    features_.map_point = mapper_.map().keyframes[index].features.map_point;
+    tracker_.keyframe_made(mapper_.map(), index, before);
+    result.keyframe = true;
+    if (result.tracked_points == 0) result.tracked_points = tracker_.keyframe_points();
+    result.ms.mapping += watch.lap_ms();
+  }
+
+  void finish(TrackResult& result) {
+    result.rejected = gate_.rejected();
+    const bool tracked = result.state == TrackState::Tracked;
+    if (tracked) {
+      result.T_world_camera = Pose::from(pose_.inverse());
+      gate_.done(pose_);
+      const std::int32_t keyframe = tracker_.reference_keyframe();
+      const Eigen::Isometry3d T_world_keyframe = mapper_.map().keyframes[keyframe].T_camera_world.inverse();
+      anchored_.push_back({result.timestamp_s, keyframe, pose_ * T_world_keyframe});
+    }
+    const bool newly_lost = tracker_.frame_done(tracked, result.timestamp_s, features_, pose_);
+    if (newly_lost || result.relocalised) gate_.reset();
+    last_timestamp_s_ = result.timestamp_s;
+  }
+
+  Camera camera_;
+  OdometryOptions options_;
+  OrbExtractor extractor_;
+  Mapper mapper_;
+  Tracker tracker_;
+  JudgeGate gate_;
+  FrameFeatures features_;
+  Eigen::Isometry3d pose_ = Eigen::Isometry3d::Identity();  ///< T_camera_world of this frame
+  std::vector<Anchored> anchored_;
+  std::int64_t next_frame_id_ = 0;
+  double last_timestamp_s_ = 0;
+};
+
+}  // namespace dynfilter::odometry

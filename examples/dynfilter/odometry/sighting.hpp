@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+
+#include "frame_features.hpp"
+#include "options.hpp"
+#include "projection.hpp"
+
+namespace dynfilter::odometry {
+
+/// The measurement that a feature is: coarser octaves are less exact.
+inline Sighting sighting(const OdometryOptions& options, const Pinhole& camera, const FrameFeatures& features,
+                         std::size_t i) {
+  const cv::KeyPoint& keypoint = features.keypoints_undistorted[i];
+  const float depth_m = features.depth_m[i];
+  const bool has_depth = depth_m > 0;
+  Sighting s;
+  s.measured_px = {keypoint.pt.x, keypoint.pt.y, has_depth ? camera.baseline_fx_px_m / depth_m : 0.0};
+  s.pixel_weight = std::pow(options.extractor.scale_factor, -keypoint.octave);
+  s.disparity_weight = has_depth ? 1.0 / options.depth.disparity_sigma_px : 0.0;
+  return s;
+}
+
+}  // namespace dynfilter::odometry
