@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
 #include <dynfilter/geometry/epipolar.hpp>
 #include <dynfilter/geometry/rigid_least_squares.hpp>
+#include <dynfilter/geometry/small_solve.hpp>
 #include <dynfilter/geometry/two_view_points.hpp>
 
 namespace dynfilter::detail {
@@ -21,19 +21,54 @@ inline Vector9 row_major(const Eigen::Matrix3d& m) {
   return v;
 }
 
+/// Products of three and more 3x3 matrices as one Eigen expression take seconds to compile; this one does not.
+inline Eigen::Matrix3d times(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return a * b;
+}
+inline Eigen::Matrix3d diagonal(double a, double b) {
+  Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
+  m(0, 0) = a;
+  m(1, 1) = b;
+  return m;
+}
+
 /// Normal equations in the nine entries of a matrix. Every parametrisation p of that matrix with D = d
 /// entries/dp solves (D^T A D) dp = -D^T g.
 struct EntryNormal {
   Matrix99 A;
   Vector9 g;
 
+  /// A += w a a^T
+  void add(double w, const Vector9& a) {
+    for (int c = 0; c < 9; ++c)
+      for (int r = 0; r < 9; ++r) A(r, c) += w * a[c] * a[r];
+  }
+
   template <int N>
   bool step(const Eigen::Matrix<double, 9, N>& D, Eigen::Matrix<double, N, 1>& delta) const {
-    const Eigen::Matrix<double, N, N> normal = D.transpose() * A * D;
-    const Eigen::LDLT<Eigen::Matrix<double, N, N>> ldlt(normal);
-    if (!ldlt.isPositive()) return false;
-    delta = -ldlt.solve(D.transpose() * g);
+    Eigen::Matrix<double, N, N> normal = congruent(D);
+    for (int c = 0; c < N; ++c) delta(c) = -dot(D.col(c).data(), g.data());
+    if (!solve_positive_definite(normal.data(), delta.data(), N)) return false;
     return delta.allFinite();
+  }
+
+ private:
+  static double dot(const double* a, const double* b) {
+    double sum = 0;
+    for (int k = 0; k < 9; ++k) sum += a[k] * b[k];
+    return sum;
+  }
+  /// D^T A D in plain loops: as Eigen expressions of fixed size these two products alone cost the compiler half a
+  /// minute and 1.5 GB in every file that includes this.
+  template <int N>
+  Eigen::Matrix<double, N, N> congruent(const Eigen::Matrix<double, 9, N>& D) const {
+    Eigen::Matrix<double, N, N> result;
+    for (int c = 0; c < N; ++c) {
+      double column[9];
+      for (int r = 0; r < 9; ++r) column[r] = dot(A.col(r).data(), D.col(c).data());  // A is symmetric
+      for (int r = 0; r < N; ++r) result(r, c) = dot(D.col(r).data(), column);
+    }
+    return result;
   }
 };
 
@@ -55,7 +90,7 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
     const double taper = 1 - e2 / cut, w = taper * taper / den;
     Vector9 a;
     a << u * x, u * y, u, v * x, v * y, v, x, y, 1;
-    normal.A.noalias() += (w * a) * a.transpose();
+    normal.add(w, a);
     ++used;
   }
   normal.g.noalias() = normal.A * f;
@@ -71,24 +106,23 @@ inline void refine_fundamental(const TwoViewPoints& points, double cut2, int ite
   double angle = std::atan2(svd.singularValues()(1), svd.singularValues()(0));
   EntryNormal normal;
   for (int i = 0; i < iterations; ++i) {
-    const Eigen::DiagonalMatrix<double, 3> S(std::cos(angle), std::sin(angle), 0);
-    F = U * S * V.transpose();
+    const Eigen::Matrix3d S = diagonal(std::cos(angle), std::sin(angle)), Vt = V.transpose();
+    F = times(times(U, S), Vt);
     if (!accumulate_epipolar(points, F, cut2, stride, normal)) return;
     Eigen::Matrix<double, 9, 7> D;
     for (int k = 0; k < 3; ++k) {
       const Eigen::Matrix3d turn = cross_matrix(Eigen::Vector3d::Unit(k));
-      D.col(k) = row_major(U * turn * S * V.transpose());
-      D.col(3 + k) = row_major(-U * S * turn * V.transpose());
+      D.col(k) = row_major(times(times(times(U, turn), S), Vt));
+      D.col(3 + k) = -row_major(times(times(times(U, S), turn), Vt));
     }
-    const Eigen::DiagonalMatrix<double, 3> dS(-std::sin(angle), std::cos(angle), 0);
-    D.col(6) = row_major(U * dS * V.transpose());
+    D.col(6) = row_major(times(times(U, diagonal(-std::sin(angle), std::cos(angle))), Vt));
     Eigen::Matrix<double, 7, 1> delta;
     if (!normal.step(D, delta)) return;
-    U = U * exp_so3(delta.head<3>());
-    V = V * exp_so3(delta.segment<3>(3));
+    U = times(U, exp_so3(delta.head<3>()));
+    V = times(V, exp_so3(delta.segment<3>(3)));
     angle += delta(6);
   }
-  F = U * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0).asDiagonal() * V.transpose();
+  F = times(times(U, diagonal(std::cos(angle), std::sin(angle))), V.transpose());
 }
 
 /// A calibrated two-view motion, directions only.
@@ -101,9 +135,9 @@ struct Essential {
 struct Calibration {
   Eigen::Matrix3d K1_inv, K2_inv;
   Eigen::Matrix3d fundamental(const Essential& e) const {
-    return K2_inv.transpose() * cross_matrix(e.t) * e.R * K1_inv;
+    return times(times(K2_inv.transpose(), cross_matrix(e.t)), times(e.R, K1_inv));
   }
-  Eigen::Matrix3d rotation(const Eigen::Matrix3d& R) const { return K2_inv.inverse() * R * K1_inv; }
+  Eigen::Matrix3d rotation(const Eigen::Matrix3d& R) const { return times(times(K2_inv.inverse(), R), K1_inv); }
 };
 
 /// As refine_fundamental, over the five parameters of E = [t]x R.
@@ -115,15 +149,15 @@ inline void refine_essential(const TwoViewPoints& points, const Calibration& K, 
     const Eigen::Vector3d b1 = e.t.unitOrthogonal(), b2 = e.t.cross(b1);
     Eigen::Matrix<double, 9, 5> D;
     auto column = [&](int c, const Eigen::Matrix3d& dE) {
-      D.col(c) = row_major(K.K2_inv.transpose() * dE * K.K1_inv);
+      D.col(c) = row_major(times(times(K.K2_inv.transpose(), dE), K.K1_inv));
     };
     const Eigen::Matrix3d tx = cross_matrix(e.t);
-    for (int k = 0; k < 3; ++k) column(k, tx * cross_matrix(Eigen::Vector3d::Unit(k)) * e.R);
-    column(3, cross_matrix(b1) * e.R);
-    column(4, cross_matrix(b2) * e.R);
+    for (int k = 0; k < 3; ++k) column(k, times(times(tx, cross_matrix(Eigen::Vector3d::Unit(k))), e.R));
+    column(3, times(cross_matrix(b1), e.R));
+    column(4, times(cross_matrix(b2), e.R));
     Eigen::Matrix<double, 5, 1> delta;
     if (!normal.step(D, delta)) return;
-    e.R = exp_so3(delta.head<3>()) * e.R;
+    e.R = times(exp_so3(delta.head<3>()), e.R);
     e.t = (e.t + delta(3) * b1 + delta(4) * b2).normalized();
   }
 }

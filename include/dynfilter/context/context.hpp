@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <dynfilter/context/context_params.hpp>
+#include <dynfilter/context/depth_sampler.hpp>
+#include <dynfilter/context/history.hpp>
+#include <dynfilter/context/match.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/correspondence/host_match.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/geometry/two_view.hpp>
+#include <dynfilter/geometry/undistort.hpp>
+#include <list>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// What filters see: the current frame, what earlier stages think of its features, and evidence that several
+/// filters share (correspondences, 3-D points, two-view model, relative motion), computed on first use, once
+/// per frame.
+class Context {
+  /// What earlier stages think, per feature.
+  struct State {
+    std::vector<std::uint8_t> judged, prior, seed;
+  };
+
+ public:
+  explicit Context(const ContextParams& params = ContextParams())
+      : params_(params), flow_(params.flow), descriptors_(params.descriptors) {
+    check_parameters(params_, "correspondence");
+  }
+
+  // ---- the frame
+  const FrameView& frame() const { return frame_; }
+  CallPoint call_point() const { return call_point_; }
+  Input inputs() const { return inputs_; }
+  std::size_t size() const { return frame_.size(); }
+  const History& history() const { return history_; }
+
+  /// Distorted pixels, one per feature.
+  const std::vector<cv::Point2f>& pixels() const { return pixels_; }
+  /// Undistorted pixels: the host's, else computed from its camera, else the distorted ones.
+  const std::vector<cv::Point2f>& undistorted_pixels() {
+    if (!undistorted_ready_) fill_undistorted();
+    return undistorted_;
+  }
+  /// Along the optical axis [m], NaN for none: beyond `max_depth_m`, or on a silhouette of the depth image.
+  const std::vector<float>& depths_m() {
+    if (!depths_ready_) fill_depths();
+    return depths_m_;
+  }
+  /// In the current camera's frame [m], NaN for none.
+  const std::vector<cv::Point3f>& points_m() {
+    if (!points_ready_) {
+      points_m_.resize(size());
+      back_project(frame_.camera.value_or(Camera()), undistorted_pixels(), depths_m(), points_m_);
+      points_ready_ = true;
+    }
+    return points_m_;
+  }
+
+  // ---- what earlier stages think
+  /// Is feature i to be judged here? Survivors of a sequence, one side of a gate, ...
+  bool judged(std::size_t i) const { return state_.judged[i] != 0; }
+  /// Did a semantic stage mark it as a suspect?
+  bool prior(std::size_t i) const { return state_.prior[i] != 0; }
+  /// May models be fitted on it? Not suspected by any earlier stage.
+  bool seed(std::size_t i) const { return state_.seed[i] != 0; }
+  bool any_prior() const {
+    for (const std::uint8_t p : state_.prior)
+      if (p != 0) return true;
+    return false;
+  }
+  std::size_t count_judged() const {
+    std::size_t n = 0;
+    for (const std::uint8_t j : state_.judged) n += j;
+    return n;
+  }
+
+  // ---- shared evidence
+  /// Where the features were in an earlier frame. No reference, nothing found: every entry says so.
+  const Match& match(const Reference& reference) { return match_stored(resolve(reference)); }
+
+  /// The same with a frame by its id, for results that came late.
+  const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
+
+  /// The two-view model fitted on the seeds of a match (geometry/two_view.hpp).
+  const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds) {
+    return fitted(two_views_, match, seeds, [&] {
+      return two_view_.estimate(match.reference_undistorted_px, undistorted_pixels(), seeds,
+                                frame_.camera ? &*frame_.camera : nullptr);
+    });
+  }
+
+  /// The camera's motion since the match's reference, fitted on seeds in 3-D (geometry/rigid_motion.hpp). A
+  /// motion that the host predicts competes as a hypothesis, so that a mover with most of the features does
+  /// not win.
+  const RigidMotion& rigid_motion(const Match& match, const std::vector<int>& seeds) {
+    return fitted(rigid_motions_, match, seeds, [&] {
+      return rigid_motion_.estimate(frame_.camera.value_or(Camera()), match.reference_points_m, points_m(),
+                                    seeds, host_motion(match));
+    });
+  }
+
+  /// T_current_reference as the host's poses say, when it has both.
+  std::optional<Pose> host_motion(const Match& match) const {
+    if (match.reference == nullptr || frame_.pose_provenance == PoseProvenance::None ||
+        match.reference->pose_provenance == PoseProvenance::None)
+      return std::nullopt;
+    return inverse(frame_.T_world_camera) * match.reference->T_world_camera;
+  }
+
+  /// Features with a correspondence that may carry a model; with `all`, whatever earlier stages think of
+  /// them.
+  void collect_seeds(const Match& match, bool all, std::vector<int>& seeds) const {
+    seeds.clear();
+    for (std::size_t i = 0; i < size(); ++i)
+      if (match.correspondences.found[i] != 0 && (all || seed(i))) seeds.push_back(static_cast<int>(i));
+  }
+
+  /// A line for the frame's report, about the stage that is running.
+  void note(const std::string& text) { note_ += (note_.empty() ? "" : "; ") + text; }
+  std::string take_note() { return std::exchange(note_, {}); }
+
+  // ---- for combinators: what the next stages are told
+  void mark_prior(std::size_t i) { state_.prior[i] = 1, state_.seed[i] = 0; }
+  /// Rejected: neither judged again nor used for models.
+  void withdraw(std::size_t i) { state_.judged[i] = 0, state_.seed[i] = 0; }
+  /// Not to be judged here; still a seed.
+  void excuse(std::size_t i) { state_.judged[i] = 0; }
+
+  /// Restores what the next stages are told when it goes out of scope.
+  class Scope {
+   public:
+    explicit Scope(Context& context) : context_(context), saved_(context.state_) {}
+    ~Scope() { std::swap(context_.state_, saved_); }
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+
+   private:
+    Context& context_;
+    State saved_;
+  };
+
+  // ---- for the pipeline: the life of a frame
+  void set_history(int frames) { history_.set_capacity(frames); }
+
+  void begin(const FrameView& frame, CallPoint call_point) {
+    frame_ = frame;
+    call_point_ = call_point;
+    correspondence_ms_ = 0;
+    note_.clear();
+    drop_unusable_inputs();
+    inputs_ = inputs_of(frame_);
+    const std::size_t n = frame_.size();
+    state_.judged.assign(n, 1);
+    state_.prior.assign(n, 0);
+    state_.seed.assign(n, 1);
+    pixels_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) pixels_[i] = frame_.keypoints[i].pt;
+    undistorted_ready_ = depths_ready_ = points_ready_ = false;
+    for (Match& match : matches_) match.valid = false;
+    for (auto& slot : two_views_) slot.valid = false;
+    for (auto& slot : rigid_motions_) slot.valid = false;
+    keep(history_.current(frame.id));
+  }
+
+  void finish(bool keyframe) {
+    if (keyframe) history_.mark_keyframe();
+    frame_ = FrameView();  // the host's memory is not looked at after the call
+  }
+
+  void reset() { history_.clear(); }
+
+  void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) {
+    if (StoredFrame* stored = history_.find(frame_id)) {
+      stored->T_world_camera = T_world_camera;
+      stored->pose_provenance = provenance;
+    }
+  }
+
+  double correspondence_ms() const { return correspondence_ms_; }
+  /// Inputs that were there but cannot be used, e.g. "depth_m: 3 values for 1000 features".
+  const std::vector<std::string>& input_notes() const { return input_notes_; }
+
+ private:
+  template <class Model>
+  struct Fitted {
+    bool valid = false;
+    const Match* match = nullptr;
+    std::vector<int> seeds;
+    Model model;
+  };
+  // Lists, not vectors: references to entries stay valid while more are added.
+  template <class T>
+  static T& next_slot(std::list<T>& slots) {
+    for (T& slot : slots)
+      if (!slot.valid) {
+        slot.valid = true;
+        return slot;
+      }
+    slots.emplace_back();
+    slots.back().valid = true;
+    return slots.back();
+  }
+  /// The model of these seeds: known, or fitted now.
+  template <class Model, class Fit>
+  const Model& fitted(std::list<Fitted<Model>>& known, const Match& match, const std::vector<int>& seeds,
+                      const Fit& fit) {
+    for (const Fitted<Model>& slot : known)
+      if (slot.valid && slot.match == &match && slot.seeds == seeds) return slot.model;
+    Fitted<Model>& slot = next_slot(known);
+    slot.match = &match;
+    slot.seeds = seeds;
+    slot.model = fit();
+    return slot.model;
+  }
+
+  const StoredFrame* resolve(const Reference& reference) const {
+    if (uses_host_matches()) return history_.find(frame_.matches->reference_frame_id);
+    return reference.keyframe ? history_.keyframe() : history_.before(reference.gap_frames);
+  }
+  bool uses_host_matches() const {
+    if (!frame_.matches) return false;
+    return params_.source == CorrespondenceSource::Auto || params_.source == CorrespondenceSource::Host;
+  }
+  bool uses_flow() const {
+    return params_.source == CorrespondenceSource::Flow ||
+           (params_.source == CorrespondenceSource::Auto && !frame_.matches && !frame_.grey.empty());
+  }
+
+  const Match& match_stored(const StoredFrame* stored) {
+    for (const Match& known : matches_)
+      if (known.valid && known.reference == stored) return known;
+    Match& match = next_slot(matches_);
+    fill_match(stored, match);
+    return match;
+  }
+
+  void fill_match(const StoredFrame* stored, Match& match) {
+    const auto start = std::chrono::steady_clock::now();
+    match.reference = stored;
+    match.correspondences.reset(size());
+    if (stored != nullptr) {
+      if (uses_host_matches())
+        correspondences_from_host(*frame_.matches, stored->keypoints, size(), match.correspondences);
+      else if (uses_flow())
+        flow_.track(history_.find(frame_.id)->pyramid, stored->pyramid, pixels_, {}, match.correspondences);
+      else
+        match_descriptors(*stored, match.correspondences);
+    }
+    fill_reference_geometry(match);
+    correspondence_ms_ +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  void match_descriptors(const StoredFrame& stored, Correspondences& out) {
+    descriptors_.match({frame_.keypoints, frame_.descriptors}, {stored.keypoints, stored.descriptors}, {},
+                       out);
+  }
+
+  void fill_reference_geometry(Match& match) const {
+    const auto& px = match.correspondences.reference_px;
+    const Camera camera = match.reference != nullptr ? match.reference->camera.value_or(Camera()) : Camera();
+    match.reference_undistorted_px.resize(size());
+    undistort_points(camera, px, match.reference_undistorted_px);
+    match.reference_depth_m.assign(size(), DepthSampler::kNone);
+    if (match.reference != nullptr) {
+      const StoredFrame& stored = *match.reference;
+      const DepthSampler image(stored.depth, stored.depth_unit_m, params_.max_depth_edge);
+      for (std::size_t i = 0; i < size(); ++i) {
+        if (match.correspondences.found[i] == 0) continue;
+        const auto index = static_cast<std::size_t>(match.correspondences.reference_index[i]);
+        const bool by_feature =
+            match.correspondences.reference_index[i] >= 0 && index < stored.depth_m.size();
+        match.reference_depth_m[i] = usable(by_feature ? stored.depth_m[index] : image.at(px[i]));
+      }
+    }
+    match.reference_points_m.resize(size());
+    back_project(camera, match.reference_undistorted_px, match.reference_depth_m, match.reference_points_m);
+  }
+
+  float usable(float depth_m) const {
+    return valid_depth(depth_m) && static_cast<double>(depth_m) <= params_.max_depth_m ? depth_m
+                                                                                       : DepthSampler::kNone;
+  }
+
+  void fill_undistorted() {
+    if (!frame_.keypoints_undistorted.empty()) {
+      undistorted_.resize(size());
+      for (std::size_t i = 0; i < size(); ++i) undistorted_[i] = frame_.keypoints_undistorted[i].pt;
+    } else {
+      undistorted_.resize(size());
+      undistort_points(frame_.camera.value_or(Camera()), pixels_, undistorted_);
+    }
+    undistorted_ready_ = true;
+  }
+
+  /// The host's depths, but none on silhouettes where the depth image shows one.
+  void fill_depths() {
+    depths_m_.assign(size(), DepthSampler::kNone);
+    const DepthSampler image(frame_.depth, frame_.depth_unit_m, params_.max_depth_edge);
+    for (std::size_t i = 0; i < size(); ++i) {
+      const float seen = frame_.depth.empty() ? 0.0F : image.at(pixels_[i]);
+      const float given = frame_.depth_m.empty() ? seen : frame_.depth_m[i];
+      depths_m_[i] = std::isnan(seen) ? DepthSampler::kNone : usable(given);
+    }
+    depths_ready_ = true;
+  }
+
+  /// Arrays of another length than the keypoints, and images of odd type or size, are left out.
+  void drop_unusable_inputs() {
+    input_notes_.clear();
+    const std::size_t n = frame_.size();
+    const auto drop = [&](bool unusable, const char* what, auto& member) {
+      if (!unusable) return;
+      input_notes_.push_back(std::string(what) + " cannot be used: wrong size or type");
+      member = std::decay_t<decltype(member)>();
+    };
+    const auto wrong_size = [n](const auto& span) { return !span.empty() && span.size() != n; };
+    const auto image_size_differs = [&](const cv::Mat& image) {
+      return !image.empty() && !frame_.grey.empty() && image.size() != frame_.grey.size();
+    };
+    drop(wrong_size(frame_.depth_m), "depth_m", frame_.depth_m);
+    drop(wrong_size(frame_.keypoints_undistorted), "keypoints_undistorted", frame_.keypoints_undistorted);
+    drop(wrong_size(frame_.map_point_ids), "map_point_ids", frame_.map_point_ids);
+    drop(wrong_size(frame_.map_points_world_m), "map_points_world_m", frame_.map_points_world_m);
+    drop(!frame_.descriptors.empty() && static_cast<std::size_t>(frame_.descriptors.rows) != n, "descriptors",
+         frame_.descriptors);
+    drop(!frame_.grey.empty() && frame_.grey.type() != CV_8UC1, "grey", frame_.grey);
+    drop(!frame_.depth.empty() && frame_.depth.type() != CV_16UC1 && frame_.depth.type() != CV_32FC1, "depth",
+         frame_.depth);
+    drop(image_size_differs(frame_.depth), "depth", frame_.depth);
+    drop(frame_.mask && (frame_.mask->labels.empty() || frame_.mask->labels.type() != CV_8UC1), "mask",
+         frame_.mask);
+    drop(frame_.matches && frame_.matches->reference_index.size() != n, "matches", frame_.matches);
+  }
+
+  /// Deep copies, since hosts reuse buffers. The pyramid is the copy of the grey image.
+  void keep(StoredFrame& stored) {
+    const bool seen_before = !stored.pyramid.empty();
+    stored.timestamp_s = frame_.timestamp_s;
+    stored.keypoints.assign(frame_.keypoints.begin(), frame_.keypoints.end());
+    stored.depth_m.assign(frame_.depth_m.begin(), frame_.depth_m.end());
+    stored.camera = frame_.camera;
+    if (frame_.pose_provenance != PoseProvenance::None) {
+      stored.T_world_camera = frame_.T_world_camera;
+      stored.pose_provenance = frame_.pose_provenance;
+    }
+    if (params_.source == CorrespondenceSource::Descriptors || frame_.grey.empty())
+      frame_.descriptors.copyTo(stored.descriptors);
+    if (uses_flow() && !seen_before) {
+      const auto start = std::chrono::steady_clock::now();
+      flow_.build(frame_.grey, stored.pyramid);
+      correspondence_ms_ +=
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    }
+    if (!seen_before) {
+      frame_.depth.copyTo(stored.depth);
+      stored.depth_unit_m = frame_.depth_unit_m;
+    }
+  }
+
+  ContextParams params_;
+  History history_;
+  FlowTracker flow_;
+  DescriptorMatcher descriptors_;
+  TwoViewEstimator two_view_;
+  RigidMotionEstimator rigid_motion_;
+
+  FrameView frame_;
+  CallPoint call_point_ = CallPoint::BeforePose;
+  Input inputs_ = Input::None;
+  State state_;
+  std::string note_;
+  std::vector<std::string> input_notes_;
+  double correspondence_ms_ = 0;
+
+  std::vector<cv::Point2f> pixels_, undistorted_;
+  std::vector<float> depths_m_;
+  std::vector<cv::Point3f> points_m_;
+  bool undistorted_ready_ = false, depths_ready_ = false, points_ready_ = false;
+  std::list<Match> matches_;
+  std::list<Fitted<TwoViewModel>> two_views_;
+  std::list<Fitted<RigidMotion>> rigid_motions_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <dynfilter/core/frame_view.hpp>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <utility>
+
+namespace dynfilter {
+
+/// Depth [m] at single pixels. At a silhouette the sensor's depth belongs to either side: where the pixels
+/// around disagree by more than `max_edge_share` of the depth, there is none. A hole takes the depth around
+/// it if that is one surface: structured light leaves holes at the very corners that features like.
+class DepthSampler {
+ public:
+  static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
+  /// `depth`: CV_32FC1 or CV_16UC1; anything else gives no depth anywhere.
+  DepthSampler(const cv::Mat& depth, double unit_m, double max_edge_share)
+      : depth_(depth),
+        unit_m_(static_cast<float>(unit_m)),
+        max_edge_share_(static_cast<float>(max_edge_share)) {
+    if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
+  }
+
+  float at(const cv::Point2f& px) const {
+    if (depth_.empty() || !(px.x >= -0.5F) || !(px.y >= -0.5F)) return kNone;
+    if (!(px.x < static_cast<float>(depth_.cols)) || !(px.y < static_cast<float>(depth_.rows))) return kNone;
+    const int x = std::min(cvRound(px.x), depth_.cols - 1), y = std::min(cvRound(px.y), depth_.rows - 1);
+    const float centre = read(x, y);
+    return valid_depth(centre) ? unless_edge(x, y, centre) : from_around(x, y);
+  }
+
+ private:
+  static constexpr int kEdgeRadiusPx = 2;
+
+  float unless_edge(int x, int y, float centre) const {
+    const float limit = max_edge_share_ * centre;
+    for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+      const float other = read(x + dx * kEdgeRadiusPx, y + dy * kEdgeRadiusPx);
+      if (valid_depth(other) && std::abs(other - centre) > limit) return kNone;
+    }
+    return centre;
+  }
+
+  /// The mean of the ring around a hole, if most of it is there and agrees.
+  float from_around(int x, int y) const {
+    float sum = 0, nearest = std::numeric_limits<float>::infinity(), farthest = 0;
+    int known = 0;
+    constexpr std::pair<int, int> kRing[] = {{-2, 0}, {2, 0}, {0, -2}, {0, 2}, {-3, -3}, {3, -3},
+                                             {-3, 3}, {3, 3}, {-4, 0}, {4, 0}, {0, -4},  {0, 4}};
+    for (const auto& [dx, dy] : kRing) {
+      const float z = read(x + dx, y + dy);
+      if (!valid_depth(z)) continue;
+      sum += z;
+      nearest = std::min(nearest, z);
+      farthest = std::max(farthest, z);
+      ++known;
+    }
+    if (known < 5 || farthest - nearest > 0.5F * max_edge_share_ * nearest) return kNone;
+    return sum / static_cast<float>(known);
+  }
+
+  float read(int x, int y) const {
+    if (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows) return kNone;
+    return depth_.type() == CV_16UC1 ? static_cast<float>(depth_.at<std::uint16_t>(y, x)) * unit_m_
+                                     : depth_.at<float>(y, x) * unit_m_;
+  }
+
+  cv::Mat depth_;
+  float unit_m_, max_edge_share_;
+};
+
+}  // namespace dynfilter

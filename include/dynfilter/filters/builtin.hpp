@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/filters/epipolar.hpp>
+#include <dynfilter/filters/semantic_box.hpp>
+#include <dynfilter/filters/trajectory_consistency.hpp>
+
+namespace dynfilter {
+
+/// A registry with every rejector that the toolkit brings.
+inline Registry builtin_filters() {
+  Registry registry;
+  registry.add<SemanticBoxFilter>();
+  registry.add<EpipolarFilter>();
+  registry.add<TrajectoryConsistencyFilter>();
+  return registry;
+}
+
+}  // namespace dynfilter

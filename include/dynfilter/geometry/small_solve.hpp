@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+
+namespace dynfilter::detail {
+
+/// Solves A x = b in place for a symmetric positive definite A (n x n, either order) by L D L^T; b becomes x, A is
+/// overwritten. False if a pivot is not positive against the largest diagonal entry. In plain loops: Eigen's LDLT of
+/// fixed size costs the compiler seconds per size in every file that includes it.
+inline bool solve_positive_definite(double* A, double* b, int n, double min_pivot_share = 1e-14) {
+  double largest = 0;
+  for (int i = 0; i < n; ++i) largest = std::fmax(largest, A[i * n + i]);
+  for (int j = 0; j < n; ++j) {
+    double pivot = A[j * n + j];
+    for (int k = 0; k < j; ++k) pivot -= A[j * n + k] * A[j * n + k] * A[k * n + k];
+    if (!(pivot > min_pivot_share * largest)) return false;
+    A[j * n + j] = pivot;
+    for (int i = j + 1; i < n; ++i) {
+      double sum = A[i * n + j];
+      for (int k = 0; k < j; ++k) sum -= A[i * n + k] * A[j * n + k] * A[k * n + k];
+      A[i * n + j] = sum / pivot;
+    }
+  }
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < i; ++k) b[i] -= A[i * n + k] * b[k];
+  for (int i = 0; i < n; ++i) b[i] /= A[i * n + i];
+  for (int i = n - 1; i >= 0; --i)
+    for (int k = i + 1; k < n; ++k) b[i] -= A[k * n + i] * b[k];
+  return true;
+}
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <memory>
+#include <utility>
+
+/// Pipelines in C++:
+///
+///     PipelineConfig config;
+///     config.before_pose = sequence(stage<SemanticBoxFilter>(), any(stage<EpipolarFilter>(),
+///     stage<Mine>(params))); Pipeline pipeline(std::move(config));
+namespace dynfilter {
+
+using StagePtr = std::unique_ptr<Stage>;
+
+template <class F>
+StagePtr stage(typename F::Params params = typename F::Params()) {
+  return std::make_unique<FilterStage>(std::make_unique<F>(std::move(params)), F::kName);
+}
+/// A filter that is there already.
+inline StagePtr stage(std::unique_ptr<Filter> filter) {
+  std::string path = filter->name();
+  return std::make_unique<FilterStage>(std::move(filter), std::move(path));
+}
+
+namespace detail {
+
+template <class... S>
+Stages stages(S&&... members) {
+  Stages result;
+  (result.push_back(std::forward<S>(members)), ...);
+  return result;
+}
+
+}  // namespace detail
+
+template <class... S>
+StagePtr sequence(S&&... members) {
+  return std::make_unique<SequenceStage>(SequenceStage::kName, detail::stages(std::forward<S>(members)...));
+}
+template <class... S>
+StagePtr any(S&&... members) {
+  return std::make_unique<AnyStage>(AnyStage::kName, detail::stages(std::forward<S>(members)...));
+}
+template <class... S>
+StagePtr all(S&&... members) {
+  return std::make_unique<AllStage>(AllStage::kName, detail::stages(std::forward<S>(members)...));
+}
+inline StagePtr negate(StagePtr member) {
+  return std::make_unique<NotStage>(NotStage::kName, detail::stages(std::move(member)));
+}
+inline StagePtr gate(StagePtr condition, StagePtr then) {
+  return std::make_unique<GateStage>(GateStage::kName, detail::stages(std::move(condition), std::move(then)));
+}
+inline StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise) {
+  return std::make_unique<GateStage>(
+      GateStage::kName, detail::stages(std::move(condition), std::move(then), std::move(otherwise)));
+}
+inline StagePtr by_region(StagePtr inside, StagePtr outside) {
+  return std::make_unique<ByRegionStage>(ByRegionStage::kName,
+                                         detail::stages(std::move(inside), std::move(outside)));
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <numeric>
+#include <string>
+#include <vector>
+
+namespace dynfilter {
+
+/// Never starve the tracker: how many features must stay.
+struct FloorParams {
+  int min_features = 50;         ///< absolute count
+  double min_share = 0;          ///< of the frame's features
+  double min_grid_coverage = 0;  ///< of the grid cells that hold features at all, so many must keep one
+  int grid_columns = 8, grid_rows = 6;
+  bool restore_all = false;  ///< when the floor is reached, keep every feature instead of just enough
+
+  static const FieldTable<FloorParams>& fields() {
+    using P = FloorParams;
+    static const FieldTable<P> table{
+        integer("min_features", &P::min_features, "features", {0, 100000}, "keep at least so many features"),
+        real("min_share", &P::min_share, "", {0, 1}, "keep at least this share of the frame's features"),
+        real("min_grid_coverage", &P::min_grid_coverage, "", {0, 1},
+             "of the grid cells that hold features, this share must keep at least one"),
+        integer("grid_columns", &P::grid_columns, "cells", {1, 64}, "columns of that grid"),
+        integer("grid_rows", &P::grid_rows, "cells", {1, 64}, "rows of that grid"),
+        flag("restore_all", &P::restore_all, "keep every feature when the floor is reached (SG-SLAM)"),
+    };
+    return table;
+  }
+};
+
+/// Brings back rejected features, the least suspicious first, until the floor holds.
+class Floor {
+ public:
+  explicit Floor(const FloorParams& params = FloorParams()) : params_(params) {}
+
+  void apply(const FrameView& frame, Verdict& verdict) {
+    rank(frame, verdict);
+    const std::size_t restored_before = verdict.report.restored;
+    raise_count(verdict);
+    raise_coverage(frame, verdict);
+    const std::size_t restored = verdict.report.restored - restored_before;
+    if (restored > 0)
+      verdict.report.notes.push_back("floor: " + std::to_string(restored) + " features restored");
+  }
+
+ private:
+  /// Rejected features by suspicion; equal ones by place, so that the order of features does not matter.
+  void rank(const FrameView& frame, const Verdict& verdict) {
+    ranked_.clear();
+    for (std::size_t i = 0; i < verdict.size(); ++i)
+      if (!verdict.keep(i)) ranked_.push_back(i);
+    std::sort(ranked_.begin(), ranked_.end(), [&](std::size_t a, std::size_t b) {
+      if (verdict.suspicion[a] != verdict.suspicion[b]) return verdict.suspicion[a] < verdict.suspicion[b];
+      const cv::Point2f &pa = frame.keypoints[a].pt, &pb = frame.keypoints[b].pt;
+      if (pa.y != pb.y) return pa.y < pb.y;
+      if (pa.x != pb.x) return pa.x < pb.x;
+      return a < b;
+    });
+  }
+
+  void raise_count(Verdict& verdict) const {
+    const auto by_share =
+        static_cast<std::size_t>(std::ceil(params_.min_share * static_cast<double>(verdict.size())));
+    const std::size_t wanted = std::max(static_cast<std::size_t>(params_.min_features), by_share);
+    std::size_t kept = verdict.kept();
+    if (kept >= wanted) return;
+    for (const std::size_t i : ranked_) {
+      if (kept >= wanted && !params_.restore_all) return;
+      restore(verdict, i);
+      ++kept;
+    }
+  }
+
+  void raise_coverage(const FrameView& frame, Verdict& verdict) {
+    if (params_.min_grid_coverage <= 0) return;
+    const auto cells = static_cast<std::size_t>(params_.grid_columns * params_.grid_rows);
+    occupied_.assign(cells, 0);
+    covered_.assign(cells, 0);
+    lay_grid(frame);
+    for (std::size_t i = 0; i < verdict.size(); ++i) {
+      occupied_[cell_of(frame, i)] = 1;
+      if (verdict.keep(i)) covered_[cell_of(frame, i)] = 1;
+    }
+    const auto count = [](const std::vector<std::uint8_t>& v) {
+      return std::accumulate(v.begin(), v.end(), 0);
+    };
+    const int wanted = static_cast<int>(std::ceil(params_.min_grid_coverage * count(occupied_)));
+    int have = count(covered_);
+    for (const std::size_t i : ranked_) {
+      if (have >= wanted) return;
+      std::uint8_t& cell = covered_[cell_of(frame, i)];
+      if (cell != 0 || verdict.keep(i)) continue;
+      cell = 1;
+      ++have;
+      restore(verdict, i);
+    }
+  }
+
+  /// The grid spans the image where it is known, else the features.
+  void lay_grid(const FrameView& frame) {
+    width_px_ = static_cast<float>(frame.grey.cols);
+    height_px_ = static_cast<float>(frame.grey.rows);
+    if (width_px_ > 0) return;
+    for (const cv::KeyPoint& keypoint : frame.keypoints) {
+      width_px_ = std::max(width_px_, keypoint.pt.x + 1);
+      height_px_ = std::max(height_px_, keypoint.pt.y + 1);
+    }
+  }
+  std::size_t cell_of(const FrameView& frame, std::size_t i) const {
+    const cv::Point2f& pt = frame.keypoints[i].pt;
+    const auto place = [](float x, float size, int cells) {
+      const float at = size > 0 ? x / size * static_cast<float>(cells) : 0;
+      return at > 0 ? std::min(static_cast<int>(at), cells - 1) : 0;  // NaN goes to 0 too
+    };
+    return static_cast<std::size_t>(place(pt.y, height_px_, params_.grid_rows) * params_.grid_columns +
+                                    place(pt.x, width_px_, params_.grid_columns));
+  }
+  static void restore(Verdict& verdict, std::size_t i) {
+    verdict.decision[i] = Vote::Unknown;
+    verdict.restored[i] = 1;
+    ++verdict.report.restored;
+  }
+
+  FloorParams params_;
+  std::vector<std::size_t> ranked_;
+  std::vector<std::uint8_t> occupied_, covered_;
+  float width_px_ = 0, height_px_ = 0;
+};
+
+}  // namespace dynfilter

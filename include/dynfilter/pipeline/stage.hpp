@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+#include <dynfilter/context/context.hpp>
+#include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/pipeline/judgement.hpp>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// A node of a pipeline: a filter or a combinator of nodes. judge() wraps what every node needs: skip on
+/// missing inputs, exceptions caught and named, time, counts, and votes only on the features that are to be
+/// judged here.
+class Stage {
+ public:
+  Stage(std::string name, std::string path) : name_(std::move(name)), path_(std::move(path)) {}
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+  virtual ~Stage() = default;
+
+  const std::string& name() const { return name_; }
+  const std::string& path() const { return path_; }
+  virtual Needs needs() const = 0;
+  virtual void reset() = 0;
+  /// Calls `visit` on this node and all below, in the order of the file.
+  virtual void for_each(const std::function<void(const Stage&, int depth)>& visit, int depth = 0) const {
+    visit(*this, depth);
+  }
+
+  void judge(Context& context, std::vector<StageReport>& reports, Judgement& out) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::size_t self = reports.size();
+    reports.emplace_back();
+    reports[self].name = name_;
+    reports[self].path = path_;
+    out.reset(context.size());
+    run(context, reports, self, out);
+    drop_unasked(context, out);
+    StageReport& report = reports[self];
+    report.judged = context.count_judged();
+    report.dynamic = out.votes.count(Vote::Dynamic);
+    report.unknown = out.votes.count(Vote::Unknown) - (out.votes.size() - report.judged);
+    report.prior = out.votes.count_prior();
+    report.time_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
+
+ protected:
+  /// Fills `out`, which comes in as all Unknown. `self` is this node's place in `reports`.
+  virtual void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+                      Judgement& out) = 0;
+
+ private:
+  void run(Context& context, std::vector<StageReport>& reports, std::size_t self, Judgement& out) {
+    const Input missing = without(needs().required, context.inputs());
+    if (missing != Input::None) {
+      reports[self].skipped = true;
+      reports[self].note = "skipped: no " + to_string(missing);
+      return;
+    }
+    try {
+      decide(context, reports, self, out);
+    } catch (const std::exception& error) {
+      fail(reports[self], error.what(), context.size(), out);
+    } catch (...) {
+      fail(reports[self], "an unknown exception", context.size(), out);
+    }
+  }
+  static void fail(StageReport& report, const std::string& what, std::size_t n, Judgement& out) {
+    report.failed = true;
+    report.note = "failed: " + what;
+    out.reset(n);
+  }
+  static void drop_unasked(const Context& context, Judgement& out) {
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      if (context.judged(i)) continue;
+      out.votes.cast(i, Vote::Unknown, out.votes.score(i));
+      out.reasons[i] = 0;
+    }
+  }
+
+  std::string name_, path_;
+};
+
+/// A leaf: one filter.
+class FilterStage final : public Stage {
+ public:
+  FilterStage(std::unique_ptr<Filter> filter, std::string path)
+      : Stage(filter->name(), std::move(path)), filter_(std::move(filter)) {}
+
+  Needs needs() const override { return filter_->needs(); }
+  void reset() override { filter_->reset(); }
+  const Filter& filter() const { return *filter_; }
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+              Judgement& out) override {
+    context.take_note();
+    filter_->apply(context, out.votes);
+    reports[self].note = context.take_note();
+    if (out.votes.size() != context.size()) throw Error("the filter changed the number of votes");
+    if (self >= 64) return;
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (out.votes[i] == Vote::Dynamic) out.reasons[i] = std::uint64_t{1} << self;
+  }
+
+ private:
+  std::unique_ptr<Filter> filter_;
+};
+
+}  // namespace dynfilter

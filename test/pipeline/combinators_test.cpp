@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/pipeline/compose.hpp>
+
+#include "doctest/doctest.h"
+#include "fakes.hpp"
+
+using namespace dynfilter;
+using fakes::Features;
+using fakes::letters_of;
+using fakes::says;
+using fakes::Scripted;
+
+namespace {
+
+/// The verdict of a tree on nine features, without a floor.
+Verdict judge(StagePtr root, std::size_t n = 9) {
+  PipelineConfig config;
+  config.floor.min_features = 0;
+  config.before_pose = std::move(root);
+  Pipeline pipeline(std::move(config));
+  return pipeline.before_pose(Features(n).view());
+}
+
+StagePtr watch(std::vector<std::string>& log, const std::string& vote = "") {
+  return stage(std::make_unique<Scripted>("watch", [&log, vote](Context& context, Votes& votes) {
+    std::string seen;
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      seen += !context.judged(i) ? '-' : context.prior(i) ? 'P' : context.seed(i) ? 's' : 'x';
+      if (i < vote.size() && vote[i] == 'D') votes.cast(i, Vote::Dynamic);
+      if (i < vote.size() && vote[i] == 'S') votes.cast(i, Vote::Static);
+    }
+    log.push_back(seen);
+  }));
+}
+
+}  // namespace
+
+// Every pair of answers: SSS UUU DDD against SUD SUD SUD.
+TEST_CASE("any, all and sequence follow their truth tables for every pair") {
+  CHECK(letters_of(judge(any(stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD"))))) == "SUDUUDDDD");
+  CHECK(letters_of(judge(all(stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD"))))) == "SSSSUUSUD");
+  CHECK(letters_of(judge(sequence(stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD"))))) == "SSDSUDDDD");
+  CHECK(letters_of(judge(negate(stage(says("a", "SUD"))), 3)) == "DUS");
+}
+
+TEST_CASE("gate lets `then` judge where `if` is dynamic and `else` where it is static") {
+  CHECK(letters_of(judge(gate(stage(says("if", "SSSUUUDDD")), stage(says("then", "SUDSUDSUD"))))) == "UUUUUUSUD");
+  CHECK(letters_of(judge(gate(stage(says("if", "SSSUUUDDD")), stage(says("then", "SUDSUDSUD")),
+                              stage(says("else", "DDUSUDSUD"))))) == "DDUUUUSUD");
+}
+
+TEST_CASE("by_region asks `inside` for prior suspects and `outside` for the others") {
+  CHECK(letters_of(judge(sequence(stage(says("prior", "PPPUUU")),
+                                  by_region(stage(says("in", "SUDSUD")), stage(says("out", "DDDSUD")))),
+                         6)) == "SUDSUD");
+}
+
+TEST_CASE("later stages of a sequence see survivors only, and suspects are no seeds") {
+  std::vector<std::string> log;
+  judge(sequence(stage(says("a", "DPSU")), watch(log), watch(log)), 4);
+  CHECK(log == std::vector<std::string>{"-Pss", "-Pss"});
+}
+
+TEST_CASE("members of any do not see each other; members of all see who is still in question") {
+  std::vector<std::string> log;
+  judge(any(stage(says("a", "DSU")), watch(log)), 3);
+  judge(all(stage(says("a", "DSU")), watch(log)), 3);
+  CHECK(log == std::vector<std::string>{"sss", "P-s"});
+}
+
+TEST_CASE("what an inner sequence suspects is not seen outside of it, but its verdict is") {
+  std::vector<std::string> log;
+  judge(any(sequence(stage(says("a", "DP")), stage(says("b", "UU"))), watch(log)), 2);
+  judge(sequence(sequence(stage(says("a", "DP"))), watch(log)), 2);
+  CHECK(log == std::vector<std::string>{"ss", "-P"});
+}
+
+TEST_CASE("reasons name the leaves that said dynamic, and only where the verdict is dynamic") {
+  const Verdict verdict =
+      judge(any(all(stage(says("a", "DDS")), stage(says("b", "DSS"))), stage(says("c", "DDS"))), 3);
+  CHECK(letters_of(verdict) == "DDS");
+  CHECK(verdict.reason(0) == "a+b+c");
+  CHECK(verdict.reason(1) == "c");
+  CHECK(verdict.reason(2).empty());
+}
+
+TEST_CASE("a member without its inputs takes no part in any, is passed over in a sequence, blocks all") {
+  const auto blind = [] {
+    return stage(std::make_unique<Scripted>("blind", [](Context&, Votes& v) { v.cast(0, Vote::Dynamic); },
+                                            Needs{Input::Depth, Input::None, 0}));
+  };
+  const Verdict in_any = judge(any(blind(), stage(says("a", "SUD"))), 3);
+  CHECK(letters_of(in_any) == "SUD");
+  CHECK(in_any.report.stages[1].skipped);
+  CHECK(in_any.report.stages[1].note == "skipped: no depth");
+  CHECK(letters_of(judge(sequence(blind(), stage(says("a", "SUD"))), 3)) == "SUD");
+  CHECK(letters_of(judge(all(blind(), stage(says("a", "SUD"))), 3)) == "SUU");
+}
+
+TEST_CASE("a stage that throws is named and reported, and the frame goes on") {
+  const auto thrower = [] {
+    return stage(std::make_unique<Scripted>("thrower", [](Context&, Votes& votes) {
+      votes.cast(0, Vote::Dynamic);
+      throw std::runtime_error("out of luck");
+    }));
+  };
+  const Verdict verdict = judge(sequence(thrower(), stage(says("a", "SUD"))), 3);
+  CHECK(letters_of(verdict) == "SUD");
+  REQUIRE(verdict.report.stages.size() == 3);
+  CHECK(verdict.report.stages[1].failed);
+  CHECK(verdict.report.stages[1].name == "thrower");
+  CHECK(verdict.report.stages[1].note == "failed: out of luck");
+}
+
+TEST_CASE("a filter that changes the number of votes is reported as failed") {
+  const Verdict verdict = judge(
+      sequence(stage(std::make_unique<Scripted>("resizer", [](Context&, Votes& v) { v.reset(1); })),
+               stage(says("a", "SUD"))),
+      3);
+  CHECK(letters_of(verdict) == "SUD");
+  CHECK(verdict.report.stages[1].failed);
+}

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/pipeline/floor.hpp>
+
+#include "doctest/doctest.h"
+#include "fakes.hpp"
+
+using namespace dynfilter;
+using fakes::Features;
+using fakes::letters_of;
+
+namespace {
+
+Verdict all_dynamic(const std::vector<float>& suspicion) {
+  Verdict verdict;
+  const std::size_t n = suspicion.size();
+  verdict.decision.assign(n, Vote::Dynamic);
+  verdict.suspicion = suspicion;
+  verdict.restored.assign(n, 0);
+  verdict.reasons.assign(n, 1);
+  return verdict;
+}
+
+FloorParams nothing() {
+  FloorParams params;
+  params.min_features = 0;
+  return params;
+}
+
+}  // namespace
+
+TEST_CASE("the least suspicious come back first, as unknown, and just enough of them") {
+  FloorParams params = nothing();
+  params.min_features = 2;
+  Verdict verdict = all_dynamic({0.9F, 0.6F, 1.0F, 0.7F});
+  Floor(params).apply(Features(4).view(), verdict);
+  CHECK(letters_of(verdict) == "DUDU");
+  CHECK(verdict.report.restored == 2);
+  CHECK(verdict.restored == std::vector<std::uint8_t>{0, 1, 0, 1});
+  CHECK(verdict.report.notes == std::vector<std::string>{"floor: 2 features restored"});
+}
+
+TEST_CASE("the floor does nothing where enough is kept") {
+  FloorParams params = nothing();
+  params.min_features = 1;
+  Verdict verdict = all_dynamic({0.9F, 0.6F});
+  verdict.decision[0] = Vote::Unknown;
+  Floor(params).apply(Features(2).view(), verdict);
+  CHECK(letters_of(verdict) == "UD");
+  CHECK(verdict.report.notes.empty());
+}
+
+TEST_CASE("a share is rounded up, and more than there is cannot be restored") {
+  FloorParams params = nothing();
+  params.min_share = 0.3;
+  Verdict verdict = all_dynamic({0.9F, 0.6F, 0.8F, 0.7F});  // 0.3 * 4 = 1.2
+  Floor(params).apply(Features(4).view(), verdict);
+  CHECK(verdict.kept() == 2);
+  params.min_features = 100;
+  verdict = all_dynamic({0.9F, 0.6F});
+  Floor(params).apply(Features(2).view(), verdict);
+  CHECK(verdict.kept() == 2);
+}
+
+TEST_CASE("restore_all brings everything back once the floor is reached") {
+  FloorParams params = nothing();
+  params.min_features = 1;
+  params.restore_all = true;
+  Verdict verdict = all_dynamic({0.9F, 0.6F, 0.8F});
+  Floor(params).apply(Features(3).view(), verdict);
+  CHECK(verdict.kept() == 3);
+}
+
+TEST_CASE("coverage: each grid cell that holds features gets its least suspicious one") {
+  FloorParams params = nothing();
+  params.min_grid_coverage = 1;
+  params.grid_columns = params.grid_rows = 2;
+  const Features features(4);  // at 0, 10, 20, 30: two in the first cell, two in the last
+  FrameView frame = features.view();
+  frame.grey = cv::Mat::zeros(40, 40, CV_8UC1);
+  Verdict verdict = all_dynamic({0.9F, 0.6F, 0.7F, 0.8F});
+  Floor(params).apply(frame, verdict);
+  CHECK(letters_of(verdict) == "DUUD");
+}
+
+TEST_CASE("no features, NaN positions and features outside of the image are no trouble") {
+  FloorParams params = nothing();
+  params.min_features = 5;
+  params.min_grid_coverage = 1;
+  Verdict none = all_dynamic({});
+  Floor(params).apply(Features(0).view(), none);
+  CHECK(none.size() == 0);
+  Features odd(3);
+  odd.keypoints[0].pt = {std::nanf(""), -5};
+  odd.keypoints[1].pt = {1e9F, 1e9F};
+  FrameView frame = odd.view();
+  frame.grey = cv::Mat::zeros(40, 40, CV_8UC1);
+  Verdict verdict = all_dynamic({0.9F, 0.6F, 0.7F});
+  Floor(params).apply(frame, verdict);
+  CHECK(verdict.kept() == 3);
+}

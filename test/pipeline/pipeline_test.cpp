@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/pipeline/compose.hpp>
+
+#include "doctest/doctest.h"
+#include "fakes.hpp"
+
+using namespace dynfilter;
+using fakes::Features;
+using fakes::letters_of;
+using fakes::says;
+using fakes::Scripted;
+
+namespace {
+
+PipelineConfig config_with(StagePtr before) {
+  PipelineConfig config;
+  config.floor.min_features = 0;
+  config.before_pose = std::move(before);
+  return config;
+}
+
+/// Notes how many earlier frames the context still has.
+StagePtr count_history(std::vector<std::size_t>& log, int frames = 3) {
+  return stage(std::make_unique<Scripted>(
+      "count", [&log](Context& context, Votes&) { log.push_back(context.history().size() - 1); },
+      Needs{Input::None, Input::None, frames}));
+}
+
+}  // namespace
+
+TEST_CASE("a pipeline without stages keeps everything as unknown") {
+  Pipeline pipeline{PipelineConfig()};
+  const Verdict& verdict = pipeline.before_pose(Features(3).view());
+  CHECK(letters_of(verdict) == "UUU");
+  CHECK(verdict.kept() == 3);
+  CHECK(verdict.report.stages.empty());
+  CHECK(verdict.report.features == 3);
+}
+
+TEST_CASE("the report counts what each stage did") {
+  Pipeline pipeline(config_with(sequence(stage(says("a", "DSUP")), stage(says("b", "DDUU")))));
+  const Verdict& verdict = pipeline.before_pose(Features(4).view(7));
+  CHECK(letters_of(verdict) == "DDUU");
+  CHECK(verdict.prior == std::vector<std::uint8_t>{0, 0, 0, 1});
+  CHECK(verdict.report.frame_id == 7);
+  CHECK(verdict.report.rejected == 2);
+  REQUIRE(verdict.report.stages.size() == 3);
+  const StageReport &a = verdict.report.stages[1], &b = verdict.report.stages[2];
+  CHECK(a.judged == 4);
+  CHECK(a.dynamic == 1);
+  CHECK(a.unknown == 2);
+  CHECK(a.prior == 1);
+  CHECK(b.judged == 3);  // the first one is rejected already
+  CHECK(b.dynamic == 1);
+  CHECK(b.unknown == 2);
+}
+
+TEST_CASE("each call point has its own stages; at a keyframe verdicts are per map point too") {
+  PipelineConfig config = config_with(stage(says("before", "DUU")));
+  config.at_keyframe = stage(says("keyframe", "SDU"));
+  Pipeline pipeline(std::move(config));
+  const Features features(3);
+  FrameView frame = features.view();
+  const std::vector<std::int64_t> map_points{5, -1, 9};
+  frame.map_point_ids = map_points;
+  CHECK(letters_of(pipeline.before_pose(frame)) == "DUU");
+  CHECK(pipeline.before_pose(frame).map_points.empty());
+  CHECK(letters_of(pipeline.after_pose(frame)) == "UUU");
+  const Verdict& verdict = pipeline.at_keyframe(frame);
+  CHECK(letters_of(verdict) == "SDU");
+  REQUIRE(verdict.map_points.size() == 2);
+  CHECK(verdict.map_points[0].map_point_id == 5);
+  CHECK(verdict.map_points[0].vote == Vote::Static);
+  CHECK(verdict.map_points[1].map_point_id == 9);
+  CHECK(verdict.map_points[1].vote == Vote::Unknown);
+}
+
+TEST_CASE("history keeps as many frames as the stages look back, once per frame id") {
+  std::vector<std::size_t> log;
+  Pipeline pipeline(config_with(count_history(log, 2)));
+  const Features features(1);
+  for (const std::int64_t id : {0, 1, 1, 2, 3, 4}) pipeline.before_pose(features.view(id));
+  CHECK(log == std::vector<std::size_t>{0, 1, 1, 2, 2, 2});
+}
+
+TEST_CASE("reset and a time jump forget the earlier frames; a filter that learns is told") {
+  std::vector<std::size_t> log;
+  Pipeline pipeline(config_with(count_history(log)));
+  const Features features(1);
+  const auto at = [&](std::int64_t id, double timestamp_s) -> const Verdict& {
+    FrameView frame = features.view(id);
+    frame.timestamp_s = timestamp_s;
+    return pipeline.before_pose(frame);
+  };
+  at(0, 0.0);
+  at(1, 0.1);
+  pipeline.reset();
+  at(2, 0.2);
+  CHECK(at(3, 0.1).report.notes == std::vector<std::string>{"time jump: history forgotten"});  // back
+  at(4, 0.2);
+  at(5, 99.0);  // far ahead
+  at(6, std::nan(""));
+  CHECK(log == std::vector<std::size_t>{0, 1, 0, 0, 1, 0, 0});
+}
+
+TEST_CASE("arrays of another length and images of another size or type are left out, with a note") {
+  Input seen = Input::None;
+  Pipeline pipeline(config_with(stage(
+      std::make_unique<Scripted>("look", [&](Context& context, Votes&) { seen = context.inputs(); }))));
+  const Features features(3);
+  FrameView frame = features.view();
+  const std::vector<float> two_depths{1, 2};
+  frame.depth_m = two_depths;
+  frame.grey = cv::Mat::zeros(4, 4, CV_8UC3);
+  frame.depth = cv::Mat::zeros(4, 4, CV_64FC1);
+  frame.descriptors = cv::Mat::zeros(2, 32, CV_8U);
+  frame.mask = MaskInput{0, cv::Mat()};
+  CHECK(pipeline.before_pose(frame).report.notes.size() == 5);
+  CHECK(seen == Input::None);
+  frame = features.view(1);
+  frame.grey = cv::Mat::zeros(40, 40, CV_8UC1);
+  frame.depth = cv::Mat::zeros(20, 40, CV_16UC1);
+  CHECK(pipeline.before_pose(frame).report.notes.size() == 1);
+  CHECK(seen == (Input::GreyImage | Input::Correspondence));
+}
+
+TEST_CASE("frames of changing size and without features are judged like any other") {
+  std::vector<std::size_t> log;
+  PipelineConfig config = config_with(stage(std::make_unique<Scripted>(
+      "flow", [&](Context& context, Votes&) { log.push_back(context.match({}).correspondences.count()); },
+      Needs{Input::Correspondence, Input::None, 1})));
+  Pipeline pipeline(std::move(config));
+  const std::size_t counts[] = {3, 0, 5, 2};
+  for (std::int64_t id = 0; id < 4; ++id) {
+    const Features features(counts[id]);
+    FrameView frame = features.view(id);
+    frame.grey = cv::Mat::zeros(60 + 20 * static_cast<int>(id), 80, CV_8UC1);
+    CHECK(pipeline.before_pose(frame).size() == counts[id]);
+  }
+  CHECK(log == std::vector<std::size_t>{0, 0, 0, 0});
+}
+
+TEST_CASE("wrong parameters set in code throw when the pipeline is made") {
+  PipelineConfig config;
+  config.floor.min_share = 2;
+  CHECK_THROWS_WITH_AS(Pipeline(std::move(config)), "floor.min_share: expected 0 to 1, got `2`", ConfigError);
+}

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/pipeline/yaml.hpp>
+
+#include "doctest/doctest.h"
+#include "fakes.hpp"
+
+using namespace dynfilter;
+
+namespace {
+
+struct LimitParams {
+  double limit_px = 1;
+  static const FieldTable<LimitParams>& fields() {
+    static const FieldTable<LimitParams> table{real("limit_px", &LimitParams::limit_px, "px", {0, 10}, "a limit")};
+    return table;
+  }
+};
+
+/// Dynamic where x is beyond the limit.
+class Limit final : public Filter {
+ public:
+  using Params = LimitParams;
+  static constexpr const char* kName = "limit";
+  static constexpr const char* kSummary = "x beyond a limit";
+  explicit Limit(Params params = Params()) : params_(params) {}
+  std::string name() const override { return kName; }
+  Needs needs() const override { return {}; }
+  void apply(Context& context, Votes& votes) override {
+    for (std::size_t i = 0; i < context.size(); ++i)
+      votes.cast(i, static_cast<double>(context.pixels()[i].x) > params_.limit_px ? Vote::Dynamic : Vote::Static);
+  }
+
+ private:
+  Params params_;
+};
+
+Registry registry() {
+  Registry r;
+  r.add<Limit>();
+  r.add({{"mark", "marks the first feature", {}, {}}, [](const YamlNode&) { return fakes::says("mark", "P"); }});
+  return r;
+}
+
+PipelineConfig read(const std::string& text) { return pipeline_from_text(text, registry()); }
+
+std::string error_of(const std::string& text) {
+  try {
+    read(text);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string judge(const std::string& stages, std::size_t n = 3) {
+  Pipeline pipeline(read("pipeline:\n  floor: { min_features: 0 }\n  before_pose:\n" + stages));
+  return fakes::letters_of(pipeline.before_pose(fakes::Features(n).view()));
+}
+
+}  // namespace
+
+TEST_CASE("stages with and without parameters, as lists and as combinators") {  // features at x = 0, 10, 20
+  CHECK(judge("    - limit\n") == "SDD");
+  CHECK(judge("    - limit: { limit_px: 10 }\n") == "SSD");
+  CHECK(judge("    any:\n      - limit: { limit_px: 10 }\n      - limit: { limit_px: 5 }\n") == "SDD");
+  CHECK(judge("    all: [ { limit: { limit_px: 10 } }, limit ]\n") == "SSD");
+  CHECK(judge("    not: limit\n") == "DSS");
+  CHECK(judge("    gate: { if: limit, then: { limit: { limit_px: 10 } } }\n") == "USD");
+  CHECK(judge("    - mark\n    - by_region: { inside: { not: limit }, outside: { limit: { limit_px: 10 } } }\n") ==
+        "DSD");
+}
+
+TEST_CASE("a pipeline is a map among others, as in a settings file of ORB-SLAM") {
+  const PipelineConfig config = read(
+      "%YAML:1.0\n---\nCamera.fx: 535.4\nORBextractor.nFeatures: 1000\npipeline:\n  name: mine\n  max_time_gap_s: 3\n"
+      "  correspondence: { source: flow, flow: { window_px: 15 } }\n  floor: { min_share: 0.2 }\n"
+      "  before_pose: []\n  at_keyframe:\n    - limit\n");
+  CHECK(config.name == "mine");
+  CHECK(config.params.max_time_gap_s == 3.0);
+  CHECK(config.context.source == CorrespondenceSource::Flow);
+  CHECK(config.context.flow.window_px == 15);
+  CHECK(config.floor.min_share == 0.2);
+  CHECK(config.before_pose == nullptr);
+  CHECK(config.after_pose == nullptr);
+  REQUIRE(config.at_keyframe != nullptr);
+  CHECK(config.at_keyframe->name() == "sequence");
+}
+
+TEST_CASE("each mistake is one line with the path and what was expected") {
+  const std::string head = "pipeline:\n  before_pose:\n";
+  CHECK(error_of("other: 1\n") == "expected the key `pipeline`");
+  CHECK(error_of("pipeline:\n  stages: [ limit ]\n") ==
+        "pipeline: unknown key `stages`; known keys: name, about, max_time_gap_s, correspondence, floor, before_pose, "
+        "after_pose, at_keyframe");
+  CHECK(error_of(head + "    - limt\n") ==
+        "pipeline.before_pose[0]: unknown filter `limt`; known: limit, mark, sequence, any, all, not, gate, "
+        "by_region");
+  CHECK(error_of(head + "    - limit: { limit_px: 11 }\n") ==
+        "pipeline.before_pose[0].limit.limit_px: expected 0 to 10, got `11`");
+  CHECK(error_of(head + "    - any:\n        - limit: { limit: 1 }\n") ==
+        "pipeline.before_pose[0].any[0].limit: unknown key `limit`; known keys: limit_px");
+  CHECK(error_of(head + "    - limit: { limit_px: big }\n") ==
+        "pipeline.before_pose[0].limit.limit_px: expected a number, got `big`");
+  CHECK(error_of(head + "    - any: []\n") == "pipeline.before_pose[0].any: expected at least one stage");
+  CHECK(error_of(head + "    - any: limit\n") == "pipeline.before_pose[0].any: expected a list, got `limit`");
+  CHECK(error_of(head + "    - gate: { if: limit }\n") == "pipeline.before_pose[0].gate: expected the key `then`");
+  CHECK(error_of(head + "    - gate: { if: limit, them: limit }\n") ==
+        "pipeline.before_pose[0].gate: unknown key `them`; known keys: if, then, else");
+  CHECK(error_of(head + "    - { limit: {}, mark: {} }\n") ==
+        "pipeline.before_pose[0]: expected one stage, `name` or `name: { parameters }`");
+  CHECK(error_of("pipeline:\n  max_time_gap_s: -1\n") == "pipeline.max_time_gap_s: expected >= 0, got `-1`");
+  CHECK(error_of("pipeline:\n  correspondence: { flow: { window_px: 3 } }\n") ==
+        "pipeline.correspondence.flow.window_px: expected 5 to 63, got `3`");
+  CHECK(error_of("pipeline:\n  correspondence: { sauce: flow }\n").find(
+            "pipeline.correspondence: unknown key `sauce`; known keys: source, ") == 0);
+  CHECK(error_of("pipeline:\n  floor: { min_share: 2 }\n") == "pipeline.floor.min_share: expected 0 to 1, got `2`");
+}
+
+TEST_CASE("a file's name stands before the error") {
+  CHECK_THROWS_WITH_AS(pipeline_from_file("/no/such/file.yaml", registry()), "/no/such/file.yaml: cannot be read",
+                       ConfigError);
+}
+
+TEST_CASE("every combinator has a card, and every card a combinator") {
+  for (const CombinatorCard& card : combinator_cards())
+    CHECK(error_of("pipeline:\n  before_pose:\n    - " + card.name + ": 1\n").find("unknown filter") ==
+          std::string::npos);
+}
