@@ -39,12 +39,21 @@ StagePtr watch(std::vector<std::string>& log, const std::string& vote = "") {
 TEST_CASE("any, all and sequence follow their truth tables for every pair") {
   CHECK(letters_of(judge(any(stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD"))))) == "SUDUUDDDD");
   CHECK(letters_of(judge(all(stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD"))))) == "SSSSUUSUD");
-  CHECK(letters_of(judge(sequence(stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD"))))) == "SSDSUDDDD");
+  CHECK(letters_of(judge(sequence(stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD"))))) ==
+        "SSDSUDDDD");
   CHECK(letters_of(judge(negate(stage(says("a", "SUD"))), 3)) == "DUS");
 }
 
+TEST_CASE("strict: guilty until proven static, and the reason says who was not satisfied") {
+  const Verdict verdict = judge(strict(sequence(stage(says("a", "SUDU")), stage(says("b", "UUUS")))), 4);
+  CHECK(letters_of(verdict) == "SDDS");
+  CHECK(verdict.reason(1) == "strict");
+  CHECK(verdict.reason(2) == "a");
+}
+
 TEST_CASE("gate lets `then` judge where `if` is dynamic and `else` where it is static") {
-  CHECK(letters_of(judge(gate(stage(says("if", "SSSUUUDDD")), stage(says("then", "SUDSUDSUD"))))) == "UUUUUUSUD");
+  CHECK(letters_of(judge(gate(stage(says("if", "SSSUUUDDD")), stage(says("then", "SUDSUDSUD"))))) ==
+        "UUUUUUSUD");
   CHECK(letters_of(judge(gate(stage(says("if", "SSSUUUDDD")), stage(says("then", "SUDSUDSUD")),
                               stage(says("else", "DDUSUDSUD"))))) == "DDUUUUSUD");
 }
@@ -86,8 +95,8 @@ TEST_CASE("reasons name the leaves that said dynamic, and only where the verdict
 
 TEST_CASE("a member without its inputs takes no part in any, is passed over in a sequence, blocks all") {
   const auto blind = [] {
-    return stage(std::make_unique<Scripted>("blind", [](Context&, Votes& v) { v.cast(0, Vote::Dynamic); },
-                                            Needs{Input::Depth, Input::None, 0}));
+    return stage(std::make_unique<Scripted>(
+        "blind", [](Context&, Votes& v) { v.cast(0, Vote::Dynamic); }, Needs{Input::Depth, Input::None, 0}));
   };
   const Verdict in_any = judge(any(blind(), stage(says("a", "SUD"))), 3);
   CHECK(letters_of(in_any) == "SUD");
@@ -113,10 +122,10 @@ TEST_CASE("a stage that throws is named and reported, and the frame goes on") {
 }
 
 TEST_CASE("a filter that changes the number of votes is reported as failed") {
-  const Verdict verdict = judge(
-      sequence(stage(std::make_unique<Scripted>("resizer", [](Context&, Votes& v) { v.reset(1); })),
-               stage(says("a", "SUD"))),
-      3);
+  const Verdict verdict =
+      judge(sequence(stage(std::make_unique<Scripted>("resizer", [](Context&, Votes& v) { v.reset(1); })),
+                     stage(says("a", "SUD"))),
+            3);
   CHECK(letters_of(verdict) == "SUD");
   CHECK(verdict.report.stages[1].failed);
 }

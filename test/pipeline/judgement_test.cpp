@@ -10,7 +10,9 @@ namespace {
 constexpr Vote kAll[] = {Vote::Static, Vote::Unknown, Vote::Dynamic};
 
 /// Static < Unknown < Dynamic: Kleene's OR is the maximum, AND the minimum.
-int rank(Vote v) { return v == Vote::Static ? 0 : v == Vote::Unknown ? 1 : 2; }
+int rank(Vote v) {
+  return v == Vote::Static ? 0 : v == Vote::Unknown ? 1 : 2;
+}
 
 }  // namespace
 
@@ -27,10 +29,16 @@ TEST_CASE("NOT turns the order around and leaves unknown") {
   for (const Vote a : kAll) CHECK(rank(vote_not(a)) == 2 - rank(a));
 }
 
+TEST_CASE("strict takes unknown for dynamic") {
+  for (const Vote a : kAll) CHECK(vote_strict(a) == (a == Vote::Static ? Vote::Static : Vote::Dynamic));
+}
+
 TEST_CASE("a later stage of a sequence speaks where it has an opinion, and dynamic stays") {
   for (const Vote earlier : kAll)
     for (const Vote later : kAll) {
-      const Vote expected = earlier == Vote::Dynamic ? Vote::Dynamic : later == Vote::Unknown ? earlier : later;
+      const Vote expected = earlier == Vote::Dynamic ? Vote::Dynamic
+                            : later == Vote::Unknown ? earlier
+                                                     : later;
       CHECK(vote_then(earlier, later) == expected);
     }
 }

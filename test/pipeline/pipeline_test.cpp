@@ -105,8 +105,8 @@ TEST_CASE("reset and a time jump forget the earlier frames; a filter that learns
 
 TEST_CASE("arrays of another length and images of another size or type are left out, with a note") {
   Input seen = Input::None;
-  Pipeline pipeline(config_with(stage(
-      std::make_unique<Scripted>("look", [&](Context& context, Votes&) { seen = context.inputs(); }))));
+  Pipeline pipeline(config_with(
+      stage(std::make_unique<Scripted>("look", [&](Context& context, Votes&) { seen = context.inputs(); }))));
   const Features features(3);
   FrameView frame = features.view();
   const std::vector<float> two_depths{1, 2};

@@ -11,7 +11,8 @@ namespace {
 struct LimitParams {
   double limit_px = 1;
   static const FieldTable<LimitParams>& fields() {
-    static const FieldTable<LimitParams> table{real("limit_px", &LimitParams::limit_px, "px", {0, 10}, "a limit")};
+    static const FieldTable<LimitParams> table{
+        real("limit_px", &LimitParams::limit_px, "px", {0, 10}, "a limit")};
     return table;
   }
 };
@@ -27,7 +28,8 @@ class Limit final : public Filter {
   Needs needs() const override { return {}; }
   void apply(Context& context, Votes& votes) override {
     for (std::size_t i = 0; i < context.size(); ++i)
-      votes.cast(i, static_cast<double>(context.pixels()[i].x) > params_.limit_px ? Vote::Dynamic : Vote::Static);
+      votes.cast(
+          i, static_cast<double>(context.pixels()[i].x) > params_.limit_px ? Vote::Dynamic : Vote::Static);
   }
 
  private:
@@ -37,11 +39,14 @@ class Limit final : public Filter {
 Registry registry() {
   Registry r;
   r.add<Limit>();
-  r.add({{"mark", "marks the first feature", {}, {}}, [](const YamlNode&) { return fakes::says("mark", "P"); }});
+  r.add({{"mark", "marks the first feature", {}, {}},
+         [](const YamlNode&) { return fakes::says("mark", "P"); }});
   return r;
 }
 
-PipelineConfig read(const std::string& text) { return pipeline_from_text(text, registry()); }
+PipelineConfig read(const std::string& text) {
+  return pipeline_from_text(text, registry());
+}
 
 std::string error_of(const std::string& text) {
   try {
@@ -65,14 +70,16 @@ TEST_CASE("stages with and without parameters, as lists and as combinators") {  
   CHECK(judge("    any:\n      - limit: { limit_px: 10 }\n      - limit: { limit_px: 5 }\n") == "SDD");
   CHECK(judge("    all: [ { limit: { limit_px: 10 } }, limit ]\n") == "SSD");
   CHECK(judge("    not: limit\n") == "DSS");
+  CHECK(judge("    strict: mark\n") == "DDD");
   CHECK(judge("    gate: { if: limit, then: { limit: { limit_px: 10 } } }\n") == "USD");
-  CHECK(judge("    - mark\n    - by_region: { inside: { not: limit }, outside: { limit: { limit_px: 10 } } }\n") ==
-        "DSD");
+  CHECK(judge("    - mark\n    - by_region: { inside: { not: limit }, outside: { limit: { limit_px: 10 } } "
+              "}\n") == "DSD");
 }
 
 TEST_CASE("a pipeline is a map among others, as in a settings file of ORB-SLAM") {
   const PipelineConfig config = read(
-      "%YAML:1.0\n---\nCamera.fx: 535.4\nORBextractor.nFeatures: 1000\npipeline:\n  name: mine\n  max_time_gap_s: 3\n"
+      "%YAML:1.0\n---\nCamera.fx: 535.4\nORBextractor.nFeatures: 1000\npipeline:\n  name: mine\n  "
+      "max_time_gap_s: 3\n"
       "  correspondence: { source: flow, flow: { window_px: 15 } }\n  floor: { min_share: 0.2 }\n"
       "  before_pose: []\n  at_keyframe:\n    - limit\n");
   CHECK(config.name == "mine");
@@ -90,10 +97,12 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
   const std::string head = "pipeline:\n  before_pose:\n";
   CHECK(error_of("other: 1\n") == "expected the key `pipeline`");
   CHECK(error_of("pipeline:\n  stages: [ limit ]\n") ==
-        "pipeline: unknown key `stages`; known keys: name, about, max_time_gap_s, correspondence, floor, before_pose, "
+        "pipeline: unknown key `stages`; known keys: name, about, max_time_gap_s, correspondence, floor, "
+        "before_pose, "
         "after_pose, at_keyframe");
   CHECK(error_of(head + "    - limt\n") ==
-        "pipeline.before_pose[0]: unknown filter `limt`; known: limit, mark, sequence, any, all, not, gate, "
+        "pipeline.before_pose[0]: unknown filter `limt`; known: limit, mark, sequence, any, all, not, "
+        "strict, gate, "
         "by_region");
   CHECK(error_of(head + "    - limit: { limit_px: 11 }\n") ==
         "pipeline.before_pose[0].limit.limit_px: expected 0 to 10, got `11`");
@@ -103,7 +112,8 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
         "pipeline.before_pose[0].limit.limit_px: expected a number, got `big`");
   CHECK(error_of(head + "    - any: []\n") == "pipeline.before_pose[0].any: expected at least one stage");
   CHECK(error_of(head + "    - any: limit\n") == "pipeline.before_pose[0].any: expected a list, got `limit`");
-  CHECK(error_of(head + "    - gate: { if: limit }\n") == "pipeline.before_pose[0].gate: expected the key `then`");
+  CHECK(error_of(head + "    - gate: { if: limit }\n") ==
+        "pipeline.before_pose[0].gate: expected the key `then`");
   CHECK(error_of(head + "    - gate: { if: limit, them: limit }\n") ==
         "pipeline.before_pose[0].gate: unknown key `them`; known keys: if, then, else");
   CHECK(error_of(head + "    - { limit: {}, mark: {} }\n") ==
@@ -111,14 +121,15 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
   CHECK(error_of("pipeline:\n  max_time_gap_s: -1\n") == "pipeline.max_time_gap_s: expected >= 0, got `-1`");
   CHECK(error_of("pipeline:\n  correspondence: { flow: { window_px: 3 } }\n") ==
         "pipeline.correspondence.flow.window_px: expected 5 to 63, got `3`");
-  CHECK(error_of("pipeline:\n  correspondence: { sauce: flow }\n").find(
-            "pipeline.correspondence: unknown key `sauce`; known keys: source, ") == 0);
-  CHECK(error_of("pipeline:\n  floor: { min_share: 2 }\n") == "pipeline.floor.min_share: expected 0 to 1, got `2`");
+  CHECK(error_of("pipeline:\n  correspondence: { sauce: flow }\n")
+            .find("pipeline.correspondence: unknown key `sauce`; known keys: source, ") == 0);
+  CHECK(error_of("pipeline:\n  floor: { min_share: 2 }\n") ==
+        "pipeline.floor.min_share: expected 0 to 1, got `2`");
 }
 
 TEST_CASE("a file's name stands before the error") {
-  CHECK_THROWS_WITH_AS(pipeline_from_file("/no/such/file.yaml", registry()), "/no/such/file.yaml: cannot be read",
-                       ConfigError);
+  CHECK_THROWS_WITH_AS(pipeline_from_file("/no/such/file.yaml", registry()),
+                       "/no/such/file.yaml: cannot be read", ConfigError);
 }
 
 TEST_CASE("every combinator has a card, and every card a combinator") {

@@ -21,12 +21,12 @@ enum class EpipolarDistance {
 };
 
 struct EpipolarParams {
-  double max_distance_px = 1.5;
+  double max_distance_px = 1.0;
   EpipolarModel model = EpipolarModel::Auto;
   EpipolarDistance distance = EpipolarDistance::Line;
   int min_seeds = 20;
   bool keyframe = false;
-  int gap_frames = 4;
+  int gap_frames = 1;
 
   static const FieldTable<EpipolarParams>& fields() {
     using P = EpipolarParams;

@@ -38,7 +38,7 @@ struct TrajectoryConsistencyParams {
   double beta = 0.003;
   double max_depth_m = 6.0;
   bool keyframe = false;
-  int gap_frames = 4;
+  int gap_frames = 1;
   MotionSource motion = MotionSource::Seeds;
 
   static const FieldTable<TrajectoryConsistencyParams>& fields() {

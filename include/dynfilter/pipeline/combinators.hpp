@@ -152,6 +152,26 @@ class NotStage final : public Combinator {
   }
 };
 
+/// `strict`: what the member cannot clear is dynamic (vote_strict()). For suspects: guilty until proven
+/// static, be it that flow lost them or that there is no earlier frame yet.
+class StrictStage final : public Combinator {
+ public:
+  static constexpr const char* kName = "strict";
+  StrictStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+              Judgement& out) override {
+    children_[0]->judge(context, reports, child_);
+    keep_priors(out, child_);
+    const std::uint64_t reason = self < 64 ? std::uint64_t{1} << self : 0;
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      const bool said = child_.votes[i] == Vote::Dynamic;
+      set(out, i, vote_strict(child_.votes[i]), child_.votes.score(i), said ? child_.reasons[i] : reason);
+    }
+  }
+};
+
 /// `gate`: `then` judges the features that `if` calls dynamic, `else` (when given) those that it calls
 /// static; the rest stays unknown. What the gate decides is who judges, never the vote.
 class GateStage final : public Combinator {

@@ -50,6 +50,9 @@ StagePtr all(S&&... members) {
 inline StagePtr negate(StagePtr member) {
   return std::make_unique<NotStage>(NotStage::kName, detail::stages(std::move(member)));
 }
+inline StagePtr strict(StagePtr member) {
+  return std::make_unique<StrictStage>(StrictStage::kName, detail::stages(std::move(member)));
+}
 inline StagePtr gate(StagePtr condition, StagePtr then) {
   return std::make_unique<GateStage>(GateStage::kName, detail::stages(std::move(condition), std::move(then)));
 }

@@ -45,6 +45,11 @@ constexpr Vote vote_not(Vote a) {
   return a == Vote::Static ? Vote::Dynamic : a == Vote::Dynamic ? Vote::Static : Vote::Unknown;
 }
 
+/// Guilty until proven static: unknown becomes dynamic.
+constexpr Vote vote_strict(Vote a) {
+  return a == Vote::Static ? Vote::Static : Vote::Dynamic;
+}
+
 /// What a later stage of a sequence adds to what is known: it speaks where it has an opinion, and dynamic
 /// stays.
 ///

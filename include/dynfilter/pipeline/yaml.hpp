@@ -23,6 +23,7 @@ inline std::vector<CombinatorCard> combinator_cards() {
       {"any", "[stage, ...]", "dynamic if one member says so"},
       {"all", "[stage, ...]", "dynamic if every member says so"},
       {"not", "stage", "static and dynamic change places"},
+      {"strict", "stage", "guilty until proven static: what the stage cannot clear is dynamic"},
       {"gate", "{ if: stage, then: stage, else: stage }",
        "`if` decides who judges a feature; `else` may be left out"},
       {"by_region", "{ inside: stage, outside: stage }",
@@ -48,6 +49,7 @@ class StageReader {
     if (name == "any") return std::make_unique<AnyStage>(value.path(), stages(value));
     if (name == "all") return std::make_unique<AllStage>(value.path(), stages(value));
     if (name == "not") return std::make_unique<NotStage>(value.path(), named(value, {}, {}));
+    if (name == "strict") return std::make_unique<StrictStage>(value.path(), named(value, {}, {}));
     if (name == "gate")
       return std::make_unique<GateStage>(value.path(), named(value, {"if", "then"}, {"else"}));
     if (name == "by_region")
