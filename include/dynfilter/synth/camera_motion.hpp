@@ -86,9 +86,9 @@ class CameraMotion {
 
   Eigen::Isometry3d halfsphere(double t) const {
     const Eigen::Vector3d to_eye = options_.eye_m - options_.target_m;
-    const double azimuth = std::atan2(to_eye.y(), to_eye.x()) + 0.42 * wave(t, 10.3, 0);
-    const double elevation = 0.28 + 0.20 * wave(t, 7.1, 1),
-                 radius = to_eye.norm() * (0.97 + 0.05 * wave(t, 6.3, 2));
+    const double azimuth = std::atan2(to_eye.y(), to_eye.x()) + 0.42 * wave(t, 15.7, 0);
+    const double elevation = 0.28 + 0.19 * wave(t, 11.3, 1),
+                 radius = to_eye.norm() * (0.97 + 0.05 * wave(t, 9.1, 2));
     const Eigen::Vector3d direction(std::cos(azimuth) * std::cos(elevation),
                                     std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
     return look_at(options_.target_m + radius * direction, options_.target_m);
@@ -106,7 +106,7 @@ class CameraMotion {
     for (int i = 0; i < kTaps; ++i) smooth += options_.tracked->place(t + 0.15 * (i - kTaps / 2)) / kTaps;
     const Eigen::Vector3d person(smooth.x(), smooth.y(), options_.target_m.z());
     Eigen::Vector3d eye = options_.eye_m;
-    eye.head<2>() += 0.5 * (smooth - options_.target_m.head<2>());
+    eye.head<2>() += 0.7 * (smooth - options_.target_m.head<2>());
     return look_at(eye, person);
   }
 

@@ -8,12 +8,17 @@
 
 namespace dynfilter::synth {
 
-/// Gaussian noise of unit variance, CV_32FC1, a little smoothed (a structured-light camera correlates
+/// Nearly Gaussian noise of unit variance, CV_32FC1, a little smoothed (a structured-light camera correlates
 /// windows).
 inline cv::Mat gaussian_tile(int size, double blur_px, Random& random) {
   cv::Mat tile(size, size, CV_32FC1);
   for (int y = 0; y < size; ++y) {
-    for (int x = 0; x < size; ++x) tile.at<float>(y, x) = static_cast<float>(random.gaussian());
+    for (int x = 0; x < size; ++x) {
+      const std::uint64_t bits = random.next();  // the sum of four uniform numbers is close enough
+      std::uint64_t sum = 0;
+      for (int k = 0; k < 64; k += 16) sum += (bits >> k) & 0xFFFF;
+      tile.at<float>(y, x) = static_cast<float>(sum);
+    }
   }
   if (blur_px > 0) cv::GaussianBlur(tile, tile, {}, blur_px, blur_px, cv::BORDER_REFLECT);
   cv::Scalar mean, deviation;

@@ -169,7 +169,7 @@ class FurnitureBuilder {
   }
   void window(const Eigen::Vector3f& at, float yaw_rad, float width, float height) {
     begin();
-    hang(at, yaw_rad, width, height, plain_ ? m_.light_panel : m_.window);
+    hang(at, yaw_rad, width, height, plain_ ? m_.light_panel : m_.windows[windows_++ % 2]);
     const Eigen::Isometry3f f = placed(at, yaw_rad);
     part(sub(f, {0, -0.08F, -height / 2 - 0.02F}), {width + 0.1F, 0.18F, 0.04F}, BoxSkin::all({m_.white, 1}));
     part(sub(f, {0, -0.03F, -height / 2 - 0.42F}), {width * 0.8F, 0.08F, 0.5F},
@@ -271,6 +271,7 @@ class FurnitureBuilder {
       const float thick = uniform(0.02F, 0.05F), high = most_high * uniform(0.68F, 1.0F),
                   deep = uniform(0.16F, 0.22F);
       BoxSkin skin = BoxSkin::all({m_.pages});
+      skin.back.material = skin.bottom.material = kNoSkin;
       skin.front = back_of_book(false);
       skin.left = skin.right = {skin.front.material, 0,
                                 cv::Rect2f(skin.front.window.x + 0.012F, 0.9F, 0.002F, 0.02F)};
@@ -329,6 +330,7 @@ class FurnitureBuilder {
   Random& random_;
   bool plain_;
   int first_instance_;
+  int windows_ = 0;
 };
 
 }  // namespace dynfilter::synth

@@ -46,6 +46,10 @@ class Occluder {
     const float reach = radius_m_ + margin_m;
     return (centre_m_ - p).squaredNorm() < reach * reach;
   }
+  /// Whether any of the box lies before the plane through p with normal n.
+  bool before_plane(const Eigen::Vector3f& p, const Eigen::Vector3f& n) const {
+    return n.dot(centre_m_ - p) + (to_box_ * n).cwiseAbs().dot(half_m_) > 0;
+  }
 
  private:
   Eigen::Matrix3f to_box_;
@@ -60,6 +64,22 @@ class Lighting {
   std::vector<Lamp> lamps;
   std::vector<Occluder> occluders;
   Eigen::Vector3f ambient{0.50F, 0.47F, 0.45F};
+
+  /// The same light with only those occluders that can matter to a model.
+  Lighting around(const Model& model) const {
+    Lighting out;
+    out.lamps = lamps;
+    out.ambient = ambient;
+    for (const Occluder& o : occluders) {
+      bool matters = o.near_point(model.centre_m, model.radius_m + kReach);
+      for (const Lamp& lamp : lamps) {
+        matters = matters || o.near_segment(model.centre_m, lamp.position_m - model.centre_m,
+                                            model.radius_m + lamp.size_m);
+      }
+      if (matters) out.occluders.push_back(o);
+    }
+    return out;
+  }
 
   /// BGR factor for the texture, display gamma included. `open`: share of the sky and of the lamps that is
   /// seen.
@@ -80,7 +100,7 @@ class Lighting {
   }
 
  private:
-  static constexpr int kSkyRays = 20, kLampRays = 6;
+  static constexpr int kSkyRays = 14, kLampRays = 4;
   static constexpr float kReach = 1.2F;
 
   static Eigen::Vector3f display(const Eigen::Vector3f& light) {
@@ -97,7 +117,7 @@ class Lighting {
   float openness(const Eigen::Vector3f& p, const Eigen::Vector3f& n, Random& random) const {
     std::vector<const Occluder*> close;
     for (const Occluder& o : occluders) {
-      if (o.near_point(p, kReach)) close.push_back(&o);
+      if (o.near_point(p, kReach) && o.before_plane(p, n)) close.push_back(&o);
     }
     if (close.empty()) return 1;
     float open = 0;
@@ -139,7 +159,8 @@ class Lighting {
 
 /// Shades every vertex of a model that stands still.
 inline void bake(Model& model, const Lighting& lighting, Random& random) {
-  for (Vertex& v : model.vertices) v.shade = lighting.shade_occluded(v.position_m, v.normal, random);
+  const Lighting local = lighting.around(model);
+  for (Vertex& v : model.vertices) v.shade = local.shade_occluded(v.position_m, v.normal, random);
 }
 
 }  // namespace dynfilter::synth

@@ -48,6 +48,8 @@ struct Model {
   }
 };
 
+constexpr int kNoSkin = -1;  ///< material of a side that is never seen
+
 /// What covers a surface: a material repeated every `tile_m` metres, or (tile_m = 0) the part `window` of its
 /// picture stretched once over the surface.
 struct Skin {
@@ -64,6 +66,7 @@ struct Rectangle {
 /// Adds a rectangle, cut into cells of at most `cell_m` (shading is per vertex).
 inline void add_rectangle(Model& model, const Rectangle& r, const Skin& skin, float cell_m = 10,
                           int instance = 0) {
+  if (skin.material == kNoSkin) return;
   const float width = r.right.norm(), height = r.down.norm();
   const int nu = std::max(1, static_cast<int>(std::ceil(width / cell_m)));
   const int nv = std::max(1, static_cast<int>(std::ceil(height / cell_m)));

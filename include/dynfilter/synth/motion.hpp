@@ -210,8 +210,8 @@ class Gesturing : public Animation {
     BodyTargets to;
     to.pelvis = frame_at({options_.place.x(), options_.place.y(), hips},
                          facing * turn(0.05 * life * std::sin(0.7 * t), Eigen::Vector3d::UnitZ()));
-    to.chest_in_pelvis = turn(0.18 * life * std::sin(1.1 * t), Eigen::Vector3d::UnitZ()) *
-                         turn(-0.06 + 0.07 * life * std::sin(0.9 * t + 1), Eigen::Vector3d::UnitX());
+    to.chest_in_pelvis = turn(0.22 * life * std::sin(1.7 * t), Eigen::Vector3d::UnitZ()) *
+                         turn(-0.08 + 0.11 * life * std::sin(1.5 * t + 1), Eigen::Vector3d::UnitX());
     to.head_in_chest = turn(0.45 * life * std::sin(1.3 * t + 2), Eigen::Vector3d::UnitZ()) *
                        turn(0.12 * life * std::sin(2.1 * t), Eigen::Vector3d::UnitX());
     legs(facing, to);

@@ -17,23 +17,30 @@ inline cv::Mat white_noise(cv::Size size, Random& random) {
   return noise;
 }
 
+/// Enlarges a repeating picture so that it still repeats without a seam.
+inline cv::Mat enlarge_repeating(const cv::Mat& small, cv::Size size) {
+  if (small.size() == size) return small;
+  constexpr int kMargin = 2;
+  const double sx = static_cast<double>(size.width) / small.cols,
+               sy = static_cast<double>(size.height) / small.rows;
+  cv::Mat padded, large;
+  cv::copyMakeBorder(small, padded, kMargin, kMargin, kMargin, kMargin, cv::BORDER_WRAP);
+  cv::resize(padded, large, {cvRound(padded.cols * sx), cvRound(padded.rows * sy)}, 0, 0, cv::INTER_CUBIC);
+  return large(cv::Rect(cvRound(kMargin * sx), cvRound(kMargin * sy), size.width, size.height)).clone();
+}
+
 /// Value noise summed over octaves, in about [0, 1], repeating without a seam. `cells`: cells of the coarsest
 /// octave across the picture, per axis; each octave doubles them and has `persistence` times the weight.
 inline cv::Mat fractal_noise(cv::Size size, cv::Size cells, int octaves, double persistence, Random& random) {
-  cv::Mat sum = cv::Mat::zeros(size, CV_32FC1);
+  cv::Mat sum;
   double weight = 1, total = 0;
   for (int o = 0; o < octaves; ++o, weight *= persistence) {
     const cv::Size grid(std::min(size.width, cells.width << o), std::min(size.height, cells.height << o));
-    const int margin = 2;
-    cv::Mat padded, large;
-    cv::copyMakeBorder(white_noise(grid, random), padded, margin, margin, margin, margin, cv::BORDER_WRAP);
-    const double sx = static_cast<double>(size.width) / grid.width,
-                 sy = static_cast<double>(size.height) / grid.height;
-    cv::resize(padded, large, {cvRound(padded.cols * sx), cvRound(padded.rows * sy)}, 0, 0, cv::INTER_CUBIC);
-    sum += weight * large(cv::Rect(cvRound(margin * sx), cvRound(margin * sy), size.width, size.height));
+    const cv::Mat fresh = white_noise(grid, random) * weight;
+    sum = o == 0 ? fresh : cv::Mat(enlarge_repeating(sum, grid) + fresh);
     total += weight;
   }
-  return sum / total;
+  return enlarge_repeating(sum, size) / total;
 }
 
 /// Colour ramp from `low` (value 0) to `high` (value 1) over a CV_32FC1 picture, with more contrast if gain

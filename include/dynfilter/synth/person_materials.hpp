@@ -98,16 +98,16 @@ inline cv::Mat denim(Random& r) {
              2, cv::LINE_AA);
   }
   for (int x : {6, 20, 262}) cv::line(out, {x, 0}, {x, 511}, bgr(178, 140, 84), 3);
-  for (int y = 40; y < 512; y += 118)
-    cv::rectangle(out, cv::Rect(70 + r.below(120), y, 76, 62), blue * 0.5, 5);
+  for (int x : {70, 330})
+    cv::rectangle(out, cv::Rect(x + r.below(60), 40 + r.below(60), 84, 70), blue * 0.5, 5);
   fold(out, r, 0.45);
   return out;
 }
 
 inline cv::Mat skin(Random& r, const cv::Scalar& tone) {
   cv::Mat out = ramp(fractal_noise({128, 128}, {4, 4}, 5, 0.7, r), tone * 0.86, tone * 1.1, 1.5);
-  for (int i = 0; i < 14; ++i)
-    cv::circle(out, {r.below(128), r.below(128)}, 1, tone * 0.66, cv::FILLED, cv::LINE_AA);
+  for (int i = 0; i < 6; ++i)
+    cv::circle(out, {r.below(128), r.below(128)}, 1, tone * 0.8, cv::FILLED, cv::LINE_AA);
   return out;
 }
 
@@ -116,7 +116,7 @@ inline cv::Mat hair(Random& r, const cv::Scalar& tone) {
 }
 
 inline cv::Mat shoe(Random& r) {
-  const cv::Scalar base = r.colour_near(bgr(92, 78, 70), 66);
+  const cv::Scalar base = dye(r, 40, 130);
   cv::Mat out = ramp(fractal_noise({256, 256}, {6, 6}, 4, 0.7, r), base * 0.7, base * 1.2, 1.6);
   for (int i = 0; i < 5; ++i)
     cv::line(out, {104, 70 + i * 26}, {152, 82 + i * 26}, bgr(236, 232, 224), 6, cv::LINE_AA);

@@ -41,7 +41,7 @@ inline cv::Mat parquet(Random& r) {
     int x = -r.below(256);
     while (x < 1024) {
       const int length = 200 + r.below(200);
-      const cv::Scalar light = r.colour_near(bgr(186, 148, 104), 22);
+      const cv::Scalar light = bgr(190, 152, 108) * r.uniform(0.78, 1.1);
       cv::Mat plank =
           ramp(fractal_noise({length, plank_px}, {3, 8}, 3, 0.65, r), light * 0.68, light * 1.08, 1.7);
       const cv::Rect area = cv::Rect(x, row * plank_px, length, plank_px) & cv::Rect(0, 0, 1024, 1024);
@@ -344,10 +344,9 @@ inline cv::Mat door(Random& r) {
 
 /// Every material a room is made of. `plain`: nearly nothing for a corner detector to hold on to.
 struct RoomMaterials {
-  int wall, partition, floor, ceiling, light_panel, window, wood_light, wood_dark, metal, black, white,
-      whiteboard, book_backs, pages, keyboard, cardboard, chair_fabric, leaf, pot, drawers, door, carpet, mug,
-      radiator;
-  std::vector<int> posters, screens, covers, papers;
+  int wall, partition, floor, ceiling, light_panel, wood_light, wood_dark, metal, black, white, whiteboard,
+      book_backs, pages, keyboard, cardboard, chair_fabric, leaf, pot, drawers, door, mug, radiator;
+  std::vector<int> windows, posters, screens, covers, papers;
 
   RoomMaterials(MaterialSet& set, Random& r, bool plain) {
     const auto flat = [&](const cv::Scalar& c) { return set.add(cv::Mat(cv::Mat(8, 8, CV_8UC3, c))); };
@@ -355,10 +354,11 @@ struct RoomMaterials {
     wall = set.add(picture::plaster(r, paint, plain ? 0.012 : 0.09));
     partition = set.add(plain ? picture::plaster(r, bgr(178, 150, 112), 0.015)
                               : picture::felt(r, bgr(176, 148, 110)));
-    floor = plain ? set.add(picture::plaster(r, bgr(128, 126, 122), 0.02)) : set.add(picture::carpet(r));
+    floor = plain ? set.add(picture::plaster(r, bgr(128, 126, 122), 0.02))
+                  : set.add(r.chance(0.6) ? picture::carpet(r) : picture::parquet(r));
     ceiling = plain ? flat(bgr(216, 216, 212)) : set.add(picture::ceiling_tile(r));
     light_panel = set.add(cv::Mat(8, 8, CV_8UC3, bgr(252, 252, 246)), 0.3F, true);
-    window = set.add(picture::window_view(r), 0.55F, true);
+    for (int i = 0; i < 2; ++i) windows.push_back(set.add(picture::window_view(r), 0.55F, true));
     wood_light =
         plain ? flat(bgr(206, 190, 160)) : set.add(picture::wood(r, bgr(176, 146, 104), bgr(226, 202, 160)));
     wood_dark =
@@ -376,7 +376,6 @@ struct RoomMaterials {
     pot = set.add(picture::plaster(r, bgr(168, 92, 62), 0.12));
     drawers = set.add(picture::drawers(r, bgr(186, 186, 180)));
     door = set.add(picture::door(r));
-    carpet = set.add(picture::parquet(r));
     mug = set.add(picture::art_poster(r));
     radiator = set.add(picture::keyboard(r));
     for (int i = 0; i < 8; ++i)

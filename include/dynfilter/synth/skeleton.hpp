@@ -40,9 +40,9 @@ struct BodyShape {
   double ankle_height() const { return 0.08 * scale; }
   double hip_height() const { return 0.92 * scale; }
   double hip_half() const { return 0.095 * scale; }
-  double waist() const { return 0.10 * scale; }        // above the hips
-  double shoulder_up() const { return 0.40 * scale; }  // above the waist
-  double shoulder_half() const { return 0.195 * scale; }
+  double waist() const { return 0.10 * scale; }         // above the hips
+  double shoulder_up() const { return 0.395 * scale; }  // above the waist
+  double shoulder_half() const { return 0.182 * scale; }
   double neck_up() const { return 0.47 * scale; }  // above the waist
   double upper_arm() const { return 0.29 * scale; }
   double forearm() const { return 0.26 * scale; }
