@@ -4,7 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <chrono>
+#include <ctime>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/flow.hpp>
 #include <opencv2/core/utility.hpp>
@@ -51,11 +51,10 @@ std::vector<DescriptorSet> descriptor_sets() {
     for (cv::Mat& d : set.descriptors) d.create(1000, 32, CV_8UC1);
     for (int i = 0; i < 1000; ++i) {
       const int octave = static_cast<int>(random() % 8);
-      for (int side = 0; side < 2; ++side) {
+      for (std::vector<cv::KeyPoint>& side : set.keypoints) {
         const auto jitter = [&] { return static_cast<float>(random() % 2000) / 100.0F - 10.0F; };
-        set.keypoints[side].emplace_back(
-            points[static_cast<std::size_t>(i)] + cv::Point2f(jitter(), jitter()), 31.0F, -1.0F, 1.0F,
-            octave);
+        const cv::Point2f moved = points[static_cast<std::size_t>(i)] + cv::Point2f(jitter(), jitter());
+        side.emplace_back(moved, 31.0F, -1.0F, 1.0F, octave);
       }
       for (int b = 0; b < 32; ++b) {
         const auto byte = static_cast<unsigned char>(random() >> 24U);
@@ -68,11 +67,18 @@ std::vector<DescriptorSet> descriptor_sets() {
   return sets;
 }
 
+/// Of this thread alone: other programs on the machine do not count.
+double cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
+
 template <class F>
 double milliseconds(const F& f) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = cpu_ms();
   f();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return cpu_ms() - start;
 }
 
 double median(std::vector<double> values) {
@@ -99,9 +105,10 @@ void compare(benchmark::State& state, const Ours& ours, const Anchor& anchor) {
   state.counters["ratio"] = median(ours_ms) / median(anchor_ms);
 }
 
-void flow(benchmark::State& state, FlowCheck check) {
+void flow(benchmark::State& state, FlowEngine engine, FlowCheck check) {
   static const std::vector<FlowSet> sets = flow_sets();
   FlowParams params;
+  params.engine = engine;
   params.check = check;
   FlowTracker tracker(params);
   ImagePyramid current;
@@ -148,9 +155,22 @@ void descriptors(benchmark::State& state, double search_radius_px, int max_octav
 
 }  // namespace
 
-BENCHMARK_CAPTURE(flow, unchecked, FlowCheck::None)->UseManualTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(flow, residual, FlowCheck::Residual)->UseManualTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(flow, forward_backward, FlowCheck::ForwardBackward)
+BENCHMARK_CAPTURE(flow, own_unchecked, FlowEngine::Own, FlowCheck::None)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(flow, own_residual, FlowEngine::Own, FlowCheck::Residual)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(flow, own_forward_backward, FlowEngine::Own, FlowCheck::ForwardBackward)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(flow, opencv_unchecked, FlowEngine::OpenCv, FlowCheck::None)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(flow, opencv_residual, FlowEngine::OpenCv, FlowCheck::Residual)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(flow, opencv_forward_backward, FlowEngine::OpenCv, FlowCheck::ForwardBackward)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(descriptors, radius_50_px, 50, 1)->UseManualTime()->Unit(benchmark::kMillisecond);

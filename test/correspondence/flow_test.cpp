@@ -13,9 +13,10 @@ namespace {
 const cv::Size kSize(320, 240);
 const float kNan = std::numeric_limits<float>::quiet_NaN();
 
-FlowParams with(FlowCheck check) {
+FlowParams with(FlowCheck check, FlowEngine engine = FlowEngine::Own) {
   FlowParams params;
   params.check = check;
+  params.engine = engine;
   return params;
 }
 
@@ -55,8 +56,9 @@ TEST_CASE("A known sub-pixel shift is recovered to a tenth of a pixel") {
   const cv::Mat current = texture.image(kSize);
   const auto points = test::random_points(kSize, 300, 25, 2);
   for (const cv::Point2d shift : {cv::Point2d(0, 0), {0.37, -0.61}, {3.25, 2.5}, {-9.7, 6.1}})
-    for (const FlowCheck check : {FlowCheck::Residual, FlowCheck::ForwardBackward}) {
-      const Correspondences found = track(current, texture.image(kSize, shift), points, with(check));
+    for (const FlowEngine engine : {FlowEngine::Own, FlowEngine::OpenCv}) {
+      const Correspondences found =
+          track(current, texture.image(kSize, shift), points, with(FlowCheck::ForwardBackward, engine));
       CHECK(found.size() == points.size());
       CHECK(found.count() >= 295);
       check_shift(found, points, shift, 0.1F);
@@ -124,8 +126,8 @@ TEST_CASE("Images smaller than the window are survived") {
     params.border_px = 0;
     const std::vector<cv::Point2f> points{
         {static_cast<float>(size.width - 1) / 2, static_cast<float>(size.height - 1) / 2}, {0, 0}};
-    for (const FlowCheck check : {FlowCheck::None, FlowCheck::Residual, FlowCheck::ForwardBackward}) {
-      params.check = check;
+    for (const FlowEngine engine : {FlowEngine::Own, FlowEngine::OpenCv}) {
+      params.engine = engine;
       const Correspondences found = track(image, image, points, params);
       CHECK(found.size() == 2);
       check_shift(found, points, {0, 0}, 0.1F);

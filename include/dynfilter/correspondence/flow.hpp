@@ -5,6 +5,7 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
+#include <dynfilter/correspondence/lucas_kanade.hpp>
 #include <dynfilter/correspondence/patch_residual.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/video/tracking.hpp>
@@ -20,7 +21,12 @@ enum class FlowCheck {
   ForwardBackward  ///< and tracking back returns to the start: the surest, at twice the cost
 };
 
+/// Own: correspondence/lucas_kanade.hpp; OpenCV's takes its place for windows and processors it is not made
+/// for.
+enum class FlowEngine { Own, OpenCv };
+
 struct FlowParams {
+  FlowEngine engine = FlowEngine::Own;
   int window_px = 21;
   int levels = 3;
   int max_iterations = 30;
@@ -33,6 +39,8 @@ struct FlowParams {
 
   static const FieldTable<FlowParams>& fields() {
     static const FieldTable<FlowParams> table{
+        choice("engine", &FlowParams::engine, {{"own", FlowEngine::Own}, {"opencv", FlowEngine::OpenCv}},
+               "which Lucas-Kanade; equally accurate, own takes less than half of the time"),
         integer("window_px", &FlowParams::window_px, "px", {5, 63}, "side of the square patch"),
         integer("levels", &FlowParams::levels, "", {0, 8},
                 "pyramid levels above the image: each doubles the motion that can be followed"),
@@ -67,7 +75,7 @@ class FlowTracker {
 
   /// The pyramid of an image, built as this tracker needs it.
   void build(const cv::Mat& grey, ImagePyramid& pyramid) const {
-    pyramid.build(grey, params_.window_px, params_.levels);
+    pyramid.build(grey, params_.window_px, params_.levels, !own());
   }
 
   /// `current_px`: distorted pixels. `guess`: where each point is expected in the reference frame, same size,
@@ -137,7 +145,14 @@ class FlowTracker {
     to_ = start_;
   }
 
+  bool own() const { return params_.engine == FlowEngine::Own && LucasKanade::supports(params_.window_px); }
+
   void lucas_kanade(const ImagePyramid& a, const ImagePyramid& b, const Points& from, Points& to) {
+    if (own()) {
+      const LucasKanade tracker{params_.window_px, params_.levels, params_.max_iterations, params_.epsilon_px,
+                                params_.min_eigenvalue};
+      return tracker.track(a.levels(), b.levels(), 1, from, to, status_);
+    }
     const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, params_.max_iterations,
                                     params_.epsilon_px);
     cv::calcOpticalFlowPyrLK(a.levels(), b.levels(), from, to, status_, cv::noArray(),

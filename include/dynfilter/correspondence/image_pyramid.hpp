@@ -8,9 +8,10 @@
 
 namespace dynfilter {
 
-/// A grey image as pyramidal LK wants it: each level with a border of one window and with its derivatives. It
-/// owns a deep copy, and building again for an image of the same size allocates nothing. Move-only, because
-/// copies of cv::Mat share pixels; keep several for several earlier frames and std::swap them.
+/// A grey image as pyramidal LK wants it: each level with a border of one window, and its derivatives if
+/// asked for. It owns a deep copy, and building again for an image of the same size allocates nothing.
+/// Move-only, because copies of cv::Mat share pixels; keep several for several earlier frames and std::swap
+/// them.
 class ImagePyramid {
  public:
   ImagePyramid() = default;
@@ -23,8 +24,8 @@ class ImagePyramid {
   }
 
   /// `grey` is CV_8UC1 of any size; anything else leaves the pyramid empty. `levels` are those above the
-  /// image itself, fewer for small images. Cost: about 5 % of tracking 1000 features.
-  void build(const cv::Mat& grey, int window_px, int levels) {
+  /// image itself, fewer for small images. OpenCV's tracker wants derivatives.
+  void build(const cv::Mat& grey, int window_px, int levels, bool derivatives = true) {
     if (grey.empty() || grey.type() != CV_8UC1 || window_px < 3 || levels < 0) {
       clear();
       return;
@@ -32,7 +33,7 @@ class ImagePyramid {
     window_px_ = window_px;
     size_ = grey.size();
     // Isolated: a region of a larger image must not look at the pixels around it.
-    cv::buildOpticalFlowPyramid(grey, levels_, {window_px, window_px}, levels, true,
+    cv::buildOpticalFlowPyramid(grey, levels_, {window_px, window_px}, levels, derivatives,
                                 cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED, cv::BORDER_CONSTANT, false);
   }
 
@@ -42,7 +43,7 @@ class ImagePyramid {
   bool empty() const { return size_.empty(); }
   cv::Size size() const { return size_; }
   int window_px() const { return window_px_; }
-  /// Images and derivatives in turn, as cv::calcOpticalFlowPyrLK takes them.
+  /// Images, in turn with derivatives if there are any, as cv::calcOpticalFlowPyrLK takes them.
   const std::vector<cv::Mat>& levels() const { return levels_; }
   cv::Mat image() const { return empty() ? cv::Mat() : levels_[0]; }
 
