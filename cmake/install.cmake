@@ -1,4 +1,4 @@
-# Headers, targets, find_package support, presets and (when built) the command and the modules.
+# Headers, targets, find_package support and presets. The command and the modules install themselves.
 if(NOT DYNFILTER_INSTALL)
   return()
 endif()
@@ -9,9 +9,6 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/dynfilter" DESTINATION ${CMAKE_
         COMPONENT development FILES_MATCHING PATTERN "*.hpp")
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/pipelines" DESTINATION ${DYNFILTER_DATA_DESTINATION}
         COMPONENT runtime OPTIONAL FILES_MATCHING PATTERN "*.yaml")
-if(TARGET dynfilter_command)
-  install(TARGETS dynfilter_command DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime)
-endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
 
 # One export per component, so that a user who asks for two components needs what those two need and no more.

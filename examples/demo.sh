@@ -15,8 +15,8 @@ choose_tools
 echo "Building (a few minutes the first time) ..."
 mkdir -p build "$out"
 cmake --preset command >build/command.log 2>&1 || { cat build/command.log; exit 1; }
-cmake --build --preset command -j "$jobs" --target dynfilter_command
-dynfilter=build/command/bin/dynfilter
+cmake --build --preset command -j "$jobs" --target dynfilter
+dynfilter=build/command/examples/dynfilter/dynfilter
 
 sequence=$out/walking_xyz
 [ -f "$sequence/groundtruth.txt" ] || "$dynfilter" synth walking_xyz "$sequence"
