@@ -37,6 +37,11 @@ int dispatch(int argc, char** argv) {
   app.set_version_flag("--version", DYNFILTER_VERSION);
   app.require_subcommand(1);
   Action action;
+  add_filters(app, action);
+  add_check(app, action);
+  add_synth(app, action);
+  add_run(app, action);
+  add_compare(app, action);
   add_eval(app, action);
   check_subcommand(app, argc > 1 ? argv[1] : "");
   try {

@@ -22,9 +22,8 @@ struct RpeResult {
 
 namespace detail {
 
-/// The binary search of the TUM tools: the best of the elements that the search touches, which need not be
-/// the closest of all, and their figures hang on it.
-inline std::size_t touched_closest(const std::vector<double>& sorted, double value) {
+/// The closest of all; of two equally close ones the one that the binary search of the TUM tools meets first.
+inline std::size_t closest_index(const std::vector<double>& sorted, double value) {
   std::size_t begin = 0, end = sorted.size(), best = 0;
   double gap = std::abs(sorted[0] - value);
   while (begin < end) {
@@ -73,10 +72,10 @@ inline RpeResult relative_pose_error(const io::Trajectory& truth, const io::Traj
   const double max_gap_s = 2 * detail::median_interval_s(truth_s);
   std::vector<double> translation_m, rotation_deg;
   for (std::size_t i = 0; i < estimate.size() && !truth.empty(); ++i) {
-    const std::size_t j = detail::touched_closest(estimate_s, estimate_s[i] + delta_s);
+    const std::size_t j = detail::closest_index(estimate_s, estimate_s[i] + delta_s);
     if (j + 1 == estimate.size()) continue;
-    const std::size_t a = detail::touched_closest(truth_s, estimate_s[i]);
-    const std::size_t b = detail::touched_closest(truth_s, estimate_s[j]);
+    const std::size_t a = detail::closest_index(truth_s, estimate_s[i]);
+    const std::size_t b = detail::closest_index(truth_s, estimate_s[j]);
     const double gap_s = std::max(std::abs(truth_s[a] - estimate_s[i]), std::abs(truth_s[b] - estimate_s[j]));
     if (!(gap_s <= max_gap_s)) continue;
     const Pose moved = inverse(estimate[j].T_world_camera) * estimate[i].T_world_camera;

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <dynfilter/eval/statistics.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "progress.hpp"
+#include "run_options.hpp"
+#include "run_summary.hpp"
+#include "sequence_run.hpp"
+
+namespace dynfilter::command {
+namespace {
+
+struct CompareOptions {
+  std::vector<std::string> sequences, pipelines;
+  RunOptions run;
+  bool variants = false, json = false;
+};
+
+struct Row {
+  Summary summary;
+  std::string variant;  ///< "" unless variants were asked for
+};
+
+/// A pipeline over all its rows.
+struct Medians {
+  std::string pipeline;
+  std::size_t runs = 0, frames = 0, tracked_frames = 0;
+  double ate_median_m = NAN, ate_max_m = NAN, recall = NAN, static_kept = NAN, total_ms = NAN;
+};
+
+std::vector<RunOptions> runs_of(const CompareOptions& options, const std::string& sequence,
+                                const std::string& pipeline) {
+  RunOptions run = options.run;
+  run.sequence = sequence;
+  run.pipeline = pipeline;
+  if (!options.variants) return {run};
+  std::vector<RunOptions> runs;
+  for (const bool reverse : {false, true}) {
+    for (const std::size_t start : {0, 5, 10}) {
+      run.reverse = reverse;
+      run.start = start;
+      runs.push_back(run);
+    }
+  }
+  return runs;
+}
+
+std::vector<Row> run_all(const CompareOptions& options) {
+  std::vector<Row> rows;
+  for (const std::string& sequence : options.sequences) {
+    for (const std::string& pipeline : options.pipelines) {
+      for (const RunOptions& run : runs_of(options, sequence, pipeline)) {
+        Progress bar(fmt::format("{} on {}", pipeline, sequence));
+        Row row{run_sequence(run, [&](std::size_t done, std::size_t total) { bar.at(done, total); }), ""};
+        if (options.variants)
+          row.variant = fmt::format("{} from {}", run.reverse ? "reverse" : "forward", run.start);
+        rows.push_back(std::move(row));
+      }
+    }
+  }
+  return rows;
+}
+
+double median_of_known(const std::vector<Row>& rows, double Summary::*member) {
+  std::vector<double> known;
+  for (const Row& row : rows) {
+    if (std::isfinite(row.summary.*member)) known.push_back(row.summary.*member);
+  }
+  return eval::median(known);
+}
+
+Medians medians_of(const std::string& pipeline, const std::vector<Row>& rows) {
+  Medians m;
+  m.pipeline = pipeline;
+  m.runs = rows.size();
+  for (const Row& row : rows) {
+    m.frames += row.summary.frames;
+    m.tracked_frames += row.summary.tracked_frames;
+    if (!(m.ate_max_m >= row.summary.ate_rmse_m)) m.ate_max_m = row.summary.ate_rmse_m;
+  }
+  m.ate_median_m = median_of_known(rows, &Summary::ate_rmse_m);
+  m.recall = median_of_known(rows, &Summary::recall);
+  m.static_kept = median_of_known(rows, &Summary::static_kept);
+  m.total_ms = median_of_known(rows, &Summary::total_ms);
+  return m;
+}
+
+// In the order in which the pipelines first appear.
+std::vector<Medians> all_medians(const std::vector<Row>& rows) {
+  std::vector<std::string> names;
+  for (const Row& row : rows) {
+    if (std::find(names.begin(), names.end(), row.summary.pipeline) == names.end())
+      names.push_back(row.summary.pipeline);
+  }
+  std::vector<Medians> medians;
+  for (const std::string& name : names) {
+    std::vector<Row> of_name;
+    std::copy_if(rows.begin(), rows.end(), std::back_inserter(of_name),
+                 [&](const Row& row) { return row.summary.pipeline == name; });
+    medians.push_back(medians_of(name, of_name));
+  }
+  return medians;
+}
+
+void print_json(const std::vector<Row>& rows) {
+  Json json{{"rows", Json::array()}, {"medians", Json::array()}};
+  for (const Row& row : rows) {
+    json["rows"].push_back(named_json(row.summary));
+    if (!row.variant.empty()) json["rows"].back()["variant"] = row.variant;
+  }
+  for (const Medians& m : all_medians(rows)) {
+    json["medians"].push_back({{"pipeline", m.pipeline},
+                               {"runs", m.runs},
+                               {"frames", m.frames},
+                               {"tracked_frames", m.tracked_frames},
+                               {"ate_rmse_m", number_or_null(m.ate_median_m)},
+                               {"ate_rmse_max_m", number_or_null(m.ate_max_m)},
+                               {"recall", number_or_null(m.recall)},
+                               {"static_kept", number_or_null(m.static_kept)},
+                               {"ms_total", number_or_null(m.total_ms)}});
+  }
+  fmt::print("{}\n", json.dump(2));
+}
+
+std::string cell(double value, int digits) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
+}
+
+using Table = std::vector<std::vector<std::string>>;
+
+// The first `left` columns to the left, figures to the right.
+void print_table(const Table& table, std::size_t left) {
+  std::vector<std::size_t> widths(table[0].size(), 0);
+  for (const auto& line : table) {
+    for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], line[c].size());
+  }
+  for (const auto& line : table) {
+    std::string text;
+    for (std::size_t c = 0; c < line.size(); ++c) {
+      text += c < left ? fmt::format("{:<{}}  ", line[c], widths[c])
+                       : fmt::format("{:>{}}  ", line[c], widths[c]);
+    }
+    fmt::print("{}\n", text.substr(0, text.find_last_not_of(' ') + 1));
+  }
+}
+
+void print_text(const std::vector<Row>& rows) {
+  Table table{{"sequence", "pipeline", "tracked", "ATE m", "RPE m", "RPE deg", "precision", "recall", "kept",
+               "features", "rejected", "ms", "filters ms"}};
+  for (const Row& row : rows) {
+    const Summary& s = row.summary;
+    table.push_back({row.variant.empty() ? s.sequence : s.sequence + ", " + row.variant, s.pipeline,
+                     fmt::format("{}/{}", s.tracked_frames, s.frames), cell(s.ate_rmse_m, 4),
+                     cell(s.rpe_trans_rmse_m, 4), cell(s.rpe_rot_rmse_deg, 3), cell(s.precision, 3),
+                     cell(s.recall, 3), cell(s.static_kept, 3), cell(s.features_mean, 0),
+                     cell(s.rejected_mean, 0), cell(s.total_ms, 1), cell(s.filters_ms, 2)});
+  }
+  print_table(table, 2);
+  const std::vector<Medians> medians = all_medians(rows);
+  if (medians.size() < rows.size()) {
+    Table summary{{"median of all runs", "runs", "tracked", "ATE m", "worst", "recall", "kept", "ms"}};
+    for (const Medians& m : medians) {
+      summary.push_back({m.pipeline, std::to_string(m.runs), fmt::format("{}/{}", m.tracked_frames, m.frames),
+                         cell(m.ate_median_m, 4), cell(m.ate_max_m, 4), cell(m.recall, 3),
+                         cell(m.static_kept, 3), cell(m.total_ms, 1)});
+    }
+    fmt::print("\n");
+    print_table(summary, 1);
+  }
+  std::vector<std::string> said;
+  for (const Row& row : rows) {
+    for (const std::string& note : row.summary.notes) {
+      const std::string line = row.summary.sequence + ", " + row.summary.pipeline + ": " + note;
+      if (std::find(said.begin(), said.end(), line) != said.end()) continue;
+      said.push_back(line);
+      fmt::print("{}note: {}\n", said.size() == 1 ? "\n" : "", line);
+    }
+  }
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, Action& action) {
+  auto options = std::make_shared<CompareOptions>();
+  CLI::App* command = app.add_subcommand("compare",
+                                         "Runs several pipelines on one or more sequences and prints one "
+                                         "table; with more runs than pipelines also\n"
+                                         "each pipeline's median (several seeds of a scene, or --variants).");
+  command->add_option("SEQUENCE", options->sequences, "folders")->required();
+  command->add_option("--pipelines", options->pipelines, "presets or YAML files, with commas between")
+      ->required()
+      ->delimiter(',');
+  add_run_options(*command, options->run);
+  command->add_flag("--variants", options->variants,
+                    "six runs each: forward and in reverse, from frames 0, 5 and 10");
+  command->add_flag("--json", options->json, "print JSON");
+  command->callback([options, &action] {
+    action = [options] {
+      const std::vector<Row> rows = run_all(*options);
+      options->json ? print_json(rows) : print_text(rows);
+      const bool all_lost = std::any_of(rows.begin(), rows.end(),
+                                        [](const Row& row) { return row.summary.tracked_frames == 0; });
+      return static_cast<int>(all_lost ? kFailed : kDone);
+    };
+  });
+}
+
+}  // namespace dynfilter::command

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <dynfilter/pipeline/yaml.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "command_registry.hpp"
+#include "json.hpp"
+
+namespace dynfilter::command {
+namespace {
+
+struct FiltersOptions {
+  std::string name;
+  std::vector<std::string> plugins;
+  bool json = false;
+};
+
+Json card_json(const FilterCard& card) {
+  Json parameters = Json::array();
+  for (const FieldInfo& field : card.parameters) {
+    parameters.push_back({{"name", field.name},
+                          {"type", field.type},
+                          {"unit", field.unit},
+                          {"default", field.default_value},
+                          {"range", field.range},
+                          {"doc", field.doc}});
+  }
+  return {{"name", card.name},
+          {"summary", card.summary},
+          {"required", to_string(card.needs.required)},
+          {"optional", to_string(card.needs.optional)},
+          {"history_frames", card.needs.history_frames},
+          {"parameters", parameters}};
+}
+
+Json combinator_json(const CombinatorCard& card) {
+  return {{"name", card.name}, {"form", card.form}, {"summary", card.summary}};
+}
+
+void print_card(const FilterCard& card) {
+  fmt::print("{}: {}\n\n", card.name, card.summary);
+  fmt::print("  needs       {}\n", to_string(card.needs.required));
+  if (card.needs.optional != Input::None)
+    fmt::print("  uses        {}, where given\n", to_string(card.needs.optional));
+  if (card.needs.history_frames > 0)
+    fmt::print("  looks back  {} frames at most (by default)\n", card.needs.history_frames);
+  if (card.parameters.empty()) {
+    fmt::print("\nno parameters\n");
+    return;
+  }
+  std::size_t name_width = 0;
+  for (const FieldInfo& field : card.parameters) name_width = std::max(name_width, field.name.size());
+  fmt::print("\nparameters (default, range)\n");
+  for (const FieldInfo& field : card.parameters) {
+    fmt::print("  {:{}}  {}{}{}\n", field.name, name_width, field.default_value,
+               field.unit.empty() ? "" : " " + field.unit,
+               field.range.empty() ? "" : "   [" + field.range + "]");
+    fmt::print("  {:{}}    {}\n", "", name_width, field.doc);
+  }
+}
+
+void print_list(const Registry& registry) {
+  fmt::print("rejectors\n");
+  for (const std::string& name : registry.names()) {
+    const FilterCard& card = registry.find(name)->card;
+    fmt::print("  {:24} {}\n  {:24}   needs {}\n", name, card.summary, "", to_string(card.needs.required));
+  }
+  fmt::print("\ncombinators\n");
+  for (const CombinatorCard& card : combinator_cards()) {
+    fmt::print("  {:24} {}\n  {:24}   {}: {}\n", card.name, card.summary, "", card.name, card.form);
+  }
+  fmt::print("\n`dynfilter filters NAME` prints a card with all parameters.\n");
+}
+
+void print_list_json(const Registry& registry) {
+  Json json{{"filters", Json::array()}, {"combinators", Json::array()}};
+  for (const std::string& name : registry.names())
+    json["filters"].push_back(card_json(registry.find(name)->card));
+  for (const CombinatorCard& card : combinator_cards()) json["combinators"].push_back(combinator_json(card));
+  fmt::print("{}\n", json.dump(2));
+}
+
+int print_one(const Registry& registry, const FiltersOptions& options) {
+  if (const Registry::Entry* entry = registry.find(options.name)) {
+    options.json ? fmt::print("{}\n", card_json(entry->card).dump(2)) : print_card(entry->card);
+    return kDone;
+  }
+  std::string known;
+  for (const std::string& name : registry.names()) known += name + ", ";
+  for (const CombinatorCard& card : combinator_cards()) {
+    if (card.name == options.name) {
+      options.json ? fmt::print("{}\n", combinator_json(card).dump(2))
+                   : fmt::print("{}: {}\n\n  {}: {}\n", card.name, card.summary, card.name, card.form);
+      return kDone;
+    }
+    known += (known.empty() || known.back() == ' ' ? "" : ", ") + card.name;
+  }
+  throw ConfigError("", "unknown filter `" + options.name + "`; known: " + known);
+}
+
+}  // namespace
+
+void add_filters(CLI::App& app, Action& action) {
+  auto options = std::make_shared<FiltersOptions>();
+  CLI::App* command = app.add_subcommand(
+      "filters",
+      "Lists rejectors and combinators; with NAME its card: needs, parameters, defaults, units, ranges.");
+  command->add_option("NAME", options->name, "a rejector or a combinator");
+  command->add_option("--plugin", options->plugins,
+                      "load rejectors from this module as well (runs its code)");
+  command->add_flag("--json", options->json, "print JSON");
+  command->callback([options, &action] {
+    action = [options] {
+      const Registry registry = command_registry(options->plugins);
+      if (!options->name.empty()) return print_one(registry, *options);
+      options->json ? print_list_json(registry) : print_list(registry);
+      return static_cast<int>(kDone);
+    };
+  });
+}
+
+}  // namespace dynfilter::command

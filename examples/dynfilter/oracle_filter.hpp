@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/context/context.hpp>
+#include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <utility>
+
+namespace dynfilter::command {
+
+/// The labels of the frame that is being judged (CV_8UC1, 0 = static); whoever plays the sequence fills it.
+struct OracleLabels {
+  cv::Mat labels;
+};
+
+/// What perfect knowledge would reach: rejects the features that lie on a labelled mover of a synthetic
+/// sequence, moving or not. A filter of the command's own, not of the toolkit: this is all that one takes.
+class OracleFilter final : public Filter {
+ public:
+  static constexpr const char* kName = "oracle";
+
+  explicit OracleFilter(std::shared_ptr<const OracleLabels> truth) : truth_(std::move(truth)) {}
+
+  std::string name() const override { return kName; }
+  Needs needs() const override { return {}; }
+
+  void apply(Context& context, Votes& votes) override {
+    const cv::Mat& labels = truth_->labels;
+    if (labels.empty()) return context.note("no labels");
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      const int x = cvRound(context.pixels()[i].x), y = cvRound(context.pixels()[i].y);
+      if (x < 0 || y < 0 || x >= labels.cols || y >= labels.rows) continue;
+      votes.cast(i, labels.at<std::uint8_t>(y, x) > 0 ? Vote::Dynamic : Vote::Static);
+    }
+  }
+
+ private:
+  std::shared_ptr<const OracleLabels> truth_;
+};
+
+inline void add_oracle(Registry& registry, std::shared_ptr<const OracleLabels> truth) {
+  FilterCard card;
+  card.name = OracleFilter::kName;
+  card.summary = "features on labelled movers of a synthetic sequence (only in this command)";
+  registry.add({card, [truth](const YamlNode& node) -> std::unique_ptr<Filter> {
+                  if (!node.is_none()) node.fail("`oracle` has no parameters");
+                  return std::make_unique<OracleFilter>(truth);
+                }});
+}
+
+}  // namespace dynfilter::command

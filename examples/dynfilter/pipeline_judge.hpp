@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <map>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "odometry/feature_judge.hpp"
+#include "overlay.hpp"
+
+namespace dynfilter::command {
+
+/// What the pipeline said about one frame, all call points together, per feature as extracted.
+struct FrameVerdict {
+  std::vector<MarkedFeature> features;
+  std::vector<std::string> notes;  ///< "stage: note" and the frame's own
+  double correspondence_ms = 0, filters_ms = 0;
+
+  std::size_t count(Vote vote) const {
+    return static_cast<std::size_t>(std::count_if(
+        features.begin(), features.end(), [&](const MarkedFeature& f) { return f.decision == vote; }));
+  }
+  std::size_t restored() const {
+    return static_cast<std::size_t>(
+        std::count_if(features.begin(), features.end(), [](const MarkedFeature& f) { return f.restored; }));
+  }
+};
+
+/// The pipeline as the odometry's judge; keeps the record of the frame for files and pictures.
+class PipelineJudge final : public odometry::FeatureJudge {
+ public:
+  explicit PipelineJudge(PipelineConfig config) : pipeline_(std::move(config)) {}
+
+  Flags before_pose(const FrameView& view) override {
+    record_ = FrameVerdict();
+    for (const cv::KeyPoint& keypoint : view.keypoints)
+      record_.features.push_back({keypoint.pt, Vote::Unknown, false, 0});
+    alive_.resize(view.size());
+    std::iota(alive_.begin(), alive_.end(), std::size_t{0});
+    return judge(view, CallPoint::BeforePose);
+  }
+  Flags after_pose(const FrameView& view) override { return judge(view, CallPoint::AfterPose); }
+  Flags at_keyframe(const FrameView& view) override { return judge(view, CallPoint::AtKeyframe); }
+  void reset() override { pipeline_.reset(); }
+
+  const FrameVerdict& record() const { return record_; }
+  const Pipeline& pipeline() const { return pipeline_; }
+  /// What the bits of MarkedFeature::reasons mean, so far.
+  const std::vector<std::string>& stages() const { return stages_; }
+  /// The same as words: "semantic_box+epipolar".
+  std::string reason(const MarkedFeature& feature) const {
+    std::string text;
+    for (std::size_t k = 0; k < stages_.size() && k < 64; ++k) {
+      if ((feature.reasons >> k & 1U) != 0) text += (text.empty() ? "" : "+") + stages_[k];
+    }
+    return text;
+  }
+
+ private:
+  bool idle() const {
+    return !pipeline_.stages(CallPoint::BeforePose) && !pipeline_.stages(CallPoint::AfterPose) &&
+           !pipeline_.stages(CallPoint::AtKeyframe);
+  }
+
+  Flags judge(const FrameView& view, CallPoint point) {
+    if (idle()) return {};
+    if (point == CallPoint::AfterPose && !pipeline_.stages(point)) {
+      pipeline_.update_pose(view.id, view.T_world_camera, view.pose_provenance);
+      return {};
+    }
+    const Verdict& verdict = pipeline_.process(view, point);
+    record_.correspondence_ms += verdict.report.correspondence_ms;
+    record_.filters_ms += verdict.report.total_ms - verdict.report.correspondence_ms;
+    flags_.assign(view.size(), 0);
+    if (pipeline_.stages(point)) take(verdict);
+    return flags_;
+  }
+
+  void take(const Verdict& verdict) {
+    note(verdict.report);
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < verdict.size(); ++i) {
+      MarkedFeature& feature = record_.features[alive_[i]];
+      if (verdict.decision[i] != Vote::Unknown || verdict.restored[i]) feature.decision = verdict.decision[i];
+      feature.restored = feature.restored || verdict.restored[i];
+      feature.reasons |= named_reasons(verdict, i);
+      flags_[i] = verdict.keep(i) ? 0 : 1;
+      if (verdict.keep(i)) alive_[left++] = alive_[i];
+    }
+    alive_.resize(left);
+  }
+
+  void note(const FrameReport& report) {
+    for (const StageReport& stage : report.stages) {
+      if (stage.skipped || stage.failed) record_.notes.push_back(stage.name + ": " + stage.note);
+    }
+    record_.notes.insert(record_.notes.end(), report.notes.begin(), report.notes.end());
+  }
+
+  // Stages of one name (inside and outside of a region) are one reason for the reader.
+  std::uint64_t named_reasons(const Verdict& verdict, std::size_t i) {
+    std::uint64_t bits = 0;
+    for (std::size_t k = 0; k < verdict.report.stages.size() && k < 64; ++k) {
+      if ((verdict.reasons[i] >> k & 1U) != 0)
+        bits |= std::uint64_t{1} << bit_of(verdict.report.stages[k].name);
+    }
+    return bits;
+  }
+  std::size_t bit_of(const std::string& name) {
+    const auto found = std::find(stages_.begin(), stages_.end(), name);
+    if (found != stages_.end()) return static_cast<std::size_t>(found - stages_.begin());
+    if (stages_.size() < 64) stages_.push_back(name);
+    return stages_.size() - 1;
+  }
+
+  Pipeline pipeline_;
+  FrameVerdict record_;
+  std::vector<std::size_t> alive_;  ///< view index -> feature as extracted
+  std::vector<std::uint8_t> flags_;
+  std::vector<std::string> stages_;
+};
+
+}  // namespace dynfilter::command

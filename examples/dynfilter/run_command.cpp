@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "command.hpp"
+#include "progress.hpp"
+#include "run_options.hpp"
+#include "run_summary.hpp"
+#include "sequence_run.hpp"
+
+namespace dynfilter::command {
+namespace {
+
+std::string figure(double value, const char* unit) {
+  return std::isfinite(value) ? fmt::format("{:.4f}{}", value, unit) : "-";
+}
+
+void print_text(const Summary& s, const std::string& out) {
+  fmt::print("{} on {}\n", s.pipeline, s.sequence);
+  fmt::print("  tracked       {} of {} frames\n", s.tracked_frames, s.frames);
+  fmt::print("  ATE rmse      {}\n", figure(s.ate_rmse_m, " m"));
+  fmt::print("  RPE rmse      {}, {}   (one second apart)\n", figure(s.rpe_trans_rmse_m, " m"),
+             figure(s.rpe_rot_rmse_deg, " deg"));
+  fmt::print("  precision     {}\n  recall        {}\n  static kept   {}\n", figure(s.precision, ""),
+             figure(s.recall, ""), figure(s.static_kept, ""));
+  fmt::print("  features      {:.0f} a frame, {:.0f} of them rejected\n", s.features_mean, s.rejected_mean);
+  fmt::print(
+      "  time          {:.1f} ms a frame: extraction {:.1f}, correspondence {:.1f}, filters {:.2f}, tracking "
+      "{:.1f}\n",
+      s.total_ms, s.extraction_ms, s.correspondence_ms, s.filters_ms, s.tracking_ms);
+  for (const std::string& note : s.notes) fmt::print("  note: {}\n", note);
+  if (!out.empty()) fmt::print("  written to {}\n", out);
+}
+
+int run(const RunOptions& options, bool json) {
+  Summary summary;
+  {
+    Progress bar(options.pipeline);
+    summary = run_sequence(options, [&](std::size_t done, std::size_t total) { bar.at(done, total); });
+  }
+  if (json) {
+    fmt::print("{}\n", named_json(summary).dump(2));
+  } else {
+    print_text(summary, options.out);
+  }
+  if (summary.tracked_frames > 0) return kDone;
+  fmt::print(stderr, "dynfilter: no frame could be tracked\n");
+  return kFailed;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Action& action) {
+  auto options = std::make_shared<RunOptions>();
+  auto json = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand(
+      "run",
+      "Runs the reference RGB-D odometry with a pipeline on a TUM RGB-D or Bonn folder as downloaded, or on "
+      "one\n"
+      "that synth wrote. DIR gets trajectory.txt, frames.csv, verdicts.csv, summary.json and overlay/.");
+  command->add_option("SEQUENCE", options->sequence, "folder")->required();
+  command
+      ->add_option("--pipeline", options->pipeline,
+                   "a preset's name (none, oracle, rts_slam, ...) or a YAML file")
+      ->required();
+  add_run_options(*command, *options);
+  command->add_option("--out", options->out, "folder for the results; they appear when all is done");
+  command->add_option("--overlay-every", options->overlay_every,
+                      "a picture of every n-th frame (default: about fifty in all)");
+  command->add_flag("--json", *json, "print JSON");
+  command->callback([options, json, &action] { action = [options, json] { return run(*options, *json); }; });
+}
+
+}  // namespace dynfilter::command

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "sequence_run.hpp"
+
+namespace dynfilter::command {
+
+/// The options that `run` and `compare` share.
+inline void add_run_options(CLI::App& command, RunOptions& options) {
+  command.add_option("--camera", options.camera,
+                     "camera file (keys as in ORB-SLAM settings) instead of the one found");
+  command.add_option("--detections", options.detections,
+                     "boxes; by default detections.txt or detections_*.txt of the sequence");
+  command.add_option("--start", options.start,
+                     "leave out so many frames at the beginning (with --reverse: of the reversed sequence)");
+  command.add_option("--frames", options.frames, "play at most so many frames");
+  command.add_flag("--reverse", options.reverse, "play from the last frame to the first");
+  command.add_option("--plugin", options.plugins, "load rejectors from this module as well (runs its code)");
+  command.add_option("--threads", options.threads, "OpenCV's threads; verdicts do not depend on it")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+}
+
+}  // namespace dynfilter::command

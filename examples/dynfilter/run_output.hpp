@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <cstddef>
+#include <dynfilter/io/atomic_folder.hpp>
+#include <dynfilter/io/trajectory.hpp>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "pipeline_judge.hpp"
+#include "run_summary.hpp"
+
+namespace dynfilter::command {
+
+/// The files of a run. They appear together when finish() has come through, or not at all.
+class RunOutput {
+ public:
+  RunOutput(const std::filesystem::path& folder, std::size_t frames, std::size_t overlay_every)
+      : folder_(folder), every_(overlay_every > 0 ? overlay_every : (frames + kPictures - 1) / kPictures) {
+    std::filesystem::create_directory(folder_.path() / "overlay");
+  }
+
+  /// verdicts.csv and, now and then, a picture.
+  void add(const FrameRow& row, const PipelineJudge& judge, OverlayFrame picture) {
+    for (const MarkedFeature& f : judge.record().features) {
+      fmt::format_to(std::back_inserter(verdicts_), "{},{:.2f},{:.2f},{},{},{}\n", row.index, f.pixel.x,
+                     f.pixel.y, to_string(f.decision), f.restored ? 1 : 0, judge.reason(f));
+    }
+    if (count_++ % every_ != 0) return;
+    picture.features = judge.record().features;
+    picture.stages = judge.stages();
+    const std::filesystem::path path = folder_.path() / "overlay" / fmt::format("{:06}.png", row.index);
+    if (!cv::imwrite(path.string(), overlay_.draw(picture), {cv::IMWRITE_PNG_COMPRESSION, 3})) {
+      throw IoError(path.string() + ": cannot write the picture");
+    }
+  }
+
+  void finish(const std::vector<FrameRow>& rows, const io::Trajectory& trajectory, const Summary& summary) {
+    io::write_tum_trajectory(folder_.path() / "trajectory.txt", trajectory);
+    write("frames.csv", frames_csv(rows));
+    write("verdicts.csv", "frame,x_px,y_px,verdict,restored,reasons\n" + verdicts_);
+    write("summary.json", to_json(summary).dump(2) + "\n");
+    folder_.commit();
+  }
+
+ private:
+  static constexpr std::size_t kPictures = 50;
+
+  static std::string frames_csv(const std::vector<FrameRow>& rows) {
+    std::string csv =
+        "frame,timestamp_s,state,keyframe,relocalised,features,static,dynamic,unknown,restored,tracked_"
+        "points,"
+        "dynamic_rejected,dynamic_kept,static_rejected,static_kept,dont_care,total_ms,extraction_ms,"
+        "correspondence_ms,filters_ms,tracking_ms,note\n";
+    for (const FrameRow& r : rows) {
+      csv += fmt::format(
+          "{},{:.6f},{},{:d},{:d},{},{},{},{},{},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},\"{}"
+          "\"\n",
+          r.index, r.timestamp_s, r.state, r.keyframe, r.relocalised, r.features, r.of_static, r.dynamic,
+          r.unknown, r.restored, r.tracked_points, r.truth.dynamic_rejected, r.truth.dynamic_kept,
+          r.truth.static_rejected, r.truth.static_kept_count, r.truth.dont_care, r.total_ms(),
+          r.extraction_ms, r.correspondence_ms, r.filters_ms, r.tracking_ms, r.note);
+    }
+    return csv;
+  }
+
+  void write(const char* name, const std::string& text) {
+    io::write_file_atomically(folder_.path() / name, [&](std::ostream& out) { out << text; });
+  }
+
+  io::AtomicFolder folder_;
+  std::size_t every_, count_ = 0;
+  Overlay overlay_;
+  std::string verdicts_;
+};
+
+}  // namespace dynfilter::command

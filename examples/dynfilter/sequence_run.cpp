@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+#include "sequence_run.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "command_registry.hpp"
+#include "odometry/odometry.hpp"
+#include "pipeline_judge.hpp"
+#include "run_input.hpp"
+#include "run_output.hpp"
+
+namespace dynfilter::command {
+namespace {
+
+bool uses_stage(const Pipeline& pipeline, const std::string& name) {
+  bool found = false;
+  for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
+    if (const Stage* root = pipeline.stages(point)) {
+      root->for_each([&](const Stage& stage, int) { found = found || stage.name() == name; });
+    }
+  }
+  return found;
+}
+
+bool has_any_depth(const io::RgbdFrame& frame) {
+  return !frame.depth.empty() && cv::countNonZero(frame.depth) > 0;
+}
+
+class SequenceRun {
+ public:
+  explicit SequenceRun(const RunOptions& options)
+      : options_(options),
+        truth_(std::make_shared<OracleLabels>()),
+        judge_(load_pipeline(options.pipeline, command_registry(options.plugins, truth_))),
+        sequence_(open_sequence(options)),
+        order_(playing_order(options, sequence_.size())),
+        odometry_(sequence_.camera(), odometry::OdometryOptions(), &judge_) {
+    summary_.sequence = sequence_.name();
+    summary_.pipeline = judge_.pipeline().name();
+    summary_.notes = sequence_.notes();
+    ground_truth_ = sequence_.ground_truth();
+    detections_ = load_detections(options, sequence_, summary_.notes);
+    oracle_ = uses_stage(judge_.pipeline(), OracleFilter::kName);
+    if (oracle_ && !sequence_.has_labels())
+      throw IoError(options.sequence + ": has no labels/, which `oracle` needs");
+    // In reverse "has moved over the last frames" is another question than the truth images answer.
+    judged_by_truth_ = sequence_.has_labels() && !options.reverse;
+    if (sequence_.has_labels() && options.reverse)
+      summary_.notes.emplace_back("played in reverse: no precision and recall");
+    if (!options.out.empty()) output_.emplace(options.out, order_.size(), options.overlay_every);
+  }
+
+  Summary run(const std::function<void(std::size_t, std::size_t)>& progress) {
+    for (std::size_t k = 0; k < order_.size(); ++k) {
+      progress(k, order_.size());
+      play(order_[k]);
+    }
+    if (!any_depth_) throw IoError(options_.sequence + ": no frame has any depth");
+    if (blank_depth_ > 0)
+      count_note(fmt::format("{} with a depth image of zeros only", frames(blank_depth_)));
+    for (const auto& [note, times] : notes_) count_note(fmt::format("{} ({})", note, frames(times)));
+    summarise_frames(rows_, summary_);
+    const io::Trajectory estimate = trajectory();
+    summarise_trajectory(ground_truth_, estimate, summary_);
+    if (output_) output_->finish(rows_, estimate, summary_);
+    return summary_;
+  }
+
+ private:
+  static std::string frames(std::size_t n) { return fmt::format("{} {}", n, n == 1 ? "frame" : "frames"); }
+  void count_note(std::string note) { summary_.notes.push_back(std::move(note)); }
+
+  // A front end wants time to go on: in reverse the stamps are mirrored at the first frame.
+  double played_s(std::size_t i) const {
+    const double stamp_s = sequence_.timestamp_s(i);
+    return options_.reverse ? 2 * sequence_.timestamp_s(order_[0]) - stamp_s : stamp_s;
+  }
+
+  void play(std::size_t i) {
+    io::RgbdFrame frame = sequence_.load(i);
+    frame.timestamp_s = played_s(i);
+    any_depth_ = any_depth_ || has_any_depth(frame);
+    blank_depth_ += !frame.depth.empty() && !has_any_depth(frame) ? 1 : 0;
+    if (oracle_) truth_->labels = sequence_.load_labels(i);
+    const std::vector<Detection>* boxes = detections_ ? detections_->at(sequence_.timestamp_s(i)) : nullptr;
+    odometry::SemanticInputs inputs;
+    if (boxes) inputs.detections = DetectionInput{-1, *boxes};
+    const odometry::TrackResult result = odometry_.process(frame, inputs);
+    rows_.push_back(row_of(i, result));
+    if (output_) output_->add(rows_.back(), judge_, picture_of(frame, boxes, rows_.back()));
+  }
+
+  FrameRow row_of(std::size_t i, const odometry::TrackResult& result) {
+    const FrameVerdict& verdict = judge_.record();
+    FrameRow row;
+    row.index = i;
+    row.timestamp_s = sequence_.timestamp_s(i);
+    row.state = odometry::to_string(result.state);
+    row.keyframe = result.keyframe, row.relocalised = result.relocalised;
+    row.features = verdict.features.size();
+    row.of_static = verdict.count(Vote::Static), row.dynamic = verdict.count(Vote::Dynamic);
+    row.unknown = verdict.count(Vote::Unknown), row.restored = verdict.restored();
+    row.tracked_points = static_cast<std::size_t>(result.tracked_points);
+    row.extraction_ms = result.ms.extraction;
+    row.correspondence_ms = verdict.correspondence_ms;
+    row.filters_ms = std::max(0.0, result.ms.judge - verdict.correspondence_ms);
+    row.tracking_ms = result.ms.tracking + result.ms.mapping;
+    for (const std::string& note : verdict.notes) {
+      row.note += (row.note.empty() ? "" : "; ") + note;
+      ++notes_[note];
+    }
+    if (judged_by_truth_) classify(i, verdict, row.truth);
+    return row;
+  }
+
+  void classify(std::size_t i, const FrameVerdict& verdict, eval::Classification& counts) const {
+    const cv::Mat truth = sequence_.load_truth(i);
+    for (const MarkedFeature& f : verdict.features)
+      counts.add(eval::truth_at(truth, f.pixel), f.decision == Vote::Dynamic);
+  }
+
+  OverlayFrame picture_of(const io::RgbdFrame& frame, const std::vector<Detection>* boxes,
+                          const FrameRow& row) const {
+    OverlayFrame picture;
+    picture.colour = frame.colour;
+    picture.title = fmt::format("{}   {}   frame {} of {}   {}", summary_.pipeline, summary_.sequence,
+                                row.index, sequence_.size(), row.state);
+    if (boxes) picture.detections = *boxes;
+    return picture;
+  }
+
+  // With the frames' own stamps again.
+  io::Trajectory trajectory() const {
+    std::map<double, double> own_s;
+    for (const std::size_t i : order_) own_s[played_s(i)] = sequence_.timestamp_s(i);
+    io::Trajectory estimate = odometry_.trajectory();
+    for (io::StampedPose& pose : estimate) pose.timestamp_s = own_s.at(pose.timestamp_s);
+    return io::sorted_by_time(std::move(estimate));
+  }
+
+  RunOptions options_;
+  std::shared_ptr<OracleLabels> truth_;
+  PipelineJudge judge_;
+  io::TumSequence sequence_;
+  std::vector<std::size_t> order_;
+  odometry::Odometry odometry_;
+  std::optional<io::Trajectory> ground_truth_;
+  std::optional<io::DetectionTrack> detections_;
+  std::optional<RunOutput> output_;
+  std::vector<FrameRow> rows_;
+  std::map<std::string, std::size_t> notes_;  ///< what stages noted, and in how many frames
+  Summary summary_;
+  std::size_t blank_depth_ = 0;
+  bool oracle_ = false, judged_by_truth_ = false, any_depth_ = false;
+};
+
+}  // namespace
+
+Summary run_sequence(const RunOptions& options,
+                     const std::function<void(std::size_t, std::size_t)>& progress) {
+  cv::setNumThreads(options.threads);
+  return SequenceRun(options).run(progress);
+}
+
+}  // namespace dynfilter::command

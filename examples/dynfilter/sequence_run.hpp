@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "run_summary.hpp"
+
+namespace dynfilter::command {
+
+struct RunOptions {
+  std::string sequence, pipeline, camera, detections, out;
+  std::vector<std::string> plugins;
+  std::size_t start = 0, frames = 0;  ///< frames 0: all
+  bool reverse = false;
+  int threads = 1;
+  std::size_t overlay_every = 0;  ///< 0: so that there are about fifty
+};
+
+/// One sequence with one pipeline through the odometry; with options.out also the files. Throws Error for
+/// input that cannot be used; then nothing is left behind.
+Summary run_sequence(const RunOptions& options,
+                     const std::function<void(std::size_t, std::size_t)>& progress);
+
+}  // namespace dynfilter::command

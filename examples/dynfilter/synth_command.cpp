@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <dynfilter/synth/sequence_writer.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "command.hpp"
+#include "json.hpp"
+#include "progress.hpp"
+
+namespace dynfilter::command {
+namespace {
+
+struct SynthOptions {
+  synth::SequenceOptions sequence;
+  std::string folder;
+  bool json = false;
+};
+
+std::string scenes() {
+  std::string text;
+  for (const std::string& name : synth::scene_names()) text += (text.empty() ? "" : " ") + name;
+  return text;
+}
+
+// A sequence of ours may be written again; anything else that lies there is somebody's.
+bool is_synthetic(const std::filesystem::path& folder) {
+  std::error_code error;
+  return std::filesystem::is_directory(folder / "labels", error) &&
+         std::filesystem::is_regular_file(folder / "camera.yaml", error);
+}
+
+int write(SynthOptions options) {
+  options.sequence.overwrite = is_synthetic(options.folder);
+  {
+    Progress bar(options.sequence.scene);
+    synth::write_sequence(options.sequence, options.folder, [&](int done, int total) {
+      bar.at(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
+    });
+  }
+  if (options.json) {
+    const Json json{{"scene", options.sequence.scene},
+                    {"folder", options.folder},
+                    {"frames", options.sequence.frames},
+                    {"seed", options.sequence.seed}};
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    fmt::print("{}: {} frames, seed {}, in {}\n", options.sequence.scene, options.sequence.frames,
+               options.sequence.seed, options.folder);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_synth(CLI::App& app, Action& action) {
+  auto options = std::make_shared<SynthOptions>();
+  synth::SequenceOptions& sequence = options->sequence;
+  CLI::App* command = app.add_subcommand(
+      "synth",
+      "Writes a labelled synthetic sequence in TUM's layout: rgb/ depth/ and their lists, groundtruth.txt,\n"
+      "camera.yaml, labels/ dynamic/ motion/ (truth), masks/ and detections.txt (a detector with faults).\n"
+      "Scenes: " +
+          scenes());
+  command->add_option("SCENE", sequence.scene, "one of the scenes above")->required();
+  command->add_option("DIR", options->folder, "where to; a synthetic sequence that is there is replaced")
+      ->required();
+  command->add_option("--frames", sequence.frames, "30 make a second")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--seed", sequence.seed, "another room, other people, another walk")
+      ->capture_default_str();
+  command->add_flag("--exposure", sequence.exposure_variation, "the camera's exposure varies");
+  command->add_flag("--blur", sequence.motion_blur, "motion blur");
+  command->add_option("--late", sequence.detector.late_frames, "boxes come so many frames late")
+      ->check(CLI::Range(0, 30))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "print JSON");
+  command->callback([options, &action] { action = [options] { return write(*options); }; });
+}
+
+}  // namespace dynfilter::command
