@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/yaml.hpp>
+#include <odometry/odometry.hpp>
+#include <odometry/pipeline_judge.hpp>
+
+#include "test_images.hpp"
+
+// After all that may bring glog.
+#include "doctest_beside_glog.hpp"
+
+using namespace dynfilter;
+using namespace dynfilter::odometry;
+
+namespace {
+Pipeline pipeline(const char* before_pose) {
+  const std::string text =
+      std::string("%YAML:1.0\n---\npipeline:\n  name: test\n  before_pose:\n") + before_pose;
+  return Pipeline(pipeline_from_text(text, builtin_filters()));
+}
+}  // namespace
+
+TEST_CASE("a pipeline that rejects people's boxes takes exactly the features inside") {
+  Pipeline boxes = pipeline("    - semantic_box: { role: reject, refine: none }\n");
+  int before = 0, after = 0, keyframe = 0;
+  PipelineJudge judge(boxes, [&](const FrameView& view, const Verdict& verdict) {
+    CHECK(verdict.size() == view.size());
+    const CallPoint point = verdict.report.call_point;
+    before += point == CallPoint::BeforePose, after += point == CallPoint::AfterPose;
+    keyframe += point == CallPoint::AtKeyframe;
+  });
+  Odometry odometry(odometry_test::camera(), {}, &judge);
+  std::vector<Detection> people(1);
+  people[0].box = {100.37F, 50.23F, 200.1F, 300.1F};
+  people[0].class_name = "person";
+  for (int i = 0; i < 3; ++i) {
+    SemanticInputs inputs;
+    inputs.detections = DetectionInput{-1, Span<const Detection>(people)};
+    const TrackResult result = odometry.process(odometry_test::frame_at(0.01 * i, 0, i / 30.0), inputs);
+    CHECK(result.state == TrackState::Tracked);
+    int inside = 0, wrong = 0;
+    for (std::size_t k = 0; k < odometry.extracted().size(); ++k) {
+      const bool in_box = people[0].box.contains(odometry.extracted()[k].pt);
+      inside += in_box;
+      wrong += in_box != (odometry.rejected_at()[k] == RejectedAt::BeforePose);
+    }
+    CHECK(inside > 50);
+    CHECK(wrong == 0);
+    CHECK(result.rejected == inside);
+  }
+  CHECK(before == 3);
+  CHECK(after == 2);  // the first frame makes the map
+  CHECK(keyframe >= 1);
+}
+
+TEST_CASE("geometry leaves the odometry of a static scene alive, and its time is accounted for") {
+  Pipeline geometry = pipeline(
+      "    - any:\n        - epipolar: { max_distance_px: 1.0 }\n        - trajectory_consistency: { "
+      "threshold: noise }\n");
+  PipelineJudge judge(geometry);
+  Odometry odometry(odometry_test::camera(), {}, &judge);
+  int rejected = 0;
+  for (int i = 0; i < 8; ++i) {
+    const TrackResult result = odometry.process(odometry_test::frame_at(0.01 * i, 0.004 * i, i / 30.0));
+    CHECK(result.state == TrackState::Tracked);
+    rejected += result.rejected;
+  }
+  CHECK(rejected < 0.25 * 8 * 1000);  // the board's silhouettes slide over the wall
+  CHECK(judge.correspondence_ms() > 0);
+  CHECK(judge.filters_ms() > 0);
+}
