@@ -79,8 +79,8 @@ struct LucasKanade {
     std::int16_t u, v;
 
     explicit Corner(const cv::Point2f& at) : x(cvFloor(at.x)), y(cvFloor(at.y)) {
-      u = static_cast<std::int16_t>((at.x - static_cast<float>(x)) * 32767.0F + 0.5F);
-      v = static_cast<std::int16_t>((at.y - static_cast<float>(y)) * 32767.0F + 0.5F);
+      u = static_cast<std::int16_t>(cvRound((at.x - static_cast<float>(x)) * 32767.0F));
+      v = static_cast<std::int16_t>(cvRound((at.y - static_cast<float>(y)) * 32767.0F));
     }
     bool readable(const cv::Mat& image, int border_px, int size_px) const {
       return x >= -border_px && y >= -border_px && x + padded(size_px) + 1 <= image.cols + border_px &&
