@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <dynfilter/geometry/rigid_points.hpp>
+#include <dynfilter/geometry/small_solve.hpp>
 
 namespace dynfilter {
 
@@ -127,9 +127,9 @@ inline void refine_rigid(const RigidPoints& points, RobustLoss loss, double scal
   normal.clear();
   for (int i = 0; i < iterations; ++i) {
     accumulate_rigid(points, loss, scale * scale, step, T, normal);
-    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> ldlt(normal.matrix());
-    if (!(normal.weight_sum >= 2.5) || !ldlt.isPositive() || !(ldlt.rcond() > 1e-14)) return;
-    const Eigen::Matrix<double, 6, 1> delta = -ldlt.solve(normal.gradient());
+    Eigen::Matrix<double, 6, 6> matrix = normal.matrix();
+    Eigen::Matrix<double, 6, 1> delta = -normal.gradient();
+    if (!(normal.weight_sum >= 2.5) || !solve_positive_definite(matrix.data(), delta.data(), 6)) return;
     if (!delta.allFinite()) return;
     const Eigen::Matrix3d turn = exp_so3(delta.tail<3>());
     T.R = turn * T.R;

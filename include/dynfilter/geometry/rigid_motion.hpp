@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
@@ -181,13 +180,11 @@ class RigidMotionEstimator {
     result.T_current_reference = Pose::from(best_.R, best_.t);
     result.inliers = points_.inliers(best_, static_cast<float>(options_.inlier_chi2));
     result.sigma0 = normal_.weight_sum > 2 ? std::sqrt(normal_.cost / (3 * normal_.weight_sum - 6)) : 0;
-    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> ldlt(normal_.matrix());
-    if (ldlt.info() != Eigen::Success || !ldlt.isPositive() || !(ldlt.rcond() > 1e-14)) {
+    const Eigen::Matrix<double, 6, 6> normal = normal_.matrix();
+    if (!detail::invert_positive_definite(normal.data(), result.covariance.data(), 6)) {
       result.note = RigidMotionNote::Degenerate;
       return;
     }
-    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(result.covariance.data()) =
-        ldlt.solve(Eigen::Matrix<double, 6, 6>::Identity());
     result.ok = result.inliers >= options_.min_inliers &&
                 result.inliers >= options_.min_inlier_share * static_cast<double>(points_.count);
     if (result.ok) result.note = RigidMotionNote::Ok;

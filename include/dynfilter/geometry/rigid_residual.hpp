@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
@@ -62,7 +62,7 @@ class RigidResidualModel {
     out.predicted_depth_m = static_cast<float>(q.z());
     out.image_px = static_cast<float>(std::hypot(r.x(), r.y()));
     out.depth_m = static_cast<float>(r.z());
-    out.chi2 = static_cast<float>(r.dot(covariance(p, q, current.z).llt().solve(r)));
+    out.chi2 = static_cast<float>(r.dot(covariance(p, q, current.z).inverse() * r));
     out.valid = std::isfinite(out.chi2);
     return out;
   }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 namespace dynfilter::detail {
 
-/// Solves A x = b in place for a symmetric positive definite A (n x n, either order) by L D L^T; b becomes x, A is
-/// overwritten. False if a pivot is not positive against the largest diagonal entry. In plain loops: Eigen's LDLT of
-/// fixed size costs the compiler seconds per size in every file that includes it.
+/// Solves A x = b in place for a symmetric positive definite A (n x n, either order) by L D L^T; b becomes x,
+/// A is overwritten. False if a pivot is not positive against the largest diagonal entry. In plain loops:
+/// Eigen's LDLT of fixed size costs the compiler seconds per size in every file that includes it.
 inline bool solve_positive_definite(double* A, double* b, int n, double min_pivot_share = 1e-14) {
   double largest = 0;
   for (int i = 0; i < n; ++i) largest = std::fmax(largest, A[i * n + i]);
@@ -27,6 +28,19 @@ inline bool solve_positive_definite(double* A, double* b, int n, double min_pivo
   for (int i = 0; i < n; ++i) b[i] /= A[i * n + i];
   for (int i = n - 1; i >= 0; --i)
     for (int k = i + 1; k < n; ++k) b[i] -= A[k * n + i] * b[k];
+  return true;
+}
+
+/// The inverse of a symmetric positive definite A (n x n, n <= 9). False as solve_positive_definite().
+inline bool invert_positive_definite(const double* A, double* inverse, int n) {
+  for (int c = 0; c < n; ++c) {
+    double work[81];
+    std::copy(A, A + n * n, work);
+    double* column = inverse + c * n;
+    std::fill(column, column + n, 0.0);
+    column[c] = 1;
+    if (!solve_positive_definite(work, column, n)) return false;
+  }
   return true;
 }
 

@@ -21,7 +21,8 @@ inline Vector9 row_major(const Eigen::Matrix3d& m) {
   return v;
 }
 
-/// Products of three and more 3x3 matrices as one Eigen expression take seconds to compile; this one does not.
+/// Products of three and more 3x3 matrices as one Eigen expression take seconds to compile; this one does
+/// not.
 inline Eigen::Matrix3d times(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return a * b;
 }
@@ -58,8 +59,8 @@ struct EntryNormal {
     for (int k = 0; k < 9; ++k) sum += a[k] * b[k];
     return sum;
   }
-  /// D^T A D in plain loops: as Eigen expressions of fixed size these two products alone cost the compiler half a
-  /// minute and 1.5 GB in every file that includes this.
+  /// D^T A D in plain loops: as Eigen expressions of fixed size these two products alone cost the compiler
+  /// half a minute and 1.5 GB in every file that includes this.
   template <int N>
   Eigen::Matrix<double, N, N> congruent(const Eigen::Matrix<double, 9, N>& D) const {
     Eigen::Matrix<double, N, N> result;
@@ -137,7 +138,9 @@ struct Calibration {
   Eigen::Matrix3d fundamental(const Essential& e) const {
     return times(times(K2_inv.transpose(), cross_matrix(e.t)), times(e.R, K1_inv));
   }
-  Eigen::Matrix3d rotation(const Eigen::Matrix3d& R) const { return times(times(K2_inv.inverse(), R), K1_inv); }
+  Eigen::Matrix3d rotation(const Eigen::Matrix3d& R) const {
+    return times(times(K2_inv.inverse(), R), K1_inv);
+  }
 };
 
 /// As refine_fundamental, over the five parameters of E = [t]x R.

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/filters/epipolar.hpp>
+#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/synth/judge.hpp>
+#include <limits>
+#include <map>
+
+#include "doctest/doctest.h"
+
+using namespace dynfilter;
+using synth::Preset;
+using synth::Score;
+
+namespace {
+
+Score score(const synth::ExactScene& scene, const EpipolarParams& params = {}, int frame = 8) {
+  EpipolarFilter filter(params);
+  return Score(judge(filter, scene, frame), scene.frame(frame));
+}
+
+}  // namespace
+
+TEST_CASE("a rigid scene rejects nothing, a known mover is found") {
+  CHECK(score(synth::preset(Preset::Rigid)).static_kept() == 1.0);
+  const Score exact = score(synth::preset(Preset::General));
+  CHECK(exact.recall() >= 0.95);
+  CHECK(exact.static_kept() == 1.0);
+  const Score noisy = score(synth::preset(Preset::General).pixel_noise(0.3));
+  CHECK(noisy.recall() >= 0.9);
+  CHECK(noisy.static_kept() >= 0.95);
+}
+
+TEST_CASE("degenerate scenes never cost static features in bulk, and movers are not called static") {
+  for (const Preset preset : {Preset::Planar, Preset::PureRotation, Preset::NoMotion, Preset::SmallBaseline}) {
+    CAPTURE(synth::to_string(preset));
+    const Score s = score(synth::preset(preset).points(600).pixel_noise(0.2));
+    CHECK(s.static_kept() >= 0.97);
+    CHECK(s.dynamic_missed <= s.dynamic_count / 10);
+  }
+}
+
+TEST_CASE("motion along the epipolar line is what it cannot see: the card says so") {
+  CHECK(score(synth::preset(Preset::AlongEpipolar)).recall() < 0.5);
+}
+
+TEST_CASE("the order of features does not matter") {
+  const synth::ExactScene a = synth::preset(Preset::General).order(1), b = synth::preset(Preset::General).order(7);
+  EpipolarFilter filter;
+  const Votes va = judge(filter, a, 8), vb = judge(filter, b, 8);
+  const auto fa = a.frame(8), fb = b.frame(8);
+  std::map<int, Vote> by_point;
+  for (std::size_t i = 0; i < va.size(); ++i) by_point[fa.point[i]] = va[i];
+  for (std::size_t i = 0; i < vb.size(); ++i) CHECK(by_point.at(fb.point[i]) == vb[i]);
+}
+
+TEST_CASE("without correspondences, an earlier frame, or enough seeds it abstains") {
+  EpipolarFilter filter;
+  for (const int points : {0, 1, 6, 7, 15}) {
+    const Votes votes = judge(filter, synth::ExactScene().points(points), 3);
+    CHECK(votes.count(Vote::Unknown) == votes.size());
+  }
+  const Votes first = judge(filter, synth::preset(Preset::General), 0);
+  CHECK(first.count(Vote::Unknown) == first.size());
+  const Votes lost = judge(filter, synth::preset(Preset::General).missing_matches(1), 4);
+  CHECK(lost.count(Vote::Unknown) == lost.size());
+}
+
+TEST_CASE("NaN keypoints abstain, whatever the model") {
+  EpipolarFilter filter;
+  const synth::ExactScene scene = synth::preset(Preset::General);
+  Context context;
+  Votes votes;
+  for (int k = 0; k < 2; ++k) {
+    synth::ExactFrame frame = scene.frame(k);
+    frame.keypoints_undistorted[0].pt = {std::numeric_limits<float>::quiet_NaN(), 3};
+    context.begin(frame.view(), CallPoint::BeforePose);
+    votes.reset(frame.size());
+    filter.apply(context, votes);
+    context.finish(false);
+  }
+  CHECK(votes[0] == Vote::Unknown);
+  CHECK(votes.count(Vote::Static) > 100);
+}
+
+TEST_CASE("Algorithm 1: seeds outside of the suspects; all features when seeds are too few and suspects are there") {
+  const synth::ExactScene scene = synth::preset(Preset::General);
+  Context context;
+  Votes votes;
+  EpipolarFilter filter;
+  std::string note;
+  const auto run = [&](const auto& is_suspect) {
+    context.reset();
+    for (int k = 0; k < 2; ++k) {
+      const synth::ExactFrame frame = scene.frame(k);
+      context.begin(frame.view(), CallPoint::BeforePose);
+      for (std::size_t i = 0; i < frame.size(); ++i)
+        if (is_suspect(i)) context.mark_prior(i);
+      votes.reset(frame.size());
+      filter.apply(context, votes);
+      note = context.take_note();
+      context.finish(false);
+    }
+    return std::stoi(note.substr(note.find(" of ") + 4));
+  };
+  const auto n = static_cast<int>(scene.frame(1).size());
+  CHECK(run([](std::size_t i) { return i % 2 == 0; }) <= n / 2 + 1);
+  CHECK(run([](std::size_t i) { return i >= 10; }) > n / 2);  // ten seeds: all features carry the model
+}
+
+TEST_CASE("wrong parameters throw") {
+  EpipolarParams params;
+  params.max_distance_px = -1;
+  CHECK_THROWS_AS(EpipolarFilter{params}, ConfigError);
+}

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/filters/trajectory_consistency.hpp>
+#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/synth/judge.hpp>
+#include <limits>
+
+#include "doctest/doctest.h"
+
+using namespace dynfilter;
+using synth::CameraStep;
+using synth::MovingBox;
+using synth::Preset;
+using synth::Score;
+
+namespace {
+
+TrajectoryConsistencyParams displacement() {
+  TrajectoryConsistencyParams params;
+  params.mode = TrajectoryMode::Displacement;
+  params.threshold = TrajectoryThreshold::Metric;
+  return params;
+}
+TrajectoryConsistencyParams metric() {
+  TrajectoryConsistencyParams params;
+  params.threshold = TrajectoryThreshold::Metric;
+  return params;
+}
+Score score(const synth::ExactScene& scene, const TrajectoryConsistencyParams& params = {}, int frame = 8) {
+  TrajectoryConsistencyFilter filter(params);
+  return Score(judge(filter, scene, frame), scene.frame(frame));
+}
+
+}  // namespace
+
+TEST_CASE("a rigid scene rejects nothing, whatever the camera does") {
+  for (const CameraStep step : {CameraStep::General, CameraStep::Sideways, CameraStep::Forward,
+                                CameraStep::PureRotation, CameraStep::SmallBaseline, CameraStep::None})
+    for (const auto& params : {TrajectoryConsistencyParams(), metric()})
+      CHECK(score(synth::ExactScene().camera_motion(step), params).static_kept() == 1.0);
+}
+
+TEST_CASE("movers are found in every geometry, also where epipolar lines say nothing") {
+  for (const Preset preset : {Preset::General, Preset::Planar, Preset::PureRotation, Preset::NoMotion,
+                              Preset::SmallBaseline, Preset::AlongEpipolar, Preset::SeveralMovers}) {
+    CAPTURE(synth::to_string(preset));
+    const Score exact = score(synth::preset(preset));
+    CHECK(exact.recall() >= 0.9);
+    CHECK(exact.static_kept() == 1.0);
+  }
+}
+
+TEST_CASE("with the noise of a Kinect static features stay and a mover goes") {
+  const Score s = score(synth::preset(Preset::General).pixel_noise(0.3).depth_noise(0.0014));
+  CHECK(s.static_kept() >= 0.95);
+  CHECK(s.recall() >= 0.9);
+}
+
+// A static point at depth z under a turn by a moves by 2 z sin(a / 2), while |t| = 0: at 3 m and 0.69 degrees 36 mm,
+// beyond alpha + beta z = 24 mm.
+TEST_CASE("the published displacement form rejects static points when the camera turns; the rigid one does not") {
+  const synth::ExactScene turning = synth::preset(Preset::Rigid).camera_motion(CameraStep::PureRotation);
+  CHECK(score(turning, displacement()).static_kept() < 0.5);
+  CHECK(score(turning, metric()).static_kept() == 1.0);
+}
+
+// | |P_t - P_r| - |t| | with P_r = (0, 0, 2) m, P_t = (0.1, 0, 2), |t| = 0.03: 0.07 m > 0.015 + 0.003 * 2 = 0.021.
+TEST_CASE("displacement mode is equation 14, with the host's translation") {
+  TrajectoryConsistencyParams params = displacement();
+  params.motion = MotionSource::Host;
+  const auto scene = [](double speed) {
+    return synth::ExactScene()
+        .points(100)
+        .camera_motion(CameraStep::Sideways)
+        .with_poses()
+        .mover(MovingBox(30).at({0, 0, 2}).moving({0.03 + speed, 0, 0}));
+  };
+  // The mover's speed against the camera is `speed`; static points move by 0.03 against it, as the camera does.
+  CHECK(score(scene(0.1), params).recall() == 1.0);    // |0.1 - 0.03| = 0.07
+  CHECK(score(scene(0.045), params).recall() == 0.0);  // |0.045 - 0.03| = 0.015
+  CHECK(score(scene(0.1), params).static_kept() == 1.0);
+}
+
+TEST_CASE("the motion comes from where it is told") {
+  TrajectoryConsistencyParams params;
+  params.motion = MotionSource::Host;
+  const Score without_pose = score(synth::preset(Preset::General), params);
+  CHECK(without_pose.dynamic_found == 0);  // abstains
+  CHECK(without_pose.static_confirmed == 0);
+  // Two movers carry most of the points: fitted on all of them the motion is theirs, the host's pose knows better.
+  const Score told = score(synth::preset(Preset::Majority).with_poses(), params, 18);
+  CHECK(told.recall() >= 0.9);
+  CHECK(told.static_kept() >= 0.99);
+}
+
+TEST_CASE("a predicted motion of the host keeps most features on movers from taking the motion over") {
+  const Score s = score(synth::preset(Preset::Majority).with_poses(PoseProvenance::Predicted), {}, 18);
+  CHECK(s.recall() >= 0.9);
+  CHECK(s.static_kept() >= 0.95);
+}
+
+TEST_CASE("no depth, too far, no match, no earlier frame, too few points: unknown") {
+  TrajectoryConsistencyFilter filter;
+  const auto all_unknown = [&](const synth::ExactScene& scene, int frame) {
+    const Votes votes = judge(filter, scene, frame);
+    return votes.count(Vote::Unknown) == votes.size();
+  };
+  CHECK(all_unknown(synth::preset(Preset::General).missing_depth(1), 4));
+  CHECK(all_unknown(synth::preset(Preset::General).missing_matches(1), 4));
+  CHECK(all_unknown(synth::preset(Preset::General), 0));
+  CHECK(all_unknown(synth::ExactScene().points(3), 4));
+  CHECK(all_unknown(synth::ExactScene().points(200).depth_range(7, 7.5), 4));
+}
+
+TEST_CASE("zero, negative, NaN and infinite depths are none") {
+  const synth::ExactScene scene = synth::ExactScene().points(100);
+  TrajectoryConsistencyFilter filter;
+  Context context;
+  Votes votes;
+  constexpr float kOdd[] = {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN(),
+                            std::numeric_limits<float>::infinity()};
+  for (int k = 0; k < 2; ++k) {
+    synth::ExactFrame frame = scene.frame(k);
+    for (std::size_t i = 0; i < 4; ++i) frame.depth_m[i] = kOdd[i];
+    context.begin(frame.view(), CallPoint::BeforePose);
+    votes.reset(frame.size());
+    filter.apply(context, votes);
+    context.finish(false);
+  }
+  for (std::size_t i = 0; i < 4; ++i) CHECK(votes[i] == Vote::Unknown);
+  CHECK(votes.count(Vote::Static) > 50);
+}
