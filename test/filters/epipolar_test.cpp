@@ -31,7 +31,8 @@ TEST_CASE("a rigid scene rejects nothing, a known mover is found") {
 }
 
 TEST_CASE("degenerate scenes never cost static features in bulk, and movers are not called static") {
-  for (const Preset preset : {Preset::Planar, Preset::PureRotation, Preset::NoMotion, Preset::SmallBaseline}) {
+  for (const Preset preset :
+       {Preset::Planar, Preset::PureRotation, Preset::NoMotion, Preset::SmallBaseline}) {
     CAPTURE(synth::to_string(preset));
     const Score s = score(synth::preset(preset).points(600).pixel_noise(0.2));
     CHECK(s.static_kept() >= 0.97);
@@ -44,7 +45,8 @@ TEST_CASE("motion along the epipolar line is what it cannot see: the card says s
 }
 
 TEST_CASE("the order of features does not matter") {
-  const synth::ExactScene a = synth::preset(Preset::General).order(1), b = synth::preset(Preset::General).order(7);
+  const synth::ExactScene a = synth::preset(Preset::General).order(1),
+                          b = synth::preset(Preset::General).order(7);
   EpipolarFilter filter;
   const Votes va = judge(filter, a, 8), vb = judge(filter, b, 8);
   const auto fa = a.frame(8), fb = b.frame(8);
@@ -53,14 +55,12 @@ TEST_CASE("the order of features does not matter") {
   for (std::size_t i = 0; i < vb.size(); ++i) CHECK(by_point.at(fb.point[i]) == vb[i]);
 }
 
-TEST_CASE("without correspondences, an earlier frame, or enough seeds it abstains") {
+TEST_CASE("without correspondences or enough seeds it abstains") {
   EpipolarFilter filter;
   for (const int points : {0, 1, 6, 7, 15}) {
     const Votes votes = judge(filter, synth::ExactScene().points(points), 3);
     CHECK(votes.count(Vote::Unknown) == votes.size());
   }
-  const Votes first = judge(filter, synth::preset(Preset::General), 0);
-  CHECK(first.count(Vote::Unknown) == first.size());
   const Votes lost = judge(filter, synth::preset(Preset::General).missing_matches(1), 4);
   CHECK(lost.count(Vote::Unknown) == lost.size());
 }
@@ -72,6 +72,7 @@ TEST_CASE("NaN keypoints abstain, whatever the model") {
   Votes votes;
   for (int k = 0; k < 2; ++k) {
     synth::ExactFrame frame = scene.frame(k);
+    frame.keypoints_undistorted = frame.keypoints;
     frame.keypoints_undistorted[0].pt = {std::numeric_limits<float>::quiet_NaN(), 3};
     context.begin(frame.view(), CallPoint::BeforePose);
     votes.reset(frame.size());
@@ -82,7 +83,9 @@ TEST_CASE("NaN keypoints abstain, whatever the model") {
   CHECK(votes.count(Vote::Static) > 100);
 }
 
-TEST_CASE("Algorithm 1: seeds outside of the suspects; all features when seeds are too few and suspects are there") {
+TEST_CASE(
+    "Algorithm 1: seeds outside of the suspects; all features when seeds are too few and suspects are "
+    "there") {
   const synth::ExactScene scene = synth::preset(Preset::General);
   Context context;
   Votes votes;

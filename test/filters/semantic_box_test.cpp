@@ -12,9 +12,11 @@ namespace {
 struct Scene {
   Scene() {
     for (int y = 10; y < 100; y += 10)
-      for (int x = 10; x < 100; x += 10) keypoints.emplace_back(static_cast<float>(x), static_cast<float>(y), 1.0F);
+      for (int x = 10; x < 100; x += 10)
+        keypoints.emplace_back(static_cast<float>(x), static_cast<float>(y), 1.0F);
   }
-  static Detection detection(float x, float y, float w, float h, const char* name = "person", float score = 0.9F) {
+  static Detection detection(float x, float y, float w, float h, const char* name = "person",
+                             float score = 0.9F) {
     Detection d;
     d.box = {x, y, w, h};
     d.class_name = name;
@@ -87,8 +89,8 @@ TEST_CASE("class, score and growth decide which boxes count") {
 TEST_CASE("empty boxes, boxes outside of the image and NaN boxes hold nothing") {
   Scene scene;
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  scene.boxes = {Scene::detection(25, 25, 0, 0), Scene::detection(500, 500, 50, 50), Scene::detection(nan, 0, 100, 100),
-                 Scene::detection(60, 60, -20, -20)};
+  scene.boxes = {Scene::detection(25, 25, 0, 0), Scene::detection(500, 500, 50, 50),
+                 Scene::detection(nan, 0, 100, 100), Scene::detection(60, 60, -20, -20)};
   CHECK(apply(scene.view(), rejecting()).count(Vote::Dynamic) == 0);
 }
 
@@ -96,7 +98,8 @@ TEST_CASE("boxes of an older frame move with the features inside, or are dropped
   Scene before;
   before.boxes = {Scene::detection(20, 30, 30, 20)};
   Scene now = before;
-  for (cv::KeyPoint& keypoint : now.keypoints) keypoint.pt += cv::Point2f(40, 0);  // everything moved to the right
+  for (cv::KeyPoint& keypoint : now.keypoints)
+    keypoint.pt += cv::Point2f(40, 0);  // everything moved to the right
   std::vector<std::int32_t> index(81);
   for (int i = 0; i < 81; ++i) index[static_cast<std::size_t>(i)] = i;
   index[now.at(20, 30)] = -1;  // one of those inside is not found: it goes with the others
@@ -121,8 +124,8 @@ TEST_CASE("refine: depth keeps the wall behind a person") {
   Scene scene;
   scene.boxes = {Scene::detection(15, 15, 60, 70)};
   FrameView frame = scene.view();
-  frame.depth = cv::Mat(110, 110, CV_32FC1, cv::Scalar(3.5));           // the wall
-  frame.depth(cv::Rect(30, 15, 30, 95)).setTo(cv::Scalar(1.8));         // the person, x 30..60
+  frame.depth = cv::Mat(110, 110, CV_32FC1, cv::Scalar(3.5));    // the wall
+  frame.depth(cv::Rect(30, 15, 30, 95)).setTo(cv::Scalar(1.8));  // the person, x 30..60
   SemanticBoxParams params = rejecting();
   params.refine = BoxRefinement::Depth;
   const Votes votes = apply(frame, params);

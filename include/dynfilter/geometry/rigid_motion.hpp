@@ -34,7 +34,7 @@ struct RigidMotionOptions {
   /// compact mover that holds most features then does not outvote the background around it.
   bool spread_score = false;
   /// The prior pose wins unless another hypothesis has 1/this times its score.
-  double prior_advantage = 0.6;
+  double prior_advantage = 0.35;
   std::uint64_t seed = 1;
 };
 

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Door 2 of 3: a front end's loop around a pipeline from YAML.
+//   02_yaml_pipeline PIPELINE.yaml SEQUENCE      any TUM RGB-D folder; boxes from its detections.txt, if
+//   there
+#include <cstdio>
+#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/io/detections.hpp>
+#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/pipeline/yaml.hpp>
+#include <exception>
+#include <filesystem>
+#include <opencv2/features2d.hpp>
+
+namespace {
+
+void run(const char* pipeline_file, const std::filesystem::path& folder) {
+  using namespace dynfilter;
+  Pipeline pipeline(pipeline_from_file(pipeline_file, builtin_filters()));
+  const io::TumSequence sequence = io::TumSequence::open(folder);
+  std::optional<io::DetectionTrack> detections;
+  if (std::filesystem::exists(folder / "detections.txt"))
+    detections = io::read_detections(folder / "detections.txt");
+  const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
+
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const io::RgbdFrame image = sequence.load(i);
+    std::vector<cv::KeyPoint> keypoints;
+    orb->detect(image.grey, keypoints);
+
+    FrameView frame;  // what this front end has; everything but the keypoints is optional
+    frame.id = static_cast<std::int64_t>(i);
+    frame.timestamp_s = image.timestamp_s;
+    frame.keypoints = keypoints;
+    frame.grey = image.grey;
+    frame.depth = image.depth;
+    frame.depth_unit_m = image.depth_unit_m;
+    frame.camera = sequence.camera();
+    if (detections)
+      if (const auto* boxes = detections->at(image.timestamp_s))
+        frame.detections = DetectionInput{-1, *boxes};
+
+    const Verdict& verdict = pipeline.before_pose(frame);
+    // Here a front end would track with the features for which verdict.keep(i) holds.
+    std::printf("frame %zu: %zu of %zu features kept\n", i, verdict.kept(), verdict.size());
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::fprintf(stderr, "usage: 02_yaml_pipeline PIPELINE.yaml SEQUENCE\n");
+    return 2;
+  }
+  try {
+    run(argv[1], argv[2]);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "02_yaml_pipeline: %s\n", error.what());
+    return 2;
+  }
+}

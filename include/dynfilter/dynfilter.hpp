@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Everything a front end needs: views in, verdicts out.
+#include <dynfilter/adapters/masked_image.hpp>
+#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/compose.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/version.hpp>

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/context/context.hpp>
+#include <dynfilter/synth/exact_scene_presets.hpp>
+
+#include "doctest/doctest.h"
+
+using namespace dynfilter;
+
+namespace {
+
+void show(Context& context, const synth::ExactFrame& frame) {
+  context.begin(frame.view(), CallPoint::BeforePose);
+}
+
+}  // namespace
+
+TEST_CASE("evidence is computed once per frame and seed set") {
+  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  Context context;
+  show(context, scene.frame(0));
+  context.finish(false);
+  const synth::ExactFrame frame = scene.frame(1);
+  show(context, frame);
+  const Match& match = context.match({});
+  CHECK(&match == &context.match({}));
+  CHECK(match.correspondences.count() > 200);
+  std::vector<int> seeds, fewer;
+  context.collect_seeds(match, false, seeds);
+  const RigidMotion& motion = context.rigid_motion(match, seeds);
+  CHECK(&motion == &context.rigid_motion(match, seeds));
+  fewer.assign(seeds.begin(), seeds.begin() + static_cast<std::ptrdiff_t>(seeds.size() / 2));
+  CHECK(&motion != &context.rigid_motion(match, fewer));
+  CHECK(&context.two_view(match, seeds) == &context.two_view(match, seeds));
+  CHECK(motion.ok);
+  // The true motion, from the scene's poses.
+  const Pose truth = inverse(scene.T_world_camera(1)) * scene.T_world_camera(0);
+  CHECK((motion.T_current_reference.t() - truth.t()).norm() < 1e-4);
+}
+
+TEST_CASE("what is kept does not depend on the host's buffers") {
+  Context context;
+  context.set_history(1);
+  std::vector<cv::KeyPoint> keypoints{{{20, 20}, 1.0F}};
+  std::vector<float> depths{2.0F};
+  cv::Mat grey(64, 64, CV_8UC1), depth(64, 64, CV_16UC1, cv::Scalar(10000));
+  cv::randu(grey, 0, 255);
+  const cv::Mat first_image = grey.clone();
+  FrameView frame;
+  frame.keypoints = keypoints;
+  frame.depth_m = depths;
+  frame.grey = grey;
+  frame.depth = depth;
+  frame.depth_unit_m = 1.0 / 5000;
+  context.begin(frame, CallPoint::BeforePose);
+  context.finish(false);
+  grey.setTo(0);
+  depth.setTo(0);
+  keypoints[0].pt = {1, 1};
+  depths[0] = 9;
+  frame.id = 1;
+  context.begin(frame, CallPoint::BeforePose);
+  const StoredFrame* stored = context.history().before(1);
+  REQUIRE(stored != nullptr);
+  CHECK(stored->keypoints[0].pt.x == 20);
+  CHECK(stored->depth_m[0] == 2.0F);
+  CHECK(cv::countNonZero(stored->depth != 10000) == 0);
+  CHECK(cv::countNonZero(stored->pyramid.image() != first_image) == 0);
+  context.finish(false);
+}
+
+TEST_CASE("a depth image gives no depth on silhouettes and fills holes inside of one surface") {
+  cv::Mat depth(60, 60, CV_32FC1, cv::Scalar(3.0));
+  depth(cv::Rect(30, 0, 30, 60)).setTo(cv::Scalar(1.5));  // a step at x = 30
+  depth.at<float>(30, 10) = 0;                            // a hole in the wall
+  depth(cv::Rect(26, 40, 8, 3)).setTo(cv::Scalar(0));     // a hole across the step
+  const DepthSampler sampler(depth, 1.0, 0.06);
+  CHECK(sampler.at({10, 20}) == doctest::Approx(3.0));
+  CHECK(sampler.at({45, 20}) == doctest::Approx(1.5));
+  CHECK(std::isnan(sampler.at({29, 20})));
+  CHECK(std::isnan(sampler.at({31, 20})));
+  CHECK(sampler.at({10, 30}) == doctest::Approx(3.0));
+  CHECK(std::isnan(sampler.at({30, 41})));
+  for (const cv::Point2f& outside :
+       {cv::Point2f(-1, 5), cv::Point2f(5, -1), cv::Point2f(60, 5), cv::Point2f(5, 60),
+        cv::Point2f(std::nanf(""), 5), cv::Point2f(5, std::nanf(""))})
+    CHECK(std::isnan(sampler.at(outside)));
+  CHECK(sampler.at({59.4F, 59.4F}) == doctest::Approx(1.5));
+  CHECK(std::isnan(DepthSampler(cv::Mat(9, 9, CV_64FC1, cv::Scalar(1)), 1, 1).at({4, 4})));
+}
+
+TEST_CASE("references: k frames back, the oldest when there are fewer, the last keyframe, a frame by id") {
+  const synth::ExactScene scene = synth::preset(synth::Preset::Rigid).without_matches().with_descriptors();
+  Context context;
+  context.set_history(3);
+  const auto reference_id = [&](const Reference& reference) {
+    const Match& match = context.match(reference);
+    return match.reference == nullptr ? -1 : match.reference->id;
+  };
+  for (int k = 0; k < 6; ++k) {
+    const synth::ExactFrame frame = scene.frame(k);
+    show(context, frame);
+    CHECK(reference_id({false, 1}) == k - 1);
+    CHECK(reference_id({false, 3}) == (k == 0 ? -1 : std::max(0, k - 3)));
+    CHECK(reference_id({false, 30}) == (k == 0 ? -1 : std::max(0, k - 3)));
+    CHECK(reference_id({true, 1}) == (k > 1 ? 1 : -1));
+    if (k == 5)
+      CHECK(context.match_with(1).reference != nullptr);  // gone from the ring, kept as the keyframe
+    if (k == 5) CHECK(context.match_with(0).reference == nullptr);
+    if (k == 5)
+      CHECK(context.match({false, 1}).correspondences.count() > frame.size() / 2);  // by descriptors
+    context.finish(k == 1);
+  }
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include <cstdlib>
+#include <dynfilter/filters/builtin.hpp>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "doctest/doctest.h"
+
+using namespace dynfilter;
+
+namespace {
+
+constexpr const char* kBegin = "<!-- parameters -->\n";
+constexpr const char* kEnd = "<!-- end -->";
+
+std::string table(const FilterCard& card) {
+  std::ostringstream out;
+  out << "| parameter | default | unit | range | meaning |\n|---|---|---|---|---|\n";
+  for (const FieldInfo& field : card.parameters)
+    out << "| `" << field.name << "` | " << field.default_value << " | " << field.unit << " | " << field.range
+        << " | " << field.doc << " |\n";
+  return out.str();
+}
+
+std::string read(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+// DYNFILTER_UPDATE_DOCS=1 writes the tables instead.
+TEST_CASE("every rejector has a card in docs/filters whose table is that of its parameters") {
+  const Registry registry = builtin_filters();
+  const std::string index = read(std::string(DYNFILTER_SOURCE_DIR) + "/docs/filters/README.md");
+  for (const std::string& name : registry.names()) {
+    CAPTURE(name);
+    CHECK(index.find("[" + name + "](" + name + ".md)") != std::string::npos);
+    const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/filters/" + name + ".md";
+    std::string card = read(path);
+    const auto begin = card.find(kBegin), end = card.find(kEnd);
+    REQUIRE(begin != std::string::npos);
+    REQUIRE(end != std::string::npos);
+    const auto from = begin + std::string(kBegin).size();
+    const std::string wanted = table(registry.find(name)->card);
+    if (std::getenv("DYNFILTER_UPDATE_DOCS") != nullptr)
+      std::ofstream(path) << card.replace(from, end - from, wanted);
+    else
+      CHECK(card.substr(from, end - from) == wanted);
+  }
+}

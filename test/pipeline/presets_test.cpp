@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/synth/sequence.hpp>
+#include <filesystem>
+#include <opencv2/features2d.hpp>
+
+#include "doctest/doctest.h"
+#include "fakes.hpp"
+
+using namespace dynfilter;
+
+namespace {
+
+Registry registry() {
+  Registry r = builtin_filters();
+  r.add({{"oracle", "registered by the command", {}, {}},
+         [](const YamlNode&) { return fakes::says("oracle", ""); }});
+  return r;
+}
+std::string file_of(const std::string& preset) {
+  return std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines/" + preset + ".yaml";
+}
+Pipeline load(const std::string& preset) {
+  return Pipeline(pipeline_from_file(file_of(preset), registry()));
+}
+
+/// Verdicts over the first frames of a rendered sequence.
+std::vector<Verdict> verdicts_on_images(const std::string& preset, int threads) {
+  const int before = cv::getNumThreads();
+  cv::setNumThreads(threads);
+  synth::SequenceOptions options;
+  options.scene = "walking_xyz";
+  options.frames = 3;
+  const synth::SequenceRenderer renderer(options);
+  Pipeline pipeline = load(preset);
+  const cv::Ptr<cv::ORB> orb = cv::ORB::create(500);
+  std::vector<Verdict> verdicts;
+  for (int k = 0; k < 3; ++k) {
+    const synth::RenderedFrame image = renderer.frame(k);
+    cv::Mat grey;
+    cv::cvtColor(image.colour, grey, cv::COLOR_BGR2GRAY);
+    std::vector<cv::KeyPoint> keypoints;
+    orb->detect(grey, keypoints);
+    FrameView frame;
+    frame.id = k;
+    frame.timestamp_s = image.timestamp_s;
+    frame.keypoints = keypoints;
+    frame.grey = grey;
+    frame.depth = image.depth;
+    frame.depth_unit_m = 1.0 / 5000;
+    frame.camera = synth::fr3_camera();
+    if (image.detections) frame.detections = DetectionInput{-1, *image.detections};
+    verdicts.push_back(pipeline.before_pose(frame));
+  }
+  cv::setNumThreads(before);
+  return verdicts;
+}
+
+}  // namespace
+
+TEST_CASE("every preset loads, names itself as its file, and judges every exact scene") {
+  int presets = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines")) {
+    const std::string preset = entry.path().stem().string();
+    CAPTURE(preset);
+    ++presets;
+    for (const synth::Preset kind : synth::all_presets()) {
+      Pipeline pipeline = load(preset);
+      CHECK(pipeline.name() == preset);
+      const synth::ExactScene scene = synth::preset(kind).with_detections();
+      for (int k = 0; k < 4; ++k) {
+        const synth::ExactFrame frame = scene.frame(k);
+        const Verdict& verdict = pipeline.before_pose(frame.view());
+        CHECK(verdict.size() == frame.size());
+        for (const StageReport& stage : verdict.report.stages) CHECK_FALSE(stage.failed);
+      }
+    }
+  }
+  CHECK(presets >= 7);
+}
+
+TEST_CASE(
+    "rts_slam: seeds lie outside of the boxes, a box that hides most of the movers cannot take the model "
+    "over") {
+  Pipeline pipeline = load("rts_slam");
+  const synth::ExactScene scene =
+      synth::preset(synth::Preset::Majority).with_detections().pixel_noise(0.2).depth_noise(0.001);
+  for (int k = 0; k < 10; ++k) {
+    const synth::ExactFrame frame = scene.frame(k);
+    const Verdict& verdict = pipeline.before_pose(frame.view());
+    if (k < 5) continue;
+    int dynamic = 0, found = 0, fixed = 0, kept = 0;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      dynamic += frame.truth[i] == synth::Truth::Dynamic ? 1 : 0;
+      found += frame.truth[i] == synth::Truth::Dynamic && !verdict.keep(i) ? 1 : 0;
+      fixed += frame.truth[i] == synth::Truth::Static ? 1 : 0;
+      kept += frame.truth[i] == synth::Truth::Static && verdict.keep(i) ? 1 : 0;
+    }
+    CHECK(found >= 0.9 * dynamic);
+    CHECK(kept >= 0.7 * fixed);
+  }
+}
+
+TEST_CASE("mono: the stages that need depth are skipped with a note, the others judge") {
+  Pipeline pipeline = load("rts_slam");
+  const synth::ExactScene scene = synth::preset(synth::Preset::General).with_detections().mono();
+  for (int k = 0; k < 2; ++k) {
+    const synth::ExactFrame frame = scene.frame(k);
+    const Verdict& verdict = pipeline.before_pose(frame.view());
+    int skipped = 0;
+    for (const StageReport& stage : verdict.report.stages)
+      skipped += stage.skipped && stage.name == "trajectory_consistency" && stage.note == "skipped: no depth"
+                     ? 1
+                     : 0;
+    CHECK(skipped == 2);
+    if (k == 1) CHECK(verdict.report.rejected > 0);
+  }
+}
+
+TEST_CASE("same input, same verdicts, bit for bit: twice, and with one and two threads") {
+  for (const char* preset : {"rts_slam", "rts_slam_published"}) {
+    const auto a = verdicts_on_images(preset, 1), b = verdicts_on_images(preset, 1),
+               c = verdicts_on_images(preset, 2);
+    REQUIRE(a.size() == 3);
+    CHECK(a[2].report.rejected > 20);
+    for (std::size_t k = 0; k < a.size(); ++k)
+      for (const Verdict* other : {&b[k], &c[k]}) {
+        CHECK(a[k].decision == other->decision);
+        CHECK(a[k].suspicion == other->suspicion);
+        CHECK(a[k].reasons == other->reasons);
+      }
+  }
+}
