@@ -61,7 +61,7 @@ TEST_CASE("what is kept does not depend on the host's buffers") {
   context.begin(frame, CallPoint::BeforePose);
   const StoredFrame* stored = context.history().before(1);
   REQUIRE(stored != nullptr);
-  CHECK(stored->keypoints[0].pt.x == 20);
+  CHECK(stored->keypoints[0].pt.x == 20.0F);
   CHECK(stored->depth_m[0] == 2.0F);
   CHECK(cv::countNonZero(stored->depth != 10000) == 0);
   CHECK(cv::countNonZero(stored->pyramid.image() != first_image) == 0);
