@@ -33,7 +33,7 @@ std::vector<Verdict> verdicts_on_images(const std::string& preset, int threads) 
   synth::SequenceOptions options;
   options.scene = "walking_xyz";
   options.frames = 3;
-  const synth::SequenceRenderer renderer(options);
+  synth::SequenceRenderer renderer(options);
   Pipeline pipeline = load(preset);
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(500);
   std::vector<Verdict> verdicts;
