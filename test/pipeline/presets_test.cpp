@@ -115,8 +115,9 @@ TEST_CASE("mono: the stages that need depth are skipped with a note, the others 
       skipped += stage.skipped && stage.name == "trajectory_consistency" && stage.note == "skipped: no depth"
                      ? 1
                      : 0;
+    if (k == 0) continue;  // no correspondences either
     CHECK(skipped == 2);
-    if (k == 1) CHECK(verdict.report.rejected > 0);
+    CHECK(verdict.report.rejected > 0);
   }
 }
 
