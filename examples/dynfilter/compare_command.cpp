@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/eval/statistics.hpp>
+#include <iterator>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -152,6 +154,26 @@ void print_table(const Table& table, std::size_t left) {
   }
 }
 
+// Each note once, with the pipelines that it is about unless it is about all.
+void print_notes(const std::vector<Row>& rows) {
+  std::vector<std::pair<std::string, std::set<std::string>>> notes;
+  std::set<std::string> pipelines;
+  for (const Row& row : rows) {
+    pipelines.insert(row.summary.pipeline);
+    for (const std::string& note : row.summary.notes) {
+      const std::string line = row.summary.sequence + ": " + note;
+      auto known = std::find_if(notes.begin(), notes.end(), [&](const auto& n) { return n.first == line; });
+      if (known == notes.end()) known = notes.insert(notes.end(), {line, {}});
+      known->second.insert(row.summary.pipeline);
+    }
+  }
+  if (!notes.empty()) fmt::print("\n");
+  for (const auto& [line, of] : notes) {
+    fmt::print("note: {}{}\n", line,
+               of.size() < pipelines.size() ? fmt::format(" ({})", fmt::join(of, ", ")) : "");
+  }
+}
+
 void print_text(const std::vector<Row>& rows) {
   Table table{{"sequence", "pipeline", "tracked", "ATE m", "RPE m", "RPE deg", "precision", "recall", "kept",
                "features", "rejected", "ms", "filters ms"}};
@@ -175,15 +197,7 @@ void print_text(const std::vector<Row>& rows) {
     fmt::print("\n");
     print_table(summary, 1);
   }
-  std::vector<std::string> said;
-  for (const Row& row : rows) {
-    for (const std::string& note : row.summary.notes) {
-      const std::string line = row.summary.sequence + ", " + row.summary.pipeline + ": " + note;
-      if (std::find(said.begin(), said.end(), line) != said.end()) continue;
-      said.push_back(line);
-      fmt::print("{}note: {}\n", said.size() == 1 ? "\n" : "", line);
-    }
-  }
+  print_notes(rows);
 }
 
 }  // namespace

@@ -41,12 +41,13 @@ class Overlay {
     cv::Mat canvas(size.height + kTitle_px + rows * kRow_px + 8, size.width, CV_8UC3, kPaper);
     cv::Mat picture = canvas(cv::Rect(0, kTitle_px, size.width, size.height));
     paint_background(frame, picture);
-    for (const Detection& d : frame.detections) paint_box(d, picture);
+    for (const Detection& d : frame.detections) cv::rectangle(picture, scaled(d.box), kBox, 1, cv::LINE_AA);
     for (const Vote layer : {Vote::Unknown, Vote::Static, Vote::Dynamic}) {
       for (const MarkedFeature& f : frame.features) {
         if (f.decision == layer) mark(f, f.pixel * kScale, picture);
       }
     }
+    for (const Detection& d : frame.detections) paint_label(d, picture);
     cv::putText(canvas, frame.title, {8, 19}, cv::FONT_HERSHEY_SIMPLEX, 0.5, kInk, 1, cv::LINE_AA);
     cv::Mat strip = canvas(cv::Rect(0, kTitle_px + size.height, size.width, rows * kRow_px + 8));
     layout(legend, size.width, &strip);
@@ -57,7 +58,7 @@ class Overlay {
   static constexpr float kScale = 1.5F;  // see draw()
   static constexpr int kTitle_px = 28, kRow_px = 24;
   static inline const cv::Scalar kPaper{28, 28, 28}, kInk{235, 235, 235}, kGreen{80, 220, 60},
-      kGrey{170, 170, 170}, kAmber{60, 200, 255}, kBox{255, 220, 140};
+      kGrey{150, 150, 150}, kAmber{60, 200, 255}, kBox{255, 220, 140};
 
   struct LegendEntry {
     MarkedFeature example;
@@ -81,10 +82,13 @@ class Overlay {
     cv::resize(dimmed, picture, picture.size(), 0, 0, cv::INTER_LINEAR);
   }
 
-  static void paint_box(const Detection& d, cv::Mat& picture) {
-    const cv::Rect box(cvRound(d.box.x * kScale), cvRound(d.box.y * kScale), cvRound(d.box.width * kScale),
-                       cvRound(d.box.height * kScale));
-    cv::rectangle(picture, box, kBox, 1, cv::LINE_AA);
+  static cv::Rect scaled(const cv::Rect2f& box) {
+    return {cvRound(box.x * kScale), cvRound(box.y * kScale), cvRound(box.width * kScale),
+            cvRound(box.height * kScale)};
+  }
+
+  static void paint_label(const Detection& d, cv::Mat& picture) {
+    const cv::Rect box = scaled(d.box);
     const std::string text = d.class_name + " " + std::to_string(cvRound(100 * d.score)) + "%";
     const cv::Size ink = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, nullptr);
     const cv::Point at(std::max(box.x, 0), std::max(box.y, ink.height + 6));

@@ -35,7 +35,13 @@ struct FrameVerdict {
 /// The pipeline as the odometry's judge; keeps the record of the frame for files and pictures.
 class PipelineJudge final : public odometry::FeatureJudge {
  public:
-  explicit PipelineJudge(PipelineConfig config) : pipeline_(std::move(config)) {}
+  explicit PipelineJudge(PipelineConfig config) : pipeline_(std::move(config)) {
+    // In the order of the file, so that a stage has the same symbol in every picture.
+    for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
+      if (const Stage* root = pipeline_.stages(point))
+        root->for_each([&](const Stage& stage, int) { name_leaf(stage); });
+    }
+  }
 
   Flags before_pose(const FrameView& view) override {
     record_ = FrameVerdict();
@@ -63,6 +69,10 @@ class PipelineJudge final : public odometry::FeatureJudge {
   }
 
  private:
+  void name_leaf(const Stage& stage) {
+    if (dynamic_cast<const FilterStage*>(&stage) != nullptr) bit_of(stage.name());
+  }
+
   bool idle() const {
     return !pipeline_.stages(CallPoint::BeforePose) && !pipeline_.stages(CallPoint::AfterPose) &&
            !pipeline_.stages(CallPoint::AtKeyframe);

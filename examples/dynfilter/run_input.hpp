@@ -79,7 +79,8 @@ inline std::optional<io::DetectionTrack> load_detections(const RunOptions& optio
   }
   if (strangers > 0)
     notes.push_back(name + ": boxes of " + std::to_string(strangers) +
-                    " images that are not in the sequence left out");
+                    (strangers == 1 ? " image that is" : " images that are") +
+                    " not in the sequence left out");
   return track;
 }
 

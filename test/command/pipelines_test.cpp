@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "run_command.hpp"
+
+using namespace dynfilter_test;
+namespace fs = std::filesystem;
+
+TEST_CASE("filters lists rejectors and combinators, and prints a card") {
+  const CommandResult list = dynfilter("filters");
+  CHECK(list.exit_code == 0);
+  for (const char* name :
+       {"semantic_box", "epipolar", "trajectory_consistency", "oracle", "sequence", "by_region"}) {
+    CAPTURE(name);
+    CHECK(contains(list.out, name));
+    const CommandResult card = dynfilter(std::string("filters ") + name);
+    CHECK(card.exit_code == 0);
+    CHECK(card.out.rfind(std::string(name) + ": ", 0) == 0);
+    CHECK(dynfilter(std::string("filters --json ") + name).out[0] == '{');
+  }
+  const CommandResult card = dynfilter("filters semantic_box");
+  CHECK(contains(card.out, "min_score"));
+  CHECK(contains(card.out, "[0 to 1]"));
+  CHECK(contains(dynfilter("filters --json").out, "\"combinators\""));
+  check_refused("filters semantic_bo", "unknown filter `semantic_bo`; known: ");
+  check_refused("filters --plugin nowhere.so", "nowhere.so");
+}
+
+TEST_CASE("check prints the stages of every preset and what they need") {
+  int presets = 0;
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(DYNFILTER_SOURCE_DIR) / "examples" / "pipelines")) {
+    if (entry.path().extension() != ".yaml") continue;
+    const std::string name = entry.path().stem().string();
+    CAPTURE(name);
+    const CommandResult by_name = dynfilter("check " + name);
+    CHECK(by_name.exit_code == 0);
+    CHECK(by_name.err.empty());
+    CHECK(by_name.out.rfind(name + ": well formed", 0) == 0);
+    CHECK(dynfilter("check '" + entry.path().string() + "' --json").exit_code == 0);
+    ++presets;
+  }
+  CHECK(presets >= 7);
+  const CommandResult rts = dynfilter("check rts_slam");
+  for (const char* part :
+       {"before_pose", "semantic_box", "needs boxes", "epipolar", "trajectory_consistency"}) {
+    CAPTURE(part);
+    CHECK(contains(rts.out, part));
+  }
+}
+
+TEST_CASE("check refuses bad pipelines with one line that says where and what") {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "p.yaml").string();
+  const auto refused = [&](const std::string& text, const std::string& reason) {
+    write_text(file, text);
+    CAPTURE(text);
+    check_refused("check " + file, reason);
+  };
+  const std::string head = "%YAML:1.0\n---\npipeline:\n  name: p\n";
+  refused("this is { not [ YAML", "p.yaml");
+  refused("\x01\x02\xff\xfe", "p.yaml");
+  refused("", "p.yaml");
+  refused("%YAML:1.0\n---\nother: 1\n", "expected the key `pipeline`");
+  refused(head + "  before_pose:\n    - epipolarr\n", "unknown filter `epipolarr`");
+  refused(head + "  before_pos:\n    - epipolar\n", "unknown key `before_pos`");
+  refused(head + "  before_pose:\n    - epipolar: { max_distance: 1.0 }\n", "unknown key `max_distance`");
+  refused(head + "  before_pose:\n    - epipolar: { max_distance_px: wide }\n", "max_distance_px");
+  refused(head + "  before_pose:\n    - epipolar: { max_distance_px: -1.0 }\n", "max_distance_px");
+  refused(head + "  before_pose:\n    - semantic_box: { role: maybe }\n",
+          "expected one of prior, reject, got `maybe`");
+  check_refused("check nowhere.yaml", "nowhere.yaml: no such pipeline file");
+  check_refused("check nosuchpreset", "presets: ");
+  check_refused("check", "PIPELINE is required");
+}

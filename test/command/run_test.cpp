@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT
+#include <opencv2/imgproc.hpp>
+
+#include "run_command.hpp"
+
+using namespace dynfilter_test;
+namespace fs = std::filesystem;
+
+namespace {
+
+// One short walking sequence for all tests of this file, with what a user may do to it undone after each.
+class Walking {
+ public:
+  Walking() : folder_(root_.path() / "walking") {
+    const CommandResult result =
+        dynfilter("synth walking_static '" + folder_.string() + "' --frames 14 --seed 3");
+    REQUIRE(result.exit_code == 0);
+  }
+  const fs::path& folder() const { return folder_; }
+  const fs::path& root() const { return root_.path(); }
+  static const Walking& shared() {
+    static const Walking walking;
+    return walking;
+  }
+
+ private:
+  TemporaryFolder root_;
+  fs::path folder_;
+};
+
+// A copy that a test may spoil.
+class Copy {
+ public:
+  Copy() : folder_(root_.path() / "copy") {
+    fs::copy(Walking::shared().folder(), folder_, fs::copy_options::recursive);
+  }
+  const fs::path& folder() const { return folder_; }
+  const fs::path& root() const { return root_.path(); }
+  fs::path nth(const char* kind, int n) const {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder_ / kind)) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files.at(static_cast<std::size_t>(n));
+  }
+  std::string out() const { return (root_.path() / "out").string(); }
+  /// Refused with this reason, and nothing but the copy is there afterwards.
+  void check_run_refused(const std::string& reason, const std::string& more = "") const {
+    check_refused("run '" + folder_.string() + "' --pipeline none --out '" + out() + "' " + more, reason);
+    int entries = 0;
+    for ([[maybe_unused]] const auto& entry : fs::directory_iterator(root_.path())) ++entries;
+    CHECK(entries == 1);
+  }
+
+ private:
+  TemporaryFolder root_;
+  fs::path folder_;
+};
+
+std::string value_of(const std::string& json, const std::string& key) {
+  const std::size_t at = json.find("\"" + key + "\": ");
+  if (at == std::string::npos) return "absent";
+  const std::size_t begin = at + key.size() + 4;
+  return json.substr(begin, json.find_first_of(",\n}", begin) - begin);
+}
+
+std::size_t lines_of(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+}  // namespace
+
+TEST_CASE("synth writes the whole layout, again over itself, and spares what is not its own") {
+  const fs::path& folder = Walking::shared().folder();
+  for (const char* name : {"rgb.txt", "depth.txt", "associations.txt", "groundtruth.txt", "camera.yaml",
+                           "detections.txt", "rgb", "depth", "labels", "dynamic", "motion", "masks"}) {
+    CAPTURE(name);
+    CHECK(fs::exists(folder / name));
+  }
+  const TemporaryFolder root;
+  const std::string again = (root.path() / "again").string();
+  REQUIRE(dynfilter("synth static_desk " + again + " --frames 2").exit_code == 0);
+  const CommandResult second = dynfilter("synth static_desk " + again + " --frames 1 --json");
+  CHECK(second.exit_code == 0);
+  CHECK(value_of(second.out, "frames") == "1");
+  CHECK(lines_of(read_text(root.path() / "again" / "associations.txt")) == 1);
+  fs::create_directories(root.path() / "mine");
+  write_text(root.path() / "mine" / "thesis.txt", "do not touch");
+  check_refused("synth static_desk " + (root.path() / "mine").string(), "exists and is not empty");
+  check_refused("synth moon_walk " + (root.path() / "moon").string(),
+                "unknown scene 'moon_walk'; known are: ");
+  check_refused("synth static_desk " + (root.path() / "no" / "where").string(), "no such folder");
+  check_refused("synth static_desk " + (root.path() / "zero").string() + " --frames 0", "--frames");
+  CHECK_FALSE(fs::exists(root.path() / "moon"));
+}
+
+TEST_CASE("run writes trajectory, tables, summary and pictures") {
+  const Walking& walking = Walking::shared();
+  const fs::path out = walking.root() / "results";
+  const CommandResult result = dynfilter("run '" + walking.folder().string() +
+                                         "' --pipeline rts_slam --json --out '" + out.string() + "'");
+  CAPTURE(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(result.err.empty());
+  const std::string summary = read_text(out / "summary.json");
+  CHECK(value_of(summary, "frames") == "14");
+  CHECK(value_of(summary, "tracked_frames") == "14");
+  CHECK(std::stod(value_of(summary, "ate_rmse_m")) < 0.05);
+  for (const char* key :
+       {"rpe_trans_rmse_m", "rpe_rot_rmse_deg", "precision", "recall", "static_kept", "features_mean",
+        "rejected_mean", "total", "extraction", "correspondence", "filters", "tracking"}) {
+    CAPTURE(key);
+    CHECK(value_of(summary, key) != "absent");
+    CHECK(value_of(result.out, key) != "absent");
+  }
+  CHECK(value_of(summary, "rpe_trans_rmse_m") == "null");  // shorter than a second
+  CHECK(lines_of(read_text(out / "trajectory.txt")) == 15);
+  CHECK(lines_of(read_text(out / "frames.csv")) == 15);
+  CHECK(lines_of(read_text(out / "verdicts.csv")) > 14 * 500);
+  const cv::Mat picture = cv::imread((out / "overlay" / "000013.png").string());
+  CHECK(picture.cols == 960);
+  CHECK(picture.rows > 720);
+}
+
+TEST_CASE("same input, same verdicts: twice, and with one and two threads") {
+  const Walking& walking = Walking::shared();
+  std::string first;
+  for (const char* how : {"--threads 1", "--threads 1", "--threads 2"}) {
+    const fs::path out = walking.root() / "same";
+    REQUIRE(dynfilter("run '" + walking.folder().string() + "' --pipeline rts_slam --out '" + out.string() +
+                      "' " + how)
+                .exit_code == 0);
+    const std::string verdicts = read_text(out / "verdicts.csv") + read_text(out / "trajectory.txt");
+    if (first.empty()) first = verdicts;
+    CHECK(first == verdicts);
+  }
+}
+
+TEST_CASE("oracle rejects what moves; start, frames and reverse choose what is played") {
+  const std::string folder = "'" + Walking::shared().folder().string() + "'";
+  const CommandResult oracle = dynfilter("run " + folder + " --pipeline oracle --json");
+  REQUIRE(oracle.exit_code == 0);
+  CHECK(value_of(oracle.out, "recall") == "1.0");
+  const CommandResult part = dynfilter("run " + folder + " --pipeline none --json --start 4 --frames 5");
+  CHECK(value_of(part.out, "frames") == "5");
+  const CommandResult reverse = dynfilter("run " + folder + " --pipeline none --json --reverse --start 4");
+  CHECK(value_of(reverse.out, "frames") == "10");
+  CHECK(value_of(reverse.out, "tracked_frames") == "10");
+  CHECK(value_of(reverse.out, "ate_rmse_m") != "null");
+  CHECK(value_of(reverse.out, "recall") == "null");
+  CHECK(contains(reverse.out, "played in reverse"));
+}
+
+TEST_CASE("compare prints a row per pipeline, medians over variants, and JSON") {
+  const std::string folder = "'" + Walking::shared().folder().string() + "'";
+  const CommandResult table = dynfilter("compare " + folder + " --pipelines none,rts_slam_s");
+  REQUIRE(table.exit_code == 0);
+  CHECK(contains(table.out, "walking   none"));
+  CHECK(contains(table.out, "walking   rts_slam_s"));
+  const CommandResult json =
+      dynfilter("compare " + folder + " --pipelines none --variants --frames 3 --json");
+  REQUIRE(json.exit_code == 0);
+  CHECK(contains(json.out, "\"variant\": \"reverse from 10\""));
+  CHECK(value_of(json.out, "runs") == "6");
+  check_refused("compare " + folder, "--pipelines is required");
+  check_refused("compare " + folder + " --pipelines none,nosuch", "presets: ");
+}
+
+TEST_CASE("bad usage of run") {
+  const Copy copy;
+  const std::string folder = "'" + copy.folder().string() + "'";
+  check_refused("run " + folder, "--pipeline is required");
+  copy.check_run_refused("the sequence has only 14 frames", "--start 14");
+  copy.check_run_refused("boxes.txt: no such file", "--detections boxes.txt");
+  copy.check_run_refused("camera.yml: no such file", "--camera camera.yml");
+  check_refused("run " + folder + " --pipeline none --start -1", "--start");
+  check_refused("run /nowhere/at/all --pipeline none", "/nowhere/at/all: no such folder");
+  fs::remove_all(copy.folder() / "labels");
+  check_refused("run " + folder + " --pipeline oracle", "no labels/");
+}
+
+TEST_CASE("bad input: exit code 2, one line, nothing half-written") {
+  const Copy copy;
+  SUBCASE("empty rgb.txt") {
+    fs::remove(copy.folder() / "associations.txt");
+    write_text(copy.folder() / "rgb.txt", "");
+    copy.check_run_refused("rgb.txt: lists no images");
+  }
+  SUBCASE("depth of another size, in the middle") {
+    const cv::Mat depth = cv::imread(copy.nth("depth", 6).string(), cv::IMREAD_UNCHANGED);
+    cv::imwrite(copy.nth("depth", 6).string(), depth(cv::Rect(0, 0, 320, 240)));
+    copy.check_run_refused("is 320x240, but its colour image");
+  }
+  SUBCASE("truncated colour image, in the middle") {
+    fs::resize_file(copy.nth("rgb", 6), 5000);
+    copy.check_run_refused(copy.nth("rgb", 6).filename().string() + ": is truncated");
+  }
+  SUBCASE("truncated depth image at the end") {
+    fs::resize_file(copy.nth("depth", 13), fs::file_size(copy.nth("depth", 13)) - 1);
+    copy.check_run_refused("is truncated");
+  }
+  SUBCASE("no frame with any depth: all zero") {
+    for (int i = 0; i < 14; ++i)
+      cv::imwrite(copy.nth("depth", i).string(), cv::Mat(480, 640, CV_16UC1, cv::Scalar(0)));
+    copy.check_run_refused("no frame has any depth");
+  }
+  SUBCASE("no frame with any depth: no images") {
+    fs::remove_all(copy.folder() / "depth");
+    copy.check_run_refused("no frame has depth");
+  }
+  SUBCASE("timestamps out of order") {
+    std::string lines = read_text(copy.folder() / "associations.txt");
+    lines += lines.substr(0, lines.find('\n') + 1);
+    write_text(copy.folder() / "associations.txt", lines);
+    copy.check_run_refused("timestamps out of order");
+  }
+  SUBCASE("no associations within tolerance") {
+    fs::remove(copy.folder() / "associations.txt");
+    std::string depth;
+    for (int i = 0; i < 14; ++i)
+      depth += std::to_string(10 + i) + " depth/" + copy.nth("depth", i).filename().string() + "\n";
+    write_text(copy.folder() / "depth.txt", depth);
+    copy.check_run_refused("no depth image within 0.02");
+  }
+  SUBCASE("broken ground truth") {
+    write_text(copy.folder() / "groundtruth.txt", "1 2 3\n");
+    copy.check_run_refused("groundtruth.txt:1: expected");
+  }
+  SUBCASE("broken detections") {
+    write_text(copy.folder() / "detections.txt", "1 0 person high 1 2 3 4\n");
+    copy.check_run_refused("detections.txt:1: 'high' is not a number");
+  }
+  SUBCASE("an unknown camera") {
+    fs::remove(copy.folder() / "camera.yaml");
+    copy.check_run_refused("the camera is not known");
+  }
+}
+
+TEST_CASE("odd data is left out, counted and said once") {
+  const Copy copy;
+  fs::remove(copy.nth("depth", 5));
+  std::string boxes = read_text(copy.folder() / "detections.txt");
+  boxes += "99.5 0 person 0.9 1 2 30 40\n99.5 0 person 0.8 1 2 30 40\n" +
+           std::string("98.5 0 person 0.9 40 2 30 40\n");
+  write_text(copy.folder() / "detections.txt", boxes);
+  const CommandResult result = dynfilter("run '" + copy.folder().string() + "' --pipeline none");
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  CHECK(contains(result.out, "tracked       14 of 14 frames"));
+  CHECK(contains(result.out, "1 frame has no depth image"));
+  CHECK(contains(result.out, "boxes from detections.txt"));
+  CHECK(contains(result.out, "boxes of 2 images that are not in the sequence"));
+  CHECK(contains(result.out, "1 unusable box left out"));
+}
