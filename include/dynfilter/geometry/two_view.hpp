@@ -51,12 +51,15 @@ class TwoViewEstimator {
   }
 
  private:
-  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  static constexpr int kLocalRuns = 25;  ///< optimisations that a sample near the best may still ask for
+  static constexpr double kNearBest = 1.03;
+  static constexpr std::size_t kLocalSize = 320;  ///< matches that a local optimisation looks at
 
   void search_fundamental(TwoViewModel& model) {
     Rng rng(options_.seed);
     has_F_ = false;
-    F_cost_ = static_cast<double>(points_.count()) * (1 - 0.5 * options_.min_inlier_share);
+    local_runs_ = 0;
+    F_cost_ = sample_cost_ = static_cast<double>(points_.count()) * (1 - 0.5 * options_.min_inlier_share);
     int needed = options_.max_iterations, i = 0;
     for (; i < needed; ++i) {
       std::uint32_t pick[7];
@@ -66,18 +69,38 @@ class TwoViewEstimator {
       Eigen::Matrix3d candidates[4];
       const int n = detail::solve_seven(p1, p2, candidates);
       for (int c = 0; c < n; ++c) {
-        if (!detail::oriented(candidates[c], p1, p2) || !consider(candidates[c])) continue;
-        optimise_locally();
-        const int inliers = points_.inliers(detail::FundamentalError(F_), tau2_);
-        needed = ransac_iterations(inliers / static_cast<double>(points_.count()), 7, options_.confidence,
-                                   options_.max_iterations);
+        if (detail::oriented(candidates[c], p1, p2) && try_sample(candidates[c])) {
+          const int inliers = points_.inliers(detail::FundamentalError(F_), tau2_);
+          needed = ransac_iterations(inliers / static_cast<double>(points_.count()), 7, options_.confidence,
+                                     options_.max_iterations);
+        }
       }
     }
     model.iterations = i;
-    if (!has_F_) return;
-    Eigen::Matrix3d F = F_;
-    detail::refine_fundamental(points_, 2 * tau2_, 3, 1, F);
-    consider(F);
+    if (has_F_) polish();
+  }
+
+  /// Samples compete with samples: one that is (nearly) the best of its kind is optimised, even if an
+  /// optimised F is better already (Chum, Matas and Kittler, DAGM 2003). True if the best F changed.
+  bool try_sample(const Eigen::Matrix3d& sample) {
+    const double bound = local_runs_ < kLocalRuns ? kNearBest * sample_cost_ : sample_cost_;
+    const double cost = points_.cost(detail::FundamentalError(sample), tau2_, bound);
+    if (!(cost < bound)) return false;
+    sample_cost_ = std::min(sample_cost_, cost);
+    ++local_runs_;
+    Eigen::Matrix3d F = sample;
+    for (double cut : {16.0, 6.0, 2.5}) detail::refine_fundamental(points_, cut * tau2_, 2, {kLocalSize}, F);
+    const bool changed = consider(sample);
+    return consider(F) || changed;
+  }
+
+  void polish() {
+    for (int round = 0; round < 5; ++round) {
+      Eigen::Matrix3d F = F_;
+      for (double cut : {16.0, 6.0, 2.5}) detail::refine_fundamental(points_, cut * tau2_, 2, {}, F);
+      const double before = F_cost_;
+      if (!consider(F) || F_cost_ > 0.998 * before) break;
+    }
   }
 
   bool consider(const Eigen::Matrix3d& F) {
@@ -85,14 +108,6 @@ class TwoViewEstimator {
     if (!(cost < F_cost_)) return false;
     F_ = F, F_cost_ = cost, has_F_ = true;
     return true;
-  }
-
-  void optimise_locally() {
-    const std::size_t stride = std::max<std::size_t>(1, points_.count() / 250);
-    Eigen::Matrix3d F = F_;
-    detail::refine_fundamental(points_, 8 * tau2_, 2, stride, F);
-    detail::refine_fundamental(points_, 2 * tau2_, 1, stride, F);
-    consider(F);
   }
 
   /// Four-point samples of what F explains (all seeds without F). A homography below `min_plane_share` of F's
@@ -121,15 +136,14 @@ class TwoViewEstimator {
       }
       Eigen::Matrix3d H;
       if (!detail::solve_four(p1, p2, H) || !consider_homography(H)) continue;
-      const std::size_t stride = std::max<std::size_t>(1, points_.count() / 250);
-      detail::refine_homography(points_, 4 * tau2_, 2, stride, H);
+      detail::refine_homography(points_, 4 * tau2_, 2, {kLocalSize}, H);
       consider_homography(H);
       const int inliers = points_.inliers(detail::HomographyError(H_), tau2_);
       needed = std::min(needed, ransac_iterations(inliers / members, 4, options_.confidence, needed));
     }
     if (!has_H_) return;
     Eigen::Matrix3d H = H_;
-    detail::refine_homography(points_, 2 * tau2_, 3, 1, H);
+    detail::refine_homography(points_, 2 * tau2_, 3, {}, H);
     consider_homography(H);
   }
 
@@ -145,7 +159,8 @@ class TwoViewEstimator {
   std::vector<float> scratch_;
   std::vector<std::uint32_t> members_;
   Eigen::Matrix3d F_, H_;
-  double tau2_ = 0, F_cost_ = 0, H_cost_ = 0;
+  double tau2_ = 0, sample_cost_ = 0, F_cost_ = 0, H_cost_ = 0;
+  int local_runs_ = 0;
   bool has_F_ = false, has_H_ = false;
 };
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <dynfilter/geometry/two_view_points.hpp>
 #include <dynfilter/geometry/two_view_refine.hpp>
@@ -78,6 +79,12 @@ class TwoViewDecision {
   }
 
  private:
+  static constexpr double kStrong = 3;        ///< along over across: parallax well above the noise
+  static constexpr double kNearShare = 0.03;  ///< of the seeds, just off H but on its lines: parallax goes on
+  static constexpr double kRounding = 4e-4;   ///< variance of exact data, in tau^2
+  static constexpr std::uint32_t kMaxOff = 512;
+  static constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+
   struct Residuals {
     Eigen::Vector3d epipole;
     double along2 = 0, across2 = 0;
@@ -92,6 +99,11 @@ class TwoViewDecision {
   }
 
   void decide_plane(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, TwoViewModel& model) {
+    Eigen::Matrix3d better;
+    if (search_parallax(F, H, better)) {
+      F = &better;
+      model.fundamental_inliers = fundamental_inliers(better);
+    }
     const Residuals residuals = measure_residuals(H);
     model.anisotropy = residuals.along2 / residuals.across2;
     if (residuals.parallax) return decide_parallax(F, H, residuals, model);
@@ -99,6 +111,36 @@ class TwoViewDecision {
     if (calibrated_ && decide_calibrated(H, model)) return;
     accept_homography(H, TwoViewKind::Homography, TwoViewReason::Plane, model);
     set_ambiguous(F, H, model);
+  }
+
+  /// DEGENSAC's plane and parallax (Chum et al. 2005, sec. 3.2): seven matches nearly all on a plane fix
+  /// nothing but H; two of O add e', F = [e']x H. True if that beats F.
+  bool search_parallax(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, Eigen::Matrix3d& better) {
+    fill_errors(H);
+    std::uint32_t off[kMaxOff];
+    std::uint32_t n = 0;
+    for (std::size_t i = 0; i < points_.count() && n < kMaxOff; ++i) {
+      if (scratch_[i] > 2 * tau2_) off[n++] = static_cast<std::uint32_t>(i);
+    }
+    if (n < 10) return false;
+    double best = F ? points_.cost(FundamentalError(*F), tau2_, kAnywhere) : kAnywhere;
+    const double start = best;
+    Rng rng(options_.seed + 2);
+    for (int i = 0; i < 60; ++i) {
+      std::uint32_t pick[2];
+      sample_distinct(rng, n, pick, 2);
+      const auto line = [&](std::uint32_t k) {
+        return (H * points_.reference(off[k]).homogeneous())
+            .cross(points_.current(off[k]).homogeneous())
+            .eval();
+      };
+      const Eigen::Matrix3d candidate = (cross_matrix(line(pick[0]).cross(line(pick[1]))) * H).normalized();
+      const double cost = points_.cost(FundamentalError(candidate), tau2_, best);
+      if (cost < best) best = cost, better = candidate;
+    }
+    if (!(best < start)) return false;
+    refine_fundamental(points_, 2 * tau2_, 3, {}, better);
+    return true;
   }
 
   /// Step 2: how what H leaves at S is distributed, and the e' it points at.
@@ -119,9 +161,9 @@ class TwoViewDecision {
       const double along = u.dot(d), across = u.x() * d.y() - u.y() * d.x();
       out.along2 += along * along, out.across2 += across * across, n += 1;
     });
-    const double floor = 4e-4 * tau2_;  // exact data: rounding has directions too
+    const double floor = kRounding * tau2_;  // it has directions too
     out.along2 = out.along2 / n + floor, out.across2 = out.across2 / n + floor;
-    out.parallax = out.along2 > (1 + 12 / std::sqrt(n)) * out.across2;
+    out.parallax = out.along2 > (1 + 8 / std::sqrt(n)) * out.across2;
     return out;
   }
 
@@ -138,28 +180,75 @@ class TwoViewDecision {
 
   void decide_parallax(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, const Residuals& residuals,
                        TwoViewModel& model) {
-    Eigen::Matrix3d weak = cross_matrix(residuals.epipole) * H;
-    weak.normalize();
+    const double window = std::sqrt(tau2_ * kTransferScale), near = 2.2 * window;
     const double tight2 = std::min(tau2_, 9 * residuals.across2 / 2);  // across: both images' noise
-    const double allowance = 4 * std::sqrt(residuals.along2 - residuals.across2);
-    const int off = parallax_support(weak, H, 1.5 * allowance);
-    if (off >= 0.5 * options_.min_parallax_share * static_cast<double>(points_.count())) {
-      refine_fundamental(points_, 2 * tau2_, 3, 1, weak);
-      refine_fundamental(points_, 2 * tight2, 2, 1, weak);
-      const double worst = std::numeric_limits<double>::infinity();
-      const bool rival = F && points_.cost(FundamentalError(*F), tight2, worst) <
-                                  points_.cost(FundamentalError(weak), tight2, worst);
-      return accept_fundamental(rival ? *F : weak, TwoViewReason::PlaneAndParallax, model);
+    Eigen::Matrix3d mine = cross_matrix(residuals.epipole) * H;
+    refine_within(H, window, 2 * tight2, mine);
+    const double n = static_cast<double>(points_.count()), off = n - model.homography_inliers;
+    const int all = parallax_support(mine, H, kAnywhere);
+    const bool strong = residuals.along2 > kStrong * residuals.across2 && all >= 0.5 * off;
+    if (strong || parallax_support(mine, H, near) >= kNearShare * n) {
+      refine_within(H, near, 2 * tight2, mine);
+      if (F && explains_near(H, near, tight2, *F, mine)) {
+        mine = *F;
+      } else if (strong) {
+        refine_within(H, kAnywhere, 2 * tight2, mine);
+      } else {
+        grow(H, near, 2 * tight2, mine);
+      }
+      return accept_fundamental(mine, TwoViewReason::PlaneAndParallax, model);
     }
     accept_homography(H, TwoViewKind::Homography, TwoViewReason::WeakParallax, model);
-    model.F = fundamental_px(weak);
-    model.allowance_px = allowance / points_.scale();
+    model.F = fundamental_px(mine);
+    model.allowance_px = 4 * std::sqrt(residuals.along2 - residuals.across2) / points_.scale();
   }
 
-  /// Seeds off H, on F, at most `reach` from where H has them.
-  int parallax_support(const Eigen::Matrix3d& F, const Eigen::Matrix3d& H, double reach) const {
+  /// F explains the parallax near H as well as the F that was fitted to it alone: chi-square of its seven
+  /// parameters, 99 %. An F that was drawn to movers does not.
+  bool explains_near(const Eigen::Matrix3d& H, double near, double tight2, const Eigen::Matrix3d& F,
+                     const Eigen::Matrix3d& fitted) {
+    constexpr double kSlack = 18.48 / 9;  // costs are in units of tight2 = 9 sigma^2
+    return cost_within(H, near, F, tight2) < cost_within(H, near, fitted, tight2) + kSlack;
+  }
+
+  /// Static parallax goes on without a gap: follow it outwards while each ring holds some, so that a group of
+  /// movers beyond a gap has no say.
+  void grow(const Eigen::Matrix3d& H, double reach, double cut2, Eigen::Matrix3d& F) {
+    const double enough = 0.01 * static_cast<double>(points_.count());
+    for (int ring = 0; ring < 12; ++ring, reach *= 1.3) {
+      if (parallax_support(F, H, 1.3 * reach) - parallax_support(F, H, reach) < enough) break;
+      refine_within(H, 1.3 * reach, cut2, F);
+    }
+  }
+
+  /// Refines F on the seeds that lie within `reach` of where H has them.
+  void refine_within(const Eigen::Matrix3d& H, double reach, double cut2, Eigen::Matrix3d& F) {
+    fill_errors(H);
+    const float limit = static_cast<float>(reach * reach / kTransferScale);
+    refine_fundamental(points_, cut2, 3, {points_.count(), scratch_.data(), limit}, F);
+  }
+
+  double cost_within(const Eigen::Matrix3d& H, double reach, const Eigen::Matrix3d& F, double tau2) {
+    fill_errors(H);
+    const double limit = reach * reach / kTransferScale;
+    double sum = 0;
+    points_.visit(FundamentalError(F), [&](std::size_t i, float e) {
+      if (scratch_[i] <= limit) sum += std::min(1.0, e / tau2);
+    });
+    return sum;
+  }
+
+  void fill_errors(const Eigen::Matrix3d& H) {
+    scratch_.resize(points_.count());
+    points_.visit(HomographyError(H), [&](std::size_t i, float e) { scratch_[i] = e; });
+  }
+
+  /// Seeds on F, at most `reach` from where H has them, and off H: by `clear` times the bound on squared
+  /// errors, so that it is not just noise.
+  int parallax_support(const Eigen::Matrix3d& F, const Eigen::Matrix3d& H, double reach,
+                       double clear = 2) const {
     int n = 0;
-    const double off2 = tau2_ * kTransferScale;
+    const double off2 = clear * tau2_ * kTransferScale;
     points_.visit(FundamentalError(F), [&](std::size_t i, float e) {
       if (e > tau2_) return;
       const Eigen::Vector2d q = (H * points_.reference(i).homogeneous()).hnormalized();
@@ -174,16 +263,26 @@ class TwoViewDecision {
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(G, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
     if (R.determinant() < 0) R = -R;
-    const std::size_t stride = std::max<std::size_t>(1, points_.count() / 250);
-    for (double cut : {64.0, 16.0, 4.0}) refine_rotation(points_, calibration_, cut * tau2_, 1, stride, R);
-    refine_rotation(points_, calibration_, 2 * tau2_, 2, 1, R);
+    for (double cut : {64.0, 16.0, 4.0}) refine_rotation(points_, calibration_, cut * tau2_, 1, {320}, R);
+    refine_rotation(points_, calibration_, 2 * tau2_, 2, {}, R);
     const Eigen::Matrix3d infinite = calibration_.rotation(R);
     if (homography_inliers(infinite) < 0.97 * model.homography_inliers) return false;
+    if (plane_residual2(H, infinite) > 1.2 * plane_residual2(H, H)) return false;
     const bool still = stood_still();
     accept_homography(infinite, TwoViewKind::Rotation,
                       still ? TwoViewReason::NoMotion : TwoViewReason::PureRotation, model);
     if (!still) set_ambiguous(F, infinite, model);
     return true;
+  }
+
+  /// Mean squared error of `model` over S, plus what rounding leaves of exact data.
+  double plane_residual2(const Eigen::Matrix3d& H, const Eigen::Matrix3d& model) {
+    fill_errors(H);
+    double sum = 0, n = 0;
+    points_.visit(HomographyError(model), [&](std::size_t i, float e) {
+      if (scratch_[i] <= tau2_) sum += e, n += 1;
+    });
+    return sum / n + kRounding * tau2_;
   }
 
   /// Half of the seeds have not moved.
@@ -199,11 +298,10 @@ class TwoViewDecision {
     int best_support = 0;
     Eigen::Matrix3d best;
     for (int c = 0; c < n; ++c) {
-      refine_essential(points_, calibration_, 16 * tau2_, 2, candidates[c]);
-      refine_essential(points_, calibration_, 2 * tau2_, 2, candidates[c]);
+      refine_essential_within(H, 2 * tau2_, candidates[c]);
       const Eigen::Matrix3d F = calibration_.fundamental(candidates[c]).normalized();
       if (fundamental_inliers(F) < 0.95 * model.homography_inliers) continue;
-      const int support = parallax_support(F, H, std::numeric_limits<double>::infinity());
+      const int support = parallax_support(F, H, kAnywhere);
       if (support > best_support) best_support = support, best = F;
     }
     const int off = static_cast<int>(points_.count()) - model.homography_inliers;
@@ -211,6 +309,13 @@ class TwoViewDecision {
     if (best_support < 10 || best_support < 0.4 * off) return false;
     accept_fundamental(best, TwoViewReason::CalibratedParallax, model);
     return true;
+  }
+
+  /// On S alone: O must not choose the epipole that it is judged by.
+  void refine_essential_within(const Eigen::Matrix3d& H, double cut2, Essential& e) {
+    fill_errors(H);
+    const Selection plane{points_.count(), scratch_.data(), static_cast<float>(tau2_)};
+    refine_essential(points_, calibration_, cut2, 3, plane, e);
   }
 
   /// The two motions of a plane: G = R + t n^T up to scale, as (R, t / |t|).
@@ -244,7 +349,7 @@ class TwoViewDecision {
 
   void set_ambiguous(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, TwoViewModel& model) const {
     if (!F) return;
-    const int off = parallax_support(*F, H, std::numeric_limits<double>::infinity());
+    const int off = parallax_support(*F, H, kAnywhere, 1.2);
     model.ambiguous = off >= options_.min_parallax_share * static_cast<double>(points_.count());
     if (model.ambiguous) model.F = fundamental_px(*F);
   }

@@ -54,6 +54,11 @@ class TwoViewPoints {
   std::size_t count() const { return count_; }
   double scale() const { return scale_; }             ///< normalised units per pixel
   double minor_axis_px() const { return minor_px_; }  ///< spread across the longest direction of the seeds
+  /// Packs of the coordinates from match i on; i is a multiple of the width.
+  Pack x(std::size_t i) const { return at(x_, i); }
+  Pack y(std::size_t i) const { return at(y_, i); }
+  Pack u(std::size_t i) const { return at(u_, i); }
+  Pack v(std::size_t i) const { return at(v_, i); }
   Eigen::Vector2d reference(std::size_t i) const { return {x_[i], y_[i]}; }
   Eigen::Vector2d current(std::size_t i) const { return {u_[i], v_[i]}; }
 

@@ -4,11 +4,14 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <dynfilter/geometry/epipolar.hpp>
 #include <dynfilter/geometry/rigid_least_squares.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 #include <dynfilter/geometry/two_view_points.hpp>
+#include <limits>
 
 namespace dynfilter::detail {
 
@@ -39,12 +42,6 @@ struct EntryNormal {
   Matrix99 A;
   Vector9 g;
 
-  /// A += w a a^T
-  void add(double w, const Vector9& a) {
-    for (int c = 0; c < 9; ++c)
-      for (int r = 0; r < 9; ++r) A(r, c) += w * a[c] * a[r];
-  }
-
   template <int N>
   bool step(const Eigen::Matrix<double, 9, N>& D, Eigen::Matrix<double, N, 1>& delta) const {
     Eigen::Matrix<double, N, N> normal = congruent(D);
@@ -73,35 +70,71 @@ struct EntryNormal {
   }
 };
 
-/// Reweighted Sampson residuals a.f / sqrt(den) with Tukey's weights cut off at `cut2` (squared, normalised
-/// units).
-inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix3d& F, double cut2,
-                                std::size_t stride, EntryNormal& normal) {
-  const Vector9 f = row_major(F);
-  normal.A.setZero();
-  int used = 0;
-  for (std::size_t i = 0; i < points.count(); i += stride) {
-    const Eigen::Vector2d p = points.reference(i), q = points.current(i);
-    const double x = p.x(), y = p.y(), u = q.x(), v = q.y();
-    const double X = f[0] * x + f[1] * y + f[2], Y = f[3] * x + f[4] * y + f[5];
-    const double P = f[0] * u + f[3] * v + f[6], Q = f[1] * u + f[4] * v + f[7];
-    const double e = X * u + Y * v + f[6] * x + f[7] * y + f[8], den = X * X + Y * Y + P * P + Q * Q;
-    const double cut = cut2 * den, e2 = e * e;
-    if (!(e2 < cut)) continue;
-    const double taper = 1 - e2 / cut, w = taper * taper / den;
-    Vector9 a;
-    a << u * x, u * y, u, v * x, v * y, v, x, y, 1;
-    normal.add(w, a);
-    ++used;
+/// Which matches a refinement looks at: the first `count` (they are in random order), and of these the ones
+/// whose `errors[i] <= limit`, if errors are given.
+struct Selection {
+  std::size_t count = std::numeric_limits<std::size_t>::max();
+  const float* errors = nullptr;
+  float limit = 0;
+};
+
+/// Zero for the matches of a pack that are not selected.
+inline Pack selected(const TwoViewPoints& points, const Selection& selection, std::size_t i) {
+  Pack mask = Pack::Ones();
+  for (int k = 0; k < Pack::SizeAtCompileTime; ++k) {
+    const bool is =
+        i + k < points.count() && (!selection.errors || selection.errors[i + k] <= selection.limit);
+    if (!is) mask[k] = 0;
   }
-  normal.g.noalias() = normal.A * f;
+  return mask;
+}
+
+/// Reweighted Sampson residuals a.f / sqrt(den), a = (u, v, 1) x (x, y, 1), with Tukey's weights cut off at
+/// `cut2` (squared, normalised units). Every entry of a a^T is one of 36 products.
+inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix3d& F, double cut2,
+                                const Selection& selection, EntryNormal& normal) {
+  float f[9];
+  for (int i = 0; i < 9; ++i) f[i] = static_cast<float>(F(i / 3, i % 3));
+  Pack A[6][6], g[3][3];
+  for (auto& row : A) std::fill(row, row + 6, Pack::Zero());
+  for (auto& row : g) std::fill(row, row + 3, Pack::Zero());
+  const float inv_cut = static_cast<float>(1 / cut2);
+  Eigen::Index used = 0;
+  const std::size_t end = std::min(selection.count, points.count());
+  for (std::size_t i = 0; i < end; i += Pack::SizeAtCompileTime) {
+    const Pack x = points.x(i), y = points.y(i), u = points.u(i), v = points.v(i);
+    const Pack X = f[0] * x + f[1] * y + f[2], Y = f[3] * x + f[4] * y + f[5];
+    const Pack P = f[0] * u + f[3] * v + f[6], Q = f[1] * u + f[4] * v + f[7];
+    const Pack e = X * u + Y * v + (f[6] * x + f[7] * y + f[8]);
+    const Pack inv_den = 1.0F / (X * X + Y * Y + P * P + Q * Q + 1e-30F);
+    const Pack taper = (1.0F - e * e * inv_den * inv_cut).max(0.0F);
+    Pack w = taper * taper * inv_den;
+    if (selection.errors || i + Pack::SizeAtCompileTime > points.count()) w *= selected(points, selection, i);
+    used += (w > 0.0F).count();
+    const Pack wu = w * u, wv = w * v, we = w * e, ue = we * u, ve = we * v;
+    const Pack left[6] = {wu * u, wu * v, wv * v, wu, wv, w}, right[5] = {x * x, x * y, y * y, x, y};
+    for (int k = 0; k < 6; ++k) {
+      for (int m = 0; m < 5; ++m) A[k][m] += left[k] * right[m];
+      A[k][5] += left[k];
+    }
+    g[0][0] += ue * x, g[0][1] += ue * y, g[0][2] += ue;
+    g[1][0] += ve * x, g[1][1] += ve * y, g[1][2] += ve;
+    g[2][0] += we * x, g[2][1] += we * y, g[2][2] += we;
+  }
+  constexpr int kProduct[3][3] = {{0, 1, 3}, {1, 2, 4}, {3, 4, 5}};
+  double sums[6][6];
+  for (int k = 0; k < 36; ++k) sums[k / 6][k % 6] = A[k / 6][k % 6].sum();
+  for (int r = 0; r < 9; ++r) {
+    for (int c = 0; c < 9; ++c) normal.A(r, c) = sums[kProduct[r / 3][c / 3]][kProduct[r % 3][c % 3]];
+    normal.g(r) = g[r / 3][r % 3].sum();
+  }
   return used >= 8;
 }
 
 /// Minimises robust Sampson distances over the seven parameters of F = U diag(cos, sin, 0) V^T (Bartoli and
 /// Sturm, PAMI 2004).
-inline void refine_fundamental(const TwoViewPoints& points, double cut2, int iterations, std::size_t stride,
-                               Eigen::Matrix3d& F) {
+inline void refine_fundamental(const TwoViewPoints& points, double cut2, int iterations,
+                               const Selection& selection, Eigen::Matrix3d& F) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d U = svd.matrixU(), V = svd.matrixV();
   double angle = std::atan2(svd.singularValues()(1), svd.singularValues()(0));
@@ -109,7 +142,7 @@ inline void refine_fundamental(const TwoViewPoints& points, double cut2, int ite
   for (int i = 0; i < iterations; ++i) {
     const Eigen::Matrix3d S = diagonal(std::cos(angle), std::sin(angle)), Vt = V.transpose();
     F = times(times(U, S), Vt);
-    if (!accumulate_epipolar(points, F, cut2, stride, normal)) return;
+    if (!accumulate_epipolar(points, F, cut2, selection, normal)) return;
     Eigen::Matrix<double, 9, 7> D;
     for (int k = 0; k < 3; ++k) {
       const Eigen::Matrix3d turn = cross_matrix(Eigen::Vector3d::Unit(k));
@@ -145,10 +178,10 @@ struct Calibration {
 
 /// As refine_fundamental, over the five parameters of E = [t]x R.
 inline void refine_essential(const TwoViewPoints& points, const Calibration& K, double cut2, int iterations,
-                             Essential& e) {
+                             const Selection& selection, Essential& e) {
   EntryNormal normal;
   for (int i = 0; i < iterations; ++i) {
-    if (!accumulate_epipolar(points, K.fundamental(e), cut2, 1, normal)) return;
+    if (!accumulate_epipolar(points, K.fundamental(e), cut2, selection, normal)) return;
     const Eigen::Vector3d b1 = e.t.unitOrthogonal(), b2 = e.t.cross(b1);
     Eigen::Matrix<double, 9, 5> D;
     auto column = [&](int c, const Eigen::Matrix3d& dE) {
@@ -167,11 +200,12 @@ inline void refine_essential(const TwoViewPoints& points, const Calibration& K, 
 
 /// Reweighted transfer residuals x2 - H x1, Tukey's weights on their HomographyError.
 inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix3d& H, double cut2,
-                                std::size_t stride, EntryNormal& normal) {
+                                const Selection& selection, EntryNormal& normal) {
   normal.A.setZero();
   normal.g.setZero();
   int used = 0;
-  for (std::size_t i = 0; i < points.count(); i += stride) {
+  const std::size_t end = std::min(selection.count, points.count());
+  for (std::size_t i = 0; i < end; ++i) {
     const Eigen::Vector3d p = points.reference(i).homogeneous(), q = H * p;
     const double inv = 1 / q.z();
     const Eigen::Vector2d at = q.head<2>() * inv, d = at - points.current(i);
@@ -197,24 +231,24 @@ inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix
 }
 
 /// Minimises robust transfer distances over eight entries; H(2, 2) stays 1.
-inline void refine_homography(const TwoViewPoints& points, double cut2, int iterations, std::size_t stride,
-                              Eigen::Matrix3d& H) {
+inline void refine_homography(const TwoViewPoints& points, double cut2, int iterations,
+                              const Selection& selection, Eigen::Matrix3d& H) {
   EntryNormal normal;
   const Eigen::Matrix<double, 9, 8> D = Matrix99::Identity().leftCols<8>();
   for (int i = 0; i < iterations; ++i) {
     Eigen::Matrix<double, 8, 1> delta;
-    if (!accumulate_transfer(points, H, cut2, stride, normal) || !normal.step(D, delta)) return;
+    if (!accumulate_transfer(points, H, cut2, selection, normal) || !normal.step(D, delta)) return;
     for (int k = 0; k < 8; ++k) H(k / 3, k % 3) += delta(k);
   }
 }
 
 /// The same over the three parameters of the camera's rotation: H = K R K^-1.
 inline void refine_rotation(const TwoViewPoints& points, const Calibration& K, double cut2, int iterations,
-                            std::size_t stride, Eigen::Matrix3d& R) {
+                            const Selection& selection, Eigen::Matrix3d& R) {
   EntryNormal normal;
   const Eigen::Matrix3d K2 = K.K2_inv.inverse();
   for (int i = 0; i < iterations; ++i) {
-    if (!accumulate_transfer(points, K2 * R * K.K1_inv, cut2, stride, normal)) return;
+    if (!accumulate_transfer(points, K2 * R * K.K1_inv, cut2, selection, normal)) return;
     Eigen::Matrix<double, 9, 3> D;
     for (int k = 0; k < 3; ++k) {
       D.col(k) = row_major(K2 * cross_matrix(Eigen::Vector3d::Unit(k)) * R * K.K1_inv);
