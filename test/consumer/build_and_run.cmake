@@ -1,4 +1,4 @@
-# Configures, builds and runs test/consumer/project in an empty folder. See CMakeLists.txt beside this file.
+# Configures, builds and runs PROJECT in an empty folder. See CMakeLists.txt beside this file.
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   message("${output}")
@@ -14,7 +14,7 @@ if(WAY STREQUAL "package")
   run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${WORK}/prefix" --component development)
   set(where -DCMAKE_PREFIX_PATH=${WORK}/prefix)
 endif()
-run(${CMAKE_COMMAND} -S "${SOURCE}/test/consumer/project" -B "${WORK}/build" -G ${GENERATOR} -DDYNFILTER_FROM=${WAY}
-    ${where} -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" -DCMAKE_CXX_STANDARD=17)
+run(${CMAKE_COMMAND} -S "${SOURCE}/${PROJECT}" -B "${WORK}/build" -G ${GENERATOR} -DDYNFILTER_FROM=${WAY} ${where}
+    -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O0)
 run(${CMAKE_COMMAND} --build "${WORK}/build")
-run("${WORK}/build/consumer")
+run(${CMAKE_COMMAND} -E chdir "${WORK}/build" ./${RUN})

@@ -2,4 +2,4 @@
 // Exports two filters of one name.
 #include "harmless.hpp"
 
-DYNFILTER_EXPORT_FILTERS(bad::Named<'d'>, bad::Named<'d'>);
+DYNFILTER_REGISTER_FILTERS(bad::Named<'d'>, bad::Named<'d'>);

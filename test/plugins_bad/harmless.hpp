@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/plugin/export.hpp>
+#include <dynfilter/core/filter.hpp>
+#include <dynfilter/plugin/register.hpp>
 #include <string>
 
 namespace bad {

@@ -7,4 +7,4 @@ class Throwing : public bad::Named<'t'> {
   explicit Throwing(const Params& params) : Named(params) { throw 42; }
 };
 
-DYNFILTER_EXPORT_FILTERS(Throwing);
+DYNFILTER_REGISTER_FILTERS(Throwing);

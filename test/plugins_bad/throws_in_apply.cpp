@@ -15,4 +15,4 @@ class Throwing : public bad::Harmless {
   }
 };
 
-DYNFILTER_EXPORT_FILTERS(Throwing);
+DYNFILTER_REGISTER_FILTERS(Throwing);

@@ -11,4 +11,4 @@ class Throwing : public bad::Named<'t'> {
   }
 };
 
-DYNFILTER_EXPORT_FILTERS(bad::Harmless, Throwing);
+DYNFILTER_REGISTER_FILTERS(bad::Harmless, Throwing);

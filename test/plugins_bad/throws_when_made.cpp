@@ -9,4 +9,4 @@ class Picky : public bad::Named<'p'> {
   }
 };
 
-DYNFILTER_EXPORT_FILTERS(Picky);
+DYNFILTER_REGISTER_FILTERS(Picky);

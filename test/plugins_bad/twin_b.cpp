@@ -15,4 +15,4 @@ struct Twin : bad::Harmless {
   explicit Twin(const Params& /*params*/) : Harmless(Harmless::Params()) {}
 };
 
-DYNFILTER_EXPORT_FILTERS(Twin);
+DYNFILTER_REGISTER_FILTERS(Twin);

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/registry.hpp>
@@ -30,6 +31,7 @@ struct AbiTag {
   std::uint32_t camera_bytes, pose_bytes, detection_bytes, host_matches_bytes, detection_input_bytes;
   std::uint32_t mask_input_bytes, keyframe_view_bytes, frame_view_bytes;
   std::uint32_t votes_bytes, needs_bytes, filter_bytes, yaml_node_bytes, registry_entry_bytes, registry_bytes;
+  std::uint32_t context_bytes, match_bytes, stored_frame_bytes, two_view_model_bytes, rigid_motion_bytes;
 };
 
 namespace detail {
@@ -75,6 +77,11 @@ constexpr AbiTag abi_tag() {
   tag.yaml_node_bytes = bytes_of<YamlNode>();
   tag.registry_entry_bytes = bytes_of<Registry::Entry>();
   tag.registry_bytes = bytes_of<Registry>();
+  tag.context_bytes = bytes_of<Context>();
+  tag.match_bytes = bytes_of<Match>();
+  tag.stored_frame_bytes = bytes_of<StoredFrame>();
+  tag.two_view_model_bytes = bytes_of<TwoViewModel>();
+  tag.rigid_motion_bytes = bytes_of<RigidMotion>();
   return tag;
 }
 
@@ -114,6 +121,11 @@ inline constexpr AbiField kAbiFields[] = {
     {"size of YamlNode", &AbiTag::yaml_node_bytes},
     {"size of Registry::Entry", &AbiTag::registry_entry_bytes},
     {"size of Registry", &AbiTag::registry_bytes},
+    {"size of Context", &AbiTag::context_bytes},
+    {"size of Match", &AbiTag::match_bytes},
+    {"size of StoredFrame", &AbiTag::stored_frame_bytes},
+    {"size of TwoViewModel", &AbiTag::two_view_model_bytes},
+    {"size of RigidMotion", &AbiTag::rigid_motion_bytes},
 };
 static_assert(sizeof(kAbiFields) / sizeof(kAbiFields[0]) == sizeof(AbiTag) / sizeof(std::uint32_t),
               "every field of the tag is compared");

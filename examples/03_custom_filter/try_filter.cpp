@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// Loads a plugin and runs a pipeline that uses it on a small exact scene with a mover:
+//   try_filter PLUGIN.so PIPELINE.yaml
+#include <cstdio>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/plugin/loader.hpp>
+#include <dynfilter/synth/exact_scene_presets.hpp>
+
+int main(int argc, char** argv) try {
+  using namespace dynfilter;
+  if (argc != 3) {
+    std::fprintf(stderr, "usage: try_filter PLUGIN.so PIPELINE.yaml\n");
+    return 2;
+  }
+  Registry registry = builtin_filters();
+  load_plugin(argv[1], registry);
+  Pipeline pipeline(pipeline_from_file(argv[2], registry));
+
+  const synth::ExactScene scene = synth::preset(synth::Preset::NoMotion).with_detections();
+  int found = 0, dynamic = 0, lost = 0, fixed = 0;
+  for (int k = 0; k < 10; ++k) {
+    const synth::ExactFrame frame = scene.frame(k);
+    const Verdict& verdict = pipeline.before_pose(frame.view());
+    if (k < 5) continue;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      dynamic += frame.truth[i] == synth::Truth::Dynamic;
+      found += frame.truth[i] == synth::Truth::Dynamic && !verdict.keep(i);
+      fixed += frame.truth[i] == synth::Truth::Static;
+      lost += frame.truth[i] == synth::Truth::Static && !verdict.keep(i);
+    }
+  }
+  std::printf("%s: %d of %d dynamic features found, %d of %d static ones lost\n", pipeline.name().c_str(),
+              found, dynamic, lost, fixed);
+  return found > dynamic / 2 && lost < fixed / 20 ? 0 : 1;
+} catch (const dynfilter::Error& error) {
+  std::fprintf(stderr, "try_filter: %s\n", error.what());
+  return 2;
+}
