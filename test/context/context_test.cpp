@@ -111,3 +111,25 @@ TEST_CASE("references: k frames back, the oldest when there are fewer, the last 
     context.finish(k == 1);
   }
 }
+
+TEST_CASE("the host's matches are used for the frame that they are about, and for no other") {
+  const synth::ExactScene scene = synth::preset(synth::Preset::Rigid).with_descriptors();
+  Context context;
+  context.set_history(3);
+  for (int k = 0; k < 4; ++k) {
+    const synth::ExactFrame frame = scene.frame(k);
+    show(context, frame);
+    if (k == 3) {
+      CHECK(context.match({false, 3}).reference->id == 2);  // whatever was asked for
+      const synth::ExactFrame first = scene.frame(0);
+      const Match& late = context.match_with(0);
+      REQUIRE(late.reference != nullptr);
+      CHECK(late.correspondences.count() > frame.size() / 2);
+      for (std::size_t i = 0; i < frame.size(); ++i)
+        if (late.found(i))
+          CHECK(first.point[static_cast<std::size_t>(late.correspondences.reference_index[i])] ==
+                frame.point[i]);
+    }
+    context.finish(false);
+  }
+}

@@ -247,7 +247,8 @@ class Context {
     match.reference = stored;
     match.correspondences.reset(size());
     if (stored != nullptr) {
-      if (uses_host_matches())
+      // The host's matches are about one frame; for another one, boxes that came late say, there is the next best.
+      if (uses_host_matches() && frame_.matches->reference_frame_id == stored->id)
         correspondences_from_host(*frame_.matches, stored->keypoints, size(), match.correspondences);
       else if (uses_flow())
         flow_.track(history_.find(frame_.id)->pyramid, stored->pyramid, pixels_, {}, match.correspondences);
@@ -352,8 +353,7 @@ class Context {
       stored.T_world_camera = frame_.T_world_camera;
       stored.pose_provenance = frame_.pose_provenance;
     }
-    if (params_.source == CorrespondenceSource::Descriptors || frame_.grey.empty())
-      frame_.descriptors.copyTo(stored.descriptors);
+    frame_.descriptors.copyTo(stored.descriptors);
     if (uses_flow() && !seen_before) {
       const auto start = std::chrono::steady_clock::now();
       flow_.build(frame_.grey, stored.pyramid);
