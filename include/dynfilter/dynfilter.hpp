@@ -2,7 +2,6 @@
 #pragma once
 
 /// Everything a front end needs: views in, verdicts out.
-#include <dynfilter/adapters/masked_image.hpp>
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
