@@ -15,5 +15,5 @@ for scene in ${SCENES:-walking_xyz walking_static walking_rpy walking_halfsphere
     sequences="$sequences $folder/$scene-$seed"
   done
   echo "== $scene"
-  "$dynfilter" compare $sequences --pipelines "$pipelines" --json >"$folder/$scene.json"
+  "$dynfilter" compare $sequences --pipelines "$pipelines"
 done
