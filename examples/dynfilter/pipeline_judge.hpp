@@ -53,6 +53,9 @@ class PipelineJudge final : public odometry::FeatureJudge {
   }
   Flags after_pose(const FrameView& view) override { return judge(view, CallPoint::AfterPose); }
   Flags at_keyframe(const FrameView& view) override { return judge(view, CallPoint::AtKeyframe); }
+  void pose_refined(std::int64_t frame_id, const Pose& T_world_camera) override {
+    pipeline_.update_pose(frame_id, T_world_camera, PoseProvenance::Refined);
+  }
   void reset() override { pipeline_.reset(); }
 
   const FrameVerdict& record() const { return record_; }
