@@ -247,7 +247,8 @@ class Context {
     match.reference = stored;
     match.correspondences.reset(size());
     if (stored != nullptr) {
-      // The host's matches are about one frame; for another one, boxes that came late say, there is the next best.
+      // The host's matches are about one frame; for another one, boxes that came late say, there is the next
+      // best.
       if (uses_host_matches() && frame_.matches->reference_frame_id == stored->id)
         correspondences_from_host(*frame_.matches, stored->keypoints, size(), match.correspondences);
       else if (uses_flow())
