@@ -21,8 +21,13 @@ dynfilter=build/command/examples/dynfilter/dynfilter
 sequence=$out/walking_xyz
 [ -f "$sequence/groundtruth.txt" ] || "$dynfilter" synth walking_xyz "$sequence"
 echo
-"$dynfilter" compare "$sequence" --pipelines none,rts_slam_published,rts_slam,oracle --out "$out/compare"
+"$dynfilter" compare "$sequence" --pipelines none,rts_slam_published,rts_slam,oracle
 echo
+for pipeline in none rts_slam; do
+  rm -rf "$out/$pipeline"
+  "$dynfilter" run "$sequence" --pipeline "$pipeline" --out "$out/$pipeline" >/dev/null
+done
 echo "Pictures (static green, dynamic red with the reason, unknown grey):"
-find "$out/compare" -type d -name overlay | sort | sed 's/^/  /'
+echo "  $out/none/overlay"
+echo "  $out/rts_slam/overlay"
 echo "The sequence itself: $sequence"

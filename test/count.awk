@@ -22,6 +22,6 @@ function close_test() {
   split(part[2], number, " "); good = number[1]
   split(part[3], number, " "); bad = number[1]
 }
-/^Test Passed\.$/ { result = "passed" }
+/^Test (Passed\.$|Pass Reason:)/ { result = "passed" }
 /^Test (Skipped|Not Run)/ { result = "skipped" }
 END { close_test(); print passed + 0, failed + 0, skipped + 0 }

@@ -86,7 +86,7 @@ class TrajectoryConsistencyFilter final : public Filter {
   static constexpr const char* kName = "trajectory_consistency";
   static constexpr const char* kSummary = "features whose 3-D motion is not the camera's";
 
-  explicit TrajectoryConsistencyFilter(Params params = Params()) : params_(std::move(params)) {
+  explicit TrajectoryConsistencyFilter(Params params = Params()) : params_(params) {
     check_parameters(params_, kName);
   }
 

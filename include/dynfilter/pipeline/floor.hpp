@@ -80,7 +80,8 @@ class Floor {
 
   void raise_coverage(const FrameView& frame, Verdict& verdict) {
     if (params_.min_grid_coverage <= 0) return;
-    const auto cells = static_cast<std::size_t>(params_.grid_columns * params_.grid_rows);
+    const auto cells =
+        static_cast<std::size_t>(params_.grid_columns) * static_cast<std::size_t>(params_.grid_rows);
     occupied_.assign(cells, 0);
     covered_.assign(cells, 0);
     lay_grid(frame);
@@ -117,10 +118,11 @@ class Floor {
     const cv::Point2f& pt = frame.keypoints[i].pt;
     const auto place = [](float x, float size, int cells) {
       const float at = size > 0 ? x / size * static_cast<float>(cells) : 0;
-      return at > 0 ? std::min(static_cast<int>(at), cells - 1) : 0;  // NaN goes to 0 too
+      return static_cast<std::size_t>(at > 0 ? std::min(static_cast<int>(at), cells - 1)
+                                             : 0);  // NaN goes to 0 too
     };
-    return static_cast<std::size_t>(place(pt.y, height_px_, params_.grid_rows) * params_.grid_columns +
-                                    place(pt.x, width_px_, params_.grid_columns));
+    return place(pt.y, height_px_, params_.grid_rows) * static_cast<std::size_t>(params_.grid_columns) +
+           place(pt.x, width_px_, params_.grid_columns);
   }
   static void restore(Verdict& verdict, std::size_t i) {
     verdict.decision[i] = Vote::Unknown;

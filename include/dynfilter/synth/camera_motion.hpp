@@ -102,8 +102,8 @@ class CameraMotion {
 
   Eigen::Isometry3d tracking(double t) const {
     Eigen::Vector2d smooth(0, 0);
-    constexpr int kTaps = 9;
-    for (int i = 0; i < kTaps; ++i) smooth += options_.tracked->place(t + 0.15 * (i - kTaps / 2)) / kTaps;
+    constexpr int kHalf = 4, kTaps = 2 * kHalf + 1;
+    for (int i = -kHalf; i <= kHalf; ++i) smooth += options_.tracked->place(t + 0.15 * i) / kTaps;
     const Eigen::Vector3d person(smooth.x(), smooth.y(), options_.target_m.z());
     Eigen::Vector3d eye = options_.eye_m;
     eye.head<2>() += 0.7 * (smooth - options_.target_m.head<2>());

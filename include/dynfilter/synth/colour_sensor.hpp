@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <dynfilter/synth/depth_sensor.hpp>
 #include <opencv2/core.hpp>
 
@@ -55,7 +56,7 @@ class ColourSensor {
     for (int y = 0; y < colour.rows; ++y) {
       for (int x = 0; x < colour.cols; ++x) {
         const cv::Vec2f way = flow_px.at<cv::Vec2f>(y, x) * shutter;
-        const int taps = std::min(13, 1 + 2 * static_cast<int>(cv::norm(way) / 2 + 0.5));
+        const int taps = std::min(13, 1 + 2 * static_cast<int>(std::lround(cv::norm(way) / 2)));
         if (taps == 1) continue;
         cv::Vec3i sum(0, 0, 0);
         for (int i = 0; i < taps; ++i) {

@@ -148,7 +148,8 @@ class Rasteriser {
   Triangle set_up(const Model& model, const Face& face, int item, const std::vector<Eigen::Vector3f>* shades,
                   const Edge (&edges)[3], double det, const Bounds& box) const {
     Triangle t;
-    t.x0 = static_cast<float>(box.x0 / 2), t.y0 = static_cast<float>(box.y0 / 2);
+    const int x0 = box.x0 / 2, y0 = box.y0 / 2;
+    t.x0 = static_cast<float>(x0), t.y0 = static_cast<float>(y0);
     t.item = static_cast<std::uint16_t>(item);
     t.material = face.material;
     t.instance = face.instance;
@@ -254,7 +255,7 @@ class Rasteriser {
     int best = 0, best_votes = 0;
     for (int i = 0; i < 4; ++i) {
       int votes = 0;
-      for (int j = 0; j < 4; ++j) votes += triangles_[ids[j]].item == triangles_[ids[i]].item ? 1 : 0;
+      for (const auto id : ids) votes += triangles_[id].item == triangles_[ids[i]].item ? 1 : 0;
       if (votes > best_votes || (votes == best_votes && near[i] > near[best])) best = i, best_votes = votes;
     }
     return triangles_[ids[best]];
