@@ -3,38 +3,12 @@
 #include <limits>
 
 #include "doctest/doctest.h"
+#include "grid_scene.hpp"
 
 using namespace dynfilter;
+using Scene = GridScene;
 
 namespace {
-
-/// A 9 x 9 grid of features, 10 px apart from (10, 10), and one frame's boxes.
-struct Scene {
-  Scene() {
-    for (int y = 10; y < 100; y += 10)
-      for (int x = 10; x < 100; x += 10)
-        keypoints.emplace_back(static_cast<float>(x), static_cast<float>(y), 1.0F);
-  }
-  static Detection detection(float x, float y, float w, float h, const char* name = "person",
-                             float score = 0.9F) {
-    Detection d;
-    d.box = {x, y, w, h};
-    d.class_name = name;
-    d.score = score;
-    return d;
-  }
-  FrameView view(std::int64_t id = 0) const {
-    FrameView frame;
-    frame.id = id;
-    frame.keypoints = keypoints;
-    frame.detections = DetectionInput{-1, boxes};
-    return frame;
-  }
-  std::size_t at(int x, int y) const { return static_cast<std::size_t>((y / 10 - 1) * 9 + x / 10 - 1); }
-
-  std::vector<cv::KeyPoint> keypoints;
-  std::vector<Detection> boxes;
-};
 
 Votes apply(const FrameView& frame, const SemanticBoxParams& params, Context& context) {
   SemanticBoxFilter filter(params);

@@ -178,7 +178,8 @@ class Context {
   void reset() { history_.clear(); }
 
   void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) {
-    if (StoredFrame* stored = history_.find(frame_id)) {
+    StoredFrame* stored = history_.find(frame_id);
+    if (stored != nullptr && is_rigid(T_world_camera)) {
       stored->T_world_camera = T_world_camera;
       stored->pose_provenance = provenance;
     }
@@ -341,6 +342,10 @@ class Context {
     drop(frame_.mask && (frame_.mask->labels.empty() || frame_.mask->labels.type() != CV_8UC1), "mask",
          frame_.mask);
     drop(frame_.matches && frame_.matches->reference_index.size() != n, "matches", frame_.matches);
+    if (frame_.pose_provenance != PoseProvenance::None && !is_rigid(frame_.T_world_camera)) {
+      input_notes_.emplace_back("pose cannot be used: not rigid");
+      frame_.pose_provenance = PoseProvenance::None;
+    }
   }
 
   /// Deep copies, since hosts reuse buffers. The pyramid is the copy of the grey image.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <dynfilter/core/yaml.hpp>
 #include <functional>
 #include <sstream>
@@ -51,6 +52,24 @@ inline std::string range_text(double min, double max) {
   return max >= 1e9 ? ">= " + shown(min) : shown(min) + " to " + shown(max);
 }
 
+template <class T>
+std::string shown_list(const std::vector<T>& values) {
+  std::vector<std::string> words;
+  for (const T value : values) words.push_back(shown(static_cast<double>(value)));
+  return "[" + joined(words) + "]";
+}
+
+/// Every entry of a list within its range.
+template <class P, class T>
+std::function<void(const P&, const std::string&)> each_in_range(std::vector<T> P::*member, Range<T> range) {
+  return [=](const P& p, const std::string& path) {
+    for (const T value : p.*member)
+      if (!(value >= range.min && value <= range.max))
+        throw ConfigError(path,
+                          "expected " + range_text(range.min, range.max) + ", got `" + shown(value) + "`");
+  };
+}
+
 template <class P, class T>
 std::function<void(const P&, const std::string&)> range_check(T P::*member, Range<T> range) {
   return [=](const P& p, const std::string& path) {
@@ -94,6 +113,23 @@ Field<P> words(const char* name, std::vector<std::string> P::*member, const char
           [](const P&, const std::string&) {}};
 }
 
+template <class P>
+Field<P> reals(const char* name, std::vector<double> P::*member, const char* unit, Range<double> range,
+               const char* doc) {
+  return {{name, "list of numbers", unit, "", detail::range_text(range.min, range.max), doc},
+          [=](P& p, const YamlNode& node) { p.*member = node.reals(); },
+          [=](const P& p) { return detail::shown_list(p.*member); },
+          detail::each_in_range(member, range)};
+}
+
+template <class P>
+Field<P> integers(const char* name, std::vector<int> P::*member, Range<int> range, const char* doc) {
+  return {{name, "list of integers", "", "", detail::range_text(range.min, range.max), doc},
+          [=](P& p, const YamlNode& node) { p.*member = node.integers(); },
+          [=](const P& p) { return detail::shown_list(p.*member); },
+          detail::each_in_range(member, range)};
+}
+
 /// A word that names one value of an enumeration.
 template <class P, class E>
 Field<P> choice(const char* name, E P::*member, std::vector<std::pair<std::string, E>> values,
@@ -122,7 +158,7 @@ Field<P> choice(const char* name, E P::*member, std::vector<std::pair<std::strin
 template <class P>
 void check_parameters(const P& p, const std::string& path = "");
 template <class P>
-P read_parameters(const YamlNode& node, P p = P());
+P read_parameters(const YamlNode& node, P p = P(), const std::vector<std::string>& other_keys = {});
 
 /// A map of parameters of its own.
 template <class P, class S>
@@ -141,16 +177,17 @@ void check_parameters(const P& p, const std::string& path) {
 }
 
 /// Reads the keys that are there over `p`; unknown keys, wrong types and values out of range throw
-/// ConfigError.
+/// ConfigError. `other_keys` may stand beside the parameters and are read by somebody else.
 template <class P>
-P read_parameters(const YamlNode& node, P p) {
+P read_parameters(const YamlNode& node, P p, const std::vector<std::string>& other_keys) {
   const FieldTable<P>& table = P::fields();
   for (const auto& [key, value] : node.entries()) {
+    if (std::find(other_keys.begin(), other_keys.end(), key) != other_keys.end()) continue;
     const Field<P>* field = nullptr;
     for (const Field<P>& candidate : table)
       if (candidate.info.name == key) field = &candidate;
     if (field == nullptr) {
-      std::vector<std::string> known;
+      std::vector<std::string> known = other_keys;
       for (const Field<P>& candidate : table) known.push_back(candidate.info.name);
       node.fail("unknown key `" + key + "`; known keys: " + (known.empty() ? "none" : detail::joined(known)));
     }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 
 namespace dynfilter {
 
@@ -41,6 +42,16 @@ inline Pose inverse(const Pose& T_a_b) {
 /// T_a_c = T_a_b * T_b_c
 inline Pose operator*(const Pose& T_a_b, const Pose& T_b_c) {
   return Pose::from(T_a_b.R() * T_b_c.R(), T_a_b.R() * T_b_c.t() + T_a_b.t());
+}
+
+/// Finite, and its rotation orthonormal and right-handed, each to `tolerance`: anything else is no pose.
+inline bool is_rigid(const Pose& T_a_b, double tolerance = 1e-3) {
+  for (const double value : T_a_b.rotation)
+    if (!std::isfinite(value)) return false;
+  for (const double value : T_a_b.translation_m)
+    if (!std::isfinite(value)) return false;
+  const Eigen::Matrix3d R = T_a_b.R(), off = R * R.transpose() - Eigen::Matrix3d::Identity();
+  return off.cwiseAbs().maxCoeff() <= tolerance && R.col(0).cross(R.col(1)).dot(R.col(2)) > 0;
 }
 
 /// Where a pose comes from: a filter must not trust a prediction as it trusts an estimate.

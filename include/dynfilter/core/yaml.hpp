@@ -98,6 +98,20 @@ class YamlNode {
     return result;
   }
 
+  /// A list of numbers; a single number is a list of one.
+  std::vector<double> reals() const {
+    std::vector<double> result;
+    if (!is_sequence()) return {real()};
+    for (const YamlNode& item : items()) result.push_back(item.real());
+    return result;
+  }
+  std::vector<int> integers() const {
+    std::vector<int> result;
+    if (!is_sequence()) return {integer()};
+    for (const YamlNode& item : items()) result.push_back(item.integer());
+    return result;
+  }
+
   /// The node as an error message shows it.
   std::string shown() const {
     if (is_none()) return "nothing";

@@ -4,11 +4,54 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/context/context.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/filters/semantic_input.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <vector>
 
 namespace dynfilter {
+
+/// How the background that a box holds beside its object is left out.
+enum class BoxRefinement {
+  None,
+  Depth,     ///< behind the split of the box's depths into two surfaces
+  Consensus  ///< behind the depth on which most of the box's features agree
+};
+
+template <class P>
+Field<P> box_refinement(const char* name, BoxRefinement P::*member) {
+  return choice(name, member,
+                {{"none", BoxRefinement::None},
+                 {"depth", BoxRefinement::Depth},
+                 {"consensus", BoxRefinement::Consensus}},
+                "only a box's foreground counts; depth: its depths split in two; consensus: the depth that "
+                "most of its features share, as RANSAC on single depths would find it");
+}
+
+struct BoxScratch {
+  std::vector<float> x, y;
+};
+
+/// The features in a box, its border included, grown by `expand_px`. A late box is held against where the
+/// features were then; for features that were not found there it moves with the median flow of those inside.
+/// Returns where the box, not grown, is now.
+inline cv::Rect2f features_in_box(const Context& context, cv::Rect2f box, double expand_px,
+                                  const LateResult& late, BoxScratch& scratch,
+                                  std::vector<std::size_t>& inside) {
+  const cv::Rect2f given = box;
+  const auto by = static_cast<float>(expand_px);
+  box = {box.x - by, box.y - by, box.width + 2 * by, box.height + 2 * by};
+  const cv::Point2f flow =
+      late.median_flow([&](const cv::Point2f& px) { return box.contains(px); }, scratch.x, scratch.y);
+  inside.clear();
+  for (std::size_t i = 0; i < context.size(); ++i) {
+    const cv::Point2f then = late.then_px(i, flow);
+    if (then.x >= box.x && then.y >= box.y && then.x <= box.x + box.width && then.y <= box.y + box.height)
+      inside.push_back(i);
+  }
+  return {given.x + flow.x, given.y + flow.y, given.width, given.height};
+}
 
 /// The depth [m] up to which a box shows its object rather than what is behind it: the split of Otsu (1979)
 /// over the inverse depths of the box, where the two sides are at least 15 % apart and the near one holds 10
@@ -52,6 +95,34 @@ inline double foreground_depth_m(Context& context, const cv::Rect2f& box,
   }
   const bool two_surfaces = gap_end > 0.15 && n - static_cast<double>(split) >= 0.1 * n;
   return two_surfaces ? 1.0 / static_cast<double>(inverse[split]) : kAll;
+}
+
+/// The depth [m] on which most features of a box agree to within `margin_m`: where a RANSAC whose model is
+/// one depth ends up, found exactly (all windows of 2 margin_m over the sorted depths; of equal ones the
+/// nearest). YOLO-SLAM (Wu et al. 2022) separates the object from its background like that. Infinity without
+/// depths.
+inline double consensus_depth_m(Context& context, const std::vector<std::size_t>& inside, double margin_m) {
+  std::vector<float> depths;
+  for (const std::size_t i : inside)
+    if (valid_depth(context.depths_m()[i])) depths.push_back(context.depths_m()[i]);
+  std::sort(depths.begin(), depths.end());
+  std::size_t begin = 0, best = 0, best_begin = 0;
+  for (std::size_t end = 0; end < depths.size(); ++end) {
+    while (static_cast<double>(depths[end] - depths[begin]) > 2 * margin_m) ++begin;
+    if (end + 1 - begin <= best) continue;
+    best = end + 1 - begin;
+    best_begin = begin;
+  }
+  if (best == 0) return std::numeric_limits<double>::infinity();
+  return static_cast<double>(depths[best_begin + best / 2]);
+}
+
+/// The depth [m] beyond which a box's features are its background.
+inline double box_foreground_m(Context& context, const cv::Rect2f& box,
+                               const std::vector<std::size_t>& inside, BoxRefinement how, double margin_m) {
+  if (how == BoxRefinement::None) return std::numeric_limits<double>::infinity();
+  return margin_m + (how == BoxRefinement::Depth ? foreground_depth_m(context, box, inside)
+                                                 : consensus_depth_m(context, inside, margin_m));
 }
 
 }  // namespace dynfilter

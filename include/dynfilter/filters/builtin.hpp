@@ -2,8 +2,10 @@
 #pragma once
 
 #include <dynfilter/core/registry.hpp>
+#include <dynfilter/filters/depth_consistency.hpp>
 #include <dynfilter/filters/epipolar.hpp>
 #include <dynfilter/filters/semantic_box.hpp>
+#include <dynfilter/filters/semantic_mask.hpp>
 #include <dynfilter/filters/trajectory_consistency.hpp>
 
 namespace dynfilter {
@@ -12,6 +14,8 @@ namespace dynfilter {
 inline Registry builtin_filters() {
   Registry registry;
   registry.add<SemanticBoxFilter>();
+  registry.add<SemanticMaskFilter>();
+  registry.add<DepthConsistencyFilter>();
   registry.add<EpipolarFilter>();
   registry.add<TrajectoryConsistencyFilter>();
   return registry;

@@ -6,6 +6,7 @@
 #include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/filters/camera_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <optional>
 #include <string>
@@ -22,12 +23,6 @@ enum class TrajectoryThreshold {
   Noise,  ///< chi-square under the depth camera's noise model
   Metric  ///< alpha + beta * depth, in metres (RTS-SLAM eq. 13)
 };
-enum class MotionSource {
-  Seeds,  ///< fitted on the features that no earlier stage suspects
-  Host,   ///< the host's poses
-  Auto    ///< the host's where both are estimated, else fitted
-};
-
 struct TrajectoryConsistencyParams {
   TrajectoryMode mode = TrajectoryMode::Rigid;
   TrajectoryThreshold threshold = TrajectoryThreshold::Noise;
@@ -60,9 +55,7 @@ struct TrajectoryConsistencyParams {
         real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "farther points are not judged"),
         flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
         integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "compare with so many frames back"),
-        choice("motion", &P::motion,
-               {{"seeds", MotionSource::Seeds}, {"host", MotionSource::Host}, {"auto", MotionSource::Auto}},
-               "the camera's motion: fitted on seeds, the host's, or the host's where it is estimated"),
+        motion_source("motion", &P::motion),
     };
     return table;
   }
@@ -98,7 +91,7 @@ class TrajectoryConsistencyFilter final : public Filter {
   void apply(Context& context, Votes& votes) override {
     const Match& match = context.match({params_.keyframe, params_.gap_frames});
     if (match.reference == nullptr) return context.note("no earlier frame");
-    const std::optional<RigidMotion> motion = camera_motion(context, match);
+    const std::optional<RigidMotion> motion = camera_motion(context, match, params_.motion, seeds_);
     if (!motion) return;
     if (params_.mode == TrajectoryMode::Displacement)
       judge_displacement(context, match, *motion, votes);
@@ -107,41 +100,6 @@ class TrajectoryConsistencyFilter final : public Filter {
   }
 
  private:
-  std::optional<RigidMotion> camera_motion(Context& context, const Match& match) {
-    if (params_.motion != MotionSource::Seeds) {
-      const std::optional<Pose> host = context.host_motion(match);
-      const bool estimated = context.frame().pose_provenance >= PoseProvenance::Estimated;
-      if (host && (estimated || params_.motion == MotionSource::Host)) {
-        context.note("motion: the host's");
-        RigidMotion motion;
-        motion.ok = true;
-        motion.T_current_reference = *host;
-        return motion;
-      }
-      if (params_.motion == MotionSource::Host) {
-        context.note("motion: the host has none");
-        return std::nullopt;
-      }
-    }
-    return fitted_motion(context, match);
-  }
-
-  /// On the seeds; on all features when too few of them carry a motion.
-  std::optional<RigidMotion> fitted_motion(Context& context, const Match& match) {
-    for (const bool all : {false, true}) {
-      context.collect_seeds(match, all, seeds_);
-      const RigidMotion& motion = context.rigid_motion(match, seeds_);
-      if (!motion.ok) {
-        if (all) context.note(std::string("motion: none, ") + to_string(motion.note));
-        continue;
-      }
-      context.note("motion: " + std::to_string(motion.inliers) + " of " + std::to_string(motion.points) +
-                   (all ? " features (too few seeds)" : " seeds"));
-      return motion;
-    }
-    return std::nullopt;
-  }
-
   bool judgeable(Context& context, const Match& match, std::size_t i) const {
     if (!context.judged(i) || !match.found(i) || !match.has_depth(i)) return false;
     const double z = static_cast<double>(context.points_m()[i].z);

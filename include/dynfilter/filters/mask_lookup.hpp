@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <dynfilter/core/frame_view.hpp>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// The size of the frame's images [px]; 0 x 0 when nothing says it.
+inline cv::Size image_size(const FrameView& frame) {
+  if (!frame.grey.empty()) return frame.grey.size();
+  if (!frame.depth.empty()) return frame.depth.size();
+  return frame.camera ? cv::Size(frame.camera->width_px, frame.camera->height_px) : cv::Size();
+}
+
+/// Single questions to a mask or label image of any size, in pixels of the frame's image. Nothing is copied
+/// or dilated: a question about a neighbourhood reads that neighbourhood, eight pixels at a time.
+class MaskLookup {
+ public:
+  MaskLookup() = default;
+  /// `labels`: CV_8UC1, anything else is an empty mask. `image`: what it covers; 0 x 0: its own size.
+  /// `wanted`: the labels that count; empty: all but 0.
+  MaskLookup(const cv::Mat& labels, cv::Size image, const std::vector<int>& wanted = {}) {
+    if (labels.empty() || labels.type() != CV_8UC1) return;
+    labels_ = labels;
+    if (image.width <= 0 || image.height <= 0) image = labels.size();
+    scale_x_ = static_cast<double>(labels.cols) / image.width;
+    scale_y_ = static_cast<double>(labels.rows) / image.height;
+    width_px_ = image.width;
+    height_px_ = image.height;
+    wanted_.fill(wanted.empty());
+    wanted_[0] = false;
+    for (const int label : wanted)
+      if (label >= 0 && label < 256) wanted_[static_cast<std::size_t>(label)] = true;
+  }
+
+  bool empty() const { return labels_.empty(); }
+  bool counts(std::uint8_t label) const { return wanted_[label]; }
+
+  /// Is this pixel on the mask? False outside of the image; a keypoint at x = width is on its last column.
+  bool at(const cv::Point2f& px) const {
+    if (!inside(px)) return false;
+    return counts(labels_.at<std::uint8_t>(row_of(std::round(px.y)), column_of(std::round(px.x))));
+  }
+  /// Is a pixel of the mask within this distance? The same as at() on a mask dilated with a disc.
+  bool near(const cv::Point2f& px, double radius_px) const {
+    if (at(px)) return true;
+    if (!(radius_px > 0) || empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;
+    const double x = std::round(static_cast<double>(px.x)), y = std::round(static_cast<double>(px.y));
+    const int first = first_within((y - radius_px + 0.5) * scale_y_ - 0.5);
+    const int last = last_within((y + radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
+    for (int row = first; row <= last; ++row) {
+      const double dy = (row + 0.5) / scale_y_ - 0.5 - y;
+      const double half = std::sqrt(std::max(0.0, radius_px * radius_px - dy * dy));
+      if (any(row, first_within((x - half + 0.5) * scale_x_ - 0.5),
+              last_within((x + half + 0.5) * scale_x_ - 0.5, labels_.cols)))
+        return true;
+    }
+    return false;
+  }
+
+ private:
+  static constexpr double kRounding = 1e-6;
+
+  bool inside(const cv::Point2f& px) const {
+    return !empty() && px.x >= -0.5F && px.y >= -0.5F && static_cast<double>(px.x) <= width_px_ &&
+           static_cast<double>(px.y) <= height_px_;
+  }
+  int row_of(float y) const {
+    return std::clamp(static_cast<int>((static_cast<double>(y) + 0.5) * scale_y_), 0, labels_.rows - 1);
+  }
+  int column_of(float x) const {
+    return std::clamp(static_cast<int>((static_cast<double>(x) + 0.5) * scale_x_), 0, labels_.cols - 1);
+  }
+  static int first_within(double at) {
+    return at > 1e9 ? 1000000000 : static_cast<int>(std::ceil(std::max(at - kRounding, 0.0)));
+  }
+  static int last_within(double at, int size) {
+    return static_cast<int>(std::floor(std::clamp(at + kRounding, -1.0, size - 1.0)));
+  }
+
+  bool any(int row, int from, int to) const {
+    const std::uint8_t* pixels = labels_.ptr<std::uint8_t>(row);
+    while (from <= to) {
+      if (from + 7 <= to) {
+        std::uint64_t eight = 0;
+        std::memcpy(&eight, pixels + from, sizeof(eight));
+        if (eight == 0) {
+          from += 8;
+          continue;
+        }
+      }
+      if (counts(pixels[from])) return true;
+      ++from;
+    }
+    return false;
+  }
+
+  cv::Mat labels_;
+  double scale_x_ = 1, scale_y_ = 1, width_px_ = 0, height_px_ = 0;
+  std::array<bool, 256> wanted_{};
+};
+
+}  // namespace dynfilter
