@@ -25,5 +25,5 @@ configure_package_config_file(cmake/dynfilterConfig.cmake.in "${PROJECT_BINARY_D
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/dynfilterConfig.cmake" "${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake"
-              "${PROJECT_SOURCE_DIR}/cmake/plugin.cmake"
+              "${PROJECT_SOURCE_DIR}/cmake/plugin.cmake" "${PROJECT_SOURCE_DIR}/cmake/FindFLANN.cmake"
         DESTINATION ${config_destination} COMPONENT development)

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/cluster/clusters.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/span.hpp>
+#include <limits>
+#include <numeric>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter::detail {
+
+/// Points sorted into the cubes of a uniform grid. Only cells that hold points exist, in the order of their
+/// keys (z, y, x), so that a row of neighbouring cells is one run of points and walking all cells finds the
+/// rows around them by moving pointers: no hashing, no memory for empty space. Cost O(n) for keys of a
+/// sensible extent.
+class CellGrid {
+ public:
+  struct Run {
+    std::uint32_t begin, end;
+  };
+
+  /// Points that are not finite are left out. `reach`: how many cells away neighbours may be. Throws Error
+  /// for more than some hundred thousand points that are all far apart compared to `cell_m`.
+  void build(Span<const cv::Point3f> points, double cell_m, int reach) {
+    reach_ = reach;
+    collect(points);
+    place(points, cell_m);
+    sort();
+    fill(points);
+  }
+
+  std::size_t points() const { return index_.size(); }
+  std::size_t cells() const { return keys_.size(); }
+  /// Points of a cell, as places in the sorted arrays.
+  Run cell(std::size_t c) const { return {begin_[c], begin_[c + 1]}; }
+  cv::Point3f at(std::size_t place) const { return {x_[place], y_[place], z_[place]}; }
+  std::uint32_t index(std::size_t place) const { return index_[place]; }
+
+  /// How many of the points in a run are within the radius.
+  int count(Run run, const cv::Point3f& p, float radius2) const {
+    int n = 0;
+    for (std::uint32_t j = run.begin; j < run.end; ++j) {
+      const float dx = x_[j] - p.x, dy = y_[j] - p.y, dz = z_[j] - p.z;
+      n += dx * dx + dy * dy + dz * dz <= radius2 ? 1 : 0;
+    }
+    return n;
+  }
+
+  /// Moves the points of a cell: those with chosen(index) first, otherwise in order. Returns how many.
+  template <class F>
+  std::uint32_t partition(std::size_t c, const F& chosen) {
+    const Run run = cell(c);
+    std::uint32_t next = run.begin;
+    for (std::uint32_t j = run.begin; j < run.end; ++j) {
+      if (!chosen(index_[j])) continue;
+      for (std::uint32_t k = j; k > next; --k) swap(k, k - 1);
+      ++next;
+    }
+    return next - run.begin;
+  }
+
+  /// The rows of cells around a cell while all cells are visited in order.
+  class Rows {
+   public:
+    /// `forward`: only what comes after the cell itself in the order of keys.
+    Rows(const CellGrid& grid, bool forward) : grid_(grid) {
+      const std::int64_t reach = grid.reach_;
+      for (std::int64_t dz = forward ? 0 : -reach; dz <= reach; ++dz)
+        for (std::int64_t dy = -reach; dy <= reach; ++dy) {
+          const bool own = dz == 0 && dy == 0;
+          if (forward && dz == 0 && dy < 0) continue;
+          const std::int64_t row = dz * grid.stride_z_ + dy * grid.stride_y_;
+          Row& added = rows_[size_++];
+          added = {row + (forward && own ? 1 : -reach), row + reach, 0, 0};
+          if (own) std::swap(added, rows_[0]);
+        }
+    }
+    /// To be called with growing c.
+    void move_to(std::size_t c) {
+      const std::int64_t key = grid_.keys_[c];
+      const auto cells = static_cast<std::uint32_t>(grid_.keys_.size());
+      const std::int64_t* keys = grid_.keys_.data();
+      for (std::size_t r = 0; r < size_; ++r) {
+        Row& row = rows_[r];
+        while (row.begin < cells && keys[row.begin] < key + row.first) ++row.begin;
+        row.end = std::max(row.end, row.begin);
+        while (row.end < cells && keys[row.end] <= key + row.last) ++row.end;
+      }
+    }
+    std::size_t size() const { return size_; }
+    /// Row 0 is the cell's own.
+    Run cells(std::size_t r) const { return {rows_[r].begin, rows_[r].end}; }
+    Run points(std::size_t r) const { return {grid_.begin_[rows_[r].begin], grid_.begin_[rows_[r].end]}; }
+
+   private:
+    struct Row {
+      std::int64_t first, last;  ///< keys, against the cell's
+      std::uint32_t begin, end;  ///< cells
+    };
+    const CellGrid& grid_;
+    std::array<Row, 25> rows_{};
+    std::size_t size_ = 0;
+  };
+
+  /// Lists every two points within the radius once, by their places, if that takes at most `most` tests;
+  /// otherwise returns false. Needs cells at least as wide as the radius and reach 1.
+  template <class Pair>
+  bool list_pairs(float radius2, std::size_t most, std::vector<Pair>& out) const {
+    std::size_t found = 0, tests = 0;
+    const bool complete = for_each_candidate([&](std::uint32_t i, Run with) {
+      tests += with.end - with.begin;
+      if (tests > most) return false;
+      if (out.size() < found + (with.end - with.begin))
+        out.resize(2 * found + 1024 + (with.end - with.begin));
+      Pair* list = out.data();
+      const float x = x_[i], y = y_[i], z = z_[i];
+      for (std::uint32_t j = with.begin; j < with.end; ++j) {  // no branch: half of them are hits
+        const float dx = x_[j] - x, dy = y_[j] - y, dz = z_[j] - z;
+        const float d2 = dx * dx + dy * dy + dz * dz;
+        list[found] = {i, j, d2};
+        found += d2 <= radius2 ? 1 : 0;
+      }
+      return true;
+    });
+    out.resize(complete ? found : 0);
+    return complete;
+  }
+  /// The same without a list: calls f(i, j) with places.
+  template <class F>
+  void for_each_pair(float radius2, const F& f) const {
+    for_each_candidate([&](std::uint32_t i, Run with) {
+      for (std::uint32_t j = with.begin; j < with.end; ++j)
+        if (squared_distance(at(i), at(j)) <= radius2) f(i, j);
+      return true;
+    });
+  }
+
+ private:
+  /// Calls f(i, run) until it returns false: every two points of neighbouring cells meet once.
+  template <class F>
+  bool for_each_candidate(const F& f) const {
+    Rows rows(*this, true);
+    for (std::size_t c = 0; c < cells(); ++c) {
+      rows.move_to(c);
+      const Run own = cell(c);
+      for (std::uint32_t i = own.begin; i < own.end; ++i) {
+        // The first row begins where the own cell ends.
+        const Run first{i + 1, std::max(own.end, rows.points(0).end)};
+        if (first.begin < first.end && !f(i, first)) return false;
+        for (std::size_t r = 1; r < rows.size(); ++r) {
+          const Run run = rows.points(r);
+          if (run.begin < run.end && !f(i, run)) return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  void collect(Span<const cv::Point3f> points) {
+    index_.clear();
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (finite(points[i])) index_.push_back(static_cast<std::uint32_t>(i));
+  }
+
+  /// Cell coordinates from 0, `reach` free cells apart from the next row, and their keys.
+  void place(Span<const cv::Point3f> points, double cell_m) {
+    const double per_m = 1 / cell_m;
+    std::array<double, 3> extent{}, lows{};
+    const float cv::Point3f::*axes[] = {&cv::Point3f::x, &cv::Point3f::y, &cv::Point3f::z};
+    for (std::size_t a = 0; a < 3; ++a) {
+      std::vector<double>& cells = coordinates_[a];
+      cells.resize(index_.size());
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      for (std::size_t k = 0; k < index_.size(); ++k) {
+        cells[k] = floor_of(static_cast<double>(points[index_[k]].*axes[a]) * per_m);
+        low = std::min(low, cells[k]);
+        high = std::max(high, cells[k]);
+      }
+      extent[a] = index_.empty() ? 1.0 : high - low + 1 + reach_;
+      lows[a] = low;
+    }
+    const bool wide = key_bits(extent) + index_bits() > 63;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (wide)
+        extent[a] = close_gaps(coordinates_[a]) + 1 + reach_;
+      else
+        for (double& cell : coordinates_[a]) cell -= lows[a];
+    }
+    key_bits_ = key_bits(extent);
+    if (key_bits_ > 62) throw Error("the points are too far apart for clusters of this size");
+    stride_y_ = static_cast<std::int64_t>(extent[0]);
+    stride_z_ = stride_y_ * static_cast<std::int64_t>(extent[1]);
+  }
+
+  /// Without SSE4.1 std::floor is a call.
+  static double floor_of(double v) {
+    if (!(std::abs(v) < 4e15)) return std::floor(v);
+    const auto whole = static_cast<double>(static_cast<std::int64_t>(v));
+    return whole > v ? whole - 1 : whole;
+  }
+  static int key_bits(const std::array<double, 3>& extent) {
+    const double bits = std::log2(extent[0]) + std::log2(extent[1]) + std::log2(extent[2]);
+    return bits > 1000 ? 1000 : static_cast<int>(bits) + 1;
+  }
+  int index_bits() const { return static_cast<int>(std::log2(static_cast<double>(index_.size() + 1))) + 1; }
+
+  /// Empty stretches beyond the reach shrink: who is whose neighbour stays. Returns the largest coordinate.
+  double close_gaps(std::vector<double>& coordinates) {
+    std::vector<std::size_t> order(coordinates.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return coordinates[a] < coordinates[b]; });
+    double before = coordinates[order[0]], closed = 0;
+    for (const std::size_t k : order) {
+      closed += std::min(coordinates[k] - before, static_cast<double>(reach_ + 1));
+      before = coordinates[k];
+      coordinates[k] = closed;
+    }
+    return closed;
+  }
+
+  /// Sorts by key; points of a cell stay in their order.
+  void sort() {
+    const std::size_t n = index_.size();
+    key_of_.resize(n);
+    for (std::size_t k = 0; k < n; ++k)
+      key_of_[k] = static_cast<std::int64_t>(coordinates_[2][k]) * stride_z_ +
+                   static_cast<std::int64_t>(coordinates_[1][k]) * stride_y_ +
+                   static_cast<std::int64_t>(coordinates_[0][k]);
+    const int shift = index_bits();
+    if (key_bits_ + shift > 63) return sort_wide();
+    packed_.resize(n);
+    for (std::size_t k = 0; k < n; ++k)
+      packed_[k] = static_cast<std::uint64_t>(key_of_[k]) << shift | static_cast<std::uint64_t>(k);
+    const int passes = (key_bits_ + 10) / 11, digit = (key_bits_ + passes - 1) / passes;
+    if (static_cast<std::size_t>(passes) << digit > 8 * n)
+      std::sort(packed_.begin(), packed_.end());
+    else
+      for (int pass = 0; pass < passes; ++pass) radix_pass(shift + pass * digit, digit);
+    order_.resize(n);
+    const std::uint64_t mask = (std::uint64_t{1} << shift) - 1;
+    for (std::size_t k = 0; k < n; ++k) order_[k] = static_cast<std::uint32_t>(packed_[k] & mask);
+  }
+  void sort_wide() {
+    order_.resize(key_of_.size());
+    std::iota(order_.begin(), order_.end(), 0U);
+    std::stable_sort(order_.begin(), order_.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return key_of_[a] < key_of_[b]; });
+  }
+  void radix_pass(int shift, int digit) {
+    const std::uint64_t mask = (std::uint64_t{1} << digit) - 1;
+    counts_.assign(mask + 2, 0);
+    for (const std::uint64_t p : packed_) ++counts_[(p >> shift & mask) + 1];
+    for (std::size_t d = 1; d < counts_.size(); ++d) counts_[d] += counts_[d - 1];
+    swapped_.resize(packed_.size());
+    for (const std::uint64_t p : packed_) swapped_[counts_[p >> shift & mask]++] = p;
+    packed_.swap(swapped_);
+  }
+
+  void fill(Span<const cv::Point3f> points) {
+    const std::size_t n = index_.size();
+    x_.resize(n), y_.resize(n), z_.resize(n), unsorted_.swap(index_), index_.resize(n);
+    keys_.clear();
+    begin_.clear();
+    std::int64_t last = -1;
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::uint32_t i = unsorted_[order_[k]];
+      x_[k] = points[i].x, y_[k] = points[i].y, z_[k] = points[i].z, index_[k] = i;
+      const std::int64_t key = key_of_[order_[k]];
+      if (key == last) continue;
+      keys_.push_back(key);
+      begin_.push_back(static_cast<std::uint32_t>(k));
+      last = key;
+    }
+    begin_.push_back(static_cast<std::uint32_t>(n));
+  }
+
+  void swap(std::uint32_t a, std::uint32_t b) {
+    std::swap(x_[a], x_[b]);
+    std::swap(y_[a], y_[b]);
+    std::swap(z_[a], z_[b]);
+    std::swap(index_[a], index_[b]);
+  }
+
+  int reach_ = 1, key_bits_ = 0;
+  std::int64_t stride_y_ = 0, stride_z_ = 0;
+  std::vector<std::int64_t> keys_;
+  std::vector<std::uint32_t> begin_;  ///< cells() + 1
+  std::vector<float> x_, y_, z_;
+  std::vector<std::uint32_t> index_;
+
+  std::array<std::vector<double>, 3> coordinates_;
+  std::vector<std::int64_t> key_of_;
+  std::vector<std::uint32_t> order_, unsorted_, counts_;
+  std::vector<std::uint64_t> packed_, swapped_;
+};
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// A point is a core point when at least `min_points` points, itself included, are within `eps_m` of it.
+struct DbscanParams {
+  double eps_m = 0.1;
+  int min_points = 4;
+
+  static constexpr double kMinEpsM = 1e-6, kMaxEpsM = 1e6;
+};
+
+/// One entry per point. Clusters are numbered from 0 in the order of their first points.
+struct Clusters {
+  static constexpr std::int32_t kNoise = -1;
+
+  std::vector<std::int32_t> label;  ///< kNoise: of no cluster, or not finite
+  std::vector<std::uint8_t> core;   ///< 0 or 1
+  int count = 0;
+
+  void reset(std::size_t n) {
+    label.assign(n, kNoise);
+    core.assign(n, 0);
+    count = 0;
+  }
+  /// Numbers the clusters by the order of their first points. Labels must be below `names`.
+  void renumber(std::size_t names) {
+    numbers_.assign(names, kNoise);
+    count = 0;
+    for (std::int32_t& l : label) {
+      if (l < 0) continue;
+      std::int32_t& number = numbers_[static_cast<std::size_t>(l)];
+      if (number < 0) number = count++;
+      l = number;
+    }
+  }
+
+ private:
+  std::vector<std::int32_t> numbers_;
+};
+
+namespace detail {
+
+inline bool finite(const cv::Point3f& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+/// The one definition of distance here: every search compares this with float(eps)^2.
+inline float squared_distance(const cv::Point3f& a, const cv::Point3f& b) {
+  const float dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z;
+  return dx * dx + dy * dy + dz * dz;
+}
+inline float squared_radius(double radius_m) {
+  const auto r = static_cast<float>(radius_m);
+  return r * r;
+}
+
+/// Union-find over 0..n-1; the smaller root wins, so that the result does not depend on the order of unions.
+class DisjointSets {
+ public:
+  void reset(std::size_t n) {
+    parent_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<std::uint32_t>(i);
+  }
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  bool unite(std::uint32_t a, std::uint32_t b) {
+    a = find(a), b = find(b);
+    if (a == b) return false;
+    parent_[std::max(a, b)] = std::min(a, b);
+    return true;
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+}  // namespace detail
+
+}  // namespace dynfilter
