@@ -4,6 +4,8 @@
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/filters/depth_consistency.hpp>
 #include <dynfilter/filters/epipolar.hpp>
+#include <dynfilter/filters/flow_consistency.hpp>
+#include <dynfilter/filters/multi_model.hpp>
 #include <dynfilter/filters/semantic_box.hpp>
 #include <dynfilter/filters/semantic_mask.hpp>
 #include <dynfilter/filters/trajectory_consistency.hpp>
@@ -17,6 +19,8 @@ inline Registry builtin_filters() {
   registry.add<SemanticMaskFilter>();
   registry.add<DepthConsistencyFilter>();
   registry.add<EpipolarFilter>();
+  registry.add<FlowConsistencyFilter>();
+  registry.add<MultiModelFilter>();
   registry.add<TrajectoryConsistencyFilter>();
   return registry;
 }

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <dynfilter/eval/classification.hpp>
+#include <dynfilter/eval/statistics.hpp>
+#include <dynfilter/io/point_tracks.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "command_registry.hpp"
+#include "json.hpp"
+#include "progress.hpp"
+
+namespace dynfilter::command {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class Positive { Auto, Movers, Mismatches, Others };
+
+struct MotionOptions {
+  std::vector<std::string> tracks, plugins;
+  std::string pipeline, positive = "auto";
+  double focal_px = 0;
+  bool json = false;
+};
+
+/// Which labels are to be found.
+struct Task {
+  Positive positive = Positive::Movers;
+  int background = 1;
+
+  bool is_positive(int label) const {
+    return positive == Positive::Movers ? label > 1 : positive == Positive::Mismatches ? label == 0
+                                                                                     : label != background;
+  }
+  std::string text() const {
+    return positive == Positive::Movers       ? "label > 1"
+           : positive == Positive::Mismatches ? "label 0"
+                                              : fmt::format("not label {} (the widest)", background);
+  }
+};
+
+struct Clip {
+  std::string name, task;
+  std::size_t points = 0, positives = 0;
+  double precision = NAN, recall = NAN, f1 = NAN, ms_per_frame = 0;
+};
+
+std::vector<fs::path> files_of(const std::vector<std::string>& arguments) {
+  std::vector<fs::path> files;
+  for (const std::string& argument : arguments) {
+    std::error_code error;
+    if (!fs::is_directory(argument, error)) {
+      files.emplace_back(argument);
+      continue;
+    }
+    std::vector<fs::path> inside;
+    for (const auto& entry : fs::directory_iterator(argument, error))
+      if (entry.path().extension() == ".txt") inside.push_back(entry.path());
+    if (inside.empty()) throw IoError(argument + ": holds no track files (*.txt)");
+    std::sort(inside.begin(), inside.end());
+    files.insert(files.end(), inside.begin(), inside.end());
+  }
+  return files;
+}
+
+Positive positive_of(const std::string& word, const io::PointTracks& tracks) {
+  if (word == "movers") return Positive::Movers;
+  if (word == "mismatches") return Positive::Mismatches;
+  if (word == "others") return Positive::Others;
+  if (tracks.title == "AdelaideRMF") return Positive::Mismatches;
+  if (tracks.title == "Hopkins155") return Positive::Others;
+  return Positive::Movers;
+}
+
+/// The points that are visible in a frame, as a host would hand them over.
+struct TrackFrame {
+  std::vector<int> points;  ///< of the file, per feature
+  std::vector<cv::KeyPoint> keypoints;
+  std::vector<std::int32_t> reference;
+
+  /// `feature_of`: per point its feature in the last frame, -1: none. It is brought up to date.
+  void fill(const io::PointTracks& tracks, int frame, std::vector<std::int32_t>& feature_of) {
+    points.clear(), keypoints.clear(), reference.clear();
+    std::vector<std::int32_t> now(feature_of.size(), -1);
+    for (int p = 0; p < tracks.points; ++p) {
+      if (!tracks.visible(p, frame)) continue;
+      const auto at = static_cast<std::size_t>(p);
+      now[at] = static_cast<std::int32_t>(points.size());
+      points.push_back(p);
+      keypoints.emplace_back(tracks.at(p, frame), 7.0F);
+      reference.push_back(feature_of[at]);
+    }
+    feature_of = std::move(now);
+  }
+};
+
+Camera camera_of(const io::PointTracks& tracks, double focal_px) {
+  Camera camera;
+  camera.width_px = tracks.width_px;
+  camera.height_px = tracks.height_px;
+  camera.fx_px = camera.fy_px = focal_px;
+  camera.cx_px = 0.5 * tracks.width_px;
+  camera.cy_px = 0.5 * tracks.height_px;
+  return camera;
+}
+
+/// Per point: was it called dynamic in the last frame that shows it?
+std::vector<bool> judge_tracks(Pipeline& pipeline, const io::PointTracks& tracks, double focal_px) {
+  std::vector<bool> dynamic(static_cast<std::size_t>(tracks.points), false);
+  std::vector<std::int32_t> feature_of(dynamic.size(), -1);
+  TrackFrame now;
+  for (int f = 0; f < tracks.frames; ++f) {
+    now.fill(tracks, f, feature_of);
+    FrameView view;
+    view.id = f;
+    view.timestamp_s = 0.1 * f;
+    view.keypoints = now.keypoints;
+    view.camera = camera_of(tracks, focal_px);
+    view.matches = HostMatches{f - 1, now.reference};
+    const Verdict& verdict = pipeline.before_pose(view);
+    for (std::size_t i = 0; i < now.points.size(); ++i)
+      dynamic[static_cast<std::size_t>(now.points[i])] = !verdict.keep(i);
+  }
+  return dynamic;
+}
+
+Clip judge_file(const fs::path& file, const MotionOptions& options, const Registry& registry) {
+  const io::PointTracks tracks = io::read_point_tracks(file);
+  Pipeline pipeline(load_pipeline(options.pipeline, registry));
+  Task task{positive_of(options.positive, tracks), 1};
+  if (task.positive == Positive::Others) task.background = io::widest_label(tracks);
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<bool> dynamic = judge_tracks(pipeline, tracks, options.focal_px);
+  const double ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  eval::Classification counts;
+  for (std::size_t p = 0; p < dynamic.size(); ++p)
+    counts.add(task.is_positive(tracks.label[p]) ? eval::Truth::Dynamic : eval::Truth::Static, dynamic[p]);
+  Clip clip{file.stem().string(), task.text()};
+  clip.points = dynamic.size();
+  clip.positives = counts.dynamic_rejected + counts.dynamic_kept;
+  clip.precision = counts.precision();
+  clip.recall = counts.recall();
+  const double found = 2 * static_cast<double>(counts.dynamic_rejected);
+  clip.f1 = found / (found + static_cast<double>(counts.dynamic_kept + counts.static_rejected));
+  clip.ms_per_frame = ms / tracks.frames;
+  return clip;
+}
+
+struct Totals {
+  double mean = NAN, median = NAN, min = NAN;
+};
+
+Totals totals_of(const std::vector<Clip>& clips, double Clip::*member) {
+  std::vector<double> known;
+  for (const Clip& clip : clips)
+    if (std::isfinite(clip.*member)) known.push_back(clip.*member);
+  const eval::ErrorStatistics s = eval::statistics(known);
+  return {s.mean, s.median, s.min};
+}
+
+Json totals_json(const Totals& t) {
+  return {{"mean", t.mean}, {"median", t.median}, {"min", t.min}};
+}
+
+void print_json(const std::vector<Clip>& clips, const std::string& pipeline) {
+  Json files = Json::array();
+  for (const Clip& c : clips)
+    files.push_back({{"name", c.name},
+                     {"positive", c.task},
+                     {"points", c.points},
+                     {"positives", c.positives},
+                     {"precision", c.precision},
+                     {"recall", c.recall},
+                     {"f1", c.f1},
+                     {"ms_per_frame", c.ms_per_frame}});
+  const Json json{{"pipeline", pipeline},
+                  {"files", files},
+                  {"precision", totals_json(totals_of(clips, &Clip::precision))},
+                  {"recall", totals_json(totals_of(clips, &Clip::recall))},
+                  {"f1", totals_json(totals_of(clips, &Clip::f1))}};
+  fmt::print("{}\n", json.dump(2));
+}
+
+void print_text(const std::vector<Clip>& clips) {
+  fmt::print("{:24} {:>6} {:>9} {:>9} {:>7} {:>6} {:>9}  {}\n", "tracks", "points", "positives", "precision",
+             "recall", "F1", "ms/frame", "positive");
+  for (const Clip& c : clips)
+    fmt::print("{:24} {:6} {:9} {:9.3f} {:7.3f} {:6.3f} {:9.2f}  {}\n", c.name, c.points, c.positives,
+               c.precision, c.recall, c.f1, c.ms_per_frame, c.task);
+  const Totals precision = totals_of(clips, &Clip::precision), recall = totals_of(clips, &Clip::recall),
+               f1 = totals_of(clips, &Clip::f1);
+  fmt::print("{:24} {:6} {:9} {:9.3f} {:7.3f} {:6.3f}\n", "mean", "", "", precision.mean, recall.mean,
+             f1.mean);
+  fmt::print("{:24} {:6} {:9} {:9.3f} {:7.3f} {:6.3f}\n", "median", "", "", precision.median, recall.median,
+             f1.median);
+}
+
+int run_motion(const MotionOptions& options) {
+  const Registry registry = command_registry(options.plugins);
+  const std::vector<fs::path> files = files_of(options.tracks);
+  std::vector<Clip> clips;
+  Progress bar(options.pipeline);
+  for (const fs::path& file : files) {
+    clips.push_back(judge_file(file, options, registry));
+    bar.at(clips.size(), files.size());
+  }
+  options.json ? print_json(clips, options.pipeline) : print_text(clips);
+  return kDone;
+}
+
+}  // namespace
+
+void add_motion(CLI::App& app, Action& action) {
+  auto options = std::make_shared<MotionOptions>();
+  CLI::App* command = app.add_subcommand(
+      "motion",
+      "Precision and recall of a mono pipeline on labelled point tracks: frames are fed in order, a track is\n"
+      "a match from frame to frame, and its last visible frame has the verdict. Unknown counts as kept.");
+  command->add_option("TRACKS", options->tracks, "track files, or folders of them (*.txt)")->required();
+  command->add_option("--pipeline,-p", options->pipeline, "a preset's name, or a YAML file")->required();
+  command
+      ->add_option("--positive", options->positive,
+                   "what is to be found: movers (label > 1), mismatches (label 0), others (every label but the\n"
+                   "one that spreads most over the image), or auto: by the data set that the file names")
+      ->check(CLI::IsMember({"auto", "movers", "mismatches", "others"}));
+  command->add_option("--focal-px", options->focal_px, "the camera's focal length, where it is known")
+      ->check(CLI::Range(1.0, 1e6));
+  command->add_option("--plugin", options->plugins, "a module with more filters; may be repeated");
+  command->add_flag("--json", options->json, "print JSON");
+  command->callback([options, &action] { action = [options] { return run_motion(*options); }; });
+}
+
+}  // namespace dynfilter::command

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/geometry/image_neighbours.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// Points that flow alike: neighbours in the image whose flows agree are linked, and what is linked is a
+/// group (single linkage). A surface of one object comes out as one group or a few; a group seldom reaches
+/// over the silhouette of a mover. Cost: about 1 ms for 1000 points with 8 neighbours.
+class FlowGroups {
+ public:
+  /// `alike(i, j)`: do these two flow alike? It must be symmetric.
+  template <class Alike>
+  void build(const std::vector<ImageNeighbours::Point>& points, double radius_px, int neighbours,
+             const Alike& alike) {
+    const std::size_t n = points.size();
+    grid_.build(points, radius_px);
+    near_.resize(n);
+    linked_.resize(n);
+    parent_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<int>(i);
+    for (std::size_t i = 0; i < n; ++i) {
+      grid_.nearest(points[i].x, points[i].y, static_cast<int>(i), neighbours, near_[i]);
+      linked_[i].clear();
+      for (const int j : near_[i]) {
+        if (!alike(i, static_cast<std::size_t>(j))) continue;
+        linked_[i].push_back(j);
+        join(static_cast<int>(i), j);
+      }
+    }
+    collect();
+  }
+
+  /// The nearest points of i, and those among them that flow like i.
+  const std::vector<int>& near(std::size_t i) const { return near_[i]; }
+  const std::vector<int>& linked(std::size_t i) const { return linked_[i]; }
+  /// Groups by their first member; single points are groups too.
+  std::size_t size() const { return groups_; }
+  const std::vector<int>& group(std::size_t g) const { return members_[g]; }
+
+ private:
+  int root(int i) {
+    while (parent_[static_cast<std::size_t>(i)] != i) {
+      int& up = parent_[static_cast<std::size_t>(i)];
+      up = parent_[static_cast<std::size_t>(up)];
+      i = up;
+    }
+    return i;
+  }
+  void join(int a, int b) {
+    a = root(a);
+    b = root(b);
+    if (a != b) parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  }
+  void collect() {
+    const std::size_t n = parent_.size();
+    number_.assign(n, -1);
+    groups_ = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      int& number = number_[static_cast<std::size_t>(root(static_cast<int>(i)))];
+      if (number < 0) {
+        number = static_cast<int>(groups_++);
+        if (members_.size() < groups_) members_.emplace_back();
+        members_[groups_ - 1].clear();
+      }
+      members_[static_cast<std::size_t>(number)].push_back(static_cast<int>(i));
+    }
+  }
+
+  ImageNeighbours grid_;
+  std::vector<std::vector<int>> near_, linked_, members_;
+  std::vector<int> parent_, number_;
+  std::size_t groups_ = 0;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// The plane that the camera drives along, as seen in the image: a point of it at (x, y) pixels right of and
+/// below the focus of expansion has inverse depth `scale * below(x, y)` in units of the camera's step. The
+/// plane's horizon runs through the focus of expansion, because the camera moves along the plane.
+struct GroundPlane {
+  double scale = 0;
+  double tilt = 0;  ///< of the horizon [rad]: positive where the ground is higher on the right
+
+  double below(double x, double y) const { return y + tilt * x; }
+};
+
+struct GroundPoint {
+  double x = 0, y = 0;        ///< pixels from the focus of expansion, y down
+  double inverse_depth = 0;
+  int cell = 0;               ///< of the image; the points of one cell share one vote
+};
+
+/// Finds the ground among points that seem to stand still: the **lowest** plane with much support, for
+/// nothing static is under the ground and much stands on it. For each of a few tilts the ratios
+/// inverse_depth / below() are sorted, and the window [r, 1.2 r] that holds the votes of most cells is sought
+/// from below. Cost: about 0.2 ms for 500 points.
+class GroundPlaneFinder {
+ public:
+  struct Options {
+    double min_below_px = 30;   ///< points nearer to the horizon say little
+    double window = 1.2;        ///< width of the ground's window of ratios
+    double min_support = 3;     ///< cells
+    double share_of_best = 0.5; ///< the lowest window with this share of the best one's support is the ground
+    int tilts = 4;              ///< to either side, of 0.02 rad each
+  };
+
+  std::optional<GroundPlane> find(const std::vector<GroundPoint>& points, const Options& options) {
+    std::optional<GroundPlane> found;
+    double best = 0;
+    for (int k = -options.tilts; k <= options.tilts; ++k) {
+      GroundPlane plane;
+      plane.tilt = 0.02 * k;
+      const double support = fit_scale(points, options, plane) * (1 - 0.02 * std::abs(k));
+      if (!(support > best)) continue;
+      best = support;
+      found = plane;
+    }
+    return found;
+  }
+
+ private:
+  struct Ratio {
+    double value;
+    double weight;
+    bool operator<(const Ratio& o) const {
+      return value < o.value || (value == o.value && weight < o.weight);
+    }
+  };
+
+  /// Sets the scale; returns its support, 0: none.
+  double fit_scale(const std::vector<GroundPoint>& points, const Options& options, GroundPlane& plane) {
+    collect_ratios(points, options, plane);
+    support_.resize(ratios_.size());
+    double best = 0, sum = 0;
+    std::size_t end = 0;
+    for (std::size_t i = 0; i < ratios_.size(); ++i) {
+      for (; end < ratios_.size() && ratios_[end].value <= ratios_[i].value * options.window; ++end)
+        sum += ratios_[end].weight;
+      support_[i] = sum;
+      best = std::max(best, sum);
+      sum -= ratios_[i].weight;
+    }
+    if (best < options.min_support) return 0;
+    std::size_t lowest = 0;
+    while (support_[lowest] < options.share_of_best * best) ++lowest;
+    std::size_t peak = lowest;
+    for (std::size_t i = lowest; i < ratios_.size() && ratios_[i].value <= ratios_[lowest].value * options.window;
+         ++i)
+      if (support_[i] > support_[peak]) peak = i;
+    plane.scale = weighted_median_from(peak);
+    return support_[peak];
+  }
+
+  void collect_ratios(const std::vector<GroundPoint>& points, const Options& options,
+                      const GroundPlane& plane) {
+    const auto is_below = [&](const GroundPoint& p) {
+      return p.inverse_depth > 0 && plane.below(p.x, p.y) > options.min_below_px;
+    };
+    int cells = 0;
+    for (const GroundPoint& p : points) cells = std::max(cells, p.cell + 1);
+    in_cell_.assign(static_cast<std::size_t>(cells), 0);
+    for (const GroundPoint& p : points)
+      if (is_below(p)) ++in_cell_[static_cast<std::size_t>(p.cell)];
+    ratios_.clear();
+    for (const GroundPoint& p : points)
+      if (is_below(p))
+        ratios_.push_back(
+            {p.inverse_depth / plane.below(p.x, p.y), 1.0 / in_cell_[static_cast<std::size_t>(p.cell)]});
+    std::sort(ratios_.begin(), ratios_.end());
+  }
+
+  double weighted_median_from(std::size_t first) const {
+    double sum = 0;
+    for (std::size_t i = first; i < ratios_.size(); ++i) {
+      sum += ratios_[i].weight;
+      if (sum >= support_[first] / 2) return ratios_[i].value;
+    }
+    return ratios_.back().value;
+  }
+
+  std::vector<Ratio> ratios_;
+  std::vector<double> support_;
+  std::vector<int> in_cell_;
+};
+
+}  // namespace dynfilter

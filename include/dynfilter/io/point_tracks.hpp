@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <dynfilter/io/text_lines.hpp>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace dynfilter::io {
+
+/// Labelled point tracks of one image sequence. Undistorted or distorted pixels, as the data set has them.
+struct PointTracks {
+  std::string title;  ///< first word of the first comment, e.g. "KT3DMoSeg"; "" without one
+  int points = 0, frames = 0, width_px = 0, height_px = 0;
+  std::vector<int> label;       ///< per point
+  std::vector<cv::Point2f> px;  ///< points x frames, NaN where it is not visible
+
+  const cv::Point2f& at(int point, int frame) const {
+    return px[static_cast<std::size_t>(point) * static_cast<std::size_t>(frames) +
+              static_cast<std::size_t>(frame)];
+  }
+  bool visible(int point, int frame) const {
+    const cv::Point2f& p = at(point, frame);
+    return std::isfinite(p.x) && std::isfinite(p.y);
+  }
+  /// -1: in none.
+  int last_visible(int point) const {
+    for (int f = frames - 1; f >= 0; --f)
+      if (visible(point, f)) return f;
+    return -1;
+  }
+};
+
+namespace detail {
+
+inline std::vector<std::string> words_of_comment(const std::string& line) {
+  std::vector<std::string> words;
+  constexpr const char* kSeparators = " \t\r#";
+  for (std::size_t begin = line.find_first_not_of(kSeparators); begin != std::string::npos;) {
+    const std::size_t end = line.find_first_of(kSeparators, begin);
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(kSeparators, end);
+  }
+  return words;
+}
+
+inline std::optional<int> whole_number(const std::string& text, int min, int max) {
+  const std::optional<double> value = parse_number(text);
+  if (!value || !(*value >= min && *value <= max) || *value != std::floor(*value)) return std::nullopt;
+  return static_cast<int>(*value);
+}
+
+/// The header `# points P frames F width W height H`, wherever it stands among the comments.
+inline bool read_track_header(const std::vector<std::string>& words, PointTracks& tracks) {
+  if (words.size() < 8 || words[0] != "points" || words[2] != "frames" || words[4] != "width" ||
+      words[6] != "height")
+    return false;
+  const auto points = whole_number(words[1], 1, 10'000'000), frames = whole_number(words[3], 1, 1'000'000),
+             width = whole_number(words[5], 1, 1'000'000), height = whole_number(words[7], 1, 1'000'000);
+  if (!points || !frames || !width || !height) return false;
+  tracks.points = *points, tracks.frames = *frames, tracks.width_px = *width, tracks.height_px = *height;
+  return true;
+}
+
+inline void read_track_comments(const std::filesystem::path& path, PointTracks& tracks) {
+  std::ifstream in(path);
+  bool found = false;
+  for (std::string line; std::getline(in, line) && !line.empty() && line[0] == '#';) {
+    const std::vector<std::string> words = words_of_comment(line);
+    if (tracks.title.empty() && !words.empty()) tracks.title = words[0];
+    found = found || read_track_header(words, tracks);
+  }
+  if (!found)
+    throw IoError(path.string() + ": expected the header '# points P frames F width W height H'");
+}
+
+inline float track_coordinate(const std::filesystem::path& path, const TextLine& line, std::size_t field) {
+  const std::optional<double> value = parse_number(line.fields[field]);
+  if (!value) throw IoError(at_line(path, line.number) + ": '" + line.fields[field] + "' is not a number");
+  return static_cast<float>(*value);
+}
+
+}  // namespace detail
+
+/// Reads a track file: comments with the header `# points P frames F width W height H`, then a line per
+/// point: its label, a whole number >= 0, and `x y` per frame, `nan nan` where it is not visible. Throws
+/// IoError naming file and line.
+inline PointTracks read_point_tracks(const std::filesystem::path& path) {
+  const std::vector<TextLine> lines = read_text_lines(path);
+  PointTracks tracks;
+  detail::read_track_comments(path, tracks);
+  if (lines.size() != static_cast<std::size_t>(tracks.points))
+    throw IoError(path.string() + ": the header says " + std::to_string(tracks.points) + " points, there are " +
+                  std::to_string(lines.size()));
+  const std::size_t expected = 1 + 2 * static_cast<std::size_t>(tracks.frames);
+  for (const TextLine& line : lines) {
+    if (line.fields.size() != expected)
+      throw IoError(at_line(path, line.number) + ": expected a label and " + std::to_string(tracks.frames) +
+                    " times 'x y', found " + std::to_string(line.fields.size()) + " fields");
+    const auto label = detail::whole_number(line.fields[0], 0, 1'000'000);
+    if (!label)
+      throw IoError(at_line(path, line.number) + ": the label '" + line.fields[0] + "' is not a whole number");
+    tracks.label.push_back(*label);
+    for (std::size_t f = 1; f < expected; f += 2)
+      tracks.px.emplace_back(detail::track_coordinate(path, line, f),
+                             detail::track_coordinate(path, line, f + 1));
+  }
+  return tracks;
+}
+
+/// The label whose points spread most over the image: most cells of an 8 x 8 grid that it holds at least one
+/// point in, over all frames; of equal ones the label with more points, then the smaller label.
+inline int widest_label(const PointTracks& tracks) {
+  constexpr int kCells = 8;
+  struct Spread {
+    int label = 0, cells = 0, points = 0;
+  };
+  std::vector<int> labels = tracks.label;
+  std::sort(labels.begin(), labels.end());
+  labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
+  Spread best;
+  for (const int label : labels) {
+    std::vector<bool> seen(kCells * kCells, false);
+    Spread spread{label, 0, 0};
+    for (int p = 0; p < tracks.points; ++p) {
+      if (tracks.label[static_cast<std::size_t>(p)] != label) continue;
+      ++spread.points;
+      for (int f = 0; f < tracks.frames; ++f) {
+        if (!tracks.visible(p, f)) continue;
+        const cv::Point2f& px = tracks.at(p, f);
+        const auto cell = [](float at, int size) {
+          return static_cast<std::size_t>(
+              std::clamp(at / static_cast<float>(size) * kCells, 0.0F, kCells - 1.0F));
+        };
+        seen[cell(px.y, tracks.height_px) * kCells + cell(px.x, tracks.width_px)] = true;
+      }
+    }
+    spread.cells = static_cast<int>(std::count(seen.begin(), seen.end(), true));
+    if (spread.cells > best.cells || (spread.cells == best.cells && spread.points > best.points))
+      best = spread;
+  }
+  return best.label;
+}
+
+}  // namespace dynfilter::io

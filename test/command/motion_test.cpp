@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+
+#include "run_command.hpp"
+
+using namespace dynfilter_test;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The number after `"key": ` behind the place where `section` begins in JSON text.
+double number_in(const std::string& json, const std::string& section, const std::string& key) {
+  const auto from = json.find(section);
+  REQUIRE(from != std::string::npos);
+  const auto at = json.find("\"" + key + "\": ", from);
+  REQUIRE(at != std::string::npos);
+  return std::atof(json.c_str() + at + key.size() + 4);
+}
+double f1_of(const std::string& json, const std::string& clip) {
+  return number_in(json, "\"name\": \"" + clip + "\"", "f1");
+}
+double total_f1(const std::string& json, const std::string& what) {
+  return number_in(json, "\"f1\": {", what);
+}
+
+/// JSON text; empty: there is no such data.
+std::string judged(const char* folder, const char* pipeline) {
+  const fs::path data = fs::path(DYNFILTER_DATA_DIR) / "motion" / folder;
+  if (!fs::exists(data)) {
+    MESSAGE("skipped: no ../shared/data");
+    return "";
+  }
+  const CommandResult result =
+      dynfilter("motion '" + data.string() + "' --json --pipeline " + std::string(pipeline));
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 0);
+  return result.out;
+}
+
+}  // namespace
+
+TEST_CASE("motion counts verdicts at the last visible frame") {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "clip.txt").string();
+  write_text(file, "# Any clip\n# points 2 frames 2 width 640 height 480\n1 1 2 3 4\n2 5 6 7 8\n");
+  const CommandResult none = dynfilter("motion " + file + " --pipeline none");
+  CHECK(none.exit_code == 0);
+  CHECK(contains(none.out, "clip"));
+  CHECK(contains(none.out, "label > 1"));
+  const std::string json = dynfilter("motion --json " + folder.path().string() + " --pipeline none").out;
+  CHECK(contains(json, "\"recall\": 0.0"));
+  CHECK(contains(json, "\"precision\": null"));
+  CHECK(contains(json, "\"positives\": 1"));
+  CHECK(contains(dynfilter("motion --json --positive mismatches -p none " + file).out, "\"positives\": 0"));
+}
+
+TEST_CASE("motion refuses bad input with one line") {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "clip.txt").string();
+  check_refused("motion", "TRACKS is required");
+  check_refused("motion nowhere.txt --pipeline none", "nowhere.txt: no such file");
+  check_refused("motion " + folder.path().string() + " --pipeline none", "holds no track files");
+  write_text(file, "1 2 3\n");
+  check_refused("motion " + file + " --pipeline none", "clip.txt: expected the header");
+  write_text(file, "# points 1 frames 1 width 640 height 480\n1 2\n");
+  check_refused("motion " + file + " --pipeline none", "clip.txt:2: expected a label");
+  check_refused("motion " + file + " --pipeline nonsense", "nonsense");
+}
+
+TEST_CASE("dynfilter_mono on the KT3DMoSeg clips, movers against background: the goals") {
+  const std::string json = judged("kt3dmoseg", "dynfilter_mono");
+  if (json.empty()) return;
+  CHECK(total_f1(json, "mean") >= 0.90);
+  CHECK(total_f1(json, "median") >= 0.90);
+  CHECK(total_f1(json, "min") >= 0.60);           // no clip where the background is taken for the mover
+  CHECK(f1_of(json, "seq028_clip02") >= 0.80);  // 14 of 187 points move
+  CHECK(f1_of(json, "seq095_clip01") >= 0.90);  // 81 % of the points move
+}
+
+TEST_CASE("mismatch on the AdelaideRMF pairs: the goals") {
+  const std::string json = judged("adelaide_rmf", "mismatch");
+  if (json.empty()) return;
+  CHECK(total_f1(json, "mean") >= 0.95);
+  CHECK(total_f1(json, "min") >= 0.90);
+}

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <dynfilter/filters/flow_consistency.hpp>
+#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/synth/judge.hpp>
+#include <limits>
+
+#include "doctest/doctest.h"
+
+using namespace dynfilter;
+using synth::CameraStep;
+using synth::ExactScene;
+using synth::MovingBox;
+using synth::Preset;
+using synth::Score;
+
+namespace {
+
+FlowConsistencyParams without_ground() {
+  FlowConsistencyParams params;
+  params.ground = false;
+  return params;
+}
+
+Score score(const ExactScene& scene, const FlowConsistencyParams& params = {}, int frame = 8) {
+  FlowConsistencyFilter filter(params);
+  return Score(judge(filter, scene, frame), scene.frame(frame));
+}
+
+bool all_unknown(const Votes& votes) {
+  return votes.count(Vote::Unknown) == votes.size();
+}
+
+/// A camera that looks ahead from 1.5 m above a road and drives 0.8 m a frame; the road, walls on both sides,
+/// and a car's front of 30 points on the oncoming lane which drives at `speed` m a frame towards it.
+class Road {
+ public:
+  explicit Road(double speed) : speed_(speed) {}
+
+  std::vector<cv::Point3d> at(int frame) const {
+    Rng rng(1);
+    std::vector<cv::Point3d> points;
+    const double driven = 0.8 * frame;
+    for (int i = 0; i < 150; ++i)
+      points.emplace_back(rng.uniform(-6, 6), 1.5, rng.uniform(16, 40) - driven);
+    for (int i = 0; i < 200; ++i)
+      points.emplace_back(i % 2 == 0 ? -9 : 9, rng.uniform(-4, 1), rng.uniform(20, 50) - driven);
+    for (int i = 0; i < 30; ++i)
+      points.emplace_back(rng.uniform(-4, -2.4), rng.uniform(0.1, 1.45), 26 - driven - speed_ * frame);
+    return points;
+  }
+  /// Votes after nine frames, in the order of the points.
+  Votes judge(const FlowConsistencyParams& params) const {
+    FlowConsistencyFilter filter(params);
+    Context context;
+    Votes votes;
+    for (int k = 0; k < 9; ++k) {
+      std::vector<cv::KeyPoint> keypoints;
+      std::vector<std::int32_t> reference;
+      for (const cv::Point3d& p : at(k)) {
+        keypoints.emplace_back(static_cast<float>(620 + 700 * p.x / p.z),
+                               static_cast<float>(190 + 700 * p.y / p.z), 7.0F);
+        reference.push_back(k == 0 ? -1 : static_cast<std::int32_t>(reference.size()));
+      }
+      FrameView view;
+      view.id = k;
+      view.timestamp_s = 0.1 * k;
+      view.keypoints = keypoints;
+      view.camera = Camera();
+      view.camera->width_px = 1240, view.camera->height_px = 380;
+      view.matches = HostMatches{k - 1, reference};
+      context.begin(view, CallPoint::BeforePose);
+      votes.reset(keypoints.size());
+      filter.apply(context, votes);
+      context.finish(false);
+    }
+    return votes;
+  }
+  int found(const Votes& votes, std::size_t from, std::size_t to) const {
+    int n = 0;
+    for (std::size_t i = from; i < to; ++i) n += votes[i] == Vote::Dynamic ? 1 : 0;
+    return n;
+  }
+
+ private:
+  double speed_;
+};
+
+}  // namespace
+
+TEST_CASE("flow_consistency: a rigid scene rejects nothing, whatever the camera does") {
+  for (const CameraStep step : {CameraStep::General, CameraStep::Sideways, CameraStep::Forward,
+                                CameraStep::PureRotation, CameraStep::SmallBaseline, CameraStep::None})
+    for (const bool planar : {false, true}) {
+      CAPTURE(static_cast<int>(step));
+      CAPTURE(planar);
+      ExactScene scene = ExactScene().points(360).mono().camera_motion(step);
+      if (planar) scene.planar();
+      CHECK(score(scene).static_kept() == 1.0);
+      CHECK(score(scene.pixel_noise(0.3)).static_kept() >= 0.99);
+    }
+}
+
+TEST_CASE("flow_consistency: movers off their epipolar line are found, with noise too") {
+  for (const Preset preset : {Preset::General, Preset::Planar, Preset::PureRotation, Preset::NoMotion,
+                              Preset::SmallBaseline, Preset::SeveralMovers}) {
+    CAPTURE(synth::to_string(preset));
+    for (const double noise_px : {0.0, 0.3}) {
+      CAPTURE(noise_px);
+      const Score s = score(synth::preset(preset).mono().pixel_noise(noise_px));
+      CHECK(s.recall() >= 0.9);
+      CHECK(s.static_kept() >= 0.97);
+    }
+  }
+}
+
+// The car's own speed doubles its flow, but along the lines on which static points flow.
+TEST_CASE("flow_consistency: an oncoming car is found by its foot above the ground only") {
+  const Road road(0.8);
+  const Votes with_ground = road.judge({}), without = road.judge(without_ground());
+  CHECK(road.found(with_ground, 350, 380) >= 28);
+  CHECK(road.found(with_ground, 0, 350) <= 7);
+  CHECK(road.found(without, 350, 380) == 0);
+  const Road parked(0);
+  CHECK(parked.found(parked.judge({}), 0, 380) <= 4);
+}
+
+TEST_CASE("flow_consistency: the last frame's votes follow the features' order") {
+  const ExactScene scene = synth::preset(Preset::General).mono().pixel_noise(0.3);
+  ExactScene shuffled = scene;
+  shuffled.order(5);
+  FlowConsistencyFilter filter, other;
+  const Votes votes = judge(filter, scene, 8), permuted = judge(other, shuffled, 8);
+  const auto frame = scene.frame(8), mixed = shuffled.frame(8);
+  REQUIRE(votes.size() == permuted.size());
+  for (std::size_t i = 0; i < mixed.size(); ++i) {
+    const auto at = std::find(frame.point.begin(), frame.point.end(), mixed.point[i]);
+    REQUIRE(at != frame.point.end());
+    const auto k = static_cast<std::size_t>(at - frame.point.begin());
+    CHECK(permuted[i] == votes[k]);
+    CHECK(permuted.score(i) == votes.score(k));
+  }
+}
+
+TEST_CASE("flow_consistency: after a reset it is as new") {
+  const ExactScene scene = synth::preset(Preset::General).mono().pixel_noise(0.3);
+  FlowConsistencyFilter filter;
+  const Votes first = judge(filter, scene, 8);
+  judge(filter, synth::preset(Preset::SeveralMovers).mono(), 5);
+  CHECK(judge(filter, scene, 8) == first);  // judge() resets
+}
+
+TEST_CASE("flow_consistency: too little to judge by is unknown") {
+  FlowConsistencyFilter filter;
+  for (const int points : {0, 1, 2, 11})
+    CHECK(all_unknown(judge(filter, ExactScene().points(points).mono(), 5)));
+  CHECK(all_unknown(judge(filter, synth::preset(Preset::General).mono().missing_matches(1), 5)));
+}
+
+TEST_CASE("flow_consistency: odd keypoints are unknown and hurt nobody") {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
+                  kHuge = std::numeric_limits<float>::max();
+  const ExactScene scene = synth::preset(Preset::General).mono();
+  FlowConsistencyFilter filter;
+  Context context;
+  Votes votes;
+  for (int k = 0; k < 6; ++k) {
+    auto frame = scene.frame(k);
+    const cv::Point2f odd[] = {{kNan, 1}, {1, kNan}, {kHuge, kHuge}, {-kHuge, 0}, {640, 480}};
+    for (std::size_t i = 0; i < 5; ++i) frame.keypoints[i].pt = frame.keypoints_undistorted[i].pt = odd[i];
+    context.begin(frame.view(), CallPoint::BeforePose);
+    votes.reset(frame.size());
+    filter.apply(context, votes);
+    context.finish(false);
+  }
+  for (std::size_t i = 0; i < 4; ++i) CHECK(votes[i] == Vote::Unknown);
+  CHECK(votes.count(Vote::Static) > 200);
+}
+
+TEST_CASE("flow_consistency: all features in one place, on one line, on the edge, in images of any size") {
+  struct Case {
+    int width, height, kind;
+  };
+  for (const Case c : {Case{640, 480, 0}, Case{640, 480, 1}, Case{1241, 376, 2}, Case{752, 480, 2},
+                       Case{320, 240, 2}}) {
+    CAPTURE(c.width);
+    CAPTURE(c.kind);
+    FlowConsistencyFilter filter;
+    Context context;
+    Votes votes;
+    for (int k = 0; k < 6; ++k) {
+      Rng rng(1);
+      std::vector<cv::KeyPoint> keypoints;
+      std::vector<std::int32_t> reference;
+      for (int i = 0; i < 60; ++i) {
+        const auto x = static_cast<float>(rng.uniform(0, c.width)), y = static_cast<float>(rng.uniform(0, c.height));
+        const auto step = static_cast<float>(2 * k);
+        cv::Point2f px = c.kind == 0   ? cv::Point2f(100 + step, 100)
+                         : c.kind == 1 ? cv::Point2f(x + step, 0.5F * x)
+                                       : cv::Point2f(std::min(x + step, static_cast<float>(c.width)), y);
+        keypoints.emplace_back(px, 7.0F);
+        reference.push_back(k == 0 ? -1 : i);
+      }
+      FrameView view;
+      view.id = k;
+      view.timestamp_s = 0.1 * k;
+      view.keypoints = keypoints;
+      view.camera = Camera();
+      view.camera->width_px = c.width, view.camera->height_px = c.height;
+      view.matches = HostMatches{k - 1, reference};
+      context.begin(view, CallPoint::BeforePose);
+      votes.reset(keypoints.size());
+      filter.apply(context, votes);
+      context.finish(false);
+    }
+    CHECK(votes.count(Vote::Dynamic) <= (c.kind == 2 ? 3U : 0U));  // what stops at the edge is left behind
+  }
+}
+
+TEST_CASE("feature tracks: chained by the host's index, or by the nearest feature of the last frame") {
+  StoredFrame stored;
+  FeatureTracks tracks(4);
+  Match match;
+  const auto matched = [&](const cv::Point2f& px, int index) {
+    match.reference = &stored;
+    match.correspondences.reset(1);
+    match.correspondences.set(0, px, index);
+    match.reference_undistorted_px.assign(1, px);
+  };
+  tracks.follow(0, Match(), {{10, 10}, {50, 50}}, {{10, 10}, {50, 50}});
+  CHECK(tracks.length(0) == 0);
+  stored.id = 0;
+  matched({50, 50}, 1);
+  tracks.follow(1, match, {{52, 50}}, {{52, 50}});
+  CHECK(tracks.length(0) == 1);
+  CHECK(tracks.previous(0) == 1);
+  stored.id = 1;
+  matched({53, 50}, -1);  // flow came from 1 px beside the feature: its past is shifted by that
+  tracks.follow(2, match, {{55, 50}}, {{55, 50}});
+  CHECK(tracks.length(0) == 2);
+  CHECK(tracks.previous(0) == 0);
+  CHECK(tracks.at(0, 0) == cv::Point2f(55, 50));
+  CHECK(tracks.at(0, 1) == cv::Point2f(53, 50));
+  CHECK(tracks.at(0, 2) == cv::Point2f(51, 50));
+  stored.id = 2;
+  matched({60, 50}, -1);  // 5 px away: another feature
+  tracks.follow(3, match, {{62, 50}}, {{62, 50}});
+  CHECK(tracks.length(0) == 1);
+  CHECK(tracks.previous(0) == -1);
+  stored.id = 2;  // not the frame that was followed last
+  matched({62, 50}, 0);
+  tracks.follow(4, match, {{64, 50}}, {{64, 50}});
+  CHECK(tracks.length(0) == 1);
+  CHECK(tracks.previous(0) == -1);
+}
+
+TEST_CASE("flow_consistency: parameters out of range are refused") {
+  FlowConsistencyParams params;
+  params.gap_frames = 0;
+  CHECK_THROWS_AS(FlowConsistencyFilter{params}, ConfigError);
+  params = {};
+  params.memory = 1;
+  CHECK_THROWS_AS(FlowConsistencyFilter{params}, ConfigError);
+}
