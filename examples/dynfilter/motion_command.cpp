@@ -38,8 +38,9 @@ struct Task {
   int background = 1;
 
   bool is_positive(int label) const {
-    return positive == Positive::Movers ? label > 1 : positive == Positive::Mismatches ? label == 0
-                                                                                     : label != background;
+    return positive == Positive::Movers       ? label > 1
+           : positive == Positive::Mismatches ? label == 0
+                                              : label != background;
   }
   std::string text() const {
     return positive == Positive::Movers       ? "label > 1"
@@ -224,14 +225,16 @@ void add_motion(CLI::App& app, Action& action) {
   auto options = std::make_shared<MotionOptions>();
   CLI::App* command = app.add_subcommand(
       "motion",
-      "Precision and recall of a mono pipeline on labelled point tracks: frames are fed in order, a track is\n"
+      "Precision and recall of a mono pipeline on labelled point tracks: frames are fed in order, a track "
+      "is\n"
       "a match from frame to frame, and its last visible frame has the verdict. Unknown counts as kept.");
   command->add_option("TRACKS", options->tracks, "track files, or folders of them (*.txt)")->required();
   command->add_option("--pipeline,-p", options->pipeline, "a preset's name, or a YAML file")->required();
   command
-      ->add_option("--positive", options->positive,
-                   "what is to be found: movers (label > 1), mismatches (label 0), others (every label but the\n"
-                   "one that spreads most over the image), or auto: by the data set that the file names")
+      ->add_option(
+          "--positive", options->positive,
+          "what is to be found: movers (label > 1), mismatches (label 0), others (every label but the\n"
+          "one that spreads most over the image), or auto: by the data set that the file names")
       ->check(CLI::IsMember({"auto", "movers", "mismatches", "others"}));
   command->add_option("--focal-px", options->focal_px, "the camera's focal length, where it is known")
       ->check(CLI::Range(1.0, 1e6));

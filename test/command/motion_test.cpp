@@ -60,11 +60,12 @@ TEST_CASE("motion refuses bad input with one line") {
   check_refused("motion", "TRACKS is required");
   check_refused("motion nowhere.txt --pipeline none", "nowhere.txt: no such file");
   check_refused("motion " + folder.path().string() + " --pipeline none", "holds no track files");
+  write_text(file, "# points 1 frames 1 width 640 height 480\n1 2 3\n");
+  check_refused("motion " + file + " --pipeline nonsense", "nonsense");
   write_text(file, "1 2 3\n");
   check_refused("motion " + file + " --pipeline none", "clip.txt: expected the header");
   write_text(file, "# points 1 frames 1 width 640 height 480\n1 2\n");
   check_refused("motion " + file + " --pipeline none", "clip.txt:2: expected a label");
-  check_refused("motion " + file + " --pipeline nonsense", "nonsense");
 }
 
 TEST_CASE("dynfilter_mono on the KT3DMoSeg clips, movers against background: the goals") {
@@ -72,8 +73,8 @@ TEST_CASE("dynfilter_mono on the KT3DMoSeg clips, movers against background: the
   if (json.empty()) return;
   CHECK(total_f1(json, "mean") >= 0.90);
   CHECK(total_f1(json, "median") >= 0.90);
-  CHECK(total_f1(json, "min") >= 0.60);           // no clip where the background is taken for the mover
-  CHECK(f1_of(json, "seq028_clip02") >= 0.80);  // 14 of 187 points move
+  CHECK(total_f1(json, "min") >= 0.60);         // no clip where the background is taken for the mover
+  CHECK(f1_of(json, "seq028_clip02") >= 0.85);  // 14 of 187 points move
   CHECK(f1_of(json, "seq095_clip01") >= 0.90);  // 81 % of the points move
 }
 

@@ -109,7 +109,9 @@ TEST_CASE("multi_model: nothing, little, identical, collinear, NaN: unknown, or 
     Pair pair;
     for (int i = 0; i < 30; ++i) {
       const auto x = static_cast<float>(10 * i);
-      const cv::Point2f px = kind == 0 ? cv::Point2f(5, 5) : kind == 1 ? cv::Point2f(x, x) : cv::Point2f(kNan, x);
+      const cv::Point2f px = kind == 0   ? cv::Point2f(5, 5)
+                             : kind == 1 ? cv::Point2f(x, x)
+                                         : cv::Point2f(kNan, x);
       pair.now.emplace_back(px, 7.0F);
       pair.then.emplace_back(px, 7.0F);
     }

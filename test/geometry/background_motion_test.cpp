@@ -36,7 +36,8 @@ std::vector<ViewPair> road(int n, double tx, double tz, double turn) {
   Rng rng(7);
   std::vector<ViewPair> pairs;
   for (int i = 0; i < n; ++i)
-    pairs.push_back(seen(rng.uniform(-500, 500), rng.uniform(-150, 150), rng.uniform(8, 40), tx, 0, tz, turn));
+    pairs.push_back(
+        seen(rng.uniform(-500, 500), rng.uniform(-150, 150), rng.uniform(8, 40), tx, 0, tz, turn));
   return pairs;
 }
 
@@ -76,7 +77,8 @@ TEST_CASE("the camera's motion is found from nothing, exactly where there is no 
 TEST_CASE("what covers the image is the background, not what has most of the points") {
   std::vector<ViewPair> pairs = road(150, 0, 1.0, 0);
   Rng rng(3);
-  for (int i = 0; i < 500; ++i)  // 77 % of the points on a truck that drives to the right, on a quarter of the image
+  for (int i = 0; i < 500;
+       ++i)  // 77 % of the points on a truck that drives to the right, on a quarter of the image
     pairs.push_back(seen(rng.uniform(100, 400), rng.uniform(-100, 150), 15, -1.5, 0.1, -0.5, 0));
   BackgroundMotionEstimator estimator;
   const auto motion = estimator.estimate(pairs, all(pairs.size()), kCells, kFocal, std::nullopt);

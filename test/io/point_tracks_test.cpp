@@ -58,7 +58,7 @@ TEST_CASE("broken track files: an error that names file and line") {
 TEST_CASE("the widest label covers the most cells, whatever its points") {
   const TemporaryFolder folder;
   std::string text = "# points 7 frames 1 width 800 height 800\n";
-  for (int i = 0; i < 4; ++i) text += "2 " + std::to_string(10 + i) + " 10\n";       // one cell
+  for (int i = 0; i < 4; ++i) text += "2 " + std::to_string(10 + i) + " 10\n";        // one cell
   for (int i = 0; i < 3; ++i) text += "5 " + std::to_string(50 + 300 * i) + " 10\n";  // three
   write_text(folder.path() / "t.txt", text);
   CHECK(widest_label(read_point_tracks(folder.path() / "t.txt")) == 5);

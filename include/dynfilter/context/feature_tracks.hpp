@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <dynfilter/geometry/image_neighbours.hpp>
 #include <dynfilter/context/match.hpp>
+#include <dynfilter/geometry/image_neighbours.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 #include <vector>

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/geometry/flow_groups.hpp>
 #include <dynfilter/context/context.hpp>
 #include <dynfilter/context/feature_tracks.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/geometry/background_motion.hpp>
+#include <dynfilter/geometry/flow_groups.hpp>
 #include <dynfilter/geometry/ground_plane.hpp>
 #include <dynfilter/geometry/view_motion.hpp>
 #include <optional>
@@ -24,8 +24,8 @@ struct FlowConsistencyParams {
   double noise_px = 0.15;
   double noise_of_flow = 0.004;
   double memory = 0.65;
-  int neighbours = 8;
-  double reach = 0.06;
+  int neighbours = 6;
+  double reach = 0.05;
   double alike_px = 0.4;
   double alike_of_flow = 0.06;
   bool ground = true;
@@ -35,7 +35,8 @@ struct FlowConsistencyParams {
   static const FieldTable<FlowConsistencyParams>& fields() {
     using P = FlowConsistencyParams;
     static const FieldTable<P> table{
-        real("limit", &P::limit, "sigma", {0, 1e6}, "dynamic beyond: how far a flow is from a static point's"),
+        real("limit", &P::limit, "sigma", {0, 1e6},
+             "dynamic beyond: how far a flow is from a static point's"),
         integer("gap_frames", &P::gap_frames, "frames", {1, 30},
                 "flow over so many frames, over fewer while most tracks are younger"),
         real("max_distance_px", &P::max_distance_px, "px", {0.01, 100},
@@ -139,6 +140,8 @@ class FlowConsistencyFilter final : public Filter {
   /// The camera's motion and every flow against it. False: there is none.
   bool measure(Context& context) {
     const int gap = choose_gap();
+    if (ground_) ground_->scale *= static_cast<double>(gap) / last_gap_;  // of the camera's step, which grows
+    last_gap_ = gap;
     set_view(context);
     collect_points(context, gap);
     seeds_.clear();
@@ -158,8 +161,8 @@ class FlowConsistencyFilter final : public Filter {
       p.length_px = p.flow.length_px();
     }
     gap_weight_ = static_cast<double>(gap) * gap;
-    context.note(std::string("model: ") + (motion_->has_baseline() ? "turn and direction" : "turn") + " over " +
-                 std::to_string(gap) + " frames, " + std::to_string(points_.size()) + " features");
+    context.note(std::string("model: ") + (motion_->has_baseline() ? "turn and direction" : "turn") +
+                 " over " + std::to_string(gap) + " frames, " + std::to_string(points_.size()) + " features");
     return true;
   }
 
@@ -177,13 +180,14 @@ class FlowConsistencyFilter final : public Filter {
   /// span.
   void set_view(Context& context) {
     for (const cv::Point2f& px : context.pixels()) {
-      if (!detail::finite(px)) continue;
+      if (!within(px)) continue;
       extent_.width = std::max(extent_.width, static_cast<double>(px.x));
       extent_.height = std::max(extent_.height, static_cast<double>(px.y));
     }
     const FrameView& frame = context.frame();
     cv::Size2d size = extent_;
-    if (!frame.grey.empty()) size = {static_cast<double>(frame.grey.cols), static_cast<double>(frame.grey.rows)};
+    if (!frame.grey.empty())
+      size = {static_cast<double>(frame.grey.cols), static_cast<double>(frame.grey.rows)};
     else if (frame.camera && frame.camera->width_px > 0 && frame.camera->height_px > 0)
       size = {static_cast<double>(frame.camera->width_px), static_cast<double>(frame.camera->height_px)};
     cells_.width_px = std::max(1.0, size.width);
@@ -197,6 +201,8 @@ class FlowConsistencyFilter final : public Filter {
     y_scale_ = frame.camera->fx_px / frame.camera->fy_px;
   }
 
+  /// False for NaN and for places that no image has.
+  static bool within(const cv::Point2f& px) { return std::abs(px.x) < 1e5F && std::abs(px.y) < 1e5F; }
   ImageNeighbours::Point centred(const cv::Point2f& px) const {
     return {static_cast<double>(px.x) - centre_.x, (static_cast<double>(px.y) - centre_.y) * y_scale_};
   }
@@ -207,10 +213,8 @@ class FlowConsistencyFilter final : public Filter {
     for (std::size_t i = 0; i < tracks_.size(); ++i) {
       if (tracks_.length(i) < gap) continue;
       const cv::Point2f &now = tracks_.at(i, 0), &then = tracks_.at(i, gap);
-      if (!detail::finite(now) || !detail::finite(then)) continue;
+      if (!within(now) || !within(then)) continue;
       const ImageNeighbours::Point a = centred(then), b = centred(now);
-      const double most = 1e3 * (cells_.width_px + cells_.height_px);
-      if (std::abs(a.x) + std::abs(a.y) + std::abs(b.x) + std::abs(b.y) > most) continue;
       points_.push_back({static_cast<int>(i), {a.x, a.y, b.x, b.y}, {}, 0, context.seed(i)});
     }
     std::stable_sort(points_.begin(), points_.end(), [](const Point& p, const Point& q) {
@@ -225,17 +229,15 @@ class FlowConsistencyFilter final : public Filter {
   void group() {
     places_.clear();
     for (const Point& p : points_) places_.push_back({p.pair.x, p.pair.y});
-    groups_.build(places_, params_.reach * cells_.width_px, params_.neighbours,
-                  [&](std::size_t i, std::size_t j) {
-                    const Point &p = points_[i], &q = points_[j];
-                    const double along = motion_->has_baseline()
-                                             ? (p.flow.inverse_depth - q.flow.inverse_depth) *
-                                                   0.5 * (line_length(p.flow) + line_length(q.flow))
-                                             : p.flow.along_px - q.flow.along_px;
-                    const double limit =
-                        params_.alike_px + params_.alike_of_flow * 0.5 * (p.length_px + q.length_px);
-                    return std::hypot(along, p.flow.across_px - q.flow.across_px) < limit;
-                  });
+    groups_.build(
+        places_, params_.reach * cells_.width_px, params_.neighbours, [&](std::size_t i, std::size_t j) {
+          const Point &p = points_[i], &q = points_[j];
+          const double along = motion_->has_baseline() ? (p.flow.inverse_depth - q.flow.inverse_depth) * 0.5 *
+                                                             (line_length(p.flow) + line_length(q.flow))
+                                                       : p.flow.along_px - q.flow.along_px;
+          const double limit = params_.alike_px + params_.alike_of_flow * 0.5 * (p.length_px + q.length_px);
+          return std::hypot(along, p.flow.across_px - q.flow.across_px) < limit;
+        });
   }
   static double line_length(const ViewFlow& flow) {
     return flow.inverse_depth != 0 ? flow.along_px / flow.inverse_depth : 0;
@@ -280,8 +282,8 @@ class FlowConsistencyFilter final : public Filter {
   Evidence& evidence_of(std::size_t k) { return evidence_[static_cast<std::size_t>(points_[k].feature)]; }
 
   void remember(Evidence& evidence, double sigmas) const {
-    const double old = params_.memory * evidence.flow_weight, weight = (1 - params_.memory) * gap_weight_;
-    const double fresh = evidence.flow_weight > 0 ? weight : gap_weight_;
+    const double old = params_.memory * evidence.flow_weight;
+    const double fresh = evidence.flow_weight > 0 ? (1 - params_.memory) * gap_weight_ : gap_weight_;
     evidence.flow = (old * evidence.flow + fresh * sigmas) / (old + fresh);
     evidence.flow_weight = old + fresh;
   }
@@ -406,6 +408,7 @@ class FlowConsistencyFilter final : public Filter {
   std::optional<ViewMotion> motion_;
   std::optional<GroundPlane> ground_;
   bool ground_usable_ = false;
+  int last_gap_ = 1;
 
   cv::Size2d extent_;
   ImageCells cells_;

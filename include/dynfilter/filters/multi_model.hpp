@@ -38,8 +38,8 @@ struct MultiModelParams {
   }
 };
 
-/// Mismatches: matches that no piece of any surface explains, moving or not. Sequential RANSAC (as Vincent and
-/// Laganiere 2001 use it for planes) with samples of neighbouring matches.
+/// Mismatches: matches that no piece of any surface explains, moving or not. Sequential RANSAC (as Vincent
+/// and Laganiere 2001 use it for planes) with samples of neighbouring matches.
 ///
 /// Formula:  homographies H_1, H_2, ... from what the earlier ones left over, while min_support matches agree
 ///           within max_distance_px; dynamic if |p1 - H_k p2| > max_distance_px for every k.
@@ -74,8 +74,7 @@ class MultiModelFilter final : public Filter {
     for (std::size_t k = 0; k < entries_.size(); ++k) {
       const double distance = models_.distance_px(k);
       if (context.judged(entries_[k].feature))
-        votes.cast(entries_[k].feature,
-                   distance > params_.max_distance_px ? Vote::Dynamic : Vote::Static,
+        votes.cast(entries_[k].feature, distance > params_.max_distance_px ? Vote::Dynamic : Vote::Static,
                    std::isfinite(distance) ? suspicion(distance, params_.max_distance_px) : 1.0F);
     }
   }

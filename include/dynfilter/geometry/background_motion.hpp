@@ -25,10 +25,12 @@ struct ImageCells {
 };
 
 struct BackgroundMotionOptions {
-  double max_distance_px = 1.0;      ///< of an inlier to its epipolar line
-  int iterations = 100;              ///< samples of six points
-  int min_pairs = 12, min_cells = 5; ///< with fewer points, or on fewer cells, there is no motion
-  double rotation_share = 0.97;      ///< a rotation alone is taken when it has this share of the support
+  double max_distance_px = 1.0;       ///< of an inlier to its epipolar line
+  int iterations = 100;               ///< samples of six points
+  int min_pairs = 12, min_cells = 5;  ///< with fewer points, or on fewer cells, there is no motion
+  /// A turn alone is taken where it has this share of the support, unless more than `parallax_share` of what
+  /// it explains flows as parallax does.
+  double rotation_share = 0.7, parallax_share = 0.75;
 };
 
 /// The camera's motion from the flow of points of which many may move: the motion whose inliers **cover most
@@ -91,7 +93,9 @@ class BackgroundMotionEstimator {
     }
   }
   /// A cell with one point has half a vote: it may be an outlier.
-  static double share(std::size_t points) { return 1.0 / static_cast<double>(std::max<std::size_t>(2, points)); }
+  static double share(std::size_t points) {
+    return 1.0 / static_cast<double>(std::max<std::size_t>(2, points));
+  }
 
   /// Keeps the motion, with the sign of its direction, if it is supported better.
   void attempt(const std::vector<ViewPair>& pairs, ViewMotion motion) {
@@ -169,7 +173,23 @@ class BackgroundMotionEstimator {
     attempt(pairs, rotation);
     attempt(pairs, refine_view_motion(rotation, pairs, seeds, weights_, 1.0, 8));
     attempt(pairs, refine_view_motion(best_, pairs, seeds, weights_, 0.3, 6));
-    return best_support_ >= options_.rotation_share * support ? best_ : with_baseline;
+    const bool turn_will_do = best_support_ >= options_.rotation_share * support &&
+                              parallax_share(pairs, with_baseline) < options_.parallax_share;
+    return turn_will_do ? best_ : with_baseline;
+  }
+
+  /// Of what the rotation in best_ explains, the share that the baseline lets flow the right way by more than
+  /// a trace. Noise flows either way; a baseline that was made up to explain a mover gains nothing elsewhere.
+  double parallax_share(const std::vector<ViewPair>& pairs, const ViewMotion& with_baseline) const {
+    const ViewFlowModel turn(best_), baseline(with_baseline);
+    double sum = 0, forward = 0;
+    for (const int index : scored_) {
+      const auto i = static_cast<std::size_t>(index);
+      if (!(turn(pairs[i]).length_px() < options_.max_distance_px)) continue;
+      sum += score_weights_[i];
+      if (baseline(pairs[i]).along_px > 0.02) forward += score_weights_[i];
+    }
+    return sum > 0 ? forward / sum : 0;
   }
 
   Options options_;

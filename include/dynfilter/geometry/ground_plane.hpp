@@ -20,9 +20,9 @@ struct GroundPlane {
 };
 
 struct GroundPoint {
-  double x = 0, y = 0;        ///< pixels from the focus of expansion, y down
+  double x = 0, y = 0;  ///< pixels from the focus of expansion, y down
   double inverse_depth = 0;
-  int cell = 0;               ///< of the image; the points of one cell share one vote
+  int cell = 0;  ///< of the image; the points of one cell share one vote
 };
 
 /// Finds the ground among points that seem to stand still: the **lowest** plane with much support, for
@@ -32,11 +32,14 @@ struct GroundPoint {
 class GroundPlaneFinder {
  public:
   struct Options {
-    double min_below_px = 30;   ///< points nearer to the horizon say little
-    double window = 1.2;        ///< width of the ground's window of ratios
-    double min_support = 3;     ///< cells
-    double share_of_best = 0.5; ///< the lowest window with this share of the best one's support is the ground
-    int tilts = 4;              ///< to either side, of 0.02 rad each
+    double min_below_px = 30;      ///< points nearer to the horizon say little
+    double window = 1.2;           ///< width of the ground's window of ratios
+    double min_support = 3;        ///< cells
+    double min_share = 0.2;        ///< of all votes below the horizon: else there is no plane to be seen
+    double min_log_spread = 0.25;  ///< of the rows of the ground's points
+    double share_of_best =
+        0.5;        ///< the lowest window with this share of the best one's support is the ground
+    int tilts = 4;  ///< to either side, of 0.02 rad each
   };
 
   std::optional<GroundPlane> find(const std::vector<GroundPoint>& points, const Options& options) {
@@ -55,8 +58,8 @@ class GroundPlaneFinder {
 
  private:
   struct Ratio {
-    double value;
-    double weight;
+    double value, weight;
+    double log_below;
     bool operator<(const Ratio& o) const {
       return value < o.value || (value == o.value && weight < o.weight);
     }
@@ -66,7 +69,8 @@ class GroundPlaneFinder {
   double fit_scale(const std::vector<GroundPoint>& points, const Options& options, GroundPlane& plane) {
     collect_ratios(points, options, plane);
     support_.resize(ratios_.size());
-    double best = 0, sum = 0;
+    double best = 0, sum = 0, total = 0;
+    for (const Ratio& r : ratios_) total += r.weight;
     std::size_t end = 0;
     for (std::size_t i = 0; i < ratios_.size(); ++i) {
       for (; end < ratios_.size() && ratios_[end].value <= ratios_[i].value * options.window; ++end)
@@ -79,11 +83,25 @@ class GroundPlaneFinder {
     std::size_t lowest = 0;
     while (support_[lowest] < options.share_of_best * best) ++lowest;
     std::size_t peak = lowest;
-    for (std::size_t i = lowest; i < ratios_.size() && ratios_[i].value <= ratios_[lowest].value * options.window;
-         ++i)
+    for (std::size_t i = lowest;
+         i < ratios_.size() && ratios_[i].value <= ratios_[lowest].value * options.window; ++i)
       if (support_[i] > support_[peak]) peak = i;
+    if (support_[peak] < options.min_share * total || !recedes(peak, options)) return 0;
     plane.scale = weighted_median_from(peak);
     return support_[peak];
+  }
+
+  /// Does the window from here on reach over rows near and far? A wall ahead has one depth, so that its rows
+  /// have different ratios.
+  bool recedes(std::size_t first, const Options& options) const {
+    double weight = 0, sum = 0, squares = 0;
+    for (std::size_t i = first;
+         i < ratios_.size() && ratios_[i].value <= ratios_[first].value * options.window; ++i) {
+      const Ratio& r = ratios_[i];
+      weight += r.weight, sum += r.weight * r.log_below, squares += r.weight * r.log_below * r.log_below;
+    }
+    const double variance = squares / weight - (sum / weight) * (sum / weight);
+    return variance > options.min_log_spread * options.min_log_spread;
   }
 
   void collect_ratios(const std::vector<GroundPoint>& points, const Options& options,
@@ -99,8 +117,9 @@ class GroundPlaneFinder {
     ratios_.clear();
     for (const GroundPoint& p : points)
       if (is_below(p))
-        ratios_.push_back(
-            {p.inverse_depth / plane.below(p.x, p.y), 1.0 / in_cell_[static_cast<std::size_t>(p.cell)]});
+        ratios_.push_back({p.inverse_depth / plane.below(p.x, p.y),
+                           1.0 / in_cell_[static_cast<std::size_t>(p.cell)],
+                           std::log(plane.below(p.x, p.y))});
     std::sort(ratios_.begin(), ratios_.end());
   }
 

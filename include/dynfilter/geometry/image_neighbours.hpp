@@ -42,7 +42,8 @@ class ImageNeighbours {
     for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r)
       for (int c = std::max(0, column - 1); c <= std::min(columns_ - 1, column + 1); ++c) {
         const auto at = static_cast<std::size_t>(r * columns_ + c);
-        for (int m = start_[at]; m < start_[at + 1]; ++m) consider(x, y, members_[static_cast<std::size_t>(m)], self);
+        for (int m = start_[at]; m < start_[at + 1]; ++m)
+          consider(x, y, members_[static_cast<std::size_t>(m)], self);
       }
     const std::size_t n = std::min(found_.size(), static_cast<std::size_t>(std::max(0, k)));
     std::partial_sort(found_.begin(), found_.begin() + static_cast<std::ptrdiff_t>(n), found_.end());

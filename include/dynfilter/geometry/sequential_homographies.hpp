@@ -22,15 +22,15 @@ struct SequentialHomographiesOptions {
   double max_distance_px = 7.0;  ///< of a match that agrees, in the reference image
   int min_support = 6;           ///< matches that must agree for a homography to count
   int max_models = 20;
-  int iterations = 500;          ///< samples per model
-  int neighbours = 8;            ///< a sample is a match and two of its so many nearest
+  int iterations = 500;  ///< samples per model
+  int neighbours = 8;    ///< a sample is a match and two of its so many nearest
 };
 
-/// Explains matches by one homography after another, each fitted by RANSAC on what the earlier ones left over:
-/// a piece of a surface each, whether it moves or not. Samples are three neighbouring matches (an affinity:
-/// the homography of a small piece), grown and refined by least squares. What no homography with enough
-/// support explains is a mismatch. Cost: about 1 ms a model for 300 matches, growing with their number.
-/// Deterministic; bring the matches in an order of their own.
+/// Explains matches by one homography after another, each fitted by RANSAC on what the earlier ones left
+/// over: a piece of a surface each, whether it moves or not. Samples are three neighbouring matches (an
+/// affinity: the homography of a small piece), grown and refined by least squares. What no homography with
+/// enough support explains is a mismatch. Cost: about 1 ms a model for 300 matches, growing with their
+/// number. Deterministic; bring the matches in an order of their own.
 class SequentialHomographies {
  public:
   using Options = SequentialHomographiesOptions;

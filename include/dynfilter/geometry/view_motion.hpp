@@ -63,7 +63,7 @@ class ViewFlowModel {
     const double a = angle > 1e-9 ? std::sin(angle) / angle : 1,
                  b = angle > 1e-9 ? (1 - std::cos(angle)) / angle2 : 0.5;
     const double x = w[0], y = w[1], z = w[2];
-    R_ = {1 - b * (y * y + z * z), -a * z + b * x * y, a * y + b * x * z,
+    R_ = {1 - b * (y * y + z * z), -a * z + b * x * y,      a * y + b * x * z,
           a * z + b * x * y,       1 - b * (x * x + z * z), -a * x + b * y * z,
           -a * y + b * x * z,      a * x + b * y * z,       1 - b * (x * x + y * y)};
   }
@@ -140,8 +140,7 @@ inline ViewMotion refine_view_motion(ViewMotion motion, const std::vector<ViewPa
       }
       for (int p = 0; p < n; ++p) {
         b[p] -= weight * (J[0][p] * r.across_px + J[1][p] * r.along_px);
-        for (int q = 0; q <= p; ++q)
-          A[p * n + q] += weight * (J[0][p] * J[0][q] + J[1][p] * J[1][q]);
+        for (int q = 0; q <= p; ++q) A[p * n + q] += weight * (J[0][p] * J[0][q] + J[1][p] * J[1][q]);
       }
     }
     for (int p = 0; p < n; ++p) {

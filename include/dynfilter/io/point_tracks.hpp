@@ -76,8 +76,7 @@ inline void read_track_comments(const std::filesystem::path& path, PointTracks& 
     if (tracks.title.empty() && !words.empty()) tracks.title = words[0];
     found = found || read_track_header(words, tracks);
   }
-  if (!found)
-    throw IoError(path.string() + ": expected the header '# points P frames F width W height H'");
+  if (!found) throw IoError(path.string() + ": expected the header '# points P frames F width W height H'");
 }
 
 inline float track_coordinate(const std::filesystem::path& path, const TextLine& line, std::size_t field) {
@@ -96,8 +95,8 @@ inline PointTracks read_point_tracks(const std::filesystem::path& path) {
   PointTracks tracks;
   detail::read_track_comments(path, tracks);
   if (lines.size() != static_cast<std::size_t>(tracks.points))
-    throw IoError(path.string() + ": the header says " + std::to_string(tracks.points) + " points, there are " +
-                  std::to_string(lines.size()));
+    throw IoError(path.string() + ": the header says " + std::to_string(tracks.points) +
+                  " points, there are " + std::to_string(lines.size()));
   const std::size_t expected = 1 + 2 * static_cast<std::size_t>(tracks.frames);
   for (const TextLine& line : lines) {
     if (line.fields.size() != expected)
@@ -105,7 +104,8 @@ inline PointTracks read_point_tracks(const std::filesystem::path& path) {
                     " times 'x y', found " + std::to_string(line.fields.size()) + " fields");
     const auto label = detail::whole_number(line.fields[0], 0, 1'000'000);
     if (!label)
-      throw IoError(at_line(path, line.number) + ": the label '" + line.fields[0] + "' is not a whole number");
+      throw IoError(at_line(path, line.number) + ": the label '" + line.fields[0] +
+                    "' is not a whole number");
     tracks.label.push_back(*label);
     for (std::size_t f = 1; f < expected; f += 2)
       tracks.px.emplace_back(detail::track_coordinate(path, line, f),
