@@ -41,7 +41,7 @@ class ImageNeighbours {
     const int column = cell(x - left_), row = cell(y - top_);
     for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r)
       for (int c = std::max(0, column - 1); c <= std::min(columns_ - 1, column + 1); ++c) {
-        const auto at = static_cast<std::size_t>(r * columns_ + c);
+        const std::size_t at = index(r, c);
         for (int m = start_[at]; m < start_[at + 1]; ++m)
           consider(x, y, members_[static_cast<std::size_t>(m)], self);
       }
@@ -59,6 +59,11 @@ class ImageNeighbours {
     return static_cast<int>(std::clamp(at, -2.0, kMaxCells + 2.0));
   }
 
+  std::size_t index(int row, int column) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+
   void consider(double x, double y, int index, int self) {
     if (index == self) return;
     const Point& p = (*points_)[static_cast<std::size_t>(index)];
@@ -68,11 +73,9 @@ class ImageNeighbours {
 
   // A counting sort of the points by cell.
   void fill() {
-    const auto cells = static_cast<std::size_t>(columns_ * rows_);
+    const std::size_t cells = index(rows_, 0);
     start_.assign(cells + 1, 0);
-    const auto cell_of = [&](const Point& p) {
-      return static_cast<std::size_t>(cell(p.y - top_) * columns_ + cell(p.x - left_));
-    };
+    const auto cell_of = [&](const Point& p) { return index(cell(p.y - top_), cell(p.x - left_)); };
     for (const Point& p : *points_) ++start_[cell_of(p) + 1];
     for (std::size_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];
     next_.assign(start_.begin(), start_.end());
