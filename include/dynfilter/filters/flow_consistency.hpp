@@ -73,7 +73,7 @@ struct FlowConsistencyParams {
 /// Blind to: movers that keep to their epipolar line and show no foot (or with `ground: false`); whatever
 ///           covers more of the image than the background does.
 /// State:    the tracks' last gap_frames places and their evidence, the last motion and ground. Cost: about
-///           4 ms for 1000 features, flow not included.
+///           3.3 ms for 1150 features, flow not included.
 class FlowConsistencyFilter final : public Filter {
  public:
   using Params = FlowConsistencyParams;

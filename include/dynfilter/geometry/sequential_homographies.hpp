@@ -29,7 +29,7 @@ struct SequentialHomographiesOptions {
 /// Explains matches by one homography after another, each fitted by RANSAC on what the earlier ones left
 /// over: a piece of a surface each, whether it moves or not. Samples are three neighbouring matches (an
 /// affinity: the homography of a small piece), grown and refined by least squares. What no homography with
-/// enough support explains is a mismatch. Cost: about 1 ms a model for 300 matches, growing with their
+/// enough support explains is a mismatch. Cost: about 0.8 ms a model for 300 matches, growing with their
 /// number. Deterministic; bring the matches in an order of their own.
 class SequentialHomographies {
  public:
