@@ -80,14 +80,14 @@ TEST_CASE("refinement: a disturbed model returns to the exact one") {
   recipe.motion = geometry_test::motion(2, {0.3, 1, 0.2}, {0.08, 0.02, 0.05});
   const geometry_test::TwoViewScene scene(recipe);
   TwoViewPoints points;
-  points.pack(scene.reference, scene.current, scene.all(), 1);
+  points.pack(scene.reference, scene.current, scene.all());
   const Eigen::Matrix3d K = camera_matrix(geometry_test::camera());
   const Calibration calibration{(points.T1() * K).inverse(), (points.T2() * K).inverse()};
   Essential e{recipe.motion.R(), recipe.motion.t().normalized()};
   const Eigen::Matrix3d truth = calibration.fundamental(e).normalized();
   const double wide = 1e-2, tau2 = std::pow(0.02 * points.scale(), 2);
   Eigen::Matrix3d F = (truth + 0.01 * Eigen::Matrix3d::Random()).normalized();
-  refine_fundamental(points, wide, 10, {}, F);
+  refine_fundamental(points, wide, std::vector<double>(10, 1.0), {}, F);
   CHECK(points.inliers(FundamentalError(F), tau2) == 1000);
   e.R = exp_so3({0.002, -0.001, 0.003}) * e.R;
   e.t = (e.t + Eigen::Vector3d(0.05, 0.05, -0.05)).normalized();
@@ -102,7 +102,7 @@ TEST_CASE("bail-out: a cost that is returned is the full cost, and none better t
   recipe.noise_px = 0.3, recipe.mismatch_count = 300;
   const geometry_test::TwoViewScene scene(recipe);
   TwoViewPoints points;
-  points.pack(scene.reference, scene.current, scene.all(), 1);
+  points.pack(scene.reference, scene.current, scene.all());
   const double tau2 = std::pow(points.scale(), 2), inf = std::numeric_limits<double>::infinity();
   const Eigen::Matrix3d px = to_eigen(fundamental_from_pose(geometry_test::camera(), recipe.motion));
   const Eigen::Matrix3d F = points.T2().inverse().transpose() * px * points.T1().inverse();

@@ -3,7 +3,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <dynfilter/geometry/rigid_points.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 
@@ -15,35 +17,29 @@ enum class RobustLoss { None, Huber, Cauchy, Tukey };
 
 namespace detail {
 
+using RigidPack = RigidPoints::Pack;
+
 /// rho'(s): the weight of iteratively reweighted least squares.
-inline double robust_weight(RobustLoss loss, double s, double c2) {
+inline RigidPack robust_weight(RobustLoss loss, const RigidPack& s, float c2) {
   switch (loss) {
     case RobustLoss::None:
-      return 1;
+      return RigidPack::Ones();
     case RobustLoss::Huber:
-      return s <= c2 ? 1 : std::sqrt(c2 / s);
+      return (c2 / s.max(1e-30F)).sqrt().min(1.0F);
     case RobustLoss::Cauchy:
-      return 1 / (1 + s / c2);
-    case RobustLoss::Tukey: {
-      const double v = 1 - s / c2;
-      return v > 0 ? v * v : 0;
-    }
+      return 1.0F / (1.0F + s * (1 / c2));
+    case RobustLoss::Tukey:
+      return (1.0F - s * (1 / c2)).max(0.0F).square();
   }
-  return 1;
+  return RigidPack::Ones();
 }
 
-/// Normal equations of the perturbation (translation, rotation) from the left.
+/// Normal equations of the perturbation (translation, rotation) from the left, summed over packs of points.
 struct RigidNormal {
   Eigen::Matrix3d tt, tr, rr;  ///< blocks of J^T W J
   Eigen::Vector3d gt, gr;      ///< J^T W r
   double cost = 0;             ///< sum w chi2
   double weight_sum = 0;
-
-  void clear() {
-    tt.setZero(), tr.setZero(), rr.setZero();
-    gt.setZero(), gr.setZero();
-    cost = weight_sum = 0;
-  }
 
   Eigen::Matrix<double, 6, 6> matrix() const {
     Eigen::Matrix<double, 6, 6> m;
@@ -55,63 +51,88 @@ struct RigidNormal {
     g << gt, gr;
     return g;
   }
+};
 
-  /// Adds a point: J = A [I | -[q]x] with A = d residual / d q, so everything follows from M = A^T A (the
-  /// rows of A are (A0 0 A1), (0 A2 A3), (0 0 A4)) and from f = A^T r.
-  void add(const Eigen::Vector3d& q, const double (&A)[5], const double (&r)[3], double w) {
-    const double a = A[0], ax = A[1], b = A[2], by = A[3], c = A[4];
-    const double m00 = w * a * a, m02 = w * a * ax, m11 = w * b * b, m12 = w * b * by;
-    const double m22 = w * (ax * ax + by * by + c * c);
-    const double fx = w * a * r[0], fy = w * b * r[1], fz = w * (ax * r[0] + by * r[1] + c * r[2]);
-    const double x = q.x(), y = q.y(), z = q.z();
-    tt(0, 0) += m00, tt(0, 2) += m02, tt(1, 1) += m11, tt(1, 2) += m12, tt(2, 2) += m22;
-    // -M [q]x, [q]x = (0 -z y; z 0 -x; -y x 0)
-    const double n00 = m02 * y, n01 = m00 * z - m02 * x, n02 = -m00 * y;
-    const double n10 = m12 * y - m11 * z, n11 = -m12 * x, n12 = m11 * x;
-    const double n20 = m22 * y - m12 * z, n21 = m02 * z - m22 * x, n22 = m12 * x - m02 * y;
-    tr(0, 0) += n00, tr(0, 1) += n01, tr(0, 2) += n02;
-    tr(1, 0) += n10, tr(1, 1) += n11, tr(1, 2) += n12;
-    tr(2, 0) += n20, tr(2, 1) += n21, tr(2, 2) += n22;
-    // [q]x (-M [q]x)
-    rr(0, 0) += y * n20 - z * n10, rr(0, 1) += y * n21 - z * n11, rr(0, 2) += y * n22 - z * n12;
-    rr(1, 1) += z * n01 - x * n21, rr(1, 2) += z * n02 - x * n22, rr(2, 2) += x * n12 - y * n02;
-    gt.x() += fx, gt.y() += fy, gt.z() += fz;
-    gr.x() += y * fz - z * fy, gr.y() += z * fx - x * fz, gr.z() += x * fy - y * fx;
-    cost += w * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
-    weight_sum += w;
+/// The sums behind RigidNormal, lane by lane.
+struct RigidSums {
+  enum { kTT = 0, kTR = 5, kRR = 14, kGT = 20, kGR = 23, kCost = 26, kWeight = 27, kCount = 28 };
+  RigidPack sum[kCount];
+
+  RigidSums() { std::fill(sum, sum + kCount, RigidPack::Zero()); }
+
+  /// Adds points q with residual r: J = A [I | -[q]x], A = d residual / d q, so everything follows from
+  /// M = A^T A (the rows of A are (A0 0 A1), (0 A2 A3), (0 0 A4)) and from f = A^T r.
+  void add(const RigidPack (&q)[3], const RigidPack (&A)[5], const RigidPack (&r)[3], const RigidPack& w) {
+    const RigidPack &x = q[0], &y = q[1], &z = q[2];
+    const RigidPack wa = w * A[0], wb = w * A[2];
+    const RigidPack m00 = wa * A[0], m02 = wa * A[1], m11 = wb * A[2], m12 = wb * A[3];
+    const RigidPack m22 = w * (A[1] * A[1] + A[3] * A[3] + A[4] * A[4]);
+    sum[kTT] += m00, sum[kTT + 1] += m02, sum[kTT + 2] += m11, sum[kTT + 3] += m12, sum[kTT + 4] += m22;
+    // N = -M [q]x, [q]x = (0 -z y; z 0 -x; -y x 0)
+    const RigidPack n[9] = {m02 * y,           m00 * z - m02 * x, -m00 * y,  //
+                            m12 * y - m11 * z, -m12 * x,          m11 * x,   //
+                            m22 * y - m12 * z, m02 * z - m22 * x, m12 * x - m02 * y};
+    for (int k = 0; k < 9; ++k) sum[kTR + k] += n[k];
+    // [q]x N, upper triangle
+    sum[kRR] += y * n[6] - z * n[3], sum[kRR + 1] += y * n[7] - z * n[4], sum[kRR + 2] += y * n[8] - z * n[5];
+    sum[kRR + 3] += z * n[1] - x * n[7], sum[kRR + 4] += z * n[2] - x * n[8],
+        sum[kRR + 5] += x * n[5] - y * n[2];
+    const RigidPack fx = wa * r[0], fy = wb * r[1], fz = w * (A[1] * r[0] + A[3] * r[1] + A[4] * r[2]);
+    sum[kGT] += fx, sum[kGT + 1] += fy, sum[kGT + 2] += fz;
+    sum[kGR] += y * fz - z * fy, sum[kGR + 1] += z * fx - x * fz, sum[kGR + 2] += x * fy - y * fx;
+    sum[kCost] += w * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+    sum[kWeight] += w;
   }
 
-  void mirror() {
-    tt(1, 0) = tt(0, 1), tt(2, 0) = tt(0, 2), tt(2, 1) = tt(1, 2);
-    rr(1, 0) = rr(0, 1), rr(2, 0) = rr(0, 2), rr(2, 1) = rr(1, 2);
+  RigidNormal normal() const {
+    double s[kCount];
+    for (int k = 0; k < kCount; ++k) s[k] = sum[k].sum();
+    RigidNormal n;
+    n.tt << s[0], 0, s[1], 0, s[2], s[3], s[1], s[3], s[4];
+    n.tr = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(s + kTR);
+    n.rr << s[14], s[15], s[16], s[15], s[17], s[18], s[16], s[18], s[19];
+    n.gt << s[20], s[21], s[22];
+    n.gr << s[23], s[24], s[25];
+    n.cost = s[kCost], n.weight_sum = s[kWeight];
+    return n;
   }
 };
 
-inline void accumulate_rigid(const RigidPoints& points, RobustLoss loss, double scale2, std::size_t step,
-                             const RigidTransform& T, RigidNormal& normal) {
-  normal.clear();
-  for (std::size_t k = 0; k < points.count; k += step) {
-    const Eigen::Vector3d p = points.reference(k), q = T.R * p + T.t;
-    const double cz = points.row(RigidPoints::kBz)[k], wz = points.row(RigidPoints::kWz)[k];
-    double wx = points.row(RigidPoints::kWx)[k], wy = points.row(RigidPoints::kWy)[k];
-    double u = 0, v = 0, r[3];
+/// Over the first `count` points (they are in spread order).
+inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, double scale2,
+                                    std::size_t count, const RigidTransform& T) {
+  float m[12];
+  RigidPoints::to_float(T, m);
+  RigidSums sums;
+  const std::size_t end = std::min(count, points.count);
+  for (std::size_t i = 0; i < end; i += RigidPoints::kPack) {
+    const RigidPack px = points.pack_of(RigidPoints::kPx, i), py = points.pack_of(RigidPoints::kPy, i);
+    const RigidPack pz = points.pack_of(RigidPoints::kPz, i), wz = points.pack_of(RigidPoints::kWz, i);
+    const RigidPack cz = points.pack_of(RigidPoints::kBz, i);
+    const RigidPack q[3] = {m[0] * px + m[1] * py + m[2] * pz + m[3],
+                            m[4] * px + m[5] * py + m[6] * pz + m[7],
+                            m[8] * px + m[9] * py + m[10] * pz + m[11]};
+    RigidPack wx = points.pack_of(RigidPoints::kWx, i), wy = points.pack_of(RigidPoints::kWy, i);
+    RigidPack u = RigidPack::Zero(), v = u, valid = (wz > 0.0F).cast<float>();  // padding has no weight
+    RigidPack r[3];
     if (points.image_depth) {
-      if (q.z() < 1e-3) continue;  // behind the camera: no residual there
-      const double inv_z = 1 / q.z();
-      u = q.x() * inv_z, v = q.y() * inv_z;
+      valid *= (q[2] > 1e-3F).cast<float>();  // behind the camera: no residual there
+      const RigidPack inv_z = 1.0F / q[2].max(1e-3F);
+      u = q[0] * inv_z, v = q[1] * inv_z;
       wx *= cz, wy *= cz;  // to f / sigma
-      r[0] = wx * (u - points.row(RigidPoints::kAx)[k]), r[1] = wy * (v - points.row(RigidPoints::kAy)[k]);
+      r[0] = wx * (u - points.pack_of(RigidPoints::kAx, i)),
+      r[1] = wy * (v - points.pack_of(RigidPoints::kAy, i));
       wx *= inv_z, wy *= inv_z;
     } else {
-      r[0] = wx * (q.x() - points.row(RigidPoints::kBx)[k]);
-      r[1] = wy * (q.y() - points.row(RigidPoints::kBy)[k]);
+      r[0] = wx * (q[0] - points.pack_of(RigidPoints::kBx, i)),
+      r[1] = wy * (q[1] - points.pack_of(RigidPoints::kBy, i));
     }
-    r[2] = wz * (q.z() - cz);
-    const double s = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-    const double w = robust_weight(loss, s, scale2);
-    if (w > 0) normal.add(q, {wx, -wx * u, wy, -wy * v, wz}, r, w);
+    r[2] = wz * (q[2] - cz);
+    const RigidPack s = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+    const RigidPack w = valid * robust_weight(loss, s, static_cast<float>(scale2));
+    sums.add(q, {wx, -wx * u, wy, -wy * v, wz}, r, w);
   }
-  normal.mirror();
+  return sums.normal();
 }
 
 inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
@@ -120,13 +141,13 @@ inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
   return Eigen::AngleAxisd(angle, omega / angle).toRotationMatrix();
 }
 
-/// Iteratively reweighted Gauss-Newton on SE(3) over every `step`-th point, 6x6 normal equations. Leaves the
-/// equations of the last linearisation in `normal`.
+/// Iteratively reweighted Gauss-Newton on SE(3) over the first `count` points, 6x6 normal equations. Leaves
+/// the equations of the last linearisation in `normal`.
 inline void refine_rigid(const RigidPoints& points, RobustLoss loss, double scale, int iterations,
-                         std::size_t step, RigidTransform& T, RigidNormal& normal) {
-  normal.clear();
+                         std::size_t count, RigidTransform& T, RigidNormal& normal) {
+  normal = RigidSums().normal();
   for (int i = 0; i < iterations; ++i) {
-    accumulate_rigid(points, loss, scale * scale, step, T, normal);
+    normal = accumulate_rigid(points, loss, scale * scale, count, T);
     Eigen::Matrix<double, 6, 6> matrix = normal.matrix();
     Eigen::Matrix<double, 6, 1> delta = -normal.gradient();
     if (!(normal.weight_sum >= 2.5) || !solve_positive_definite(matrix.data(), delta.data(), 6)) return;

@@ -12,6 +12,7 @@
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/rigid_least_squares.hpp>
 #include <dynfilter/geometry/sampling.hpp>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -87,14 +88,14 @@ class RigidMotionEstimator {
                        Span<const cv::Point3f> current, Span<const int> seeds,
                        const std::optional<Pose>& prior = std::nullopt) {
     RigidMotion result;
-    points_.pack(camera, noise(), reference, current, seeds, options_.seed);
+    points_.pack(camera, noise(), reference, current, seeds);
     result.points = static_cast<int>(points_.count);
     if (points_.count < 3 || result.points < options_.min_inliers) return result;
     result.note = RigidMotionNote::Degenerate;
     search(prior, result);
     if (!has_best_) return result;
     result.note = RigidMotionNote::NoConsensus;
-    refine(best_, options_.refine_iterations, 1);
+    refine(best_, options_.refine_iterations, kAll);
     finish(result);
     return result;
   }
@@ -103,12 +104,13 @@ class RigidMotionEstimator {
   RigidMotion refine(const Camera& camera, Span<const cv::Point3f> reference, Span<const cv::Point3f> current,
                      Span<const int> seeds, const Pose& start) {
     RigidMotion result;
-    points_.pack(camera, noise(), reference, current, seeds, options_.seed);
+    points_.pack(camera, noise(), reference, current, seeds);
     result.points = static_cast<int>(points_.count);
     if (points_.count < 3 || result.points < options_.min_inliers) return result;
     best_ = {start.R(), start.t()};
     result.note = RigidMotionNote::NoConsensus;
-    refine(best_, options_.refine_iterations, 1);
+    approach(best_, kAll);
+    refine(best_, options_.refine_iterations, kAll);
     finish(result);
     return result;
   }
@@ -128,7 +130,8 @@ class RigidMotionEstimator {
     int needed = options_.max_iterations;
     if (prior && prior->R().allFinite() && prior->t().allFinite()) {
       Hypothesis candidate{prior->R(), prior->t()};
-      refine(candidate, 3, stride());
+      approach(candidate, kLocalSize);
+      refine(candidate, 2, kLocalSize);
       consider(candidate, 1, needed);
       advantage = has_best_ ? 1 / options_.prior_advantage : 1;
       result.from_prior = has_best_;
@@ -140,7 +143,7 @@ class RigidMotionEstimator {
       advantage = 1;
       result.from_prior = false;
       for (int round = 0; round < 2; ++round) {
-        refine(candidate, 1, stride());
+        refine(candidate, 1, kLocalSize);
         consider(candidate, 1, needed);
       }
     }
@@ -168,11 +171,20 @@ class RigidMotionEstimator {
     return points_.solve_triple(pick, candidate);
   }
 
-  std::size_t stride() const { return std::max<std::size_t>(1, points_.count / 128); }
+  static constexpr std::size_t kLocalSize = 128;  ///< points that a local optimisation looks at
+  static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
-  void refine(Hypothesis& hypothesis, int iterations, std::size_t stride) {
-    detail::refine_rigid(points_, options_.loss, options_.loss_scale, iterations, stride, hypothesis,
-                         normal_);
+  /// From a start further off than the loss reaches: its scale from wide to narrow.
+  void approach(Hypothesis& hypothesis, std::size_t count) {
+    if (options_.loss == RobustLoss::None) return;
+    for (double widen : {16.0, 8.0, 4.0, 2.0}) {
+      detail::refine_rigid(points_, options_.loss, widen * options_.loss_scale, 1, count, hypothesis,
+                           normal_);
+    }
+  }
+
+  void refine(Hypothesis& hypothesis, int iterations, std::size_t count) {
+    detail::refine_rigid(points_, options_.loss, options_.loss_scale, iterations, count, hypothesis, normal_);
   }
 
   void finish(RigidMotion& result) const {

@@ -33,7 +33,7 @@ struct RigidNoise {
   DepthNoise depth;
 };
 
-/// The correspondences as structure of arrays, in random order (so that a prefix is a fair sample), padded to
+/// The correspondences as structure of arrays, in spread order (so that a prefix is a fair sample), padded to
 /// whole packs with points of zero weight. The score is linear in q: residual = W (q - a q.z - b), which for
 /// ImageDepth replaces 1/q.z by 1/c.z.
 struct RigidPoints {
@@ -45,54 +45,60 @@ struct RigidPoints {
   std::size_t count = 0, stride = 0;
   bool image_depth = true;
   std::vector<float> data;
-  std::vector<int> order;
+  std::vector<int> indices;
 
   const float* row(int r) const { return data.data() + static_cast<std::size_t>(r) * stride; }
 
   void pack(const Camera& camera, const RigidNoise& noise, Span<const cv::Point3f> reference,
-            Span<const cv::Point3f> current, Span<const int> seeds, std::uint64_t seed) {
+            Span<const cv::Point3f> current, Span<const int> seeds) {
     image_depth = noise.kind == RigidResidualKind::ImageDepth;
-    order.clear();
+    indices.clear();
     const int n = static_cast<int>(std::min(reference.size(), current.size()));
     for (int i : seeds) {
-      if (i >= 0 && i < n && usable(reference[i]) && usable(current[i])) order.push_back(i);
+      if (i >= 0 && i < n && usable(reference[i]) && usable(current[i])) indices.push_back(i);
     }
-    Rng rng(seed ^ 0x5DEECE66DULL);
-    shuffle(rng, order);
-    count = order.size();
+    count = indices.size();
     stride = (count + kPack - 1) / kPack * kPack;
-    data.assign(stride * kRows, 0.0F);
-    for (std::size_t k = 0; k < count; ++k) store(k, camera, noise, reference[order[k]], current[order[k]]);
+    data.resize(stride * kRows);
+    const float fx = static_cast<float>(camera.fx_px / noise.pixel_sigma_px);
+    const float fy = static_cast<float>(camera.fy_px / noise.pixel_sigma_px);
+    std::size_t k = 0;
+    visit_spread(count, [&](std::size_t i) {
+      store(k++, fx, fy, noise.depth, reference[indices[i]], current[indices[i]]);
+    });
+    for (; k < stride; ++k) {
+      for (int r = 0; r < kRows; ++r) at(r, k) = 0;
+    }
   }
 
   static bool usable(const cv::Point3f& p) {
     return has_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
   }
 
-  void store(std::size_t k, const Camera& camera, const RigidNoise& noise, const cv::Point3f& p,
+  float& at(int r, std::size_t k) { return data[static_cast<std::size_t>(r) * stride + k]; }
+
+  void store(std::size_t k, float fx, float fy, const DepthNoise& noise, const cv::Point3f& p,
              const cv::Point3f& c) {
-    const double inv_z = 1.0 / c.z;
-    const double sp = noise.depth.sigma_m(p.z), sc = noise.depth.sigma_m(c.z);
-    const double lateral = inv_z / noise.pixel_sigma_px;
-    auto set = [&](int r, double v) {
-      data[static_cast<std::size_t>(r) * stride + k] = static_cast<float>(v);
-    };
-    set(kPx, p.x), set(kPy, p.y), set(kPz, p.z);
-    set(kAx, image_depth ? c.x * inv_z : 0), set(kAy, image_depth ? c.y * inv_z : 0);
-    set(kBx, image_depth ? 0 : c.x), set(kBy, image_depth ? 0 : c.y), set(kBz, c.z);
-    set(kWx, lateral * camera.fx_px), set(kWy, lateral * camera.fy_px);
-    set(kWz, 1 / std::sqrt(sp * sp + sc * sc));
+    const float inv_z = 1 / c.z;
+    const float sp = static_cast<float>(noise.sigma_m(p.z)), sc = static_cast<float>(noise.sigma_m(c.z));
+    at(kPx, k) = p.x, at(kPy, k) = p.y, at(kPz, k) = p.z;
+    at(kAx, k) = image_depth ? c.x * inv_z : 0, at(kAy, k) = image_depth ? c.y * inv_z : 0;
+    at(kBx, k) = image_depth ? 0 : c.x, at(kBy, k) = image_depth ? 0 : c.y, at(kBz, k) = c.z;
+    at(kWx, k) = fx * inv_z, at(kWy, k) = fy * inv_z;
+    at(kWz, k) = 1 / std::sqrt(sp * sp + sc * sc);
   }
 
+  Pack pack_of(int r, std::size_t i) const { return PackMap(row(r) + i); }
+
   Pack chi2(const float (&m)[12], std::size_t i) const {
-    auto at = [&](int r) { return PackMap(row(r) + i); };
-    const Pack px = at(kPx), py = at(kPy), pz = at(kPz);
+    auto get = [&](int r) { return pack_of(r, i); };
+    const Pack px = get(kPx), py = get(kPy), pz = get(kPz);
     const Pack qz = m[8] * px + m[9] * py + m[10] * pz + m[11];
     const Pack qx = m[0] * px + m[1] * py + m[2] * pz + m[3];
     const Pack qy = m[4] * px + m[5] * py + m[6] * pz + m[7];
-    const Pack rx = (qx - at(kAx) * qz - at(kBx)) * at(kWx);
-    const Pack ry = (qy - at(kAy) * qz - at(kBy)) * at(kWy);
-    const Pack rz = (qz - at(kBz)) * at(kWz);
+    const Pack rx = (qx - get(kAx) * qz - get(kBx)) * get(kWx);
+    const Pack ry = (qy - get(kAy) * qz - get(kBy)) * get(kWy);
+    const Pack rz = (qz - get(kBz)) * get(kWz);
     return rx * rx + ry * ry + rz * rz;
   }
 

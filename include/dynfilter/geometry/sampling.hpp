@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <numeric>
 
 namespace dynfilter {
 
@@ -55,10 +56,18 @@ inline int ransac_iterations(double inlier_share, int size, double confidence, i
   return n < limit ? std::max(1, static_cast<int>(std::ceil(n))) : limit;
 }
 
-template <class T>
-void shuffle(Rng& rng, std::vector<T>& values) {
-  for (std::size_t i = values.size(); i > 1; --i) {
-    std::swap(values[i - 1], values[rng.below(static_cast<std::uint32_t>(i))]);
+/// Calls visit(i) for every i below n, jumping by the golden section of n: any stretch of the order is spread
+/// over the whole range. As good as a shuffle for features, which arrive sorted by place or level, and much
+/// cheaper.
+template <class Visit>
+void visit_spread(std::size_t n, Visit visit) {
+  std::size_t step =
+      std::max<std::size_t>(1, static_cast<std::size_t>(0.6180339887 * static_cast<double>(n)));
+  while (std::gcd(step, n) > 1) ++step;
+  for (std::size_t k = 0, i = 0; k < n; ++k) {
+    visit(i);
+    i += step;
+    if (i >= n) i -= n;
   }
 }
 

@@ -37,7 +37,7 @@ class TwoViewEstimator {
   TwoViewModel estimate(Span<const cv::Point2f> reference, Span<const cv::Point2f> current,
                         Span<const int> seeds, const Camera* camera = nullptr) {
     TwoViewModel model;
-    points_.pack(reference, current, seeds, options_.seed);
+    points_.pack(reference, current, seeds);
     model.seeds = static_cast<int>(points_.count());
     if (points_.count() < 8 || model.seeds < options_.min_seeds) return model;
     model.reason = TwoViewReason::CollinearSeeds;
@@ -54,6 +54,8 @@ class TwoViewEstimator {
   static constexpr int kLocalRuns = 25;  ///< optimisations that a sample near the best may still ask for
   static constexpr double kNearBest = 1.03;
   static constexpr std::size_t kLocalSize = 320;  ///< matches that a local optimisation looks at
+
+  static Span<const double> cuts() { return {detail::kWideToNarrow.data(), detail::kWideToNarrow.size()}; }
 
   void search_fundamental(TwoViewModel& model) {
     Rng rng(options_.seed);
@@ -89,7 +91,7 @@ class TwoViewEstimator {
     sample_cost_ = std::min(sample_cost_, cost);
     ++local_runs_;
     Eigen::Matrix3d F = sample;
-    for (double cut : {16.0, 6.0, 2.5}) detail::refine_fundamental(points_, cut * tau2_, 2, {kLocalSize}, F);
+    detail::refine_fundamental(points_, tau2_, cuts(), {kLocalSize}, F);
     const bool changed = consider(sample);
     return consider(F) || changed;
   }
@@ -97,7 +99,7 @@ class TwoViewEstimator {
   void polish() {
     for (int round = 0; round < 5; ++round) {
       Eigen::Matrix3d F = F_;
-      for (double cut : {16.0, 6.0, 2.5}) detail::refine_fundamental(points_, cut * tau2_, 2, {}, F);
+      detail::refine_fundamental(points_, tau2_, cuts(), {}, F);
       const double before = F_cost_;
       if (!consider(F) || F_cost_ > 0.998 * before) break;
     }

@@ -91,6 +91,11 @@ class TwoViewDecision {
     bool parallax = false;
   };
 
+  static Span<const double> three() {
+    static constexpr double kSame[3] = {1, 1, 1};
+    return {kSame, 3};
+  }
+
   int fundamental_inliers(const Eigen::Matrix3d& F) const {
     return points_.inliers(FundamentalError(F), tau2_);
   }
@@ -139,7 +144,7 @@ class TwoViewDecision {
       if (cost < best) best = cost, better = candidate;
     }
     if (!(best < start)) return false;
-    refine_fundamental(points_, 2 * tau2_, 3, {}, better);
+    refine_fundamental(points_, 2 * tau2_, three(), {}, better);
     return true;
   }
 
@@ -225,7 +230,7 @@ class TwoViewDecision {
   void refine_within(const Eigen::Matrix3d& H, double reach, double cut2, Eigen::Matrix3d& F) {
     fill_errors(H);
     const float limit = static_cast<float>(reach * reach / kTransferScale);
-    refine_fundamental(points_, cut2, 3, {points_.count(), scratch_.data(), limit}, F);
+    refine_fundamental(points_, cut2, three(), {points_.count(), scratch_.data(), limit}, F);
   }
 
   double cost_within(const Eigen::Matrix3d& H, double reach, const Eigen::Matrix3d& F, double tau2) {

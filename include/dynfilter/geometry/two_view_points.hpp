@@ -46,7 +46,7 @@ struct HomographyError {
   float h[9];
 };
 
-/// The seeds' matches as structure of arrays in random order (a prefix is a fair sample), both images moved
+/// The seeds' matches as structure of arrays in spread order (a prefix is a fair sample), both images moved
 /// to their centroids and divided by one common scale (Hartley 1997). Padded to whole packs by repeating
 /// matches, which ranks hypotheses all the same; counting is exact.
 class TwoViewPoints {
@@ -62,17 +62,16 @@ class TwoViewPoints {
   Eigen::Vector2d reference(std::size_t i) const { return {x_[i], y_[i]}; }
   Eigen::Vector2d current(std::size_t i) const { return {u_[i], v_[i]}; }
 
-  void pack(Span<const cv::Point2f> reference, Span<const cv::Point2f> current, Span<const int> seeds,
-            std::uint64_t seed) {
-    order_.clear();
+  void pack(Span<const cv::Point2f> reference, Span<const cv::Point2f> current, Span<const int> seeds) {
+    usable_.clear();
     const int n = static_cast<int>(std::min(reference.size(), current.size()));
     for (int i : seeds) {
-      if (i >= 0 && i < n && finite(reference[i]) && finite(current[i])) order_.push_back(i);
+      if (i >= 0 && i < n && finite(reference[i]) && finite(current[i])) usable_.push_back(i);
     }
-    count_ = order_.size();
+    count_ = usable_.size();
     if (count_ == 0) return;
-    Rng rng(seed ^ 0x2545F4914F6CDD1DULL);
-    shuffle(rng, order_);
+    order_.clear();
+    visit_spread(count_, [&](std::size_t i) { order_.push_back(usable_[i]); });
     measure(reference, current);
     fill(reference, current);
     fill_cells();
@@ -210,7 +209,7 @@ class TwoViewPoints {
   double scale_ = 1, minor_px_ = 0;
   Eigen::Vector2d center1_, center2_;
   std::vector<float> x_, y_, u_, v_;
-  std::vector<int> order_;
+  std::vector<int> usable_, order_;
   std::vector<std::uint32_t> members_;
   Cell cells_[kCells] = {};
 };

@@ -5,8 +5,10 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/epipolar.hpp>
 #include <dynfilter/geometry/rigid_least_squares.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
@@ -70,7 +72,7 @@ struct EntryNormal {
   }
 };
 
-/// Which matches a refinement looks at: the first `count` (they are in random order), and of these the ones
+/// Which matches a refinement looks at: the first `count` (they are in spread order), and of these the ones
 /// whose `errors[i] <= limit`, if errors are given.
 struct Selection {
   std::size_t count = std::numeric_limits<std::size_t>::max();
@@ -131,18 +133,22 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
   return used >= 8;
 }
 
+/// Bounds of Tukey's weights, one per iteration, in units of tau^2: from what a sample of seven can be off to
+/// a little more than an inlier.
+constexpr std::array<double, 5> kWideToNarrow{16, 6, 6, 2.5, 2.5};
+
 /// Minimises robust Sampson distances over the seven parameters of F = U diag(cos, sin, 0) V^T (Bartoli and
 /// Sturm, PAMI 2004).
-inline void refine_fundamental(const TwoViewPoints& points, double cut2, int iterations,
+inline void refine_fundamental(const TwoViewPoints& points, double tau2, Span<const double> cuts,
                                const Selection& selection, Eigen::Matrix3d& F) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d U = svd.matrixU(), V = svd.matrixV();
   double angle = std::atan2(svd.singularValues()(1), svd.singularValues()(0));
   EntryNormal normal;
-  for (int i = 0; i < iterations; ++i) {
+  for (double cut : cuts) {
     const Eigen::Matrix3d S = diagonal(std::cos(angle), std::sin(angle)), Vt = V.transpose();
     F = times(times(U, S), Vt);
-    if (!accumulate_epipolar(points, F, cut2, selection, normal)) return;
+    if (!accumulate_epipolar(points, F, cut * tau2, selection, normal)) return;
     Eigen::Matrix<double, 9, 7> D;
     for (int k = 0; k < 3; ++k) {
       const Eigen::Matrix3d turn = cross_matrix(Eigen::Vector3d::Unit(k));

@@ -30,7 +30,7 @@ inline Distorted distort_normalised(const std::array<double, 5>& k, double x, do
 /// Newton's method, a fixed number of steps. Quadratic: six reach 1e-9 where OpenCV's fixed point needs
 /// dozens.
 inline cv::Point2d undistort_normalised(const std::array<double, 5>& k, double xd, double yd) {
-  constexpr int kSteps = 6;
+  constexpr int kSteps = 4;
   double x = xd, y = yd;
   for (int i = 0; i < kSteps; ++i) {
     const Distorted d = distort_normalised(k, x, y);
