@@ -230,7 +230,7 @@ Pose ceres_refine(const RigidScene& scene, const RigidMotionOptions& options, co
 }
 
 Pose near(const Pose& truth) {
-  return motion(0.3, {0.2, 1, 0.5}, {0.01, -0.01, 0.01}) * truth;
+  return motion(0.05, {0.2, 1, 0.5}, {0.003, -0.003, 0.003}) * truth;
 }
 
 void rigid_refine(benchmark::State& state) {

@@ -232,7 +232,7 @@ TEST_CASE("two views: recalls at least what OpenCV's USAC_FAST recalls") {
         anchor += sampson_distance_px(theirs, scene.reference[i], scene.current[i]) < 1;
       }
     }
-    CHECK(mine >= 0.999 * anchor);  // both are within a few matches of the true F's own count
+    CHECK(mine >= anchor);
     CHECK(mine > 0.995 * all);
   }
 }

@@ -100,7 +100,7 @@ class RigidMotionEstimator {
     return result;
   }
 
-  /// Least squares alone, from a good start, on all seeds with depth.
+  /// Least squares alone, from a start within the reach of the loss, on all seeds with depth.
   RigidMotion refine(const Camera& camera, Span<const cv::Point3f> reference, Span<const cv::Point3f> current,
                      Span<const int> seeds, const Pose& start) {
     RigidMotion result;
@@ -109,7 +109,6 @@ class RigidMotionEstimator {
     if (points_.count < 3 || result.points < options_.min_inliers) return result;
     best_ = {start.R(), start.t()};
     result.note = RigidMotionNote::NoConsensus;
-    approach(best_, kAll);
     refine(best_, options_.refine_iterations, kAll);
     finish(result);
     return result;
@@ -130,8 +129,7 @@ class RigidMotionEstimator {
     int needed = options_.max_iterations;
     if (prior && prior->R().allFinite() && prior->t().allFinite()) {
       Hypothesis candidate{prior->R(), prior->t()};
-      approach(candidate, kLocalSize);
-      refine(candidate, 2, kLocalSize);
+      refine(candidate, 3, kLocalSize);  // narrow: a wider reach would hand it to a majority of movers
       consider(candidate, 1, needed);
       advantage = has_best_ ? 1 / options_.prior_advantage : 1;
       result.from_prior = has_best_;
@@ -173,15 +171,6 @@ class RigidMotionEstimator {
 
   static constexpr std::size_t kLocalSize = 128;  ///< points that a local optimisation looks at
   static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
-
-  /// From a start further off than the loss reaches: its scale from wide to narrow.
-  void approach(Hypothesis& hypothesis, std::size_t count) {
-    if (options_.loss == RobustLoss::None) return;
-    for (double widen : {16.0, 8.0, 4.0, 2.0}) {
-      detail::refine_rigid(points_, options_.loss, widen * options_.loss_scale, 1, count, hypothesis,
-                           normal_);
-    }
-  }
 
   void refine(Hypothesis& hypothesis, int iterations, std::size_t count) {
     detail::refine_rigid(points_, options_.loss, options_.loss_scale, iterations, count, hypothesis, normal_);
