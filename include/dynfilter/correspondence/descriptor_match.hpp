@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <limits>
@@ -92,69 +93,6 @@ inline int hamming(const std::uint64_t* a, const std::uint64_t* b, std::size_t w
   return bits;
 }
 
-/// Keypoints sorted into square cells: finds those around a point without looking at all.
-class KeypointGrid {
- public:
-  void build(Span<const cv::KeyPoint> keypoints, float cell_px) {
-    min_ = {std::numeric_limits<float>::max(), std::numeric_limits<float>::max()};
-    cv::Point2f max(std::numeric_limits<float>::lowest(), std::numeric_limits<float>::lowest());
-    for (const cv::KeyPoint& k : keypoints) {
-      if (!usable(k.pt)) continue;
-      min_ = {std::min(min_.x, k.pt.x), std::min(min_.y, k.pt.y)};
-      max = {std::max(max.x, k.pt.x), std::max(max.y, k.pt.y)};
-    }
-    columns_ = rows_ = 0;
-    entries_.clear();
-    if (max.x < min_.x) return;
-    cell_px_ = std::max({cell_px, 1.0F, (max.x - min_.x) / kMaxCells, (max.y - min_.y) / kMaxCells});
-    columns_ = static_cast<int>((max.x - min_.x) / cell_px_) + 1;
-    rows_ = static_cast<int>((max.y - min_.y) / cell_px_) + 1;
-    fill(keypoints);
-  }
-
-  /// Calls f(index) for every keypoint in the cells that a circle touches, and some outside it.
-  template <class F>
-  void around(const cv::Point2f& centre, float radius_px, const F& f) const {
-    const int x0 = cell(centre.x - radius_px - min_.x, columns_),
-              y0 = cell(centre.y - radius_px - min_.y, rows_);
-    const int x1 = cell(centre.x + radius_px - min_.x, columns_),
-              y1 = cell(centre.y + radius_px - min_.y, rows_);
-    for (int y = y0; y <= y1; ++y) {
-      const std::size_t row = static_cast<std::size_t>(y) * columns_;
-      for (std::size_t e = begin_[row + x0]; e < begin_[row + x1 + 1]; ++e) f(entries_[e]);
-    }
-  }
-  bool empty() const { return entries_.empty(); }
-
-  static bool usable(const cv::Point2f& p) { return std::abs(p.x) < 1e6F && std::abs(p.y) < 1e6F; }
-
- private:
-  static constexpr float kMaxCells = 256;
-
-  int cell(float offset_px, int count) const {
-    return static_cast<int>(std::clamp(offset_px / cell_px_, 0.0F, static_cast<float>(count - 1)));
-  }
-  std::size_t cell_of(const cv::Point2f& p) const {
-    return static_cast<std::size_t>(cell(p.y - min_.y, rows_)) * columns_ + cell(p.x - min_.x, columns_);
-  }
-  void fill(Span<const cv::KeyPoint> keypoints) {
-    begin_.assign(static_cast<std::size_t>(columns_) * rows_ + 1, 0);
-    for (const cv::KeyPoint& k : keypoints)
-      if (usable(k.pt)) ++begin_[cell_of(k.pt) + 1];
-    for (std::size_t c = 1; c < begin_.size(); ++c) begin_[c] += begin_[c - 1];
-    entries_.resize(begin_.back());
-    next_.assign(begin_.begin(), begin_.end() - 1);
-    for (std::size_t i = 0; i < keypoints.size(); ++i)
-      if (usable(keypoints[i].pt)) entries_[next_[cell_of(keypoints[i].pt)]++] = static_cast<std::int32_t>(i);
-  }
-
-  cv::Point2f min_;
-  float cell_px_ = 1;
-  int columns_ = 0, rows_ = 0;
-  std::vector<std::size_t> begin_, next_;
-  std::vector<std::int32_t> entries_;
-};
-
 }  // namespace detail
 
 /// The features of one frame, for matching.
@@ -216,7 +154,7 @@ class DescriptorMatcher {
               Span<const cv::KeyPoint> reference) {
     const bool expected = !expected_px.empty() && detail::finite(expected_px[i]);
     const cv::Point2f centre = expected ? expected_px[i] : feature.pt;
-    if (!detail::KeypointGrid::usable(centre)) return;
+    if (!PointGrid::usable(centre)) return;
     const auto radius = static_cast<float>(params_.search_radius_px);
     const std::uint64_t* words = current_words_.row(i);
     grid_.around(centre, radius, [&](std::int32_t j) {
@@ -242,7 +180,7 @@ class DescriptorMatcher {
 
   DescriptorMatchParams params_;
   detail::DescriptorWords current_words_, reference_words_;
-  detail::KeypointGrid grid_;
+  PointGrid grid_;
   std::vector<Best> forward_, backward_;
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dynfilter/core/registry.hpp>
+#include <dynfilter/filters/background_motion.hpp>
 #include <dynfilter/filters/depth_consistency.hpp>
 #include <dynfilter/filters/epipolar.hpp>
 #include <dynfilter/filters/flow_consistency.hpp>
@@ -21,6 +22,7 @@ inline Registry builtin_filters() {
   registry.add<EpipolarFilter>();
   registry.add<FlowConsistencyFilter>();
   registry.add<MultiModelFilter>();
+  registry.add<BackgroundMotionFilter>();
   registry.add<TrajectoryConsistencyFilter>();
   return registry;
 }

@@ -123,7 +123,7 @@ class DepthView {
   bool distorted_ = true;
   Span<const cv::KeyPoint> keypoints_;
   Span<const float> keypoint_depth_m_;
-  detail::KeypointGrid grid_;
+  PointGrid grid_;
 };
 
 }  // namespace dynfilter

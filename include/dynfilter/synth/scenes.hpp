@@ -229,14 +229,14 @@ inline void synchronous(Builder& b) {
 /// People and carts fill most of the view and nearly all move the same way.
 inline void majority(Builder& b) {
   b.camera.style = CameraStyle::Xyz;
-  b.camera.eye_m = {0, -2.4, 1.4};
+  b.camera.eye_m = {0, -2.75, 1.4};
   Sliding::Options slide;
   slide.swing_m = {0.42, 0.05, 0};
   slide.period_s = 4.6;
   slide.middle = {-0.7, -0.55, 0};
-  b.sliding(b.cart_model(1.25F, 1.62F), slide);
+  b.sliding(b.cart_model(1.15F, 1.55F), slide);
   slide.middle = {0.7, -0.55, 0};
-  b.sliding(b.cart_model(1.25F, 1.5F), slide);
+  b.sliding(b.cart_model(1.15F, 1.45F), slide);
   b.walker(Builder::oval({-0.55, -1.05}, 0.5, 0.12), 0.8, 0.4);
   b.walker(Builder::oval({0.6, -1.08}, 0.5, 0.12), 0.8, 0.4);
 }

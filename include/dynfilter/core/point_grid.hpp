@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/span.hpp>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+inline const cv::Point2f& place_of(const cv::Point2f& point) {
+  return point;
+}
+inline const cv::Point2f& place_of(const cv::KeyPoint& keypoint) {
+  return keypoint.pt;
+}
+
+/// Points of an image (cv::Point2f or cv::KeyPoint) sorted into square cells: finds those around a place
+/// without looking at all. Points that are not finite are left out. Keeps its memory; building costs about 10
+/// us for 1000 points.
+class PointGrid {
+ public:
+  template <class P>
+  void build(Span<P> points, float cell_px) {
+    min_ = {std::numeric_limits<float>::max(), std::numeric_limits<float>::max()};
+    cv::Point2f max(std::numeric_limits<float>::lowest(), std::numeric_limits<float>::lowest());
+    for (const auto& point : points) {
+      const cv::Point2f& p = place_of(point);
+      if (!usable(p)) continue;
+      min_ = {std::min(min_.x, p.x), std::min(min_.y, p.y)};
+      max = {std::max(max.x, p.x), std::max(max.y, p.y)};
+    }
+    columns_ = rows_ = 0;
+    entries_.clear();
+    if (max.x < min_.x) return;
+    cell_px_ = std::max({cell_px, 1.0F, (max.x - min_.x) / kMaxCells, (max.y - min_.y) / kMaxCells});
+    columns_ = static_cast<int>((max.x - min_.x) / cell_px_) + 1;
+    rows_ = static_cast<int>((max.y - min_.y) / cell_px_) + 1;
+    fill(points);
+  }
+
+  /// Calls f(index) for every point in the cells that a circle touches, and some outside it. In an order that
+  /// depends on places first, then on indices.
+  template <class F>
+  void around(const cv::Point2f& centre, float radius_px, const F& f) const {
+    if (entries_.empty() || !usable(centre)) return;
+    const int x0 = cell(centre.x - radius_px - min_.x, columns_),
+              y0 = cell(centre.y - radius_px - min_.y, rows_);
+    const int x1 = cell(centre.x + radius_px - min_.x, columns_),
+              y1 = cell(centre.y + radius_px - min_.y, rows_);
+    for (int y = y0; y <= y1; ++y) {
+      const std::size_t row = static_cast<std::size_t>(y) * columns_;
+      for (std::size_t e = begin_[row + x0]; e < begin_[row + x1 + 1]; ++e) f(entries_[e]);
+    }
+  }
+  bool empty() const { return entries_.empty(); }
+
+  static bool usable(const cv::Point2f& p) { return std::abs(p.x) < 1e6F && std::abs(p.y) < 1e6F; }
+
+ private:
+  static constexpr float kMaxCells = 256;
+
+  int cell(float offset_px, int count) const {
+    return static_cast<int>(std::clamp(offset_px / cell_px_, 0.0F, static_cast<float>(count - 1)));
+  }
+  std::size_t cell_of(const cv::Point2f& p) const {
+    return static_cast<std::size_t>(cell(p.y - min_.y, rows_)) * columns_ + cell(p.x - min_.x, columns_);
+  }
+  template <class P>
+  void fill(Span<P> points) {
+    begin_.assign(static_cast<std::size_t>(columns_) * rows_ + 1, 0);
+    for (const auto& point : points)
+      if (usable(place_of(point))) ++begin_[cell_of(place_of(point)) + 1];
+    for (std::size_t c = 1; c < begin_.size(); ++c) begin_[c] += begin_[c - 1];
+    entries_.resize(begin_.back());
+    next_.assign(begin_.begin(), begin_.end() - 1);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (usable(place_of(points[i])))
+        entries_[next_[cell_of(place_of(points[i]))]++] = static_cast<std::int32_t>(i);
+  }
+
+  cv::Point2f min_;
+  float cell_px_ = 1;
+  int columns_ = 0, rows_ = 0;
+  std::vector<std::size_t> begin_, next_;
+  std::vector<std::int32_t> entries_;
+};
+
+}  // namespace dynfilter

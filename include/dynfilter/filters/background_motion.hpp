@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/context/context.hpp>
+#include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/geometry/rigid_background.hpp>
+#include <dynfilter/geometry/rigid_residual.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace dynfilter {
+
+struct BackgroundMotionParams {
+  double max_chi2 = 18.0;
+  double depth_sigma_factor = 2.0;
+  double memory = 0.6;
+  double neighbour_px = 30;
+  double neighbour_m = 0.12;
+  double neighbour_weight = 1.0;
+  double prior_suspicion = 0.05;
+
+  static const FieldTable<BackgroundMotionParams>& fields() {
+    using P = BackgroundMotionParams;
+    static const FieldTable<P> table{
+        real("max_chi2", &P::max_chi2, "", {0.1, 1e6},
+             "a miss beyond this speaks for motion; 3 degrees of freedom, noise as measured in the sequence"),
+        real("depth_sigma_factor", &P::depth_sigma_factor, "", {0.01, 100},
+             "the depth camera's noise against the model's"),
+        real("memory", &P::memory, "", {0, 0.99}, "share of a track's belief that the next frame takes over"),
+        real("neighbour_px", &P::neighbour_px, "px", {1, 1000}, "features this near are asked too ..."),
+        real("neighbour_m", &P::neighbour_m, "m", {0, 10}, "... if their depth differs by no more than this"),
+        real("neighbour_weight", &P::neighbour_weight, "", {0, 10}, "their mean evidence against one's own"),
+        real("prior_suspicion", &P::prior_suspicion, "", {0, 10},
+             "evidence for motion that being a prior suspect counts as; 1: a miss of twice max_chi2"),
+    };
+    return table;
+  }
+};
+
+/// Features that do not follow the background. The default rejector: needs no detector.
+///
+/// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp). Against it a
+///           feature's evidence is chi2 / max_chi2 - 1, at most 3, of the larger of two misses in (u, v,
+///           depth): since the last frame and over its track (context/tracks.hpp), up to 6 frames back, where
+///           slow motion shows. Noise is measured: the lower third of the misses of each gap. Belief =
+///           evidence + memory * belief in the last frame, within [-2, 5]; plus neighbour_weight * its mean
+///           over neighbours at a like depth; plus prior_suspicion for prior suspects. Dynamic above 0.
+/// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
+/// Abstains: on the first frame, without any motion, and on features that have neither evidence nor
+///           neighbours with some.
+/// Blind to: motion within the noise over 6 frames; everything, when a mover is taken for the background: the
+///           report says what was chosen among what.
+/// State:    the camera's last motions, noise per gap, belief per track. Cost: about 0.4 ms for 1000
+/// features.
+class BackgroundMotionFilter final : public Filter {
+ public:
+  using Params = BackgroundMotionParams;
+  static constexpr const char* kName = "background_motion";
+  static constexpr const char* kSummary =
+      "features that do not follow the background, whoever has the majority";
+
+  explicit BackgroundMotionFilter(Params params = Params()) : params_(params) {
+    check_parameters(params_, kName);
+    reset();
+  }
+
+  std::string name() const override { return kName; }
+  Needs needs() const override {
+    return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, 1};
+  }
+  void reset() override {
+    trail_.clear();
+    belief_.clear();
+    estimator_.reset();
+    for (std::size_t gap = 0; gap < noise_px_.size(); ++gap) noise_px_[gap] = kFirstNoise_px;
+  }
+
+  void apply(Context& context, Votes& votes) override {
+    const Match& match = context.match({});
+    const Tracks& tracks = context.tracks();
+    if (match.reference == nullptr) return context.note("no earlier frame");
+    recall(context.frame().id, tracks);
+    if (!follow_background(context, match)) return;
+    weigh_misses(context, match, tracks);
+    ask_neighbours(context);
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (context.judged(i)) cast(context, i, votes);
+  }
+
+ private:
+  static constexpr double kFirstNoise_px = 0.5, kLeastNoise_px = 0.05, kMostNoise_px = 1.0;
+  static constexpr float kLeastBelief = -2, kMostBelief = 5;
+  static constexpr float kUnseenReach = 1.5F;  ///< features without evidence ask farther away ...
+  static constexpr float kUnseenDoubt = 0.3F;  ///< ... and need more of it
+  static constexpr int kMinSeeds = 30;
+
+  void recall(std::int64_t frame_id, const Tracks& tracks) {
+    std::swap(last_belief_, belief_);
+    const bool continues = belief_frame_ == tracks.last_frame_id();
+    belief_frame_ = frame_id;
+    remembered_.assign(tracks.size(), 0);
+    static_belief_.resize(tracks.size());
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+      const auto from = static_cast<std::size_t>(tracks.linked(i));
+      if (continues && tracks.linked(i) >= 0 && from < last_belief_.size())
+        remembered_[i] = last_belief_[from];
+      static_belief_[i] = 1 / (1 + std::exp(remembered_[i]));
+    }
+    belief_.assign(tracks.size(), 0);
+  }
+
+  // ---- the background's motion
+  bool follow_background(Context& context, const Match& match) {
+    RigidBackgroundScene scene;
+    scene.camera = *context.frame().camera;
+    scene.reference_m = match.reference_points_m;
+    scene.current_m = context.points_m();
+    scene.pixels = context.pixels();
+    scene.static_belief = static_belief_;
+    context.collect_seeds(match, false, seeds_);
+    if (static_cast<int>(seeds_.size()) < kMinSeeds) context.collect_seeds(match, true, seeds_);
+    scene.seeds = seeds_;
+    scene.predicted = context.host_motion(match);
+    if (trail_.size() >= 2) scene.expected = between(0, 1);
+    scene.noise_px = std::clamp(0.8 * noise_px_[1], kLeastNoise_px, 0.3);
+    motion_ = estimator_.estimate(scene);
+    note_motion(context);
+    if (!motion_.ok) {
+      trail_.clear();
+      return false;
+    }
+    extend_trail();
+    return true;
+  }
+
+  void note_motion(Context& context) const {
+    if (!motion_.ok) return context.note("background: none of the motions explains enough");
+    const MotionProposal& p = estimator_.proposals()[estimator_.chosen()];
+    context.note("background: " + std::to_string(motion_.inliers) + " of " +
+                 std::to_string(estimator_.points()) + " points, motion " +
+                 (p.from == MotionProposal::From::Expected    ? "as expected"
+                  : p.from == MotionProposal::From::Predicted ? "as the host predicts"
+                                                              : "by support") +
+                 ", one of " + std::to_string(estimator_.proposals().size()));
+  }
+
+  /// T_world_camera of the last frames, newest first; the world is the first camera.
+  void extend_trail() {
+    if (trail_.empty()) trail_.push_back(Pose());
+    const Pose T = trail_.front() * inverse(motion_.T_current_reference);
+    // Made a rotation again in every step: otherwise rounding grows with the chain.
+    const Eigen::Matrix3d R = Eigen::Quaterniond(T.R()).normalized().toRotationMatrix();
+    trail_.insert(trail_.begin(), Pose::from(R, T.t()));
+    if (trail_.size() > Tracks::kLength + 1) trail_.pop_back();
+  }
+  /// From the camera `then` frames back to that of `now` frames back.
+  Pose between(std::size_t now, std::size_t then) const { return inverse(trail_[now]) * trail_[then]; }
+
+  // ---- evidence
+  void weigh_misses(Context& context, const Match& match, const Tracks& tracks) {
+    const Camera& camera = *context.frame().camera;
+    residuals_.clear();
+    for (std::size_t gap = 1; gap < trail_.size(); ++gap) {
+      residuals_.emplace_back(camera, between(0, gap), noise(noise_px_[gap]));
+      misses_px_[gap].clear();
+    }
+    seen_.assign(context.size(), 0);
+    own_.resize(context.size());
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      own_[i] = static_cast<float>(params_.memory) * remembered_[i];
+      if (!match.found(i)) continue;
+      const cv::Point3f& now = context.points_m()[i];
+      double chi2 = miss(1, match.reference_points_m[i], now);
+      const int longest = std::min(tracks.age(i), static_cast<int>(residuals_.size()));
+      for (int gap = std::max(2, longest - 1); gap <= longest; ++gap) {
+        const Tracks::Place& then = tracks.place(i, gap);
+        chi2 = std::max(chi2, miss(gap, back_project(camera, then.undistorted_px, then.depth_m), now));
+      }
+      if (chi2 < 0) continue;
+      seen_[i] = 1;
+      own_[i] = std::clamp(own_[i] + evidence(chi2), kLeastBelief, kMostBelief);
+    }
+    measure_noise();
+  }
+
+  RigidResidualNoise noise(double pixel_sigma_px) const {
+    RigidResidualNoise noise;
+    noise.pixel_sigma_px = pixel_sigma_px;
+    noise.depth_noise.base_m *= params_.depth_sigma_factor;
+    noise.depth_noise.quadratic_per_m *= params_.depth_sigma_factor;
+    return noise;
+  }
+
+  /// chi2 against the background over `gap` frames; negative where it cannot be said.
+  double miss(int gap, const cv::Point3f& then, const cv::Point3f& now) {
+    const RigidResidual r = residuals_[static_cast<std::size_t>(gap - 1)](then, now);
+    if (!r.valid) return -1;
+    misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
+    return static_cast<double>(r.chi2);
+  }
+  float evidence(double chi2) const { return static_cast<float>(std::min(3.0, chi2 / params_.max_chi2 - 1)); }
+
+  /// The 35 % quantile of all misses is about the median of the static ones; 1.18 sigma for two coordinates.
+  /// Half as much again, since static misses have longer tails.
+  void measure_noise() {
+    constexpr double kRate = 0.3, kScale = 1.3;
+    for (std::size_t gap = 1; gap < misses_px_.size(); ++gap) {
+      std::vector<float>& misses = misses_px_[gap];
+      if (misses.size() < 30) continue;
+      const auto at = misses.begin() + static_cast<std::ptrdiff_t>(misses.size() * 35 / 100);
+      std::nth_element(misses.begin(), at, misses.end());
+      const double sigma = std::clamp(kScale * static_cast<double>(*at), kLeastNoise_px, kMostNoise_px);
+      noise_px_[gap] += kRate * (sigma - noise_px_[gap]);
+      misses.clear();
+    }
+  }
+
+  // ---- neighbours
+  void ask_neighbours(Context& context) {
+    grid_.build(Span<const cv::Point2f>(context.pixels()), static_cast<float>(params_.neighbour_px) / 2);
+    belief_.resize(context.size());
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      belief_[i] = own_[i] + static_cast<float>(params_.neighbour_weight) * mean_around(context, i);
+      if (context.prior(i)) belief_[i] += static_cast<float>(params_.prior_suspicion);
+    }
+  }
+
+  /// Mean evidence of the neighbours, the near ones first; features without depth are asked with less trust.
+  float mean_around(Context& context, std::size_t i) const {
+    const auto& depths_m = context.depths_m();
+    const cv::Point2f& px = context.pixels()[i];
+    const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : kUnseenReach);
+    const float reach2 = reach * reach, near_m = static_cast<float>(params_.neighbour_m);
+    float sum = 0, weights = 0.5F;
+    grid_.around(px, reach, [&](std::int32_t other) {
+      const auto j = static_cast<std::size_t>(other);
+      if (seen_[j] == 0 || j == i) return;
+      const cv::Point2f d = context.pixels()[j] - px;
+      const float d2 = d.dot(d);
+      if (d2 >= reach2 || std::abs(depths_m[i] - depths_m[j]) > near_m) return;
+      const float weight = (1 - d2 / reach2) * (std::isnan(depths_m[i]) ? 0.3F : 1.0F);
+      sum += weight * own_[j];
+      weights += weight;
+    });
+    return sum / weights;
+  }
+
+  void cast(const Context& context, std::size_t i, Votes& votes) const {
+    const float score = 1 / (1 + std::exp(-belief_[i]));
+    if (seen_[i] != 0)
+      votes.cast(i, belief_[i] > 0 ? Vote::Dynamic : Vote::Static, score);
+    else if (belief_[i] > kUnseenDoubt || (context.prior(i) && belief_[i] > 0))
+      votes.cast(i, Vote::Dynamic, score);
+    else
+      votes.cast(i, Vote::Unknown, score);
+  }
+
+  Params params_;
+  RigidBackgroundEstimator estimator_;
+  RigidMotion motion_;
+  std::vector<Pose> trail_;
+  std::array<double, Tracks::kLength + 1> noise_px_{};
+  std::array<std::vector<float>, Tracks::kLength + 1> misses_px_;
+  std::vector<RigidResidualModel> residuals_;  ///< [g - 1]: over g frames
+  std::vector<int> seeds_;
+  std::vector<float> remembered_, static_belief_, own_;
+  std::vector<float> belief_, last_belief_;
+  std::int64_t belief_frame_ = 0;  ///< whose features belief_ is about
+  std::vector<std::uint8_t> seen_;
+  PointGrid grid_;
+};
+
+}  // namespace dynfilter
