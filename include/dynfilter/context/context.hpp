@@ -7,7 +7,6 @@
 #include <dynfilter/context/depth_sampler.hpp>
 #include <dynfilter/context/history.hpp>
 #include <dynfilter/context/match.hpp>
-#include <dynfilter/context/tracks.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/correspondence/host_match.hpp>
@@ -90,16 +89,6 @@ class Context {
   /// The same with a frame by its id, for results that came late.
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
 
-  /// Chains of features over the last frames (context/tracks.hpp). They grow from frame to frame as long as
-  /// this is asked for in every frame, and at one call point only.
-  const Tracks& tracks() {
-    if (!tracks_ready_) {
-      tracks_.advance(frame_.id, match({}), pixels_, undistorted_pixels(), depths_m());
-      tracks_ready_ = true;
-    }
-    return tracks_;
-  }
-
   /// The two-view model fitted on the seeds of a match (geometry/two_view.hpp).
   const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds) {
     return fitted(two_views_, match, seeds, [&] {
@@ -174,7 +163,7 @@ class Context {
     state_.seed.assign(n, 1);
     pixels_.resize(n);
     for (std::size_t i = 0; i < n; ++i) pixels_[i] = frame_.keypoints[i].pt;
-    undistorted_ready_ = depths_ready_ = points_ready_ = tracks_ready_ = false;
+    undistorted_ready_ = depths_ready_ = points_ready_ = false;
     for (Match& match : matches_) match.valid = false;
     for (auto& slot : two_views_) slot.valid = false;
     for (auto& slot : rigid_motions_) slot.valid = false;
@@ -186,7 +175,7 @@ class Context {
     frame_ = FrameView();  // the host's memory is not looked at after the call
   }
 
-  void reset() { history_.clear(), tracks_.clear(); }
+  void reset() { history_.clear(); }
 
   void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) {
     StoredFrame* stored = history_.find(frame_id);
@@ -401,8 +390,7 @@ class Context {
   std::vector<cv::Point2f> pixels_, undistorted_;
   std::vector<float> depths_m_;
   std::vector<cv::Point3f> points_m_;
-  bool undistorted_ready_ = false, depths_ready_ = false, points_ready_ = false, tracks_ready_ = false;
-  Tracks tracks_;
+  bool undistorted_ready_ = false, depths_ready_ = false, points_ready_ = false;
   std::list<Match> matches_;
   std::list<Fitted<TwoViewModel>> two_views_;
   std::list<Fitted<RigidMotion>> rigid_motions_;

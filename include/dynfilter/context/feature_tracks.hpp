@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <dynfilter/context/match.hpp>
-#include <dynfilter/geometry/image_neighbours.hpp>
+#include <dynfilter/core/point_grid.hpp>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <utility>
 #include <vector>
@@ -14,98 +16,107 @@ namespace dynfilter {
 /// Follows features over frames by chaining each frame's matches to the one before. Where the match names its
 /// feature in the last frame (the host's tracks), that feature's past is taken over; where it names a place
 /// only (flow, with features detected anew in every frame), the nearest feature of the last frame within
-/// `max_jump_px` lends its past, shifted onto the place. Cost: O(n).
+/// `max_jump_px` and at no other depth lends its past, shifted onto the place. This costs no flow of its own:
+/// O(n), about 60 us for 1000 features.
 class FeatureTracks {
  public:
+  static constexpr float kNoDepth = std::numeric_limits<float>::quiet_NaN();
+
   /// So many earlier places are kept per feature.
   explicit FeatureTracks(int max_length, double max_jump_px = 2.0)
-      : max_length_(static_cast<std::size_t>(max_length)), max_jump_px_(max_jump_px) {}
+      : max_length_(static_cast<std::size_t>(max_length)), max_jump_px_(static_cast<float>(max_jump_px)) {}
 
-  /// The next frame: its features in distorted and undistorted pixels, and their match to an earlier frame.
-  /// Without a match to the frame that was followed last, tracks begin anew.
+  /// The next frame: its features in distorted and undistorted pixels, their depths [m] (NaN: none; empty:
+  /// none at all), and their match to an earlier frame. Without a match to the frame that was followed last,
+  /// tracks begin anew.
   void follow(std::int64_t frame_id, const Match& match, const std::vector<cv::Point2f>& px,
-              const std::vector<cv::Point2f>& undistorted_px) {
+              const std::vector<cv::Point2f>& undistorted_px, const std::vector<float>& depths_m = {}) {
     const std::size_t n = px.size();
-    const bool goes_on = match.reference != nullptr && has_last_ && match.reference->id == last_id_;
+    goes_on_ = match.reference != nullptr && has_last_ && match.reference->id == last_id_;
     std::swap(past_, last_past_);
     std::swap(length_, last_length_);
-    past_.assign(n * (max_length_ + 1), cv::Point2f());
+    past_.resize(n * (max_length_ + 1));
     length_.assign(n, 0);
     previous_.assign(n, -1);
-    if (goes_on) index_last(match);
+    if (goes_on_) grid_.build(Span<const cv::Point2f>(last_px_), max_jump_px_);
     for (std::size_t i = 0; i < n; ++i) {
-      place(i, 0) = undistorted_px[i];
+      place(i, 0) = {undistorted_px[i], depths_m.empty() ? kNoDepth : depths_m[i]};
       if (match.reference == nullptr || !match.found(i)) continue;
-      place(i, 1) = match.reference_undistorted_px[i];
+      place(i, 1) = {match.reference_undistorted_px[i], match.reference_depth_m[i]};
       length_[i] = 1;
-      if (goes_on) take_over(i, previous_of(match, i));
+      if (goes_on_) take_over(i, previous_of(match, i));
     }
     last_px_ = px;
     last_id_ = frame_id;
     has_last_ = true;
   }
 
-  void reset() { has_last_ = false; }
+  void reset() { has_last_ = goes_on_ = false; }
 
   std::size_t size() const { return length_.size(); }
   /// How many earlier places of feature i are known.
   int length(std::size_t i) const { return length_[i]; }
   /// Undistorted pixels, k frames ago; k = 0 is now.
-  const cv::Point2f& at(std::size_t i, int k) const {
-    return past_[i * (max_length_ + 1) + static_cast<std::size_t>(k)];
-  }
-  /// The feature of the last frame whose past this one took over; -1: none.
+  const cv::Point2f& at(std::size_t i, int k) const { return place(i, k).undistorted_px; }
+  /// [m], k frames ago; NaN: none.
+  float depth_m(std::size_t i, int k) const { return place(i, k).depth_m; }
+  /// The feature of the frame followed before whose past this one took over; -1: none.
   int previous(std::size_t i) const { return previous_[i]; }
 
  private:
-  cv::Point2f& place(std::size_t i, int k) {
+  static constexpr float kDepthShare = 0.04F;
+
+  struct Place {
+    cv::Point2f undistorted_px;
+    float depth_m;
+  };
+  const Place& place(std::size_t i, int k) const {
     return past_[i * (max_length_ + 1) + static_cast<std::size_t>(k)];
   }
+  Place& place(std::size_t i, int k) { return past_[i * (max_length_ + 1) + static_cast<std::size_t>(k)]; }
 
-  // The grid is needed for matches without an index only, and holds finite points only.
-  void index_last(const Match& match) {
-    const auto& c = match.correspondences;
-    bool by_place = false;
-    for (std::size_t i = 0; i < c.size(); ++i) by_place |= c.found[i] != 0 && c.reference_index[i] < 0;
-    grid_points_.clear();
-    grid_index_.clear();
-    if (!by_place) return;
-    for (std::size_t j = 0; j < last_px_.size(); ++j) {
-      if (!detail::finite(last_px_[j])) continue;
-      grid_points_.push_back({static_cast<double>(last_px_[j].x), static_cast<double>(last_px_[j].y)});
-      grid_index_.push_back(static_cast<int>(j));
-    }
-    grid_.build(grid_points_, max_jump_px_);
-  }
-
-  int previous_of(const Match& match, std::size_t i) {
+  int previous_of(const Match& match, std::size_t i) const {
     const int index = match.correspondences.reference_index[i];
     if (index >= 0) return static_cast<std::size_t>(index) < last_px_.size() ? index : -1;
     const cv::Point2f& px = match.correspondences.reference_px[i];
-    if (grid_points_.empty() || !detail::finite(px)) return -1;
-    grid_.nearest(static_cast<double>(px.x), static_cast<double>(px.y), -1, 1, nearest_);
-    return nearest_.empty() ? -1 : grid_index_[static_cast<std::size_t>(nearest_[0])];
+    const float depth_m = match.reference_depth_m[i];
+    int best = -1;
+    float best2 = max_jump_px_ * max_jump_px_;
+    grid_.around(px, max_jump_px_, [&](std::int32_t j) {
+      const cv::Point2f d = last_px_[static_cast<std::size_t>(j)] - px;
+      const float apart2 = d.dot(d);
+      const bool farther = best >= 0 ? apart2 >= best2 : apart2 > best2;
+      // Where a depth is missing there is no telling.
+      if (farther || std::abs(last_depth_m(j) - depth_m) > kDepthShare * depth_m) return;
+      best2 = apart2;
+      best = j;
+    });
+    return best;
+  }
+  float last_depth_m(std::int32_t j) const {
+    return last_past_[static_cast<std::size_t>(j) * (max_length_ + 1)].depth_m;
   }
 
   void take_over(std::size_t i, int previous) {
     if (previous < 0) return;
     const auto j = static_cast<std::size_t>(previous);
     previous_[i] = previous;
-    const cv::Point2f* past = &last_past_[j * (max_length_ + 1)];
-    const cv::Point2f shift = place(i, 1) - past[0];
+    const Place* past = &last_past_[j * (max_length_ + 1)];
+    const cv::Point2f shift = place(i, 1).undistorted_px - past[0].undistorted_px;
+    const float deeper_m = place(i, 1).depth_m - past[0].depth_m;
     length_[i] = std::min(last_length_[j] + 1, static_cast<int>(max_length_));
-    for (int k = 2; k <= length_[i]; ++k) place(i, k) = past[k - 1] + shift;
+    for (int k = 2; k <= length_[i]; ++k)
+      place(i, k) = {past[k - 1].undistorted_px + shift, past[k - 1].depth_m + deeper_m};
   }
 
   std::size_t max_length_;
-  double max_jump_px_;
-  bool has_last_ = false;
+  float max_jump_px_;
+  bool has_last_ = false, goes_on_ = false;
   std::int64_t last_id_ = 0;
-  std::vector<cv::Point2f> past_, last_past_, last_px_;  // past_: max_length_ + 1 places per feature
+  std::vector<Place> past_, last_past_;  ///< max_length_ + 1 places per feature
+  std::vector<cv::Point2f> last_px_;
   std::vector<int> length_, last_length_, previous_;
-  ImageNeighbours grid_;
-  std::vector<ImageNeighbours::Point> grid_points_;
-  std::vector<int> grid_index_, nearest_;
+  PointGrid grid_;
 };
 
 }  // namespace dynfilter

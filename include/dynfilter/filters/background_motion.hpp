@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/context/context.hpp>
+#include <dynfilter/context/feature_tracks.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
@@ -49,10 +50,11 @@ struct BackgroundMotionParams {
 ///
 /// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp). Against it a
 ///           feature's evidence is chi2 / max_chi2 - 1, at most 3, of the larger of two misses in (u, v,
-///           depth): since the last frame and over its track (context/tracks.hpp), up to 6 frames back, where
-///           slow motion shows. Noise is measured: the lower third of the misses of each gap. Belief =
-///           evidence + memory * belief in the last frame, within [-2, 5]; plus neighbour_weight * its mean
-///           over neighbours at a like depth; plus prior_suspicion for prior suspects. Dynamic above 0.
+///           depth): since the last frame and over its track (context/feature_tracks.hpp), up to 6 frames
+///           back, where slow motion shows. Noise is measured: the lower third of the misses of each gap.
+///           Belief = evidence + memory * belief in the last frame, within [-2, 5]; plus neighbour_weight *
+///           its mean over neighbours at a like depth; plus prior_suspicion for prior suspects. Dynamic above
+///           0.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
 /// Abstains: on the first frame, without any motion, and on features that have neither evidence nor
 ///           neighbours with some.
@@ -78,6 +80,7 @@ class BackgroundMotionFilter final : public Filter {
   }
   void reset() override {
     trail_.clear();
+    tracks_.reset();
     belief_.clear();
     estimator_.reset();
     for (std::size_t gap = 0; gap < noise_px_.size(); ++gap) noise_px_[gap] = kFirstNoise_px;
@@ -85,36 +88,36 @@ class BackgroundMotionFilter final : public Filter {
 
   void apply(Context& context, Votes& votes) override {
     const Match& match = context.match({});
-    const Tracks& tracks = context.tracks();
+    tracks_.follow(context.frame().id, match, context.pixels(), context.undistorted_pixels(),
+                   context.depths_m());
     if (match.reference == nullptr) return context.note("no earlier frame");
-    recall(context.frame().id, tracks);
+    recall();
     if (!follow_background(context, match)) return;
-    weigh_misses(context, match, tracks);
+    weigh_misses(context, match);
     ask_neighbours(context);
     for (std::size_t i = 0; i < context.size(); ++i)
       if (context.judged(i)) cast(context, i, votes);
   }
 
  private:
+  static constexpr int kFrames = 6;  ///< that a track goes back
   static constexpr double kFirstNoise_px = 0.5, kLeastNoise_px = 0.05, kMostNoise_px = 1.0;
   static constexpr float kLeastBelief = -2, kMostBelief = 5;
   static constexpr float kUnseenReach = 1.5F;  ///< features without evidence ask farther away ...
   static constexpr float kUnseenDoubt = 0.3F;  ///< ... and need more of it
   static constexpr int kMinSeeds = 30;
 
-  void recall(std::int64_t frame_id, const Tracks& tracks) {
+  void recall() {
     std::swap(last_belief_, belief_);
-    const bool continues = belief_frame_ == tracks.last_frame_id();
-    belief_frame_ = frame_id;
-    remembered_.assign(tracks.size(), 0);
-    static_belief_.resize(tracks.size());
-    for (std::size_t i = 0; i < tracks.size(); ++i) {
-      const auto from = static_cast<std::size_t>(tracks.linked(i));
-      if (continues && tracks.linked(i) >= 0 && from < last_belief_.size())
-        remembered_[i] = last_belief_[from];
+    const std::size_t n = tracks_.size();
+    remembered_.assign(n, 0);
+    static_belief_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto from = static_cast<std::size_t>(tracks_.previous(i));
+      if (tracks_.previous(i) >= 0 && from < last_belief_.size()) remembered_[i] = last_belief_[from];
       static_belief_[i] = 1 / (1 + std::exp(remembered_[i]));
     }
-    belief_.assign(tracks.size(), 0);
+    belief_.assign(n, 0);
   }
 
   // ---- the background's motion
@@ -159,13 +162,13 @@ class BackgroundMotionFilter final : public Filter {
     // Made a rotation again in every step: otherwise rounding grows with the chain.
     const Eigen::Matrix3d R = Eigen::Quaterniond(T.R()).normalized().toRotationMatrix();
     trail_.insert(trail_.begin(), Pose::from(R, T.t()));
-    if (trail_.size() > Tracks::kLength + 1) trail_.pop_back();
+    if (trail_.size() > kFrames + 1) trail_.pop_back();
   }
   /// From the camera `then` frames back to that of `now` frames back.
   Pose between(std::size_t now, std::size_t then) const { return inverse(trail_[now]) * trail_[then]; }
 
   // ---- evidence
-  void weigh_misses(Context& context, const Match& match, const Tracks& tracks) {
+  void weigh_misses(Context& context, const Match& match) {
     const Camera& camera = *context.frame().camera;
     residuals_.clear();
     for (std::size_t gap = 1; gap < trail_.size(); ++gap) {
@@ -179,10 +182,10 @@ class BackgroundMotionFilter final : public Filter {
       if (!match.found(i)) continue;
       const cv::Point3f& now = context.points_m()[i];
       double chi2 = miss(1, match.reference_points_m[i], now);
-      const int longest = std::min(tracks.age(i), static_cast<int>(residuals_.size()));
+      const int longest = std::min(tracks_.length(i), static_cast<int>(residuals_.size()));
       for (int gap = std::max(2, longest - 1); gap <= longest; ++gap) {
-        const Tracks::Place& then = tracks.place(i, gap);
-        chi2 = std::max(chi2, miss(gap, back_project(camera, then.undistorted_px, then.depth_m), now));
+        const cv::Point3f then = back_project(camera, tracks_.at(i, gap), tracks_.depth_m(i, gap));
+        chi2 = std::max(chi2, miss(gap, then, now));
       }
       if (chi2 < 0) continue;
       seen_[i] = 1;
@@ -264,16 +267,16 @@ class BackgroundMotionFilter final : public Filter {
   }
 
   Params params_;
+  FeatureTracks tracks_{kFrames, 3.0};
   RigidBackgroundEstimator estimator_;
   RigidMotion motion_;
   std::vector<Pose> trail_;
-  std::array<double, Tracks::kLength + 1> noise_px_{};
-  std::array<std::vector<float>, Tracks::kLength + 1> misses_px_;
+  std::array<double, kFrames + 1> noise_px_{};
+  std::array<std::vector<float>, kFrames + 1> misses_px_;
   std::vector<RigidResidualModel> residuals_;  ///< [g - 1]: over g frames
   std::vector<int> seeds_;
   std::vector<float> remembered_, static_belief_, own_;
   std::vector<float> belief_, last_belief_;
-  std::int64_t belief_frame_ = 0;  ///< whose features belief_ is about
   std::vector<std::uint8_t> seen_;
   PointGrid grid_;
 };
