@@ -38,7 +38,7 @@ class FeatureTracks {
     past_.resize(n * (max_length_ + 1));
     length_.assign(n, 0);
     previous_.assign(n, -1);
-    if (goes_on_) grid_.build(Span<const cv::Point2f>(last_px_), max_jump_px_);
+    if (goes_on_) grid_.build(Span<const cv::Point2f>(last_px_), 4 * max_jump_px_);
     for (std::size_t i = 0; i < n; ++i) {
       place(i, 0) = {undistorted_px[i], depths_m.empty() ? kNoDepth : depths_m[i]};
       if (match.reference == nullptr || !match.found(i)) continue;

@@ -46,6 +46,13 @@ class PointGrid {
   /// depends on places first, then on indices.
   template <class F>
   void around(const cv::Point2f& centre, float radius_px, const F& f) const {
+    ranges_around(centre, radius_px, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t e = begin; e < end; ++e) f(entries_[e]);
+    });
+  }
+  /// The same as ranges [begin, end) of entries(), for loops over data in that order.
+  template <class F>
+  void ranges_around(const cv::Point2f& centre, float radius_px, const F& f) const {
     if (entries_.empty() || !usable(centre)) return;
     const int x0 = cell(centre.x - radius_px - min_.x, columns_),
               y0 = cell(centre.y - radius_px - min_.y, rows_);
@@ -53,9 +60,11 @@ class PointGrid {
               y1 = cell(centre.y + radius_px - min_.y, rows_);
     for (int y = y0; y <= y1; ++y) {
       const std::size_t row = static_cast<std::size_t>(y) * columns_;
-      for (std::size_t e = begin_[row + x0]; e < begin_[row + x1 + 1]; ++e) f(entries_[e]);
+      if (begin_[row + x0] < begin_[row + x1 + 1]) f(begin_[row + x0], begin_[row + x1 + 1]);
     }
   }
+  /// The usable points, by cells.
+  const std::vector<std::int32_t>& entries() const { return entries_; }
   bool empty() const { return entries_.empty(); }
 
   static bool usable(const cv::Point2f& p) { return std::abs(p.x) < 1e6F && std::abs(p.y) < 1e6F; }

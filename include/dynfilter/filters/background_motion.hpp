@@ -107,6 +107,10 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr float kUnseenDoubt = 0.3F;  ///< ... and need more of it
   static constexpr int kMinSeeds = 30;
 
+  struct Witness {
+    float x, y, depth_m, evidence;
+  };
+
   void recall() {
     std::swap(last_belief_, belief_);
     const std::size_t n = tracks_.size();
@@ -183,10 +187,10 @@ class BackgroundMotionFilter final : public Filter {
       const cv::Point3f& now = context.points_m()[i];
       double chi2 = miss(1, match.reference_points_m[i], now);
       const int longest = std::min(tracks_.length(i), static_cast<int>(residuals_.size()));
-      for (int gap = std::max(2, longest - 1); gap <= longest; ++gap) {
-        const cv::Point3f then = back_project(camera, tracks_.at(i, gap), tracks_.depth_m(i, gap));
-        chi2 = std::max(chi2, miss(gap, then, now));
-      }
+      if (longest > 1)
+        chi2 = std::max(
+            chi2,
+            miss(longest, back_project(camera, tracks_.at(i, longest), tracks_.depth_m(i, longest)), now));
       if (chi2 < 0) continue;
       seen_[i] = 1;
       own_[i] = std::clamp(own_[i] + evidence(chi2), kLeastBelief, kMostBelief);
@@ -228,32 +232,48 @@ class BackgroundMotionFilter final : public Filter {
 
   // ---- neighbours
   void ask_neighbours(Context& context) {
-    grid_.build(Span<const cv::Point2f>(context.pixels()), static_cast<float>(params_.neighbour_px) / 2);
-    belief_.resize(context.size());
+    lay_out_witnesses(context);
     for (std::size_t i = 0; i < context.size(); ++i) {
       belief_[i] = own_[i] + static_cast<float>(params_.neighbour_weight) * mean_around(context, i);
       if (context.prior(i)) belief_[i] += static_cast<float>(params_.prior_suspicion);
     }
   }
 
+  /// Features with evidence, by place, so that the loop below runs over memory in order.
+  void lay_out_witnesses(Context& context) {
+    places_.clear();
+    witnesses_.clear();
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (seen_[i] != 0) {
+        places_.push_back(context.pixels()[i]);
+        witnesses_.push_back({context.pixels()[i].x, context.pixels()[i].y, context.depths_m()[i], own_[i]});
+      }
+    grid_.build(Span<const cv::Point2f>(places_), static_cast<float>(params_.neighbour_px) / 2);
+    by_place_.clear();
+    for (const std::int32_t k : grid_.entries()) by_place_.push_back(witnesses_[static_cast<std::size_t>(k)]);
+  }
+
   /// Mean evidence of the neighbours, the near ones first; features without depth are asked with less trust.
   float mean_around(Context& context, std::size_t i) const {
-    const auto& depths_m = context.depths_m();
     const cv::Point2f& px = context.pixels()[i];
+    const float depth_m = context.depths_m()[i];
+    const bool blind = std::isnan(depth_m);
     const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : kUnseenReach);
-    const float reach2 = reach * reach, near_m = static_cast<float>(params_.neighbour_m);
-    float sum = 0, weights = 0.5F;
-    grid_.around(px, reach, [&](std::int32_t other) {
-      const auto j = static_cast<std::size_t>(other);
-      if (seen_[j] == 0 || j == i) return;
-      const cv::Point2f d = context.pixels()[j] - px;
-      const float d2 = d.dot(d);
-      if (d2 >= reach2 || std::abs(depths_m[i] - depths_m[j]) > near_m) return;
-      const float weight = (1 - d2 / reach2) * (std::isnan(depths_m[i]) ? 0.3F : 1.0F);
-      sum += weight * own_[j];
-      weights += weight;
+    const float per_reach2 = 1 / (reach * reach), near_m = static_cast<float>(params_.neighbour_m);
+    float sum = 0, weights = 0;
+    grid_.ranges_around(px, reach, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t e = begin; e < end; ++e) {
+        const Witness& w = by_place_[e];
+        const float dx = w.x - px.x, dy = w.y - px.y;
+        float weight = std::max(0.0F, 1 - (dx * dx + dy * dy) * per_reach2);
+        weight = std::abs(w.depth_m - depth_m) > near_m ? 0.0F : weight;
+        sum += weight * w.evidence;
+        weights += weight;
+      }
     });
-    return sum / weights;
+    if (seen_[i] != 0) sum -= own_[i], weights -= 1;  // itself
+    const float trust = blind ? 0.3F : 1.0F;
+    return trust * sum / (trust * weights + 0.5F);
   }
 
   void cast(const Context& context, std::size_t i, Votes& votes) const {
@@ -278,6 +298,8 @@ class BackgroundMotionFilter final : public Filter {
   std::vector<float> remembered_, static_belief_, own_;
   std::vector<float> belief_, last_belief_;
   std::vector<std::uint8_t> seen_;
+  std::vector<Witness> witnesses_, by_place_;
+  std::vector<cv::Point2f> places_;
   PointGrid grid_;
 };
 

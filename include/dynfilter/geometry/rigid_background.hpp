@@ -87,6 +87,7 @@ class RigidBackgroundEstimator {
   static constexpr double kWide_px = 0.8, kSupport_px = 0.25;
   static constexpr double kFit_px = 0.3;        ///< a fit is worth 1 / (1 + (miss / this)^2)
   static constexpr double kMinGain = 0.04;      ///< of the points: what a motion must explain to be kept
+  static constexpr double kSettled = 0.7;       ///< explained by the expected motion: no search
   static constexpr double kNeighbour_px = 50;   ///< whose depths are compared
   static constexpr float kDepthStep = 1.08F;    ///< farther by this factor lies behind
   static constexpr double kUnknownMiss_px = 3;  ///< before anything is known of the camera's smoothness
@@ -148,7 +149,8 @@ class RigidBackgroundEstimator {
   void propose_by_support() {
     rest_ = points_;
     if (scene_->expected && !proposals_.empty()) {
-      drop_explained(proposals_.front().motion);
+      drop_explained(narrow_expected().motion);
+      if (rest_.size() < (1 - kSettled) * static_cast<double>(points_.size())) return;
       if (10 * rest_.size() > points_.size())
         propose(MotionProposal::From::Support, rest_, kSupport_px, std::nullopt);
     }
@@ -159,6 +161,13 @@ class RigidBackgroundEstimator {
         drop_explained(proposals_.back().motion);
       }
     }
+  }
+
+  /// Proposed first of the expected ones; without it, whatever comes first.
+  const MotionProposal& narrow_expected() const {
+    for (const MotionProposal& p : proposals_)
+      if (p.from == MotionProposal::From::Expected) return p;
+    return proposals_.front();
   }
 
   bool propose(MotionProposal::From from, const std::vector<int>& seeds, double sigma_px,
@@ -309,6 +318,7 @@ class RigidBackgroundEstimator {
   }
 
   void measure_orders() {
+    if (selected_.size() < 2) return;
     places_.clear();
     for (const int i : points_) places_.push_back(scene_->pixels[static_cast<std::size_t>(i)]);
     grid_.build(Span<const cv::Point2f>(places_), static_cast<float>(kNeighbour_px));
@@ -318,13 +328,17 @@ class RigidBackgroundEstimator {
     for (std::size_t k = 0; k < points_.size(); ++k)
       grid_.around(places_[k], static_cast<float>(kNeighbour_px), [&](std::int32_t j) {
         const auto other = static_cast<std::size_t>(j);
-        if (owner_[other] == owner_[k] || cv::norm(places_[other] - places_[k]) > kNeighbour_px) return;
+        if (owner_[other] == owner_[k] ||
+            norm(places_[other].x - places_[k].x, places_[other].y - places_[k].y) > kNeighbour_px)
+          return;
         behind[owner_[k]] += depth(points_[k]) > kDepthStep * depth(points_[other]) ? 1 : 0;
         front[owner_[k]] += depth(points_[other]) > kDepthStep * depth(points_[k]) ? 1 : 0;
       });
     for (const std::size_t h : selected_)
       proposals_[h].order = static_cast<double>(behind[h]) / (behind[h] + front[h]);
   }
+
+  static double norm(double x, double y) { return std::sqrt(x * x + y * y); }  // std::hypot is slow
 
   /// How far two motions are apart in the image, on average [px], at most 20.
   double distance_px(const Pose& A, const Pose& B) const {
@@ -335,7 +349,7 @@ class RigidBackgroundEstimator {
       const cv::Point3f& p = scene_->reference_m[static_cast<std::size_t>(points_[k])];
       const Eigen::Vector3d v(p.x, p.y, p.z), a = Ra * v + A.t(), b = Rb * v + B.t();
       const double miss =
-          scene_->camera.fx_px * std::hypot(a.x() / a.z() - b.x() / b.z(), a.y() / a.z() - b.y() / b.z());
+          scene_->camera.fx_px * norm(a.x() / a.z() - b.x() / b.z(), a.y() / a.z() - b.y() / b.z());
       sum += miss < 20 ? miss : 20;
       ++n;
     }

@@ -60,14 +60,31 @@ class RigidResidualModel {
     out.predicted_px = {static_cast<float>(x * camera_.fx_px + camera_.cx_px),
                         static_cast<float>(y * camera_.fy_px + camera_.cy_px)};
     out.predicted_depth_m = static_cast<float>(q.z());
-    out.image_px = static_cast<float>(std::hypot(r.x(), r.y()));
+    out.image_px = static_cast<float>(std::sqrt(r.x() * r.x() + r.y() * r.y()));
     out.depth_m = static_cast<float>(r.z());
-    out.chi2 = static_cast<float>(r.dot(covariance(p, q, current.z).inverse() * r));
+    out.chi2 = static_cast<float>(has_covariance_ ? r.dot(covariance(p, q, current.z).inverse() * r)
+                                                  : chi2_of_exact_motion(r, p, q, current.z));
     out.valid = std::isfinite(out.chi2);
     return out;
   }
 
  private:
+  /// S = D + w w^T with D diagonal: its inverse is that of Sherman and Morrison.
+  double chi2_of_exact_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
+                              double current_z) const {
+    const double inv_z = 1 / q.z(), fx = camera_.fx_px * inv_z, fy = camera_.fy_px * inv_z;
+    const double sz = noise_.depth_noise.sigma_m(current_z),
+                 along = noise_.depth_noise.sigma_m(p.z()) / p.z();
+    const Eigen::Vector3d ray = q - t_;  // R p
+    const Eigen::Vector3d w(along * fx * (ray.x() - q.x() * inv_z * ray.z()),
+                            along * fy * (ray.y() - q.y() * inv_z * ray.z()), along * ray.z());
+    const double du = 1 / (noise_.pixel_sigma_px * noise_.pixel_sigma_px), dz = 1 / (sz * sz);
+    const double rr = du * (r.x() * r.x() + r.y() * r.y()) + dz * r.z() * r.z();
+    const double rw = du * (r.x() * w.x() + r.y() * w.y()) + dz * r.z() * w.z();
+    const double ww = du * (w.x() * w.x() + w.y() * w.y()) + dz * w.z() * w.z();
+    return rr - rw * rw / (1 + ww);
+  }
+
   Eigen::Matrix3d covariance(const Eigen::Vector3d& p, const Eigen::Vector3d& q, double current_z) const {
     const double inv_z = 1 / q.z(), fx = camera_.fx_px * inv_z, fy = camera_.fy_px * inv_z;
     Eigen::Matrix3d G;  // d(u, v, z) / dq
