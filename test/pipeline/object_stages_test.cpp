@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <dynfilter/filters/mask_components.hpp>
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/synth/random.hpp>
@@ -158,5 +159,133 @@ TEST_CASE("components of random masks are those of OpenCV") {
         different += known != own;
       }
     CHECK(different == 0);
+  }
+}
+
+namespace {
+
+/// Twelve features in a row, 20 px apart, with depths; a stage that says `letters` under `grow`.
+struct Row {
+  Row() : depth(100, 300, CV_32FC1, cv::Scalar(3)) {
+    for (int i = 0; i < 12; ++i) keypoints.emplace_back(static_cast<float>(20 * i + 10), 50.0F, 1.0F);
+    camera.fx_px = camera.fy_px = 300;
+    camera.cx_px = 150;
+    camera.cy_px = 50;
+  }
+  void paint(int first, int last, double z_m) { depth.colRange(20 * first, 20 * last + 20).setTo(z_m); }
+  Verdict judge(StagePtr root) const {
+    FrameView frame;
+    frame.keypoints = keypoints;
+    frame.depth = depth;
+    frame.camera = camera;
+    Pipeline pipeline = pipeline_of(std::move(root));
+    return pipeline.before_pose(frame);
+  }
+  std::string expand(const ClusterExpandParams& params, const std::string& letters) const {
+    return letters_of(judge(cluster_expand(params, stage(says("a", letters)))));
+  }
+  std::string layers(const DepthLayersParams& params, const std::string& letters) const {
+    return letters_of(judge(depth_layers(params, stage(says("a", letters)))));
+  }
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat depth;
+  Camera camera;
+};
+
+}  // namespace
+
+TEST_CASE("cluster_expand in 3-D stops where the next surface is, and where the static are more") {
+  Row row;
+  row.paint(3, 8, 1.5);  // 20 px are 0.1 m there, 0.2 m on the wall
+  ClusterExpandParams params;
+  params.radius_m = 0.21;
+  params.min_neighbours = 1;
+  params.rounds = 1;
+  CHECK(row.expand(params, "UUUUDUUUUUUU") == "UUUDDDDUUUUU");  // two to the right; left is the edge at 3
+  params.rounds = 10;
+  CHECK(row.expand(params, "UUUUDUUUUUUU") == "UUUDDDDDDUUU");
+  params.min_share = 0.6;
+  CHECK(row.expand(params, "UUUUDSSSSUUU") == "UUUUDSSSSUUU");  // 3: half of its neighbours
+  params.min_share = 0.5;
+  CHECK(row.expand(params, "UUUUDSSSSUUU") == "UUUDDDDDDUUU");  // and on from there
+  params.min_neighbours = 2;
+  CHECK(row.expand(params, "UUUUDUUUUUUU") == "UUUUDUUUUUUU");
+  CHECK(row.expand(params, "UUUUUUUUUUUU") == "UUUUUUUUUUUU");
+  row.depth.setTo(0);
+  params.min_neighbours = 1;
+  CHECK(row.expand(params, "UUUUDUUUUUUU") == "UUUUDUUUUUUU");
+}
+
+TEST_CASE("cluster_expand in the image needs no depth") {
+  Row row;
+  row.depth.setTo(0);
+  ClusterExpandParams params;
+  params.space = ExpandSpace::Image;
+  params.radius_px = 25;
+  params.min_neighbours = 2;
+  params.rounds = 5;
+  CHECK(row.expand(params, "UDUDSSUUUUUU") == "UDDDSSUUUUUU");
+  for (cv::KeyPoint& keypoint : row.keypoints) keypoint.pt = {50, 50};  // all identical
+  CHECK(row.expand(params, "UDDDUUUUUUUS") == "DDDDDDDDDDDD");
+  row.keypoints[0].pt = {std::numeric_limits<float>::quiet_NaN(), 1e30F};
+  CHECK(row.expand(params, "UDDDUUUUUUUS") == "UDDDDDDDDDDD");
+}
+
+TEST_CASE("cluster_expand over the depth image ends at its jumps and at its reach") {
+  Row row;
+  row.paint(3, 8, 1.5);
+  ClusterExpandParams params;
+  params.space = ExpandSpace::Depth;
+  params.max_reach_m = 0;
+  const Verdict verdict = row.judge(cluster_expand(params, stage(says("a", "UUUUDSUUUUUU"))));
+  CHECK(letters_of(verdict) == "UUUDDDDDDUUU");
+  CHECK(verdict.report.stages[0].note == "5 features added");
+  CHECK(verdict.reason(5) == "cluster_expand");
+  params.max_reach_m = 0.25;  // of 0.1 m from feature to feature
+  CHECK(row.expand(params, "UUUUDUUUUUUU") == "UUUDDDDUUUUU");
+  row.keypoints[11].pt = {300, 100};
+  row.keypoints[0].pt = {-1e9F, std::numeric_limits<float>::infinity()};
+  CHECK(row.expand(params, "DUUUDUUUUUUD").substr(3, 4) == "DDDD");
+}
+
+TEST_CASE("depth_layers fills large layers up and lets small ones go") {
+  Row row;
+  row.paint(2, 8, 1.5);
+  row.paint(5, 5, 2.2);  // something behind the object
+  row.paint(10, 10, 1.5);
+  DepthLayersParams params;
+  params.min_points = 3;
+  params.margin_px = 25;
+  // Layer 1.5 m: 2, 3, 7; from 1 to 8 in the image. The 2.2 m of 5 and the 3 m of 0 are single ones.
+  CHECK(row.layers(params, "DUDDUDSDUUUU") == "UUDDDUDDDUUU");
+  params.min_points = 1;  // now 1, within 25 px of 0 and as far away, goes with it
+  CHECK(row.layers(params, "DUDDUDSDUUUU") == "DDDDDDDDDUUU");
+  params.max_gap_m = 2;  // one layer of all
+  CHECK(row.layers(params, "DUDDUDSDUUUU") == "DDDDDDDDDUUU");
+  params.max_gap_m = 0.2;
+  params.min_share = 0.5;
+  CHECK(row.layers(params, "DUDDUDSDUUUU") == "UUDDDUDDDUUU");  // 3 of 5
+  CHECK(row.layers(params, "UUUSUUUUUUUU") == "UUUSUUUUUUUU");
+  row.depth.colRange(60, 80).setTo(0);  // 3 has no depth now: it keeps its vote
+  CHECK(row.layers(params, "UUUDUUUUUUUU") == "UUUDUUUUUUUU");
+}
+
+TEST_CASE("the order of the features does not matter to what stages make of them") {
+  Row row, turned;
+  row.paint(3, 8, 1.5);
+  turned.paint(3, 8, 1.5);
+  std::reverse(turned.keypoints.begin(), turned.keypoints.end());
+  for (const std::string letters : {"UUUUDUUUUUUU", "DUDDUDSDUUUU", "SDDUUDDSSUDU"}) {
+    const std::string back(letters.rbegin(), letters.rend());
+    ClusterExpandParams expand;
+    expand.radius_m = 0.21;
+    expand.min_neighbours = 1;
+    DepthLayersParams layers;
+    layers.min_points = 2;
+    std::string a = turned.expand(expand, back), b = turned.layers(layers, back);
+    std::reverse(a.begin(), a.end());
+    std::reverse(b.begin(), b.end());
+    CHECK(row.expand(expand, letters) == a);
+    CHECK(row.layers(layers, letters) == b);
   }
 }

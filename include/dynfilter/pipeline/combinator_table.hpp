@@ -83,6 +83,8 @@ inline const std::vector<CombinatorEntry>& combinator_table() {
       detail::of_keys<ByRegionStage>({"inside", "outside"}),
       detail::of_parameters<VoteStage>(true),
       detail::of_parameters<ObjectVoteStage>(),
+      detail::of_parameters<ClusterExpandStage>(),
+      detail::of_parameters<DepthLayersStage>(),
   };
   return table;
 }

@@ -73,5 +73,12 @@ inline StagePtr object_vote(ObjectVoteParams params, StagePtr of) {
   return std::make_unique<ObjectVoteStage>(ObjectVoteStage::kName, detail::stages(std::move(of)),
                                            std::move(params));
 }
+inline StagePtr cluster_expand(ClusterExpandParams params, StagePtr of) {
+  return std::make_unique<ClusterExpandStage>(ClusterExpandStage::kName, detail::stages(std::move(of)),
+                                              params);
+}
+inline StagePtr depth_layers(DepthLayersParams params, StagePtr of) {
+  return std::make_unique<DepthLayersStage>(DepthLayersStage::kName, detail::stages(std::move(of)), params);
+}
 
 }  // namespace dynfilter
