@@ -21,9 +21,9 @@ struct FiltersOptions {
   bool json = false;
 };
 
-Json card_json(const FilterCard& card) {
+Json parameters_json(const std::vector<FieldInfo>& fields) {
   Json parameters = Json::array();
-  for (const FieldInfo& field : card.parameters) {
+  for (const FieldInfo& field : fields) {
     parameters.push_back({{"name", field.name},
                           {"type", field.type},
                           {"unit", field.unit},
@@ -31,16 +31,36 @@ Json card_json(const FilterCard& card) {
                           {"range", field.range},
                           {"doc", field.doc}});
   }
+  return parameters;
+}
+
+Json card_json(const FilterCard& card) {
   return {{"name", card.name},
           {"summary", card.summary},
           {"required", to_string(card.needs.required)},
           {"optional", to_string(card.needs.optional)},
           {"history_frames", card.needs.history_frames},
-          {"parameters", parameters}};
+          {"parameters", parameters_json(card.parameters)}};
 }
 
 Json combinator_json(const CombinatorCard& card) {
-  return {{"name", card.name}, {"form", card.form}, {"summary", card.summary}};
+  return {{"name", card.name},
+          {"form", card.form},
+          {"summary", card.summary},
+          {"dynamic", card.dynamic},
+          {"parameters", parameters_json(card.parameters)}};
+}
+
+void print_parameters(const std::vector<FieldInfo>& fields) {
+  std::size_t name_width = 0;
+  for (const FieldInfo& field : fields) name_width = std::max(name_width, field.name.size());
+  fmt::print("\nparameters (default, range)\n");
+  for (const FieldInfo& field : fields) {
+    fmt::print("  {:{}}  {}{}{}\n", field.name, name_width, field.default_value,
+               field.unit.empty() ? "" : " " + field.unit,
+               field.range.empty() ? "" : "   [" + field.range + "]");
+    fmt::print("  {:{}}    {}\n", "", name_width, field.doc);
+  }
 }
 
 void print_card(const FilterCard& card) {
@@ -50,19 +70,14 @@ void print_card(const FilterCard& card) {
     fmt::print("  uses        {}, where given\n", to_string(card.needs.optional));
   if (card.needs.history_frames > 0)
     fmt::print("  looks back  {} frames at most (by default)\n", card.needs.history_frames);
-  if (card.parameters.empty()) {
-    fmt::print("\nno parameters\n");
-    return;
-  }
-  std::size_t name_width = 0;
-  for (const FieldInfo& field : card.parameters) name_width = std::max(name_width, field.name.size());
-  fmt::print("\nparameters (default, range)\n");
-  for (const FieldInfo& field : card.parameters) {
-    fmt::print("  {:{}}  {}{}{}\n", field.name, name_width, field.default_value,
-               field.unit.empty() ? "" : " " + field.unit,
-               field.range.empty() ? "" : "   [" + field.range + "]");
-    fmt::print("  {:{}}    {}\n", "", name_width, field.doc);
-  }
+  if (card.parameters.empty()) fmt::print("\nno parameters\n");
+  if (!card.parameters.empty()) print_parameters(card.parameters);
+}
+
+void print_combinator(const CombinatorCard& card) {
+  fmt::print("{}: {}\n\n  {}: {}\n  a feature is dynamic {}\n", card.name, card.summary, card.name, card.form,
+             card.dynamic);
+  if (!card.parameters.empty()) print_parameters(card.parameters);
 }
 
 void print_list(const Registry& registry) {
@@ -72,8 +87,9 @@ void print_list(const Registry& registry) {
     fmt::print("  {:24} {}\n  {:24}   needs {}\n", name, card.summary, "", to_string(card.needs.required));
   }
   fmt::print("\ncombinators\n");
-  for (const CombinatorCard& card : combinator_cards()) {
-    fmt::print("  {:24} {}\n  {:24}   {}: {}\n", card.name, card.summary, "", card.name, card.form);
+  for (const CombinatorEntry& entry : combinator_table()) {
+    fmt::print("  {:24} {}\n  {:24}   {}: {}\n", entry.card.name, entry.card.summary, "", entry.card.name,
+               entry.card.form);
   }
   fmt::print("\n`dynfilter filters NAME` prints a card with all parameters.\n");
 }
@@ -82,7 +98,8 @@ void print_list_json(const Registry& registry) {
   Json json{{"filters", Json::array()}, {"combinators", Json::array()}};
   for (const std::string& name : registry.names())
     json["filters"].push_back(card_json(registry.find(name)->card));
-  for (const CombinatorCard& card : combinator_cards()) json["combinators"].push_back(combinator_json(card));
+  for (const CombinatorEntry& entry : combinator_table())
+    json["combinators"].push_back(combinator_json(entry.card));
   fmt::print("{}\n", json.dump(2));
 }
 
@@ -93,10 +110,10 @@ int print_one(const Registry& registry, const FiltersOptions& options) {
   }
   std::string known;
   for (const std::string& name : registry.names()) known += name + ", ";
-  for (const CombinatorCard& card : combinator_cards()) {
+  for (const CombinatorEntry& entry : combinator_table()) {
+    const CombinatorCard& card = entry.card;
     if (card.name == options.name) {
-      options.json ? fmt::print("{}\n", combinator_json(card).dump(2))
-                   : fmt::print("{}: {}\n\n  {}: {}\n", card.name, card.summary, card.name, card.form);
+      options.json ? fmt::print("{}\n", combinator_json(card).dump(2)) : print_combinator(card);
       return kDone;
     }
     known += (known.empty() || known.back() == ' ' ? "" : ", ") + card.name;

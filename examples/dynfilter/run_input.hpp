@@ -6,6 +6,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/detections.hpp>
+#include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
 #include <filesystem>
 #include <optional>
@@ -58,6 +59,7 @@ inline std::optional<std::filesystem::path> detections_in(const std::filesystem:
 inline std::optional<io::DetectionTrack> load_detections(const RunOptions& options,
                                                          const io::TumSequence& sequence,
                                                          std::vector<std::string>& notes) {
+  if (options.no_detections) return std::nullopt;
   std::optional<std::filesystem::path> path;
   if (!options.detections.empty()) path = options.detections;
   if (!path && (path = detections_in(sequence.folder())))
@@ -83,5 +85,40 @@ inline std::optional<io::DetectionTrack> load_detections(const RunOptions& optio
                     " not in the sequence left out");
   return track;
 }
+
+/// A folder of masks or label images, 8-bit PNGs named as the colour images. A colour image without one is an
+/// image for which no mask came.
+class MaskFolder {
+ public:
+  /// Throws IoError when a folder was asked for and holds no mask of the sequence.
+  MaskFolder(const RunOptions& options, const io::TumSequence& sequence) {
+    if (options.no_masks) return;
+    const std::filesystem::path folder =
+        options.masks.empty() ? sequence.folder() / "masks" : std::filesystem::path(options.masks);
+    std::size_t found = 0;
+    std::error_code error;
+    for (std::size_t i = 0; i < sequence.size(); ++i) {
+      const std::filesystem::path file = folder / (sequence.image_name(i) + ".png");
+      const bool there = std::filesystem::is_regular_file(file, error);
+      files_.push_back(there ? file : std::filesystem::path());
+      found += there ? 1 : 0;
+    }
+    if (found == 0 && !options.masks.empty())
+      throw IoError(options.masks + ": no mask is named as a colour image of the sequence");
+    if (found == 0) files_.clear();
+  }
+
+  /// Throws IoError for an image that cannot be read or has not one channel of 8 bits.
+  std::optional<MaskInput> load(std::size_t i) const {
+    if (files_.empty() || files_[i].empty()) return std::nullopt;
+    MaskInput mask;
+    mask.labels = io::read_image(files_[i], cv::IMREAD_UNCHANGED);
+    if (mask.labels.type() != CV_8UC1) throw IoError(files_[i].string() + ": is not an 8-bit label image");
+    return mask;
+  }
+
+ private:
+  std::vector<std::filesystem::path> files_;
+};
 
 }  // namespace dynfilter::command

@@ -13,6 +13,13 @@ inline void add_run_options(CLI::App& command, RunOptions& options) {
                      "camera file (keys as in ORB-SLAM settings) instead of the one found");
   command.add_option("--detections", options.detections,
                      "boxes; by default detections.txt or detections_*.txt of the sequence");
+  command.add_flag("--no-detections", options.no_detections, "no boxes, even where the sequence has some")
+      ->excludes("--detections");
+  command.add_option("--masks", options.masks,
+                     "folder of masks, 8-bit PNGs named as the colour images; by default masks/ of the "
+                     "sequence");
+  command.add_flag("--no-masks", options.no_masks, "no masks, even where the sequence has some")
+      ->excludes("--masks");
   command.add_option("--start", options.start,
                      "leave out so many frames at the beginning (with --reverse: of the reversed sequence)");
   command.add_option("--frames", options.frames, "play at most so many frames");

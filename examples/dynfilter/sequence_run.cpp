@@ -39,6 +39,7 @@ class SequenceRun {
         judge_(load_pipeline(options.pipeline, command_registry(options.plugins, truth_))),
         sequence_(open_sequence(options)),
         order_(playing_order(options, sequence_.size())),
+        masks_(options, sequence_),
         odometry_(sequence_.camera(), odometry::OdometryOptions(), &judge_) {
     summary_.sequence = sequence_.name();
     summary_.pipeline = judge_.pipeline().name();
@@ -90,6 +91,7 @@ class SequenceRun {
     const std::vector<Detection>* boxes = detections_ ? detections_->at(sequence_.timestamp_s(i)) : nullptr;
     odometry::SemanticInputs inputs;
     if (boxes) inputs.detections = DetectionInput{-1, *boxes};
+    inputs.mask = masks_.load(i);
     const odometry::TrackResult result = odometry_.process(frame, inputs);
     rows_.push_back(row_of(i, result));
     if (output_) output_->add(rows_.back(), judge_, picture_of(frame, boxes, rows_.back()));
@@ -148,6 +150,7 @@ class SequenceRun {
   PipelineJudge judge_;
   io::TumSequence sequence_;
   std::vector<std::size_t> order_;
+  MaskFolder masks_;
   odometry::Odometry odometry_;
   std::optional<io::Trajectory> ground_truth_;
   std::optional<io::DetectionTrack> detections_;

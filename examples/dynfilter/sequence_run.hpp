@@ -11,10 +11,11 @@
 namespace dynfilter::command {
 
 struct RunOptions {
-  std::string sequence, pipeline, camera, detections, out;
+  std::string sequence, pipeline, camera, detections, masks, out;
   std::vector<std::string> plugins;
   std::size_t start = 0, frames = 0;  ///< frames 0: all
   bool reverse = false;
+  bool no_detections = false, no_masks = false;  ///< even where the sequence has some
   int threads = 1;
   std::size_t overlay_every = 0;  ///< 0: so that there are about fifty
 };

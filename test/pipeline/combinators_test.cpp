@@ -44,6 +44,33 @@ TEST_CASE("any, all and sequence follow their truth tables for every pair") {
   CHECK(letters_of(judge(negate(stage(says("a", "SUD"))), 3)) == "DUS");
 }
 
+TEST_CASE("vote of two members: one vote is any, two are all, for every pair") {
+  const auto both = [](double min_votes) {
+    VoteParams params;
+    params.min_votes = min_votes;
+    return vote(params, stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD")));
+  };
+  CHECK(letters_of(judge(both(1))) == "SUDUUDDDD");
+  CHECK(letters_of(judge(both(2))) == "SSSSUUSUD");
+}
+
+TEST_CASE("vote by share and with weights, and the members that said so are the reasons") {
+  const auto three = [](VoteParams params) {
+    return vote(std::move(params), stage(says("a", "DDDDS")), stage(says("b", "SDUSD")),
+                stage(says("c", "SSSUD")));
+  };
+  CHECK(letters_of(judge(three({}), 5)) == "SDUUD");  // 2 of 3
+  VoteParams weighted;
+  weighted.weights = {3, 1, 1};  // a decides
+  CHECK(letters_of(judge(three(weighted), 5)) == "DDDDS");
+  const Verdict verdict = judge(three({}), 5);
+  CHECK(verdict.reason(1) == "a+b");
+  CHECK(verdict.reason(0).empty());
+  VoteParams wrong;
+  wrong.weights = {1, 2};
+  CHECK_THROWS_AS(three(wrong), ConfigError);
+}
+
 TEST_CASE("strict: guilty until proven static, and the reason says who was not satisfied") {
   const Verdict verdict = judge(strict(sequence(stage(says("a", "SUDU")), stage(says("b", "UUUS")))), 4);
   CHECK(letters_of(verdict) == "SDDS");
@@ -104,6 +131,11 @@ TEST_CASE("a member without its inputs takes no part in any, is passed over in a
   CHECK(in_any.report.stages[1].note == "skipped: no depth");
   CHECK(letters_of(judge(sequence(blind(), stage(says("a", "SUD"))), 3)) == "SUD");
   CHECK(letters_of(judge(all(blind(), stage(says("a", "SUD"))), 3)) == "SUU");
+  VoteParams counted;
+  counted.min_votes = 2;
+  CHECK(letters_of(judge(vote({}, blind(), stage(says("a", "SUD"))), 3)) == "SUD");
+  CHECK(letters_of(judge(vote(counted, blind(), stage(says("a", "SUD"))), 3)) == "SUU");
+  CHECK(letters_of(judge(vote({}, blind()), 3)) == "UUU");
 }
 
 TEST_CASE("a stage that throws is named and reported, and the frame goes on") {

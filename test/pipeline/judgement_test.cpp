@@ -42,3 +42,48 @@ TEST_CASE("a later stage of a sequence speaks where it has an opinion, and dynam
       CHECK(vote_then(earlier, later) == expected);
     }
 }
+
+// The meaning of three values: what would be said if each unknown one were static or dynamic.
+TEST_CASE("k of n is dynamic when it is whatever the unknown ones are, static when it never is") {
+  for (int n = 1; n <= 4; ++n)
+    for (int k = 1; k <= n; ++k)
+      for (int code = 0; code < 81; ++code) {
+        int dynamic = 0, unknown = 0;
+        for (int m = 0, rest = code; m < n; ++m, rest /= 3) {
+          dynamic += rest % 3 == 2 ? 1 : 0;
+          unknown += rest % 3 == 1 ? 1 : 0;
+        }
+        bool always = true, ever = false;
+        for (int also = 0; also <= unknown; ++also) {
+          always = always && dynamic + also >= k;
+          ever = ever || dynamic + also >= k;
+        }
+        const Vote expected = always ? Vote::Dynamic : ever ? Vote::Unknown : Vote::Static;
+        CHECK(vote_count(dynamic, unknown, k) == expected);
+      }
+}
+
+TEST_CASE("1 of 2 is OR and 2 of 2 is AND for every pair") {
+  for (const Vote a : kAll)
+    for (const Vote b : kAll) {
+      const int dynamic = (a == Vote::Dynamic ? 1 : 0) + (b == Vote::Dynamic ? 1 : 0);
+      const int unknown = (a == Vote::Unknown ? 1 : 0) + (b == Vote::Unknown ? 1 : 0);
+      CHECK(vote_count(dynamic, unknown, 1) == vote_or(a, b));
+      CHECK(vote_count(dynamic, unknown, 2) == vote_and(a, b));
+    }
+}
+
+TEST_CASE("an object is what enough of its votes say, and unknown without enough") {
+  for (int dynamic = 0; dynamic <= 6; ++dynamic)
+    for (int fixed = 0; fixed <= 6; ++fixed)
+      for (const int min_count : {1, 2, 4}) {
+        const Vote vote = vote_object(dynamic, fixed, min_count, 0.5);
+        const bool moves = dynamic >= min_count && dynamic >= fixed;
+        CHECK(vote == (moves ? Vote::Dynamic : dynamic + fixed >= min_count ? Vote::Static : Vote::Unknown));
+      }
+  CHECK(vote_object(1, 1000, 1, 0) == Vote::Dynamic);  // one is enough
+  CHECK(vote_object(0, 1000, 1, 0) == Vote::Static);   // but one there must be
+  CHECK(vote_object(0, 0, 1, 0) == Vote::Unknown);
+  CHECK(vote_object(2, 8, 1, 0.2) == Vote::Dynamic);
+  CHECK(vote_object(2, 9, 1, 0.2) == Vote::Static);
+}

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <cstdlib>
 #include <dynfilter/pipeline/yaml.hpp>
+#include <fstream>
+#include <sstream>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"
@@ -57,6 +60,13 @@ std::string error_of(const std::string& text) {
   return "no error";
 }
 
+std::string combinator_names() {
+  std::string text;
+  for (const CombinatorEntry& entry : combinator_table())
+    text += (text.empty() ? "" : ", ") + entry.card.name;
+  return text;
+}
+
 std::string judge(const std::string& stages, std::size_t n = 3) {
   Pipeline pipeline(read("pipeline:\n  floor: { min_features: 0 }\n  before_pose:\n" + stages));
   return fakes::letters_of(pipeline.before_pose(fakes::Features(n).view()));
@@ -101,9 +111,7 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
         "before_pose, "
         "after_pose, at_keyframe");
   CHECK(error_of(head + "    - limt\n") ==
-        "pipeline.before_pose[0]: unknown filter `limt`; known: limit, mark, sequence, any, all, not, "
-        "strict, gate, "
-        "by_region");
+        "pipeline.before_pose[0]: unknown filter `limt`; known: limit, mark, " + combinator_names());
   CHECK(error_of(head + "    - limit: { limit_px: 11 }\n") ==
         "pipeline.before_pose[0].limit.limit_px: expected 0 to 10, got `11`");
   CHECK(error_of(head + "    - any:\n        - limit: { limit: 1 }\n") ==
@@ -133,7 +141,60 @@ TEST_CASE("a file's name stands before the error") {
 }
 
 TEST_CASE("every combinator has a card, and every card a combinator") {
-  for (const CombinatorCard& card : combinator_cards())
-    CHECK(error_of("pipeline:\n  before_pose:\n    - " + card.name + ": 1\n").find("unknown filter") ==
+  for (const CombinatorEntry& entry : combinator_table())
+    CHECK(error_of("pipeline:\n  before_pose:\n    - " + entry.card.name + ": 1\n").find("unknown filter") ==
           std::string::npos);
+}
+
+TEST_CASE("combinators with parameters read them beside their stages") {  // x = 0, 10, 20, 30
+  CHECK(
+      judge(
+          "    vote: { of: [ limit, { limit: { limit_px: 10 } }, { limit: { limit_px: 5 } } ], min_votes: 2 "
+          "}\n",
+          4) == "SDDD");
+  CHECK(judge("    vote: { of: [ { not: limit }, limit ], weights: [ 3, 1 ] }\n", 4) == "DSSS");
+  const std::string head = "pipeline:\n  before_pose:\n    - ";
+  CHECK(error_of(head + "vote: { of: [ limit ], weights: [ 1, 2 ] }\n") ==
+        "pipeline.before_pose[0].vote.weights: expected one per member, got 2 for 1");
+  CHECK(error_of(head + "vote: { of: limit }\n") ==
+        "pipeline.before_pose[0].vote.of: expected a list, got `limit`");
+  CHECK(error_of(head + "vote: { min_votes: 2 }\n") == "pipeline.before_pose[0].vote: expected the key `of`");
+  CHECK(
+      error_of(head + "vote: { of: [ limit ], min_vote: 2 }\n") ==
+      "pipeline.before_pose[0].vote: unknown key `min_vote`; known keys: of, min_votes, min_share, weights");
+  CHECK(error_of(head + "object_vote: { of: limit, labels: [ 15, 256 ] }\n") ==
+        "pipeline.before_pose[0].object_vote.labels: expected 0 to 255, got `256`");
+  CHECK(error_of(head + "object_vote: { of: limit, labels: person }\n") ==
+        "pipeline.before_pose[0].object_vote.labels: expected a whole number, got `person`");
+  CHECK(
+      error_of(head + "object_vote: { of: limit, objects: box }\n") ==
+      "pipeline.before_pose[0].object_vote.objects: expected one of boxes, instances, mask, components, got "
+      "`box`");
+}
+
+// DYNFILTER_UPDATE_DOCS=1 writes the tables instead.
+TEST_CASE("docs/pipelines.md has the combinators and their parameters") {
+  const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/pipelines.md";
+  const std::string begin = "<!-- combinators -->\n", end = "<!-- end of combinators -->";
+  std::stringstream text, wanted;
+  text << std::ifstream(path).rdbuf();
+  std::string page = text.str();
+  wanted << "| combinator | form | a feature is dynamic |\n|---|---|---|\n";
+  for (const CombinatorEntry& entry : combinator_table())
+    wanted << "| `" << entry.card.name << "` | `" << entry.card.form << "` | " << entry.card.dynamic
+           << " |\n";
+  for (const CombinatorEntry& entry : combinator_table()) {
+    if (entry.card.parameters.empty()) continue;
+    wanted << "\n| `" << entry.card.name << "` | default | unit | range | meaning |\n|---|---|---|---|---|\n";
+    for (const FieldInfo& field : entry.card.parameters)
+      wanted << "| `" << field.name << "` | " << field.default_value << " | " << field.unit << " | "
+             << field.range << " | " << field.doc << " |\n";
+  }
+  const auto from = page.find(begin), to = page.find(end);
+  REQUIRE(from != std::string::npos);
+  REQUIRE(to != std::string::npos);
+  if (std::getenv("DYNFILTER_UPDATE_DOCS") != nullptr)
+    std::ofstream(path) << page.replace(from + begin.size(), to - from - begin.size(), wanted.str());
+  else
+    CHECK(page.substr(from + begin.size(), to - from - begin.size()) == wanted.str());
 }

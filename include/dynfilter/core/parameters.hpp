@@ -169,6 +169,15 @@ Field<P> group(const char* name, S P::*member, const char* doc) {
           [=](const P& p, const std::string& path) { check_parameters(p.*member, path); }};
 }
 
+/// The parameters of a member struct, as if they were P's own.
+template <class P, class S>
+void include_fields(FieldTable<P>& table, S P::*member) {
+  for (const Field<S>& field : S::fields())
+    table.push_back({field.info, [=](P& p, const YamlNode& node) { field.read(p.*member, node); },
+                     [=](const P& p) { return field.print(p.*member); },
+                     [=](const P& p, const std::string& path) { field.check(p.*member, path); }});
+}
+
 /// Throws ConfigError naming the parameter when a value is out of its range.
 template <class P>
 void check_parameters(const P& p, const std::string& path) {

@@ -3,9 +3,11 @@
 
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/filters/background_motion.hpp>
+#include <dynfilter/filters/box_blur.hpp>
 #include <dynfilter/filters/depth_consistency.hpp>
 #include <dynfilter/filters/epipolar.hpp>
 #include <dynfilter/filters/flow_consistency.hpp>
+#include <dynfilter/filters/map_point_belief.hpp>
 #include <dynfilter/filters/multi_model.hpp>
 #include <dynfilter/filters/semantic_box.hpp>
 #include <dynfilter/filters/semantic_mask.hpp>
@@ -24,6 +26,8 @@ inline Registry builtin_filters() {
   registry.add<MultiModelFilter>();
   registry.add<BackgroundMotionFilter>();
   registry.add<TrajectoryConsistencyFilter>();
+  registry.add<MapPointBeliefFilter>();
+  registry.add<BoxBlurFilter>();
   return registry;
 }
 

@@ -50,20 +50,32 @@ class MaskLookup {
   }
   /// Is a pixel of the mask within this distance? The same as at() on a mask dilated with a disc.
   bool near(const cv::Point2f& px, double radius_px) const {
-    if (at(px)) return true;
-    if (!(radius_px > 0) || empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;
+    return any_chord(px, radius_px, [&](int row, int from, int to) { return any(row, from, to); });
+  }
+
+  /// The parts of the mask's rows that lie in a disc around a pixel, the pixel's own place first: calls
+  /// f(row, from, to) with inclusive columns until it returns true; then so does this.
+  template <class F>
+  bool any_chord(const cv::Point2f& px, double radius_px, const F& f) const {
+    if (empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;
+    if (inside(px)) {
+      const int column = column_of(std::round(px.x));
+      if (f(row_of(std::round(px.y)), column, column)) return true;
+    }
+    if (!(radius_px > 0)) return false;
     const double x = std::round(static_cast<double>(px.x)), y = std::round(static_cast<double>(px.y));
     const int first = first_within((y - radius_px + 0.5) * scale_y_ - 0.5);
     const int last = last_within((y + radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
     for (int row = first; row <= last; ++row) {
       const double dy = (row + 0.5) / scale_y_ - 0.5 - y;
       const double half = std::sqrt(std::max(0.0, radius_px * radius_px - dy * dy));
-      if (any(row, first_within((x - half + 0.5) * scale_x_ - 0.5),
-              last_within((x + half + 0.5) * scale_x_ - 0.5, labels_.cols)))
-        return true;
+      const int from = first_within((x - half + 0.5) * scale_x_ - 0.5);
+      const int to = last_within((x + half + 0.5) * scale_x_ - 0.5, labels_.cols);
+      if (from <= to && f(row, from, to)) return true;
     }
     return false;
   }
+  const cv::Mat& labels() const { return labels_; }
 
  private:
   static constexpr double kRounding = 1e-6;

@@ -52,6 +52,10 @@ class TumSequence {
 
   std::size_t size() const { return frames_.size(); }
   double timestamp_s(std::size_t i) const { return frames_.at(i).timestamp_s; }
+  /// The name of the colour image without folder and suffix: images that belong to it have the same.
+  std::string image_name(std::size_t i) const {
+    return std::filesystem::path(frames_.at(i).colour).stem().string();
+  }
   const Camera& camera() const { return camera_; }
   const std::filesystem::path& folder() const { return folder_; }
   /// The folder's own name, also for "." and the like.
@@ -152,8 +156,7 @@ class TumSequence {
   }
 
   cv::Mat load_label_image(const char* kind, std::size_t i) const {
-    const std::filesystem::path colour = frames_.at(i).colour;
-    const std::filesystem::path path = folder_ / kind / (colour.stem().string() + ".png");
+    const std::filesystem::path path = folder_ / kind / (image_name(i) + ".png");
     cv::Mat image = read_image(path, cv::IMREAD_UNCHANGED);
     if (image.type() != CV_8UC1) throw IoError(path.string() + ": is not an 8-bit label image");
     return image;

@@ -64,5 +64,21 @@ inline StagePtr by_region(StagePtr inside, StagePtr outside) {
   return std::make_unique<ByRegionStage>(ByRegionStage::kName,
                                          detail::stages(std::move(inside), std::move(outside)));
 }
+template <class... S>
+StagePtr vote(VoteParams params, S&&... members) {
+  return std::make_unique<VoteStage>(VoteStage::kName, detail::stages(std::forward<S>(members)...),
+                                     std::move(params));
+}
+inline StagePtr object_vote(ObjectVoteParams params, StagePtr of) {
+  return std::make_unique<ObjectVoteStage>(ObjectVoteStage::kName, detail::stages(std::move(of)),
+                                           std::move(params));
+}
+inline StagePtr cluster_expand(ClusterExpandParams params, StagePtr of) {
+  return std::make_unique<ClusterExpandStage>(ClusterExpandStage::kName, detail::stages(std::move(of)),
+                                              params);
+}
+inline StagePtr depth_layers(DepthLayersParams params, StagePtr of) {
+  return std::make_unique<DepthLayersStage>(DepthLayersStage::kName, detail::stages(std::move(of)), params);
+}
 
 }  // namespace dynfilter

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <dynfilter/cluster/cell_grid.hpp>
+#include <dynfilter/cluster/depth_growth.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/pipeline/combinator.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+enum class ExpandSpace {
+  Points,  ///< distances in 3-D
+  Image,   ///< distances in pixels
+  Depth    ///< over the depth image, from pixel to pixel
+};
+
+struct ClusterExpandParams {
+  ExpandSpace space = ExpandSpace::Points;
+  double radius_m = 0.1;
+  double radius_px = 20;
+  int min_neighbours = 2;
+  double min_share = 0.5;
+  int rounds = 3;
+  double max_step_share = 0.015;
+  double max_reach_m = 0.5;
+
+  static const FieldTable<ClusterExpandParams>& fields() {
+    using P = ClusterExpandParams;
+    static const FieldTable<P> table{
+        choice(
+            "space", &P::space,
+            {{"points", ExpandSpace::Points}, {"image", ExpandSpace::Image}, {"depth", ExpandSpace::Depth}},
+            "points: neighbours in 3-D; image: in pixels; depth: grown over the depth image"),
+        real("radius_m", &P::radius_m, "m", {1e-3, 10}, "space points: neighbours are within"),
+        real("radius_px", &P::radius_px, "px", {1, 1000}, "space image: neighbours are within"),
+        integer("min_neighbours", &P::min_neighbours, "features", {1, 1000},
+                "points, image: so many neighbours must be dynamic"),
+        real("min_share", &P::min_share, "", {0, 1},
+             "points, image: and so large a share of those that are not unknown"),
+        integer("rounds", &P::rounds, "", {1, 100}, "points, image: how often what was added grows again"),
+        real("max_step_share", &P::max_step_share, "", {0, 1},
+             "depth: a larger step from pixel to pixel, as a share of the depth, is an edge"),
+        real("max_reach_m", &P::max_reach_m, "m", {0, 100},
+             "depth: how far from a dynamic feature, in 3-D; 0: no limit"),
+    };
+    return table;
+  }
+};
+
+/// `cluster_expand`: what the stage calls dynamic is grown to its neighbours, in 3-D, in the image, or over
+/// the depth image up to its jumps (DynaSLAM's region growing). Added features are dynamic whatever the stage
+/// said of them; all others keep its vote. Where the space is missing (no depth), nothing is grown.
+class ClusterExpandStage final : public Combinator {
+ public:
+  using Params = ClusterExpandParams;
+  static constexpr const char* kName = "cluster_expand";
+  static constexpr const char* kSummary = "what the stage calls dynamic is grown to its neighbours";
+  static constexpr const char* kDynamic = "when the stage says so, or enough of its neighbours are";
+
+  ClusterExpandStage(std::string path, Stages children, Params params = Params())
+      : Combinator(kName, std::move(path), std::move(children)),
+        params_(params),
+        growth_({params.max_step_share, params.max_reach_m}) {
+    check_parameters(params_, this->path());
+  }
+
+  Needs needs() const override {
+    Needs all = Combinator::needs();
+    if (params_.space != ExpandSpace::Image) all.optional = all.optional | Input::Depth | Input::Camera;
+    return all;
+  }
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+              Judgement& out) override {
+    children_[0]->judge(context, reports, out);
+    const std::size_t before = out.votes.count(Vote::Dynamic);
+    if (before == 0) return;
+    if (params_.space == ExpandSpace::Depth)
+      grow_over_depth(context, own_reason(self), out);
+    else
+      grow_by_neighbours(context, own_reason(self), out);
+    reports[self].note = std::to_string(out.votes.count(Vote::Dynamic) - before) + " features added";
+  }
+
+ private:
+  void add(std::size_t i, std::uint64_t reason, Judgement& out) const {
+    set(out, i, Vote::Dynamic, std::max(out.votes.score(i), 0.75F), out.reasons[i] | reason);
+  }
+
+  void grow_over_depth(const Context& context, std::uint64_t reason, Judgement& out) {
+    const FrameView& frame = context.frame();
+    seeds_px_.clear();
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (out.votes[i] == Vote::Dynamic) seeds_px_.push_back(context.pixels()[i]);
+    growth_.grow(frame.depth, frame.depth_unit_m, frame.camera.value_or(Camera()), seeds_px_, grown_);
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (out.votes[i] != Vote::Dynamic && context.judged(i) && is_grown(context.pixels()[i]))
+        add(i, reason, out);
+  }
+  bool is_grown(const cv::Point2f& px) const {
+    if (!(px.x >= -0.5F && px.y >= -0.5F && px.x < static_cast<float>(grown_.cols) &&
+          px.y < static_cast<float>(grown_.rows)))
+      return false;
+    const int x = std::min(cvRound(px.x), grown_.cols - 1), y = std::min(cvRound(px.y), grown_.rows - 1);
+    return grown_.at<std::uint8_t>(y, x) != 0;
+  }
+
+  void grow_by_neighbours(Context& context, std::uint64_t reason, Judgement& out) {
+    find_pairs(context);
+    for (int round = 0; round < params_.rounds; ++round) {
+      dynamic_.assign(context.size(), 0);
+      known_.assign(context.size(), 0);
+      for (const auto& [a, b] : pairs_) {
+        count(out.votes[b], a);
+        count(out.votes[a], b);
+      }
+      bool grew = false;
+      for (std::size_t i = 0; i < context.size(); ++i) {
+        if (out.votes[i] == Vote::Dynamic || !context.judged(i) || dynamic_[i] < params_.min_neighbours ||
+            dynamic_[i] < params_.min_share * known_[i])
+          continue;
+        add(i, reason, out);
+        grew = true;
+      }
+      if (!grew) return;
+    }
+  }
+  void count(Vote neighbour, std::uint32_t i) {
+    dynamic_[i] += neighbour == Vote::Dynamic ? 1 : 0;
+    known_[i] += neighbour != Vote::Unknown ? 1 : 0;
+  }
+  void find_pairs(Context& context) {
+    const bool image = params_.space == ExpandSpace::Image;
+    const double radius = image ? params_.radius_px : params_.radius_m;
+    if (image) {
+      flat_.clear();
+      for (const cv::Point2f& px : context.pixels()) flat_.emplace_back(px.x, px.y, 0.0F);
+    }
+    pairs_.clear();
+    grid_.build(image ? flat_ : context.points_m(), radius, 1);
+    grid_.for_each_pair(detail::squared_radius(radius),
+                        [&](std::uint32_t a, std::uint32_t b) { pairs_.emplace_back(grid_.index(a), grid_.index(b)); });
+  }
+
+  Params params_;
+  DepthGrowth growth_;
+  detail::CellGrid grid_;
+  cv::Mat grown_;
+  std::vector<cv::Point2f> seeds_px_;
+  std::vector<cv::Point3f> flat_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;
+  std::vector<int> dynamic_, known_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <dynfilter/pipeline/stage.hpp>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+using Stages = std::vector<std::unique_ptr<Stage>>;
+
+/// What the combinators share: children, and needs and resets passed on.
+class Combinator : public Stage {
+ public:
+  Combinator(std::string name, std::string path, Stages children)
+      : Stage(std::move(name), std::move(path)), children_(std::move(children)) {}
+
+  /// Nothing is required of a combinator itself: a child that misses an input is skipped, not the whole.
+  Needs needs() const override {
+    Needs all;
+    for (const auto& child : children_) {
+      const Needs needs = child->needs();
+      all.optional = all.optional | needs.required | needs.optional;
+      all.history_frames = std::max(all.history_frames, needs.history_frames);
+    }
+    return all;
+  }
+  void reset() override {
+    for (auto& child : children_) child->reset();
+  }
+  void for_each(const std::function<void(const Stage&, int)>& visit, int depth = 0) const override {
+    visit(*this, depth);
+    for (const auto& child : children_) child->for_each(visit, depth + 1);
+  }
+
+ protected:
+  static void set(Judgement& out, std::size_t i, Vote vote, float score, std::uint64_t reasons) {
+    out.votes.cast(i, vote, score);
+    out.reasons[i] = vote == Vote::Dynamic ? reasons : 0;
+  }
+  /// The bit of the combinator's own report, for what no child said.
+  static std::uint64_t own_reason(std::size_t self) { return self < 64 ? std::uint64_t{1} << self : 0; }
+  static void keep_priors(Judgement& out, const Judgement& child) {
+    for (std::size_t i = 0; i < child.votes.size(); ++i)
+      if (child.votes.prior(i)) out.votes.mark_prior(i);
+  }
+
+  Stages children_;
+  Judgement child_;  ///< scratch: one child's answer
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/pipeline/combinator.hpp>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+struct DepthLayersParams {
+  double max_gap_m = 0.2;
+  int min_points = 4;
+  double min_share = 0.2;
+  double margin_px = 10;
+  double margin_m = 0.1;
+
+  static const FieldTable<DepthLayersParams>& fields() {
+    using P = DepthLayersParams;
+    static const FieldTable<P> table{
+        real("max_gap_m", &P::max_gap_m, "m", {0, 10}, "depths farther apart begin a new layer"),
+        integer("min_points", &P::min_points, "features", {1, 1000}, "smaller layers are no objects"),
+        real("min_share", &P::min_share, "", {0, 1},
+             "nor are layers with a smaller share of the stage's dynamic features"),
+        real("margin_px", &P::margin_px, "px", {0, 1000}, "how far around a layer's features it reaches"),
+        real("margin_m", &P::margin_m, "m", {0, 10}, "how far before and behind"),
+    };
+    return table;
+  }
+};
+
+/// `depth_layers`: the features that the stage calls dynamic are split into layers by gaps in their depths. A
+/// layer with enough of them is an object: every feature in its image rectangle and its range of depths is
+/// dynamic. Dynamic features of the smaller layers, background that the stage caught at an outline, are let
+/// go (unknown). Without depth a feature keeps its vote; all others do too.
+class DepthLayersStage final : public Combinator {
+ public:
+  using Params = DepthLayersParams;
+  static constexpr const char* kName = "depth_layers";
+  static constexpr const char* kSummary =
+      "the stage's dynamic features in layers of depth: large layers are filled up, small ones let go";
+  static constexpr const char* kDynamic = "when it lies among the dynamic features of one layer of depth";
+
+  DepthLayersStage(std::string path, Stages children, Params params = Params())
+      : Combinator(kName, std::move(path), std::move(children)), params_(params) {
+    check_parameters(params_, this->path());
+  }
+
+  Needs needs() const override {
+    Needs all = Combinator::needs();
+    all.optional = all.optional | Input::Depth;
+    return all;
+  }
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+              Judgement& out) override {
+    children_[0]->judge(context, reports, out);
+    if ((context.inputs() & Input::Depth) == Input::None) {
+      reports[self].note = "no depth: the stage's votes stay";
+      return;
+    }
+    find_layers(context, out.votes);
+    reports[self].note = std::to_string(layers_.size()) + " layers";
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      const float z = context.depths_m()[i];
+      if (!context.judged(i) || !valid_depth(z)) continue;
+      const bool inside = std::any_of(layers_.begin(), layers_.end(),
+                                      [&](const Layer& l) { return l.holds(context.pixels()[i], z); });
+      if (inside && out.votes[i] != Vote::Dynamic)
+        set(out, i, Vote::Dynamic, std::max(out.votes.score(i), 0.75F), own_reason(self));
+      if (!inside && out.votes[i] == Vote::Dynamic) set(out, i, Vote::Unknown, Votes::kNoIdea, 0);
+    }
+  }
+
+ private:
+  struct Layer {
+    float left = std::numeric_limits<float>::max(), top = left, right = -left, bottom = -left;
+    float nearest_m = 0, farthest_m = 0;
+
+    void add(const cv::Point2f& px) {
+      left = std::min(left, px.x), right = std::max(right, px.x);
+      top = std::min(top, px.y), bottom = std::max(bottom, px.y);
+    }
+    bool holds(const cv::Point2f& px, float z_m) const {
+      return px.x >= left && px.x <= right && px.y >= top && px.y <= bottom && z_m >= nearest_m &&
+             z_m <= farthest_m;
+    }
+  };
+
+  void find_layers(Context& context, const Votes& votes) {
+    layers_.clear();
+    order_.clear();
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (votes[i] == Vote::Dynamic && valid_depth(context.depths_m()[i])) order_.push_back(i);
+    const std::vector<float>& z = context.depths_m();
+    std::sort(order_.begin(), order_.end(),
+              [&](std::size_t a, std::size_t b) { return z[a] < z[b] || (z[a] == z[b] && a < b); });
+    for (std::size_t begin = 0, end = 0; begin < order_.size(); begin = end) {
+      end = begin + 1;
+      while (end < order_.size() &&
+             static_cast<double>(z[order_[end]] - z[order_[end - 1]]) <= params_.max_gap_m)
+        ++end;
+      const auto points = static_cast<double>(end - begin);
+      if (points < params_.min_points || points < params_.min_share * static_cast<double>(order_.size()))
+        continue;
+      add_layer(context, begin, end);
+    }
+  }
+  void add_layer(Context& context, std::size_t begin, std::size_t end) {
+    const auto px = static_cast<float>(params_.margin_px), m = static_cast<float>(params_.margin_m);
+    Layer layer;
+    for (std::size_t k = begin; k < end; ++k) layer.add(context.pixels()[order_[k]]);
+    layer.left -= px, layer.top -= px, layer.right += px, layer.bottom += px;
+    layer.nearest_m = context.depths_m()[order_[begin]] - m;
+    layer.farthest_m = context.depths_m()[order_[end - 1]] + m;
+    layers_.push_back(layer);
+  }
+
+  Params params_;
+  std::vector<std::size_t> order_;
+  std::vector<Layer> layers_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <dynfilter/pipeline/combinator.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// `sequence`: stages in turn; each judges what the earlier ones did not reject, and fits its models without
+/// the features that they suspect (vote_then()).
+class SequenceStage final : public Combinator {
+ public:
+  static constexpr const char* kName = "sequence";
+  static constexpr const char* kSummary =
+      "in turn: each judges what the earlier ones kept, models fitted without suspects";
+  static constexpr const char* kDynamic =
+      "when one stage says so; later stages judge the survivors and fit without the suspects";
+  SequenceStage(std::string path, Stages children)
+      : Combinator(kName, std::move(path), std::move(children)) {}
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
+    const Context::Scope scope(context);
+    for (auto& child : children_) {
+      child->judge(context, reports, child_);
+      for (std::size_t i = 0; i < context.size(); ++i) {
+        const Vote said = child_.votes[i];
+        if (said == Vote::Unknown) continue;
+        const bool first = out.votes[i] == Vote::Unknown;
+        const float score =
+            first ? child_.votes.score(i) : std::max(out.votes.score(i), child_.votes.score(i));
+        set(out, i, vote_then(out.votes[i], said), score, out.reasons[i] | child_.reasons[i]);
+      }
+      keep_priors(out, child_);
+      for (std::size_t i = 0; i < context.size(); ++i) {
+        if (child_.votes.prior(i)) context.mark_prior(i);
+        if (child_.votes[i] == Vote::Dynamic) context.withdraw(i);
+      }
+    }
+  }
+};
+
+/// `any`: dynamic if one member says so (vote_or()). A member that was skipped or failed takes no part.
+class AnyStage final : public Combinator {
+ public:
+  static constexpr const char* kName = "any";
+  static constexpr const char* kSummary = "dynamic if one member says so";
+  static constexpr const char* kDynamic = "when one member says so";
+  AnyStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
+    bool first = true;
+    for (auto& child : children_) {
+      const std::size_t place = reports.size();
+      child->judge(context, reports, child_);
+      keep_priors(out, child_);
+      if (reports[place].skipped || reports[place].failed) continue;
+      for (std::size_t i = 0; i < context.size(); ++i) {
+        const Vote vote = first ? child_.votes[i] : vote_or(out.votes[i], child_.votes[i]);
+        const float score =
+            first ? child_.votes.score(i) : std::max(out.votes.score(i), child_.votes.score(i));
+        set(out, i, vote, score, out.reasons[i] | child_.reasons[i]);
+      }
+      first = false;
+    }
+  }
+};
+
+/// `all`: dynamic if every member says so (vote_and()). Later members judge only what no earlier one called
+/// static, and what an earlier one called dynamic is kept out of their model fitting. A member that was
+/// skipped or failed leaves everything that is not static unknown.
+class AllStage final : public Combinator {
+ public:
+  static constexpr const char* kName = "all";
+  static constexpr const char* kSummary = "dynamic if every member says so";
+  static constexpr const char* kDynamic =
+      "when every member says so; later members judge only what is still in question";
+  AllStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
+    const Context::Scope scope(context);
+    bool first = true;
+    for (auto& child : children_) {
+      child->judge(context, reports, child_);
+      keep_priors(out, child_);
+      for (std::size_t i = 0; i < context.size(); ++i) {
+        const Vote said = child_.votes[i];
+        const bool was_static = !first && out.votes[i] == Vote::Static;
+        if (was_static) continue;
+        const Vote vote = first ? said : vote_and(out.votes[i], said);
+        const float score =
+            first ? child_.votes.score(i) : std::min(out.votes.score(i), child_.votes.score(i));
+        set(out, i, vote, score, out.reasons[i] | child_.reasons[i]);
+        if (said == Vote::Dynamic || child_.votes.prior(i)) context.mark_prior(i);
+        if (vote == Vote::Static) context.excuse(i);
+      }
+      first = false;
+    }
+  }
+};
+
+/// `not`: static and dynamic change places (vote_not()).
+class NotStage final : public Combinator {
+ public:
+  static constexpr const char* kName = "not";
+  static constexpr const char* kSummary = "static and dynamic change places";
+  static constexpr const char* kDynamic = "when the stage says static";
+  NotStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+              Judgement& out) override {
+    children_[0]->judge(context, reports, child_);
+    const std::uint64_t reason = own_reason(self);
+    for (std::size_t i = 0; i < context.size(); ++i)
+      set(out, i, vote_not(child_.votes[i]), 1.0F - child_.votes.score(i), reason);
+  }
+};
+
+/// `strict`: what the member cannot clear is dynamic (vote_strict()). For suspects: guilty until proven
+/// static, be it that flow lost them or that there is no earlier frame yet.
+class StrictStage final : public Combinator {
+ public:
+  static constexpr const char* kName = "strict";
+  static constexpr const char* kSummary =
+      "guilty until proven static: what the stage cannot clear is dynamic";
+  static constexpr const char* kDynamic = "unless the stage says static";
+  StrictStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+              Judgement& out) override {
+    children_[0]->judge(context, reports, child_);
+    keep_priors(out, child_);
+    const std::uint64_t reason = own_reason(self);
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      const bool said = child_.votes[i] == Vote::Dynamic;
+      set(out, i, vote_strict(child_.votes[i]), child_.votes.score(i), said ? child_.reasons[i] : reason);
+    }
+  }
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/filters/object_regions.hpp>
+#include <dynfilter/pipeline/combinator.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+enum class OtherFeatures { Keep, Drop };
+
+struct ObjectVoteParams {
+  ObjectRegionParams region;
+  int min_count = 2;
+  double min_share = 0.5;
+  OtherFeatures others = OtherFeatures::Keep;
+
+  static const FieldTable<ObjectVoteParams>& fields() {
+    using P = ObjectVoteParams;
+    static const FieldTable<P> table = [] {
+      FieldTable<P> all;
+      include_fields(all, &P::region);
+      all.push_back(integer("min_count", &P::min_count, "features", {1, 100000},
+                            "so many votes are needed to judge an object"));
+      all.push_back(real("min_share", &P::min_share, "", {0, 1},
+                         "an object is dynamic when this share of its votes is; unknown ones do not count"));
+      all.push_back(choice("others", &P::others,
+                           {{"keep", OtherFeatures::Keep}, {"drop", OtherFeatures::Drop}},
+                           "features of no object: keep the stage's vote, or drop it (unknown)"));
+      return all;
+    }();
+    return table;
+  }
+};
+
+/// `object_vote`: the stage judges features; each object (a box, an instance mask, a mask or its connected
+/// parts) is judged by the votes on and near it (vote_object()), and its features follow. A feature of
+/// several objects is dynamic if one of them is. Features of no object, and of objects that nobody could
+/// judge, keep the stage's vote or lose it.
+class ObjectVoteStage final : public Combinator {
+ public:
+  using Params = ObjectVoteParams;
+  static constexpr const char* kName = "object_vote";
+  static constexpr const char* kSummary = "the votes on an object's features decide for all of them";
+  static constexpr const char* kDynamic =
+      "when its object is: at least `min_count` votes and `min_share` of those on the object say so";
+
+  ObjectVoteStage(std::string path, Stages children, Params params = Params())
+      : Combinator(kName, std::move(path), std::move(children)), params_(std::move(params)) {
+    check_parameters(params_, this->path());
+  }
+
+  Needs needs() const override {
+    Needs all = Combinator::needs();
+    all.optional = all.optional | ObjectRegions::input(params_.region) | Input::Depth | Input::Correspondence;
+    all.history_frames = std::max(all.history_frames, params_.region.max_age_frames);
+    return all;
+  }
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+              Judgement& out) override {
+    children_[0]->judge(context, reports, out);
+    context.take_note();
+    const std::vector<ObjectRegion>& objects = regions_.find(context, params_.region);
+    reports[self].note = context.take_note();
+    verdict_.assign(context.size(), Vote::Unknown);
+    share_.assign(context.size(), 0);
+    int moving = 0;
+    for (const ObjectRegion& object : objects) moving += judge(object, out.votes) ? 1 : 0;
+    if (!objects.empty())
+      reports[self].note += (reports[self].note.empty() ? "" : "; ") + std::to_string(moving) + " of " +
+                            std::to_string(objects.size()) + " objects move";
+    for (std::size_t i = 0; i < context.size(); ++i) follow(i, own_reason(self), out);
+  }
+
+ private:
+  bool judge(const ObjectRegion& object, const Votes& votes) {
+    int dynamic = 0, fixed = 0;
+    for (const std::size_t i : object.near) {
+      dynamic += votes[i] == Vote::Dynamic ? 1 : 0;
+      fixed += votes[i] == Vote::Static ? 1 : 0;
+    }
+    const Vote vote = vote_object(dynamic, fixed, params_.min_count, params_.min_share);
+    const float share =
+        dynamic + fixed > 0 ? static_cast<float>(dynamic) / static_cast<float>(dynamic + fixed) : 0;
+    if (vote == Vote::Unknown) return false;
+    for (const std::size_t i : object.inside) {
+      if (verdict_[i] != Vote::Dynamic) verdict_[i] = vote;
+      share_[i] = std::max(share_[i], share);
+    }
+    return vote == Vote::Dynamic;
+  }
+
+  void follow(std::size_t i, std::uint64_t reason, Judgement& out) const {
+    if (verdict_[i] == Vote::Dynamic)
+      set(out, i, Vote::Dynamic, 0.5F + 0.5F * share_[i], out.reasons[i] | reason);
+    else if (verdict_[i] == Vote::Static)
+      set(out, i, Vote::Static, 0.5F * share_[i], 0);
+    else if (params_.others == OtherFeatures::Drop)
+      set(out, i, Vote::Unknown, Votes::kNoIdea, 0);
+  }
+
+  Params params_;
+  ObjectRegions regions_;
+  std::vector<Vote> verdict_;
+  std::vector<float> share_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/pipeline/combinator.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// `gate`: `then` judges the features that `if` calls dynamic, `else` (when given) those that it calls
+/// static; the rest stays unknown. What the gate decides is who judges, never the vote.
+class GateStage final : public Combinator {
+ public:
+  static constexpr const char* kName = "gate";
+  static constexpr const char* kSummary = "`if` decides who judges a feature; `else` may be left out";
+  static constexpr const char* kDynamic =
+      "as `then` says where `if` says dynamic, as `else` says where it says static";
+  GateStage(std::string path, Stages if_then_else)
+      : Combinator(kName, std::move(path), std::move(if_then_else)) {}
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
+    children_[0]->judge(context, reports, gate_);
+    keep_priors(out, gate_);
+    for (std::size_t branch = 1; branch < children_.size(); ++branch) {
+      const Vote wanted = branch == 1 ? Vote::Dynamic : Vote::Static;
+      const Context::Scope scope(context);
+      for (std::size_t i = 0; i < context.size(); ++i)
+        if (gate_.votes[i] != wanted) context.excuse(i);
+      children_[branch]->judge(context, reports, child_);
+      keep_priors(out, child_);
+      for (std::size_t i = 0; i < context.size(); ++i)
+        if (gate_.votes[i] == wanted) set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);
+    }
+  }
+
+ private:
+  Judgement gate_;
+};
+
+/// `by_region`: `inside` judges the prior suspects of earlier stages, `outside` the others: the same filter
+/// with two thresholds, usually. Models that both need are computed once.
+class ByRegionStage final : public Combinator {
+ public:
+  static constexpr const char* kName = "by_region";
+  static constexpr const char* kSummary = "prior suspects are judged by `inside`, the others by `outside`";
+  static constexpr const char* kDynamic =
+      "as `inside` says for prior suspects, as `outside` says for the others";
+  ByRegionStage(std::string path, Stages inside_outside)
+      : Combinator(kName, std::move(path), std::move(inside_outside)) {}
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
+    for (std::size_t side = 0; side < 2; ++side) {
+      const bool inside = side == 0;
+      const Context::Scope scope(context);
+      for (std::size_t i = 0; i < context.size(); ++i)
+        if (context.prior(i) != inside) context.excuse(i);
+      children_[side]->judge(context, reports, child_);
+      keep_priors(out, child_);
+      for (std::size_t i = 0; i < context.size(); ++i)
+        if (context.prior(i) == inside)
+          set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);
+    }
+  }
+};
+
+}  // namespace dynfilter

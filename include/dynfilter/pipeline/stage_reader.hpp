@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/pipeline/combinator.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+class StageReader;
+
+/// A combinator, for `dynfilter filters` and the docs.
+struct CombinatorCard {
+  std::string name;
+  std::string form;     ///< how it is written, after `name: `
+  std::string summary;  ///< in a line
+  std::string dynamic;  ///< "a feature is dynamic ..."
+  std::vector<FieldInfo> parameters;
+};
+
+/// What a pipeline file may name besides filters.
+struct CombinatorEntry {
+  CombinatorCard card;
+  std::function<std::unique_ptr<Stage>(const YamlNode& value, const StageReader& reader)> make;
+};
+
+/// Builds the tree of stages that a YAML node describes; every error names its path.
+class StageReader {
+ public:
+  StageReader(const Registry& registry, const std::vector<CombinatorEntry>& combinators)
+      : registry_(registry), combinators_(combinators) {}
+
+  /// `name`, `name: parameters`, or a list (a sequence).
+  std::unique_ptr<Stage> stage(const YamlNode& node) const {
+    if (node.is_sequence()) return named("sequence", node);
+    if (node.is_text()) return named(node.text(), YamlNode(cv::FileNode(), node.path()));
+    const auto entries = node.entries();
+    if (entries.size() != 1) node.fail("expected one stage, `name` or `name: { parameters }`");
+    return named(entries[0].first, entries[0].second);
+  }
+  /// A list with one stage at least.
+  Stages stages(const YamlNode& node) const {
+    Stages result;
+    for (const YamlNode& item : node.items()) result.push_back(stage(item));
+    if (result.empty()) node.fail("expected at least one stage");
+    return result;
+  }
+  /// The nodes under fixed keys, in the order of `keys`, then of `optional`.
+  static std::vector<YamlNode> nodes(const YamlNode& node, const std::vector<std::string>& keys,
+                                     const std::vector<std::string>& optional = {}) {
+    std::vector<std::string> known = keys;
+    known.insert(known.end(), optional.begin(), optional.end());
+    const auto entries = node.entries();
+    for (const auto& [key, value] : entries)
+      if (std::find(known.begin(), known.end(), key) == known.end())
+        node.fail("unknown key `" + key + "`; known keys: " + detail::joined(known));
+    std::vector<YamlNode> result;
+    for (std::size_t k = 0; k < known.size(); ++k)
+      if (const auto value = find(entries, known[k]))
+        result.push_back(*value);
+      else if (k < keys.size())
+        node.fail("expected the key `" + known[k] + "`");
+    return result;
+  }
+  /// The node under a key that must be there, among others.
+  static YamlNode required(const YamlNode& node, const std::string& key) {
+    const auto value = find(node.entries(), key);
+    if (!value) node.fail("expected the key `" + key + "`");
+    return *value;
+  }
+
+ private:
+  using Entries = std::vector<std::pair<std::string, YamlNode>>;
+  static std::optional<YamlNode> find(const Entries& entries, const std::string& key) {
+    for (const auto& [name, value] : entries)
+      if (name == key) return value;
+    return std::nullopt;
+  }
+
+  std::unique_ptr<Stage> named(const std::string& name, const YamlNode& value) const {
+    for (const CombinatorEntry& combinator : combinators_)
+      if (combinator.card.name == name) return combinator.make(value, *this);
+    const Registry::Entry* entry = registry_.find(name);
+    if (entry == nullptr) {
+      std::vector<std::string> known = registry_.names();
+      for (const CombinatorEntry& combinator : combinators_) known.push_back(combinator.card.name);
+      value.fail("unknown filter `" + name + "`; known: " + detail::joined(known));
+    }
+    return std::make_unique<FilterStage>(entry->make(value), value.path());
+  }
+
+  const Registry& registry_;
+  const std::vector<CombinatorEntry>& combinators_;
+};
+
+}  // namespace dynfilter

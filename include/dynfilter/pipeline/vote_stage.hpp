@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/pipeline/combinator.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+struct VoteParams {
+  double min_votes = 0;
+  double min_share = 0.5;
+  std::vector<double> weights;
+
+  static const FieldTable<VoteParams>& fields() {
+    using P = VoteParams;
+    static const FieldTable<P> table{
+        real("min_votes", &P::min_votes, "votes", {0, 1e6}, "so much weight must say dynamic; 0: by share"),
+        real("min_share", &P::min_share, "", {0, 1},
+             "without min_votes: so large a share of the weight of those that take part"),
+        reals("weights", &P::weights, "votes", {0, 1e6}, "one per member; none: 1 each"),
+    };
+    return table;
+  }
+};
+
+/// `vote`: dynamic when enough members say so, counted or weighted (vote_count()). 1 of n is `any`, n of n is
+/// `all`, though the members do not see each other. A member that was skipped or failed takes no part in a
+/// share, and says unknown where votes are counted.
+class VoteStage final : public Combinator {
+ public:
+  using Params = VoteParams;
+  static constexpr const char* kName = "vote";
+  static constexpr const char* kSummary = "dynamic if enough members say so: k of n, a share, with weights";
+  static constexpr const char* kDynamic =
+      "when members of enough weight say so; static when the others could not reach that any more";
+
+  /// Throws ConfigError when there are weights, but not one per member.
+  VoteStage(std::string path, Stages children, Params params = Params())
+      : Combinator(kName, std::move(path), std::move(children)), params_(std::move(params)) {
+    check_parameters(params_, this->path());
+    if (params_.weights.empty()) params_.weights.assign(children_.size(), 1.0);
+    if (params_.weights.size() != children_.size())
+      throw ConfigError(this->path() + ".weights", "expected one per member, got " +
+                                                       std::to_string(params_.weights.size()) + " for " +
+                                                       std::to_string(children_.size()));
+  }
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
+    const std::size_t n = context.size();
+    dynamic_.assign(n, 0);
+    unknown_.assign(n, 0);
+    score_.assign(n, 0);
+    double taking_part = 0;
+    for (std::size_t k = 0; k < children_.size(); ++k) {
+      const std::size_t place = reports.size();
+      children_[k]->judge(context, reports, child_);
+      keep_priors(out, child_);
+      const bool absent = reports[place].skipped || reports[place].failed;
+      if (absent && params_.min_votes <= 0) continue;
+      taking_part += params_.weights[k];
+      count(params_.weights[k], out);
+    }
+    const double needed = params_.min_votes > 0 ? params_.min_votes : params_.min_share * taking_part;
+    for (std::size_t i = 0; i < n && taking_part > 0; ++i)
+      set(out, i, vote_count(dynamic_[i], unknown_[i], needed), static_cast<float>(score_[i] / taking_part),
+          out.reasons[i]);
+  }
+
+ private:
+  void count(double weight, Judgement& out) {
+    for (std::size_t i = 0; i < dynamic_.size(); ++i) {
+      const Vote said = child_.votes[i];
+      if (said == Vote::Dynamic) dynamic_[i] += weight;
+      if (said == Vote::Unknown) unknown_[i] += weight;
+      score_[i] += weight * static_cast<double>(child_.votes.score(i));
+      out.reasons[i] |= child_.reasons[i];
+    }
+  }
+
+  Params params_;
+  std::vector<double> dynamic_, unknown_, score_;
+};
+
+}  // namespace dynfilter
