@@ -3,9 +3,12 @@
 
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/filters/background_motion.hpp>
+#include <dynfilter/filters/dbscan.hpp>
 #include <dynfilter/filters/depth_consistency.hpp>
+#include <dynfilter/filters/descriptor_distance.hpp>
 #include <dynfilter/filters/epipolar.hpp>
 #include <dynfilter/filters/flow_consistency.hpp>
+#include <dynfilter/filters/gms.hpp>
 #include <dynfilter/filters/multi_model.hpp>
 #include <dynfilter/filters/semantic_box.hpp>
 #include <dynfilter/filters/semantic_mask.hpp>
@@ -24,6 +27,9 @@ inline Registry builtin_filters() {
   registry.add<MultiModelFilter>();
   registry.add<BackgroundMotionFilter>();
   registry.add<TrajectoryConsistencyFilter>();
+  registry.add<GmsFilter>();
+  registry.add<DescriptorDistanceFilter>();
+  registry.add<DbscanFilter>();
   return registry;
 }
 
