@@ -57,6 +57,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
     pipeline_.update_pose(frame_id, T_world_camera, PoseProvenance::Refined);
   }
   void reset() override { pipeline_.reset(); }
+  bool wait_for_keyframe() const override { return wait_; }
 
   const FrameVerdict& record() const { return record_; }
   const Pipeline& pipeline() const { return pipeline_; }
@@ -90,6 +91,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
     const Verdict& verdict = pipeline_.process(view, point);
     record_.correspondence_ms += verdict.report.correspondence_ms;
     record_.filters_ms += verdict.report.total_ms - verdict.report.correspondence_ms;
+    wait_ = verdict.report.wait_for_keyframe;
     flags_.assign(view.size(), 0);
     if (pipeline_.stages(point)) take(verdict);
     return flags_;
@@ -136,6 +138,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
   FrameVerdict record_;
   std::vector<std::size_t> alive_;  ///< view index -> feature as extracted
   std::vector<std::uint8_t> flags_;
+  bool wait_ = false;
   std::vector<std::string> stages_;
 };
 

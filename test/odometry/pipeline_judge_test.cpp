@@ -60,3 +60,26 @@ TEST_CASE("geometry leaves the odometry of a static scene alive, and its time is
   CHECK(judge.record().correspondence_ms > 0);
   CHECK(judge.record().filters_ms > 0);
 }
+
+TEST_CASE("the map starts when the pipeline no longer asks to wait") {
+  // Most of the image is in a box at first.
+  const std::string text =
+      "%YAML:1.0\n---\npipeline:\n  initialisation: { max_dynamic_share: 0.3, max_frames: 5 }\n"
+      "  before_pose:\n    - semantic_box: { role: reject, refine: none }\n    - trajectory_consistency\n"
+      "  floor: { min_features: 0 }\n";
+  PipelineJudge judge(pipeline_from_text(text, builtin_filters()));
+  Odometry odometry(odometry_test::camera(), {}, &judge);
+  std::vector<Detection> people(1);
+  people[0].box = {0, 0, 640, 400};
+  people[0].class_name = "person";
+  for (int i = 0; i < 6; ++i) {
+    SemanticInputs inputs;
+    const bool busy = i < 3;
+    inputs.detections = DetectionInput{-1, busy ? Span<const Detection>(people) : Span<const Detection>()};
+    const TrackResult result = odometry.process(odometry_test::frame_at(0.02 * i, 0, i / 30.0), inputs);
+    CAPTURE(i);
+    CHECK((result.state == TrackState::NoMap) == busy);
+    if (i <= 3) CHECK(result.keyframe == (i == 3));
+    CHECK(result.T_world_camera.has_value() == !busy);
+  }
+}

@@ -19,6 +19,8 @@ class FeatureJudge {
       const FrameView& view) = 0;  ///< after extraction; the pose is a prediction or none
   virtual Flags after_pose(const FrameView& view) = 0;   ///< a first pose and map points are there
   virtual Flags at_keyframe(const FrameView& view) = 0;  ///< before new map points are made
+  /// Asked while there is no map, after before_pose: is this frame no good as the first keyframe?
+  virtual bool wait_for_keyframe() const { return false; }
   virtual void pose_refined(std::int64_t /*frame_id*/, const Pose& /*T_world_camera*/) {
   }                          ///< the frame is done
   virtual void reset() = 0;  ///< after a loss, a relocalisation, a time jump

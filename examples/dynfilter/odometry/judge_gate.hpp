@@ -61,6 +61,8 @@ class JudgeGate {
     apply(judge_->at_keyframe(view_), RejectedAt::AtKeyframe, features);
   }
 
+  bool wait_for_keyframe() const { return judge_ && judge_->wait_for_keyframe(); }
+
   void done(const Eigen::Isometry3d& T_camera_world) {
     if (judge_) judge_->pose_refined(view_.id, Pose::from(T_camera_world.inverse()));
   }

@@ -107,7 +107,7 @@ class Odometry {
   void start_map(TrackResult& result, Stopwatch& watch) {
     int with_depth = 0;
     for (const float depth_m : features_.depth_m) with_depth += depth_m > 0;
-    if (with_depth < options_.min_initial_points) return;
+    if (with_depth < options_.min_initial_points || gate_.wait_for_keyframe()) return;
     pose_ = Eigen::Isometry3d::Identity();
     result.state = TrackState::Tracked;
     make_keyframe(result, watch);

@@ -8,7 +8,7 @@
 
 namespace dynfilter::odometry {
 
-/// NoMap: too few features with depth so far to start from.
+/// NoMap: too few features with depth so far to start from, or the judge asks to wait.
 enum class TrackState { NoMap, Tracked, Lost };
 
 constexpr const char* to_string(TrackState state) {

@@ -26,7 +26,7 @@ namespace dynfilter {
 class Context {
   /// What earlier stages think, per feature.
   struct State {
-    std::vector<std::uint8_t> judged, prior, seed;
+    std::vector<std::uint8_t> judged, prior, seed, dynamic;
   };
 
  public:
@@ -71,6 +71,8 @@ class Context {
   bool prior(std::size_t i) const { return state_.prior[i] != 0; }
   /// May models be fitted on it? Not suspected by any earlier stage.
   bool seed(std::size_t i) const { return state_.seed[i] != 0; }
+  /// Did an earlier stage of a sequence call it dynamic? It is not judged again then.
+  bool called_dynamic(std::size_t i) const { return state_.dynamic[i] != 0; }
   bool any_prior() const {
     for (const std::uint8_t p : state_.prior)
       if (p != 0) return true;
@@ -130,7 +132,7 @@ class Context {
   // ---- for combinators: what the next stages are told
   void mark_prior(std::size_t i) { state_.prior[i] = 1, state_.seed[i] = 0; }
   /// Rejected: neither judged again nor used for models.
-  void withdraw(std::size_t i) { state_.judged[i] = 0, state_.seed[i] = 0; }
+  void withdraw(std::size_t i) { state_.judged[i] = 0, state_.seed[i] = 0, state_.dynamic[i] = 1; }
   /// Not to be judged here; still a seed.
   void excuse(std::size_t i) { state_.judged[i] = 0; }
 
@@ -161,6 +163,7 @@ class Context {
     state_.judged.assign(n, 1);
     state_.prior.assign(n, 0);
     state_.seed.assign(n, 1);
+    state_.dynamic.assign(n, 0);
     pixels_.resize(n);
     for (std::size_t i = 0; i < n; ++i) pixels_[i] = frame_.keypoints[i].pt;
     undistorted_ready_ = depths_ready_ = points_ready_ = false;

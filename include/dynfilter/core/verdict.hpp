@@ -39,6 +39,9 @@ struct FrameReport {
   std::vector<StageReport> stages;  ///< in the order of the pipeline file, children after their combinator
   std::vector<std::string> notes;   ///< floor events, resets, inputs that could not be used
   std::size_t features = 0, rejected = 0, restored = 0;
+  /// Before the first keyframe: wait with it, too much moves or nothing could be judged yet
+  /// (InitialisationParams).
+  bool wait_for_keyframe = false;
   double correspondence_ms = 0;  ///< spent on correspondences
   double total_ms = 0;           ///< everything, correspondences included
 };

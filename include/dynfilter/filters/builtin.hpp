@@ -4,9 +4,12 @@
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/filters/background_motion.hpp>
 #include <dynfilter/filters/box_blur.hpp>
+#include <dynfilter/filters/dbscan.hpp>
 #include <dynfilter/filters/depth_consistency.hpp>
+#include <dynfilter/filters/descriptor_distance.hpp>
 #include <dynfilter/filters/epipolar.hpp>
 #include <dynfilter/filters/flow_consistency.hpp>
+#include <dynfilter/filters/gms.hpp>
 #include <dynfilter/filters/map_point_belief.hpp>
 #include <dynfilter/filters/multi_model.hpp>
 #include <dynfilter/filters/semantic_box.hpp>
@@ -28,6 +31,9 @@ inline Registry builtin_filters() {
   registry.add<TrajectoryConsistencyFilter>();
   registry.add<MapPointBeliefFilter>();
   registry.add<BoxBlurFilter>();
+  registry.add<GmsFilter>();
+  registry.add<DescriptorDistanceFilter>();
+  registry.add<DbscanFilter>();
   return registry;
 }
 

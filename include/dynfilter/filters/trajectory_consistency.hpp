@@ -31,6 +31,8 @@ struct TrajectoryConsistencyParams {
   double depth_sigma_factor = 2.0;
   double alpha_m = 0.015;
   double beta = 0.003;
+  double min_displacement_m = 0;
+  double max_displacement_m = 0;
   double max_depth_m = 6.0;
   bool keyframe = false;
   int gap_frames = 1;
@@ -52,6 +54,10 @@ struct TrajectoryConsistencyParams {
              "threshold noise: the depth camera's noise against the model's"),
         real("alpha_m", &P::alpha_m, "m", {0, 10}, "threshold metric: tolerance at no depth"),
         real("beta", &P::beta, "m/m", {0, 10}, "threshold metric: growth of the tolerance with depth"),
+        real("min_displacement_m", &P::min_displacement_m, "m", {0, 100},
+             "mode rigid: what moved less is static, whatever the threshold says"),
+        real("max_displacement_m", &P::max_displacement_m, "m", {0, 100},
+             "mode rigid: what moved more is unknown, a mismatch rather than an object; 0: no limit"),
         real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "farther points are not judged"),
         flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
         integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "compare with so many frames back"),
@@ -67,6 +73,7 @@ struct TrajectoryConsistencyParams {
 /// rotation out.
 ///           mode rigid: |R P_r + t - P_t| against the same threshold, or (threshold noise) chi-square of the
 ///           miss in (u, v, depth) > max_chi2 under flow noise, depth noise and the motion's own uncertainty.
+///           |R P_r + t - P_t| in [min_displacement_m, max_displacement_m] as well (Zhou et al. eq. 1-2).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses.
 /// Abstains: without depth or correspondence, beyond max_depth_m, when no motion can be had.
 /// Blind to: motion below the depth camera's noise over the gap; everything, when the motion was fitted on
@@ -133,20 +140,33 @@ class TrajectoryConsistencyFilter final : public Filter {
     for (std::size_t i = 0; i < context.size(); ++i) {
       if (!judgeable(context, match, i)) continue;
       const RigidResidual r = residual(match.reference_points_m[i], context.points_m()[i]);
-      if (r.valid) cast(votes, i, static_cast<double>(r.chi2), params_.max_chi2);
+      if (r.valid && possible(displacement_m(motion, match, context, i), votes, i))
+        cast(votes, i, static_cast<double>(r.chi2), params_.max_chi2);
     }
   }
 
   void judge_metric(Context& context, const Match& match, const RigidMotion& motion, Votes& votes) const {
-    const Eigen::Matrix3d R = motion.T_current_reference.R();
-    const Eigen::Vector3d t = motion.T_current_reference.t();
     for (std::size_t i = 0; i < context.size(); ++i) {
       if (!judgeable(context, match, i)) continue;
-      const cv::Point3f &then = match.reference_points_m[i], &now = context.points_m()[i];
-      const Eigen::Vector3d miss =
-          R * Eigen::Vector3d(then.x, then.y, then.z) + t - Eigen::Vector3d(now.x, now.y, now.z);
-      cast(votes, i, miss.norm(), limit_m(match, now, i));
+      const double moved_m = displacement_m(motion, match, context, i);
+      if (possible(moved_m, votes, i)) cast(votes, i, moved_m, limit_m(match, context.points_m()[i], i));
     }
+  }
+
+  /// d_D = |R P_r + t - P_t|.
+  static double displacement_m(const RigidMotion& motion, const Match& match, Context& context,
+                               std::size_t i) {
+    const Pose& T = motion.T_current_reference;
+    const cv::Point3f &then = match.reference_points_m[i], &now = context.points_m()[i];
+    return (T.R() * Eigen::Vector3d(then.x, then.y, then.z) + T.t() - Eigen::Vector3d(now.x, now.y, now.z))
+        .norm();
+  }
+  /// Within what an object can move. What moved less is voted static.
+  bool possible(double moved_m, Votes& votes, std::size_t i) const {
+    if (params_.max_displacement_m > 0 && moved_m > params_.max_displacement_m) return false;
+    if (moved_m >= params_.min_displacement_m) return true;
+    votes.cast(i, Vote::Static, suspicion(moved_m, params_.min_displacement_m));
+    return false;
   }
 
   static void cast(Votes& votes, std::size_t i, double distance, double limit) {

@@ -8,6 +8,7 @@
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/pipeline/combinators.hpp>
 #include <dynfilter/pipeline/floor.hpp>
+#include <dynfilter/pipeline/initialisation.hpp>
 #include <memory>
 #include <string>
 #include <utility>
@@ -32,6 +33,7 @@ struct PipelineConfig {
   PipelineParams params;
   ContextParams context;
   FloorParams floor;
+  InitialisationParams initialisation;
   std::unique_ptr<Stage> before_pose, after_pose, at_keyframe;  ///< null: nothing is judged there
 };
 
@@ -40,9 +42,13 @@ struct PipelineConfig {
 class Pipeline {
  public:
   explicit Pipeline(PipelineConfig config)
-      : config_(std::move(config)), context_(config_.context), floor_(config_.floor) {
+      : config_(std::move(config)),
+        context_(config_.context),
+        floor_(config_.floor),
+        initialisation_(config_.initialisation) {
     check_parameters(config_.params, "pipeline");
     check_parameters(config_.floor, "floor");
+    check_parameters(config_.initialisation, "initialisation");
     context_.set_history(needs().history_frames);
   }
 
@@ -60,6 +66,7 @@ class Pipeline {
       root->judge(context_, verdict_.report.stages, judgement_);
       take_verdict();
       floor_.apply(context_.frame(), verdict_);
+      initialisation_.apply(verdict_);
     }
     finish(call_point);
     verdict_.report.total_ms =
@@ -72,6 +79,7 @@ class Pipeline {
     context_.reset();
     for (const CallPoint point : kCallPoints)
       if (Stage* root = stage_at(point)) root->reset();
+    initialisation_.reset();
     last_id_.reset();
   }
 
@@ -146,6 +154,10 @@ class Pipeline {
         if (frame.map_point_ids[i] >= 0)
           verdict_.map_points.push_back(
               {frame.map_point_ids[i], verdict_.decision[i], verdict_.suspicion[i]});
+    if (call_point == CallPoint::AtKeyframe) {
+      initialisation_.keyframe_made();
+      verdict_.report.wait_for_keyframe = false;
+    }
     context_.finish(call_point == CallPoint::AtKeyframe);
   }
 
@@ -158,6 +170,7 @@ class Pipeline {
   PipelineConfig config_;
   Context context_;
   Floor floor_;
+  Initialisation initialisation_;
   Judgement judgement_;
   Verdict verdict_;
   std::optional<std::int64_t> last_id_;

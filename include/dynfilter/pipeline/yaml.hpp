@@ -37,6 +37,8 @@ inline PipelineConfig read_pipeline(const YamlNode& node, const Registry& regist
       config.context = read_parameters<ContextParams>(value);
     else if (key == "floor")
       config.floor = read_parameters<FloorParams>(value);
+    else if (key == "initialisation")
+      config.initialisation = read_parameters<InitialisationParams>(value);
     else if (key == "before_pose")
       config.before_pose = detail::read_call_point(value, registry);
     else if (key == "after_pose")
@@ -45,7 +47,8 @@ inline PipelineConfig read_pipeline(const YamlNode& node, const Registry& regist
       config.at_keyframe = detail::read_call_point(value, registry);
     else
       node.fail("unknown key `" + key +
-                "`; known keys: name, about, max_time_gap_s, correspondence, floor, before_pose, after_pose, "
+                "`; known keys: name, about, max_time_gap_s, correspondence, floor, initialisation, "
+                "before_pose, after_pose, "
                 "at_keyframe");
   }
   return config;

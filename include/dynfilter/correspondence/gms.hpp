@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/correspondence/correspondences.hpp>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+struct GmsParams {
+  int grid_cells = 0;             ///< per side, up to 40 (published: 20); 0: from the number of matches
+  double matches_per_cell = 2.0;  ///< grid_cells 0: so many on average, with 4 to 20 cells per side
+  double factor = 3.0;            ///< kept from factor * sqrt(n) supporters on (published: 6)
+  bool every_pair = true;         ///< false, as published: only matches to a cell's most frequent partner
+  bool rotation = false;          ///< the best of eight turns between the images
+  bool scale = false;             ///< the best of five ratios of size between the images, 1/2 to 2
+};
+
+/// Grid-based motion statistics (Bian et al., CVPR 2017): a match is kept when enough matches of the cells
+/// around its own agree with it, that is, go to the cells around its target in the same arrangement. The
+/// first image's grid lies at four places, half a cell apart; kept at one is kept. The published code asks
+/// only for each cell's most frequent partner, which loses the matches that parallax takes to the cell beside
+/// it.
+///
+/// Here cells are bounds-checked: points on or beyond the border (x = width too) count as in the last cell;
+/// the published code reads out of range. Not finite: neither kept nor counted. Cost: four passes over the
+/// matches, times 8 with rotation, times 5 with scale; the counters (0.3 MB for 20 x 20 cells) are kept from
+/// call to call.
+class GridMotionStatistics {
+ public:
+  /// Throws ConfigError for parameters out of range.
+  explicit GridMotionStatistics(const GmsParams& params = GmsParams()) : params_(params) {
+    if (params_.grid_cells < 0 || params_.grid_cells > 40)
+      throw ConfigError("grid_cells", "expected 0 to 40");
+    if (!(params_.matches_per_cell > 0)) throw ConfigError("matches_per_cell", "expected more than 0");
+    if (!(params_.factor >= 0)) throw ConfigError("factor", "expected >= 0");
+  }
+  const GmsParams& params() const { return params_; }
+
+  /// `first[i]` and `second[i]` [px] match where `valid[i]` is not 0 (empty: all). `kept` becomes 1 for the
+  /// matches that enough others support. Returns how many.
+  std::size_t run(Span<const cv::Point2f> first, const cv::Size& first_size, Span<const cv::Point2f> second,
+                  const cv::Size& second_size, Span<const std::uint8_t> valid,
+                  std::vector<std::uint8_t>& kept) {
+    kept.assign(first.size(), 0);
+    collect(first, first_size, second, second_size, valid);
+    const std::size_t n = index_.size();
+    if (n == 0) return 0;
+    cells_ = cells_for(n);
+    lay_left_grids();
+    std::size_t best = 0;
+    for (int scale = 0; scale < (params_.scale ? 5 : 1); ++scale) {
+      lay_right_grid(scale);
+      for (int turn = 0; turn < (params_.rotation ? 8 : 1); ++turn) {
+        const std::size_t count = judge(turn);
+        if (count <= best) continue;
+        best = count;
+        best_.swap(agreed_);
+      }
+    }
+    if (best > 0)
+      for (std::size_t k = 0; k < n; ++k) kept[index_[k]] = best_[k];
+    return best;
+  }
+
+  /// Cells per side for so many matches.
+  int cells_for(std::size_t matches) const {
+    if (params_.grid_cells > 0) return params_.grid_cells;
+    const double cells = std::sqrt(static_cast<double>(matches) / params_.matches_per_cell);
+    return static_cast<int>(std::clamp(std::round(cells), 4.0, 20.0));
+  }
+
+ private:
+  /// A cell and which of its 3 x 3 neighbours exist (bits, row by row).
+  struct Side {
+    int cells = 0;
+    std::vector<std::uint16_t> around;
+    std::array<int, 9> offset{};
+
+    void set(int per_side) {
+      if (cells == per_side) return;
+      cells = per_side;
+      around.assign(static_cast<std::size_t>(cells) * cells, 0);
+      for (int y = 0; y < cells; ++y)
+        for (int x = 0; x < cells; ++x)
+          for (int j = 0; j < 9; ++j) {
+            const int nx = x + j % 3 - 1, ny = y + j / 3 - 1;
+            if (nx >= 0 && ny >= 0 && nx < cells && ny < cells)
+              around[static_cast<std::size_t>(y) * cells + x] |= static_cast<std::uint16_t>(1U << j);
+          }
+      for (int j = 0; j < 9; ++j) offset[static_cast<std::size_t>(j)] = (j / 3 - 1) * cells + j % 3 - 1;
+    }
+  };
+
+  void collect(Span<const cv::Point2f> first, const cv::Size& first_size, Span<const cv::Point2f> second,
+               const cv::Size& second_size, Span<const std::uint8_t> valid) {
+    index_.clear(), first_.clear(), second_.clear();
+    const auto unit = [](const cv::Point2f& p, const cv::Size& size) {
+      constexpr float kLast = 0.999999F;
+      return cv::Point2f(std::clamp(p.x / static_cast<float>(std::max(1, size.width)), 0.0F, kLast),
+                         std::clamp(p.y / static_cast<float>(std::max(1, size.height)), 0.0F, kLast));
+    };
+    const std::size_t n = std::min(first.size(), second.size());
+    for (std::size_t i = 0; i < n; ++i) {
+      if (i < valid.size() && valid[i] == 0) continue;
+      if (!detail::finite(first[i]) || !detail::finite(second[i])) continue;
+      index_.push_back(static_cast<std::uint32_t>(i));
+      first_.push_back(unit(first[i], first_size));
+      second_.push_back(unit(second[i], second_size));
+    }
+  }
+
+  /// The four places of the first image's grid. Half a cell on, the border's half cells belong to no cell:
+  /// their matches go to an extra one that is never judged.
+  void lay_left_grids() {
+    const std::size_t n = index_.size();
+    left_.set(cells_);
+    const auto nowhere = static_cast<std::uint16_t>(cells_ * cells_);
+    const auto size = static_cast<float>(cells_);
+    for (std::vector<std::uint16_t>& grid : left_cell_) grid.resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      const float x = first_[k].x * size, y = first_[k].y * size;
+      for (int shift = 0; shift < 4; ++shift) {
+        const bool right = (shift & 1) != 0, down = (shift & 2) != 0;
+        const int cx = static_cast<int>(right ? x + 0.5F : x), cy = static_cast<int>(down ? y + 0.5F : y);
+        const bool inside = cx < cells_ && cy < cells_ && (!right || cx >= 1) && (!down || cy >= 1);
+        left_cell_[static_cast<std::size_t>(shift)][k] =
+            inside ? static_cast<std::uint16_t>(cy * cells_ + cx) : nowhere;
+      }
+    }
+  }
+
+  void lay_right_grid(int scale) {
+    static constexpr double kRatios[] = {1, 0.5, 0.70710678118654752, 1.4142135623730951, 2};
+    const int cells = std::max(1, static_cast<int>(cells_ * kRatios[scale]));
+    right_.set(cells);
+    right_cell_.resize(index_.size());
+    const auto size = static_cast<float>(cells);
+    for (std::size_t k = 0; k < index_.size(); ++k)
+      right_cell_[k] = static_cast<std::uint16_t>(static_cast<int>(second_[k].y * size) * cells +
+                                                  static_cast<int>(second_[k].x * size));
+    const std::size_t rows = static_cast<std::size_t>(cells_) * cells_ + 1;
+    const std::size_t columns = static_cast<std::size_t>(cells) * cells;
+    if (columns_ != columns || pairs_.size() < rows * columns) pairs_.assign(rows * columns, 0);
+    columns_ = columns;  // pairs_ is all zero between calls
+  }
+
+  /// One turn of the neighbourhoods, all four places of the grid. Returns how many matches agree.
+  std::size_t judge(int turn) {
+    const std::size_t n = index_.size();
+    agreed_.assign(n, 0);
+    for (const std::vector<std::uint16_t>& left : left_cell_) {
+      count(left);
+      if (params_.every_pair)
+        verify_matches(left, turn);
+      else
+        verify_cells(left, turn);
+      for (std::size_t k = 0; k < n; ++k) pairs_[left[k] * columns_ + right_cell_[k]] = 0;
+    }
+    std::size_t agreed = 0;
+    for (const std::uint8_t a : agreed_) agreed += a;
+    return agreed;
+  }
+
+  /// Matches per cell and per pair of cells, and the most frequent partner of each cell: the first of equals.
+  void count(const std::vector<std::uint16_t>& left) {
+    const std::size_t cells = static_cast<std::size_t>(cells_) * cells_;
+    in_cell_.assign(cells + 1, 0);
+    best_partner_.assign(cells + 1, 0);
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      const std::uint32_t l = left[k], r = right_cell_[k];
+      std::uint16_t& together = pairs_[l * columns_ + r];
+      together = static_cast<std::uint16_t>(together + (together < kMost ? 1 : 0));
+      ++in_cell_[l];
+      best_partner_[l] = std::max(best_partner_[l], std::uint32_t{together} << 16U | (kMost - r));
+    }
+  }
+
+  void verify_matches(const std::vector<std::uint16_t>& left, int turn) {
+    const Turned turned(right_, turn);
+    const auto nowhere = static_cast<std::uint32_t>(cells_ * cells_);
+    for (std::size_t k = 0; k < left.size(); ++k)
+      if (agreed_[k] == 0 && left[k] != nowhere && supported(left[k], right_cell_[k], turned)) agreed_[k] = 1;
+  }
+  /// Only matches to the most frequent partner of their cell.
+  void verify_cells(const std::vector<std::uint16_t>& left, int turn) {
+    const Turned turned(right_, turn);
+    const auto cells = static_cast<std::uint32_t>(cells_ * cells_);
+    target_.assign(cells + 1, kNone);
+    for (std::uint32_t l = 0; l < cells; ++l) {
+      if (in_cell_[l] == 0) continue;
+      const std::uint32_t r = kMost - (best_partner_[l] & kMost);
+      if (supported(l, r, turned)) target_[l] = static_cast<std::uint16_t>(r);
+    }
+    for (std::size_t k = 0; k < left.size(); ++k)
+      agreed_[k] |= static_cast<std::uint8_t>(target_[left[k]] == right_cell_[k] ? 1 : 0);
+  }
+
+  /// The second image's neighbours in the order of the first one's.
+  struct Turned {
+    Turned(const Side& side, int turn) {
+      for (std::size_t j = 0; j < 9; ++j) {
+        bit[j] = static_cast<unsigned>(turned(static_cast<int>(j), turn));
+        offset[j] = side.offset[bit[j]];
+      }
+    }
+    std::array<unsigned, 9> bit{};
+    std::array<int, 9> offset{};
+  };
+  bool supported(std::uint32_t l, std::uint32_t r, const Turned& turned) const {
+    std::uint32_t support = 0, matches = 0;
+    int common = 0;
+    const unsigned here = left_.around[l], there = right_.around[r];
+    const std::uint16_t* pairs = &pairs_[l * columns_ + r];
+    const auto columns = static_cast<std::ptrdiff_t>(columns_);
+    constexpr unsigned kAll = 0x1FF;
+    if (here == kAll && there == kAll) {
+      common = 9;
+      for (std::size_t j = 0; j < 9; ++j) {
+        support += pairs[left_.offset[j] * columns + turned.offset[j]];
+        matches += in_cell_[l + left_.offset[j]];
+      }
+    } else {
+      for (std::size_t j = 0; j < 9; ++j) {
+        if ((here >> j & there >> turned.bit[j] & 1U) == 0) continue;
+        support += pairs[left_.offset[j] * columns + turned.offset[j]];
+        matches += in_cell_[l + left_.offset[j]];
+        ++common;
+      }
+    }
+    // support >= factor * sqrt(matches / common)
+    const double s = support;
+    return s * s * common >= params_.factor * params_.factor * matches;
+  }
+  /// Neighbour j of 3 x 3 after so many eighths of a turn.
+  static std::size_t turned(int j, int turn) {
+    static constexpr int kRing[8] = {0, 1, 2, 5, 8, 7, 6, 3}, kPlace[9] = {0, 1, 2, 7, -1, 3, 6, 5, 4};
+    return static_cast<std::size_t>(j == 4 ? 4 : kRing[(kPlace[j] + 8 - turn) % 8]);
+  }
+
+  static constexpr std::uint32_t kMost = 0xFFFF;
+  static constexpr std::uint16_t kNone = 0xFFFF;
+
+  GmsParams params_;
+  int cells_ = 0;
+  Side left_, right_;
+  std::vector<std::uint32_t> index_;
+  std::vector<cv::Point2f> first_, second_;  ///< in units of the image size
+  std::array<std::vector<std::uint16_t>, 4> left_cell_;
+  std::vector<std::uint16_t> right_cell_;
+  std::size_t columns_ = 0;
+  std::vector<std::uint16_t> pairs_;  ///< per left and right cell
+  std::vector<std::uint32_t> in_cell_, best_partner_;
+  std::vector<std::uint16_t> target_;
+  std::vector<std::uint8_t> agreed_, best_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <optional>
+
+namespace dynfilter {
+
+/// When a host may make its first keyframe in a scene where things move.
+struct InitialisationParams {
+  double max_dynamic_share = 0.3;
+  int max_frames = 0;
+
+  static const FieldTable<InitialisationParams>& fields() {
+    using P = InitialisationParams;
+    static const FieldTable<P> table{
+        real("max_dynamic_share", &P::max_dynamic_share, "", {0, 1},
+             "the first keyframe waits while more of the features that could be judged are dynamic"),
+        integer("max_frames", &P::max_frames, "frames", {0, 100000},
+                "it waits for so many frames at most; 0: never"),
+    };
+    return table;
+  }
+};
+
+/// Zhou et al. sec. 3.1.3: the first frames are judged too, and the first keyframe waits until few features
+/// are dynamic. A frame without any verdict (the first one has nothing to compare with) waits as well.
+class Initialisation {
+ public:
+  explicit Initialisation(const InitialisationParams& params = InitialisationParams()) : params_(params) {}
+
+  void reset() { started_ = false, waited_ = 0, last_frame_.reset(); }
+  /// The host has made a keyframe: there is nothing to wait for any more.
+  void keyframe_made() { started_ = true; }
+
+  /// Fills report.wait_for_keyframe. What the floor restored counts as dynamic.
+  void apply(Verdict& verdict) {
+    verdict.report.wait_for_keyframe = false;
+    if (params_.max_frames == 0 || started_) return;
+    if (last_frame_ != verdict.report.frame_id) {
+      last_frame_ = verdict.report.frame_id;
+      ++waited_;
+    }
+    if (waited_ > params_.max_frames) return;
+    std::size_t judged = 0, dynamic = 0;
+    for (std::size_t i = 0; i < verdict.size(); ++i) {
+      const bool moves = verdict.decision[i] == Vote::Dynamic || verdict.restored[i] != 0;
+      dynamic += moves ? 1 : 0;
+      judged += moves || verdict.decision[i] == Vote::Static ? 1 : 0;
+    }
+    verdict.report.wait_for_keyframe =
+        judged == 0 || static_cast<double>(dynamic) > params_.max_dynamic_share * static_cast<double>(judged);
+    if (verdict.report.wait_for_keyframe)
+      verdict.report.notes.push_back("initialisation: the first keyframe waits");
+  }
+
+ private:
+  InitialisationParams params_;
+  bool started_ = false;
+  int waited_ = 0;
+  std::optional<std::int64_t> last_frame_;
+};
+
+}  // namespace dynfilter
