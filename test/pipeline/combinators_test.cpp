@@ -161,3 +161,67 @@ TEST_CASE("a filter that changes the number of votes is reported as failed") {
   CHECK(letters_of(verdict) == "SUD");
   CHECK(verdict.report.stages[1].failed);
 }
+
+namespace {
+
+/// Frames of a few features that the host follows; what the one member says is told frame by frame.
+struct Story {
+  std::string letters;
+  Pipeline pipeline;
+
+  explicit Story(const TemporalParams& params = TemporalParams()) : pipeline(config(params)) {}
+
+  std::string tell(std::int64_t id, const std::string& said,
+                   const std::vector<std::int64_t>& map_points = {}) {
+    letters = said;
+    const Features features(said.size());
+    std::vector<std::int32_t> same(said.size());
+    for (std::size_t i = 0; i < same.size(); ++i) same[i] = static_cast<std::int32_t>(i);
+    FrameView frame = features.view(id);
+    frame.matches = HostMatches{id - 1, same};
+    frame.map_point_ids = map_points;
+    return letters_of(pipeline.before_pose(frame));
+  }
+
+ private:
+  PipelineConfig config(const TemporalParams& params) {
+    PipelineConfig result;
+    result.floor.min_features = 0;
+    result.before_pose =
+        temporal(params, stage(std::make_unique<Scripted>("told", [this](Context&, Votes& votes) {
+                   for (std::size_t i = 0; i < letters.size(); ++i) {
+                     if (letters[i] == 'S') votes.cast(i, Vote::Static);
+                     if (letters[i] == 'D') votes.cast(i, Vote::Dynamic);
+                   }
+                 })));
+    return result;
+  }
+};
+
+}  // namespace
+
+// Log-odds in steps of ln 3 with memory 0.8: three static votes are -1.10, -1.98, -2.68; a dynamic one then
+// -1.05, a second +0.26. An unknown one leaves 0.8 of what was.
+TEST_CASE("temporal: one stray vote does not decide, two do, and unknown keeps what the past says") {
+  Story story;
+  CHECK(story.tell(0, "SSDU") == "SSDU");
+  CHECK(story.tell(1, "SSDU") == "SSDU");
+  CHECK(story.tell(2, "SSDU") == "SSDU");
+  CHECK(story.tell(3, "DUUS") == "SSDS");
+  CHECK(story.tell(4, "DUSD") == "DSDD");
+  story.pipeline.reset();
+  CHECK(story.tell(5, "UUUU") == "UUUU");
+}
+
+TEST_CASE("temporal: the belief goes with the map point, whichever feature sees it") {
+  Story story;
+  const std::vector<std::int64_t> first{7, 8, -1}, swapped{8, 7, -1};
+  CHECK(story.tell(0, "DSD", first) == "DSD");
+  CHECK(story.tell(1, "UUU", swapped) == "SDU");
+}
+
+TEST_CASE("temporal: bad parameters are named") {
+  TemporalParams params;
+  params.reliability = 0.4;
+  CHECK_THROWS_AS(Story{params}, ConfigError);
+}

@@ -85,6 +85,7 @@ inline const std::vector<CombinatorEntry>& combinator_table() {
       detail::of_parameters<ObjectVoteStage>(),
       detail::of_parameters<ClusterExpandStage>(),
       detail::of_parameters<DepthLayersStage>(),
+      detail::of_parameters<TemporalStage>(),
   };
   return table;
 }

@@ -6,4 +6,5 @@
 #include <dynfilter/pipeline/logic_stages.hpp>
 #include <dynfilter/pipeline/object_vote.hpp>
 #include <dynfilter/pipeline/routing_stages.hpp>
+#include <dynfilter/pipeline/temporal_stage.hpp>
 #include <dynfilter/pipeline/vote_stage.hpp>

@@ -80,5 +80,8 @@ inline StagePtr cluster_expand(ClusterExpandParams params, StagePtr of) {
 inline StagePtr depth_layers(DepthLayersParams params, StagePtr of) {
   return std::make_unique<DepthLayersStage>(DepthLayersStage::kName, detail::stages(std::move(of)), params);
 }
+inline StagePtr temporal(TemporalParams params, StagePtr of) {
+  return std::make_unique<TemporalStage>(TemporalStage::kName, detail::stages(std::move(of)), params);
+}
 
 }  // namespace dynfilter

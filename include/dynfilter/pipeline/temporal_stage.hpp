@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/context/feature_tracks.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/pipeline/combinator.hpp>
+#include <iterator>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+struct TemporalParams {
+  double reliability = 0.75;
+  double memory = 0.8;
+  double threshold = 0.5;
+  int forget_frames = 300;
+
+  static const FieldTable<TemporalParams>& fields() {
+    using P = TemporalParams;
+    static const FieldTable<P> table{
+        real("reliability", &P::reliability, "", {0.5, 0.999}, "how often the stage is right"),
+        real("memory", &P::memory, "", {0, 1},
+             "share of the log-odds that the next frame takes over; 1: nothing is forgotten"),
+        real("threshold", &P::threshold, "", {0.01, 0.99}, "dynamic above this belief, static below"),
+        integer("forget_frames", &P::forget_frames, "frames", {1, 1000000},
+                "map points that were not seen for so long start again"),
+    };
+    return table;
+  }
+};
+
+/// `temporal`: a belief per map point where the host names them, else per track (context/feature_tracks.hpp),
+/// fed by the stage's votes with Bayes' rule,
+///   log b/(1-b) <- memory * log b/(1-b) +- log r/(1-r),
+/// + for dynamic, - for static, nothing for unknown, r = reliability. One stray vote does not decide, and a
+/// feature that the stage cannot judge keeps what its past says. A feature without any belief is unknown.
+class TemporalStage final : public Combinator {
+ public:
+  using Params = TemporalParams;
+  static constexpr const char* kName = "temporal";
+  static constexpr const char* kSummary = "a belief per track or map point, fed by the stage's votes";
+  static constexpr const char* kDynamic = "when the belief is above the threshold";
+
+  TemporalStage(std::string path, Stages children, Params params = Params())
+      : Combinator(kName, std::move(path), std::move(children)), params_(params) {
+    check_parameters(params_, this->path());
+  }
+
+  Needs needs() const override {
+    Needs all = Combinator::needs();
+    all.optional = all.optional | Input::MapPoints | Input::Correspondence;
+    all.history_frames = std::max(all.history_frames, 1);
+    return all;
+  }
+  void reset() override {
+    Combinator::reset();
+    tracks_.reset();
+    points_.clear();
+    odds_.clear();
+  }
+
+ protected:
+  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+              Judgement& out) override {
+    children_[0]->judge(context, reports, child_);
+    keep_priors(out, child_);
+    recall(context);
+    const double step = log_odds(params_.reliability), limit = log_odds(params_.threshold);
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      const Vote said = child_.votes[i];
+      odds_[i] += said == Vote::Dynamic ? step : said == Vote::Static ? -step : 0;
+      odds_[i] = std::clamp(odds_[i], -kMostLogOdds, kMostLogOdds);
+      if (odds_[i] == 0) continue;
+      const Vote vote = odds_[i] > limit + kRounding   ? Vote::Dynamic
+                        : odds_[i] < limit - kRounding ? Vote::Static
+                                                       : Vote::Unknown;
+      const auto belief = static_cast<float>(1 / (1 + std::exp(-odds_[i])));
+      set(out, i, vote, belief, said == Vote::Dynamic ? child_.reasons[i] : own_reason(self));
+    }
+    remember(context);
+  }
+
+ private:
+  static constexpr double kMostLogOdds = 8, kRounding = 1e-9;  // no belief is beyond recall
+  struct Point {
+    double odds = 0;
+    std::int64_t seen = 0;
+  };
+  static double log_odds(double p) { return std::log(p / (1 - p)); }
+
+  void recall(Context& context) {
+    std::swap(odds_, last_odds_);
+    odds_.assign(context.size(), 0);
+    if (!context.frame().map_point_ids.empty()) {
+      for (std::size_t i = 0; i < context.size(); ++i) {
+        const auto known = points_.find(context.frame().map_point_ids[i]);
+        if (known != points_.end()) odds_[i] = params_.memory * known->second.odds;
+      }
+      return;
+    }
+    tracks_.follow(context.frame().id, context.match({}), context.pixels(), context.undistorted_pixels());
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      const auto from = static_cast<std::size_t>(tracks_.previous(i));
+      if (tracks_.previous(i) >= 0 && from < last_odds_.size()) odds_[i] = params_.memory * last_odds_[from];
+    }
+  }
+
+  void remember(const Context& context) {
+    const FrameView& frame = context.frame();
+    for (std::size_t i = 0; i < frame.map_point_ids.size(); ++i)
+      if (frame.map_point_ids[i] >= 0 && odds_[i] != 0)
+        points_[frame.map_point_ids[i]] = {odds_[i], frame.id};
+    if (frame.id % 32 != 0) return;
+    for (auto it = points_.begin(); it != points_.end();)
+      it = frame.id - it->second.seen > params_.forget_frames ? points_.erase(it) : std::next(it);
+  }
+
+  Params params_;
+  FeatureTracks tracks_{1};
+  std::vector<double> odds_, last_odds_;
+  std::unordered_map<std::int64_t, Point> points_;
+};
+
+}  // namespace dynfilter
