@@ -136,7 +136,7 @@ class BackgroundMotionFilter final : public Filter {
     if (static_cast<int>(seeds_.size()) < kMinSeeds) context.collect_seeds(match, true, seeds_);
     scene.seeds = seeds_;
     scene.predicted = context.host_motion(match);
-    if (trail_.size() >= 2) scene.expected = between(0, 1);
+    if (trail_.size() >= 2) scene.expected = usual_step();
     scene.noise_px = std::clamp(0.8 * noise_px_[1], kLeastNoise_px, 0.3);
     motion_ = estimator_.estimate(scene);
     note_motion(context);
@@ -167,6 +167,15 @@ class BackgroundMotionFilter final : public Filter {
     const Eigen::Matrix3d R = Eigen::Quaterniond(T.R()).normalized().toRotationMatrix();
     trail_.insert(trail_.begin(), Pose::from(R, T.t()));
     if (trail_.size() > kFrames + 1) trail_.pop_back();
+  }
+  /// The motion from frame to frame, over the last few: a mover that sets off slowly drags it away less.
+  Pose usual_step() const {
+    const std::size_t frames = std::min<std::size_t>(4, trail_.size() - 1);
+    const auto share = 1 / static_cast<double>(frames);
+    const Pose over = between(0, frames);
+    const Eigen::AngleAxisd turn(over.R());
+    return Pose::from(Eigen::AngleAxisd(share * turn.angle(), turn.axis()).toRotationMatrix(),
+                      share * over.t());
   }
   /// From the camera `then` frames back to that of `now` frames back.
   Pose between(std::size_t now, std::size_t then) const { return inverse(trail_[now]) * trail_[then]; }

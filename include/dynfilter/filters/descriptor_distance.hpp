@@ -4,6 +4,7 @@
 #include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <string>
 #include <vector>
@@ -64,7 +65,7 @@ class DescriptorDistanceFilter final : public Filter {
     if (!now_.assign(descriptors, context.size()) || !then_.assign(then.descriptors, then.keypoints.size()) ||
         descriptors.cols != then.descriptors.cols)
       return context.note("the earlier frame has no descriptors like these");
-    grid_.build(then.keypoints, kCellPx);
+    grid_.build(Span<const cv::KeyPoint>(then.keypoints), kCellPx);
     for (std::size_t i = 0; i < context.size(); ++i) {
       if (!context.judged(i) || !match.found(i)) continue;
       const std::int32_t j = feature_of(match, i);
@@ -84,7 +85,7 @@ class DescriptorDistanceFilter final : public Filter {
     const std::int32_t index = match.correspondences.reference_index[i];
     if (index >= 0) return static_cast<std::size_t>(index) < features.size() ? index : -1;
     const cv::Point2f& px = match.correspondences.reference_px[i];
-    if (grid_.empty() || !detail::KeypointGrid::usable(px)) return -1;
+    if (grid_.empty() || !PointGrid::usable(px)) return -1;
     const auto radius = static_cast<float>(params_.max_offset_px);
     std::int32_t best = -1;
     float best2 = radius * radius;
@@ -100,7 +101,7 @@ class DescriptorDistanceFilter final : public Filter {
 
   Params params_;
   detail::DescriptorWords now_, then_;
-  detail::KeypointGrid grid_;
+  PointGrid grid_;
 };
 
 }  // namespace dynfilter

@@ -46,7 +46,7 @@ struct MotionProposal {
 /// (greedy with pruning), so that a compromise between background and mover, which explains everything a
 /// little, loses against the pair that explains everything well; each point belongs to the motion that
 /// explains it best. The background is then chosen not by head count but by
-///   log(area) - log(1 + d^2) / 2 + (order - 1/2),
+///   log(area) - log(1 + d^2) + 2 order - 1,
 /// with area the share of image cells (square roots of what they hold, weighted by depth and by what was
 /// static before), d the distance in the image from the expected motion in units of how far off it usually
 /// is, and order the share of neighbours on other motions that lie in front: movers hide the background, the
@@ -286,11 +286,11 @@ class RigidBackgroundEstimator {
     chosen_ = selected_.front();
     for (const std::size_t h : selected_) {
       MotionProposal& p = proposals_[h];
-      p.score = std::log(p.area + 1e-6) + p.order - 0.5;
+      p.score = std::log(p.area + 1e-6) + 2 * p.order - 1;
       if (scene_->expected) {
         const double d = distance_px(p.motion.T_current_reference, *scene_->expected) /
                          std::max(kLeastMiss_px, 2 * usual_miss_px_);
-        p.score -= 0.5 * std::log1p(d * d);
+        p.score -= std::log1p(d * d);
       }
       if (p.score > proposals_[chosen_].score) chosen_ = h;
     }
