@@ -85,13 +85,18 @@ class FeatureTracks {
     grid_.around(px, max_jump_px_, [&](std::int32_t j) {
       const cv::Point2f d = last_px_[static_cast<std::size_t>(j)] - px;
       const float apart2 = d.dot(d);
-      const bool farther = best >= 0 ? apart2 >= best2 : apart2 > best2;
+      if (apart2 > best2 || (best >= 0 && apart2 == best2 && !before(j, best))) return;
       // Where a depth is missing there is no telling.
-      if (farther || std::abs(last_depth_m(j) - depth_m) > kDepthShare * depth_m) return;
+      if (std::abs(last_depth_m(j) - depth_m) > kDepthShare * depth_m) return;
       best2 = apart2;
       best = j;
     });
     return best;
+  }
+  /// By place, so that the order of the features does not matter.
+  bool before(std::int32_t a, std::int32_t b) const {
+    const cv::Point2f &p = last_px_[static_cast<std::size_t>(a)], &q = last_px_[static_cast<std::size_t>(b)];
+    return p.y != q.y ? p.y < q.y : p.x < q.x;
   }
   float last_depth_m(std::int32_t j) const {
     return last_past_[static_cast<std::size_t>(j) * (max_length_ + 1)].depth_m;

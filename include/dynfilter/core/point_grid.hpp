@@ -19,8 +19,8 @@ inline const cv::Point2f& place_of(const cv::KeyPoint& keypoint) {
 }
 
 /// Points of an image (cv::Point2f or cv::KeyPoint) sorted into square cells: finds those around a place
-/// without looking at all. Points that are not finite are left out. Keeps its memory; building costs about 10
-/// us for 1000 points.
+/// without looking at all. Points that are not finite or beyond a million pixels are left out. Keeps its
+/// memory; building costs about 10 us for 1000 points.
 class PointGrid {
  public:
   template <class P>
@@ -36,7 +36,7 @@ class PointGrid {
     columns_ = rows_ = 0;
     entries_.clear();
     if (max.x < min_.x) return;
-    cell_px_ = std::max({cell_px, 1.0F, (max.x - min_.x) / kMaxCells, (max.y - min_.y) / kMaxCells});
+    cell_px_ = std::max({1.0F, cell_px, (max.x - min_.x) / kMaxCells, (max.y - min_.y) / kMaxCells});
     columns_ = static_cast<int>((max.x - min_.x) / cell_px_) + 1;
     rows_ = static_cast<int>((max.y - min_.y) / cell_px_) + 1;
     fill(points);
@@ -63,6 +63,12 @@ class PointGrid {
       if (begin_[row + x0] < begin_[row + x1 + 1]) f(begin_[row + x0], begin_[row + x1 + 1]);
     }
   }
+  /// f(begin, end) for the entries() of every cell.
+  template <class F>
+  void for_each_cell(const F& f) const {
+    if (entries_.empty()) return;
+    for (std::size_t c = 0; c + 1 < begin_.size(); ++c) f(begin_[c], begin_[c + 1]);
+  }
   /// The usable points, by cells.
   const std::vector<std::int32_t>& entries() const { return entries_; }
   bool empty() const { return entries_.empty(); }
@@ -73,7 +79,8 @@ class PointGrid {
   static constexpr float kMaxCells = 256;
 
   int cell(float offset_px, int count) const {
-    return static_cast<int>(std::clamp(offset_px / cell_px_, 0.0F, static_cast<float>(count - 1)));
+    const float at = offset_px / cell_px_;
+    return at > 0 ? static_cast<int>(std::min(at, static_cast<float>(count - 1))) : 0;  // 0 for NaN, too
   }
   std::size_t cell_of(const cv::Point2f& p) const {
     return static_cast<std::size_t>(cell(p.y - min_.y, rows_)) * columns_ + cell(p.x - min_.x, columns_);

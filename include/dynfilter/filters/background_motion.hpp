@@ -15,6 +15,7 @@
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace dynfilter {
@@ -90,8 +91,8 @@ class BackgroundMotionFilter final : public Filter {
     const Match& match = context.match({});
     tracks_.follow(context.frame().id, match, context.pixels(), context.undistorted_pixels(),
                    context.depths_m());
-    if (match.reference == nullptr) return context.note("no earlier frame");
     recall();
+    if (match.reference == nullptr) return context.note("no earlier frame");
     if (!follow_background(context, match)) return;
     weigh_misses(context, match);
     ask_neighbours(context);
@@ -109,6 +110,9 @@ class BackgroundMotionFilter final : public Filter {
 
   struct Witness {
     float x, y, depth_m, evidence;
+    bool operator<(const Witness& o) const {
+      return std::tie(y, x, depth_m, evidence) < std::tie(o.y, o.x, o.depth_m, o.evidence);
+    }
   };
 
   void recall() {
@@ -260,6 +264,12 @@ class BackgroundMotionFilter final : public Filter {
     grid_.build(Span<const cv::Point2f>(places_), static_cast<float>(params_.neighbour_px) / 2);
     by_place_.clear();
     for (const std::int32_t k : grid_.entries()) by_place_.push_back(witnesses_[static_cast<std::size_t>(k)]);
+    // Sums of floats depend on their order, which must not be that of the features.
+    grid_.for_each_cell([&](std::size_t begin, std::size_t end) {
+      if (end - begin > 1)
+        std::sort(by_place_.begin() + static_cast<std::ptrdiff_t>(begin),
+                  by_place_.begin() + static_cast<std::ptrdiff_t>(end));
+    });
   }
 
   /// Mean evidence of the neighbours, the near ones first; features without depth are asked with less trust.
@@ -280,7 +290,7 @@ class BackgroundMotionFilter final : public Filter {
         weights += weight;
       }
     });
-    if (seen_[i] != 0) sum -= own_[i], weights -= 1;  // itself
+    if (seen_[i] != 0 && PointGrid::usable(px)) sum -= own_[i], weights -= 1;  // itself
     const float trust = blind ? 0.3F : 1.0F;
     return trust * sum / (trust * weights + 0.5F);
   }

@@ -12,6 +12,7 @@
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 namespace dynfilter {
@@ -61,16 +62,8 @@ class RigidBackgroundEstimator {
   /// `ok` is false when no motion explains enough. Never throws on odd data.
   RigidMotion estimate(const RigidBackgroundScene& scene) {
     scene_ = &scene;
-    proposals_.clear();
-    sample_evenly();
-    propose_known();
-    propose_by_support();
-    if (proposals_.empty()) return {};
-    measure_fits();
-    select();
-    assign();
-    const RigidMotion motion = refine_background(choose());
-    if (motion.ok && scene.expected) learn_smoothness(motion.T_current_reference);
+    const RigidMotion motion = estimate_of_scene();
+    scene_ = nullptr;
     return motion;
   }
 
@@ -93,6 +86,21 @@ class RigidBackgroundEstimator {
   static constexpr double kUnknownMiss_px = 3;  ///< before anything is known of the camera's smoothness
   static constexpr double kLeastMiss_px = 0.15, kDepthCap_m = 4;
 
+  RigidMotion estimate_of_scene() {
+    proposals_.clear();
+    chosen_ = 0;
+    sample_evenly();
+    propose_known();
+    propose_by_support();
+    if (proposals_.empty()) return {};
+    measure_fits();
+    select();
+    assign();
+    const RigidMotion motion = refine_background(choose());
+    if (motion.ok && scene_->expected) learn_smoothness(motion.T_current_reference);
+    return motion;
+  }
+
   static RigidMotionOptions rigid_options() {
     RigidMotionOptions options;
     options.min_inlier_share = 0.02;
@@ -103,7 +111,8 @@ class RigidBackgroundEstimator {
 
   std::size_t cell_of(int i) const {
     const auto place = [](double x, double size, int cells) {
-      return static_cast<std::size_t>(std::clamp(static_cast<int>(x / size * cells), 0, cells - 1));
+      const double at = x / size * cells;
+      return static_cast<std::size_t>(at > 0 ? std::min(at, cells - 1.0) : 0);  // 0 for NaN, too
     };
     const cv::Point2f& p = scene_->pixels[static_cast<std::size_t>(i)];
     return place(p.y, 2 * scene_->camera.cy_px, kRows) * kColumns +
@@ -116,7 +125,7 @@ class RigidBackgroundEstimator {
     for (auto& cell : cells_) cell.clear();
     for (const int i : scene_->seeds) {
       const auto k = static_cast<std::size_t>(i);
-      if (has_depth(scene_->reference_m[k].z) && has_depth(scene_->current_m[k].z) &&
+      if (k < scene_->pixels.size() && usable(scene_->reference_m[k]) && usable(scene_->current_m[k]) &&
           PointGrid::usable(scene_->pixels[k]))
         cells_[cell_of(i)].push_back(i);
     }
@@ -131,11 +140,18 @@ class RigidBackgroundEstimator {
     // By place, not by index: the order of the features must not matter.
     std::sort(points_.begin(), points_.end(), [&](int a, int b) { return farther(a, b); });
   }
+  static bool usable(const cv::Point3f& p) {
+    return has_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
+  }
   bool farther(int a, int b) const {
+    const auto key = [&](int i) {
+      const auto k = static_cast<std::size_t>(i);
+      const cv::Point2f& now = scene_->pixels[k];
+      const cv::Point3f& then = scene_->reference_m[k];
+      return std::make_tuple(now.y, now.x, then.z, then.y, then.x, i);
+    };
     if (depth(a) != depth(b)) return depth(a) > depth(b);
-    const cv::Point2f &p = scene_->pixels[static_cast<std::size_t>(a)],
-                      &q = scene_->pixels[static_cast<std::size_t>(b)];
-    return p.y != q.y ? p.y < q.y : p.x != q.x ? p.x < q.x : a < b;
+    return key(a) < key(b);
   }
 
   void propose_known() {
@@ -373,7 +389,7 @@ class RigidBackgroundEstimator {
   }
 
   RigidMotionEstimator rigid_;
-  const RigidBackgroundScene* scene_ = nullptr;
+  const RigidBackgroundScene* scene_ = nullptr;  ///< during estimate() only
   std::array<std::vector<int>, kColumns * kRows> cells_;
   std::vector<int> points_, rest_, scratch_, behind_, front_;
   std::vector<MotionProposal> proposals_;
