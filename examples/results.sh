@@ -1,19 +1,25 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The tables of docs/results.md: every preset on the walking scenes and the static control, five seeds each.
-#   bash examples/results.sh FOLDER [DYNFILTER]     needs the built command; about ten minutes
+# The tables of docs/results.md: the default pipeline with and without a detector and every published preset, on every
+# rendered scene.
+#   bash examples/results.sh FOLDER [DYNFILTER]     needs the built command; about half an hour
+# SCENES, SEEDS and PIPELINES choose others.
 set -eu
 folder=$(realpath -m "${1:?a folder for the sequences}")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 dynfilter=${2:-build/command/examples/dynfilter/dynfilter}
-pipelines=none,oracle,rts_slam_s,rts_slam_g,rts_slam_sg,rts_slam,rts_slam_published
+scenes="static_desk walking_xyz walking_static walking_rpy walking_halfsphere sitting_static moving_box along_epipolar
+  person_tracking crowd synchronous synchronous_cold low_texture majority majority_cold"
+pipelines=none,oracle,rts_slam,des_slam,motion_consistency,sg_slam,ds_slam,ovd_slam,dynaslam,rds_slam,ngd_slam,yolo_slam,coeb_slam,dynfilter
 mkdir -p "$folder"
-for scene in ${SCENES:-walking_xyz walking_static walking_rpy walking_halfsphere static_desk}; do
+for scene in ${SCENES:-$scenes}; do
   sequences=""
   for seed in ${SEEDS:-1 2 3 4 5}; do
     [ -f "$folder/$scene-$seed/groundtruth.txt" ] || "$dynfilter" synth "$scene" "$folder/$scene-$seed" --frames 100 --seed "$seed"
     sequences="$sequences $folder/$scene-$seed"
   done
   echo "== $scene"
-  "$dynfilter" compare $sequences --pipelines "$pipelines"
+  "$dynfilter" compare $sequences --pipelines "${PIPELINES:-$pipelines}"
+  echo "== $scene, no detector"
+  "$dynfilter" compare $sequences --no-detections --no-masks --pipelines dynfilter
 done
