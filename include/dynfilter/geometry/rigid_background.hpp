@@ -166,7 +166,7 @@ class RigidBackgroundEstimator {
     rest_ = points_;
     if (scene_->expected && !proposals_.empty()) {
       drop_explained(narrow_expected().motion);
-      if (rest_.size() < (1 - kSettled) * static_cast<double>(points_.size())) return;
+      if (static_cast<double>(rest_.size()) < (1 - kSettled) * static_cast<double>(points_.size())) return;
       if (10 * rest_.size() > points_.size())
         propose(MotionProposal::From::Support, rest_, kSupport_px, std::nullopt);
     }
