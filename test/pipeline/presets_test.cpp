@@ -104,6 +104,33 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("dynfilter: movers are found without boxes, and what stands still in a box stays") {
+  for (const bool boxes : {false, true})
+    for (const bool moves : {false, true}) {
+      synth::ExactScene scene =
+          synth::ExactScene().pixel_noise(0.1).depth_noise(0.001).mover(synth::MovingBox(60)
+                                                                            .at({-0.3, -0.35, 2.5})
+                                                                            .moving({0.02, 0.033, 0.01})
+                                                                            .still_until(moves ? 0 : 99));
+      if (boxes) scene.with_detections();
+      Pipeline pipeline = load("dynfilter");
+      for (int k = 0; k < 8; ++k) {
+        const synth::ExactFrame frame = scene.frame(k);
+        const Verdict& verdict = pipeline.before_pose(frame.view());
+        if (k < 4) continue;
+        int on_mover = 0, gone = 0, lost = 0;
+        for (std::size_t i = 0; i < frame.size(); ++i) {
+          on_mover += frame.label[i] > 0 ? 1 : 0;
+          gone += frame.label[i] > 0 && !verdict.keep(i) ? 1 : 0;
+          lost += frame.label[i] == 0 && !verdict.keep(i) ? 1 : 0;
+        }
+        if (moves) CHECK(gone >= 0.95 * on_mover);
+        if (!moves) CHECK(gone <= 0.05 * on_mover);
+        CHECK(lost <= 0.03 * static_cast<double>(frame.size()));
+      }
+    }
+}
+
 TEST_CASE("mono: the stages that need depth are skipped with a note, the others judge") {
   Pipeline pipeline = load("rts_slam");
   const synth::ExactScene scene = synth::preset(synth::Preset::General).with_detections().mono();
@@ -122,7 +149,7 @@ TEST_CASE("mono: the stages that need depth are skipped with a note, the others 
 }
 
 TEST_CASE("same input, same verdicts, bit for bit: twice, and with one and two threads") {
-  for (const char* preset : {"rts_slam", "rts_slam_published"}) {
+  for (const char* preset : {"rts_slam", "rts_slam_published", "dynfilter"}) {
     const auto a = verdicts_on_images(preset, 1), b = verdicts_on_images(preset, 1),
                c = verdicts_on_images(preset, 2);
     REQUIRE(a.size() == 3);

@@ -84,7 +84,7 @@ class BackgroundMotionFilter final : public Filter {
     tracks_.reset();
     belief_.clear();
     estimator_.reset();
-    for (std::size_t gap = 0; gap < noise_px_.size(); ++gap) noise_px_[gap] = kFirstNoise_px;
+    noise_px_.fill(kFirstNoise_px);
   }
 
   void apply(Context& context, Votes& votes) override {

@@ -229,14 +229,16 @@ class RigidBackgroundEstimator {
   }
 
   // ---- which motions are needed
-  float* fits_of(std::size_t h) { return fit_.data() + h * points_.size(); }
   const float* fits_of(std::size_t h) const { return fit_.data() + h * points_.size(); }
 
   void measure_fits() {
     fit_.resize(proposals_.size() * points_.size());
-    for (std::size_t h = 0; h < proposals_.size(); ++h)
-      for_misses(points_, proposals_[h].motion.T_current_reference, kFit_px,
-                 [&, row = fits_of(h)](std::size_t k, float chi2) { row[k] = 1 / (1 + chi2); });
+    float* row = fit_.data();
+    for (const MotionProposal& p : proposals_) {
+      for_misses(points_, p.motion.T_current_reference, kFit_px,
+                 [&](std::size_t k, float chi2) { row[k] = 1 / (1 + chi2); });
+      row += points_.size();
+    }
   }
 
   float gain(std::size_t h) const {
