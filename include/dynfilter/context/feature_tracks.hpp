@@ -42,7 +42,7 @@ class FeatureTracks {
     for (std::size_t i = 0; i < n; ++i) {
       place(i, 0) = {undistorted_px[i], depths_m.empty() ? kNoDepth : depths_m[i]};
       if (match.reference == nullptr || !match.found(i)) continue;
-      place(i, 1) = {match.reference_undistorted_px[i], match.reference_depth_m[i]};
+      place(i, 1) = {match.reference_undistorted_px[i], reference_depth_m(match, i)};
       length_[i] = 1;
       if (goes_on_) take_over(i, previous_of(match, i));
     }
@@ -79,7 +79,7 @@ class FeatureTracks {
     const int index = match.correspondences.reference_index[i];
     if (index >= 0) return static_cast<std::size_t>(index) < last_px_.size() ? index : -1;
     const cv::Point2f& px = match.correspondences.reference_px[i];
-    const float depth_m = match.reference_depth_m[i];
+    const float depth_m = reference_depth_m(match, i);
     int best = -1;
     float best2 = max_jump_px_ * max_jump_px_;
     grid_.around(px, max_jump_px_, [&](std::int32_t j) {
@@ -97,6 +97,9 @@ class FeatureTracks {
   bool before(std::int32_t a, std::int32_t b) const {
     const cv::Point2f &p = last_px_[static_cast<std::size_t>(a)], &q = last_px_[static_cast<std::size_t>(b)];
     return p.y != q.y ? p.y < q.y : p.x < q.x;
+  }
+  static float reference_depth_m(const Match& match, std::size_t i) {
+    return i < match.reference_depth_m.size() ? match.reference_depth_m[i] : kNoDepth;
   }
   float last_depth_m(std::int32_t j) const {
     return last_past_[static_cast<std::size_t>(j) * (max_length_ + 1)].depth_m;
