@@ -143,8 +143,9 @@ class ClusterExpandStage final : public Combinator {
     }
     pairs_.clear();
     grid_.build(image ? flat_ : context.points_m(), radius, 1);
-    grid_.for_each_pair(detail::squared_radius(radius),
-                        [&](std::uint32_t a, std::uint32_t b) { pairs_.emplace_back(grid_.index(a), grid_.index(b)); });
+    grid_.for_each_pair(detail::squared_radius(radius), [&](std::uint32_t a, std::uint32_t b) {
+      pairs_.emplace_back(grid_.index(a), grid_.index(b));
+    });
   }
 
   Params params_;
