@@ -71,7 +71,8 @@ class DepthGrowth {
       open_.push_back({x, y, point_m(x, y, z)});
     }
     // First in, first out: a pixel belongs to about the nearest seed.
-    for (std::size_t next = 0; next < open_.size(); ++next) spread<T>(depth, open_[next], mask);
+    std::size_t next = 0;
+    while (next < open_.size()) spread<T>(depth, open_[next++], mask);
   }
 
   template <class T>
