@@ -14,7 +14,8 @@ namespace layering {
 
 /// What each folder of include/dynfilter may include besides itself. Data flows one way:
 /// core -> correspondence, geometry, cluster -> context -> filters -> pipeline -> semantic, keyframe,
-/// mapping, adapters; io, eval and synth stand beside them and nothing above core needs them.
+/// mapping, adapters; io, eval and synth stand beside them, and only semantic and mapping read and write
+/// files.
 inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
   static const std::set<std::string> below_context{"core", "correspondence", "geometry", "cluster"};
   static const std::set<std::string> below_filters{"core", "correspondence", "geometry", "cluster",
@@ -32,9 +33,9 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
       {"filters", below_filters},
       {"pipeline", below_pipeline},
       {"plugin", below_pipeline},
-      {"semantic", all_below},
+      {"semantic", all_below_and_files},
       {"keyframe", all_below},
-      {"mapping", all_below},
+      {"mapping", all_below_and_files},
       {"adapters", all_below},
       {"io", {"core"}},
       {"eval", {"core", "io"}},
