@@ -251,3 +251,31 @@ TEST_CASE("odd data is left out, counted and said once") {
   CHECK(contains(result.out, "boxes of 2 images that are not in the sequence"));
   CHECK(contains(result.out, "1 unusable box left out"));
 }
+
+TEST_CASE("run hands masks and boxes to the pipeline, unless told not to") {
+  const TemporaryFolder folder;
+  const std::string preset = (folder.path() / "p.yaml").string();
+  write_text(
+      preset,
+      "%YAML:1.0\n---\npipeline:\n  before_pose:\n    - any:\n        - semantic_mask: { role: reject }\n"
+      "        - semantic_box: { role: reject }\n");
+  const auto rejected = [&](const std::string& more) {
+    const CommandResult result = dynfilter("run '" + Walking::shared().folder().string() + "' --pipeline '" +
+                                           preset + "' --frames 3 --json " + more);
+    CAPTURE(result.err);
+    REQUIRE(result.exit_code == 0);
+    return std::stod(value_of(result.out, "rejected_mean"));
+  };
+  const double both = rejected(""), boxes = rejected("--no-masks"), masks = rejected("--no-detections");
+  CHECK(masks > 0);
+  CHECK(boxes > 0);
+  CHECK(both >= std::max(boxes, masks));
+  CHECK(rejected("--no-masks --no-detections") == 0);
+  const std::string own = (Walking::shared().folder() / "masks").string();
+  CHECK(rejected("--no-detections --masks '" + own + "'") == masks);
+  const std::string run = "run '" + Walking::shared().folder().string() + "' --pipeline none ";
+  check_refused(run + "--masks nowhere", "nowhere: no mask is named as a colour image of the sequence");
+  check_refused(run + "--masks nowhere --no-masks", "excludes");
+  check_refused(run + "--masks '" + (Walking::shared().folder() / "rgb").string() + "'",
+                "is not an 8-bit label image");
+}
