@@ -112,12 +112,14 @@ TEST_CASE("des_slam: dynamic on the mask and at another depth, by 12 percent; ei
   comes(now, {190, 190, 22, 22}, 1.75);  // on the mask: |1 - 2 / 1.75| = 0.143
   comes(now, {240, 190, 22, 22}, 1.82);  // on the mask: 0.099
   comes(now, {90, 190, 22, 22}, 1.75);   // beside it
-  const Verdict verdict = second("des_slam", before, now);
-  CHECK(dynamic(verdict, now.at(8, 8)));
-  CHECK_FALSE(dynamic(verdict, now.at(10, 8)));
-  CHECK_FALSE(dynamic(verdict, now.at(12, 12)));  // on the mask, but still
-  CHECK_FALSE(dynamic(verdict, now.at(4, 8)));
-  CHECK(rejected(verdict) == 1);
+  for (const char* preset : {"des_slam", "des_slam_published"}) {
+    const Verdict verdict = second(preset, before, now);
+    CHECK(dynamic(verdict, now.at(8, 8)));
+    CHECK_FALSE(dynamic(verdict, now.at(10, 8)));
+    CHECK_FALSE(dynamic(verdict, now.at(12, 12)));  // on the mask, but still
+    CHECK_FALSE(dynamic(verdict, now.at(4, 8)));
+    CHECK(rejected(verdict) == 1);
+  }
 }
 
 TEST_CASE("des_slam: at keyframes 8 percent of the map point's depth, without any mask") {
@@ -135,15 +137,31 @@ TEST_CASE("des_slam: at keyframes 8 percent of the map point's depth, without an
   KeyframeView keyframe;
   keyframe.map_point_ids = now.map_points;
   const std::vector<KeyframeView> keyframes{keyframe};
-  Pipeline pipeline = load("des_slam");
-  FrameView frame = now.view(0);
-  frame.map_points_world_m = world;
-  frame.covisible_keyframes = keyframes;
-  const Verdict& verdict = pipeline.at_keyframe(frame);
-  CHECK(verdict.decision[now.at(3, 3)] == Vote::Static);
-  CHECK(verdict.decision[now.at(5, 3)] == Vote::Static);
-  CHECK(dynamic(verdict, now.at(7, 3)));
-  CHECK(rejected(verdict) == 1);
+  for (const char* preset : {"des_slam", "des_slam_published"}) {
+    Pipeline pipeline = load(preset);
+    FrameView frame = now.view(0);
+    frame.map_points_world_m = world;
+    frame.covisible_keyframes = keyframes;
+    const Verdict& verdict = pipeline.at_keyframe(frame);
+    CHECK(verdict.decision[now.at(3, 3)] == Vote::Static);
+    CHECK(verdict.decision[now.at(5, 3)] == Vote::Static);
+    CHECK(dynamic(verdict, now.at(7, 3)));
+    CHECK(rejected(verdict) == 1);
+  }
+}
+
+TEST_CASE("des_slam: who comes slowly is found against ten frames back, not against the last one") {
+  for (const char* preset : {"des_slam", "des_slam_published"}) {
+    Pipeline pipeline = load(preset);
+    Shot shot;
+    shot.mask = mask_with({190, 190, 120, 120});
+    std::size_t found = 0;
+    for (int k = 0; k < 14; ++k) {
+      shot.depth(cv::Rect(180, 180, 140, 140)).setTo(2.2 - 0.04 * k);  // 2 % a frame
+      found = rejected(pipeline.before_pose(shot.view(k)));
+    }
+    CHECK(found == (preset == std::string("des_slam") ? 25 : 0));
+  }
 }
 
 TEST_CASE("sg_slam: 0.2 px inside a person's box, 1 px outside") {
@@ -382,8 +400,9 @@ TEST_CASE("odd input: masks, boxes, descriptors, poses and numbers that are none
                                    cv::Mat(480, 640, CV_32FC1), cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)),
                                    cv::Mat()};
   int judged = 0;
-  for (const char* preset : {"des_slam", "sg_slam", "ds_slam", "ovd_slam", "dynaslam", "rds_slam", "ngd_slam",
-                             "yolo_slam", "coeb_slam", "rts_slam", "rts_slam_published"}) {
+  for (const char* preset :
+       {"des_slam", "des_slam_published", "sg_slam", "ds_slam", "ovd_slam", "dynaslam", "rds_slam",
+        "ngd_slam", "yolo_slam", "coeb_slam", "rts_slam", "rts_slam_published"}) {
     CAPTURE(preset);
     Pipeline pipeline = load(preset);
     for (int k = 0; k < 10; ++k) {
@@ -428,7 +447,7 @@ TEST_CASE("odd input: masks, boxes, descriptors, poses and numbers that are none
       pipeline.update_pose(k, frame.T_world_camera, PoseProvenance::Refined);
     }
   }
-  CHECK(judged == 11 * 30);
+  CHECK(judged == 12 * 30);
 }
 
 TEST_CASE("a pose that is not rigid counts as none, and the report says so") {
