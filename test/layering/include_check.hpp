@@ -24,6 +24,8 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
                                                     "cluster", "context",        "filters"};
   static const std::set<std::string> all_below{"core",    "correspondence", "geometry", "cluster",
                                                "context", "filters",        "pipeline"};
+  static const std::set<std::string> all_below_and_files{"core",    "correspondence", "geometry", "cluster",
+                                                         "context", "filters",        "pipeline", "io"};
   static const std::map<std::string, std::set<std::string>> table{
       {"core", {}},
       {"correspondence", {"core"}},

@@ -106,6 +106,14 @@ Field<P> flag(const char* name, bool P::*member, const char* doc) {
 }
 
 template <class P>
+Field<P> text(const char* name, std::string P::*member, const char* doc) {
+  return {{name, "text", "", "", "", doc},
+          [=](P& p, const YamlNode& node) { p.*member = node.text(); },
+          [=](const P& p) { return p.*member; },
+          [](const P&, const std::string&) {}};
+}
+
+template <class P>
 Field<P> words(const char* name, std::vector<std::string> P::*member, const char* doc) {
   return {{name, "list of words", "", "", "", doc},
           [=](P& p, const YamlNode& node) { p.*member = node.texts(); },

@@ -15,7 +15,9 @@ namespace dynfilter {
 struct SemanticImage {
   std::int64_t frame_id = -1;
   double timestamp_s = 0;
-  cv::Mat pixels;  ///< CV_8UC3 (BGR) or CV_8UC1
+  cv::Mat pixels;           ///< CV_8UC3 (BGR) or CV_8UC1
+  cv::Mat depth;            ///< CV_32FC1 or CV_16UC1, same size as `pixels`; empty: none. Few providers look
+  double depth_unit_m = 1;  ///< metres per unit of `depth`
 };
 
 /// What a provider found in one image. What it does not make stays unset; an empty list of detections says

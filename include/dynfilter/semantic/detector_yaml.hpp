@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/semantic/provider_registry.hpp>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// A detector as its YAML says it. Reading one opens no network: `make` does.
+struct DetectorConfig {
+  std::string name;  ///< `name:`, else the type
+  std::string type;
+  /// Opens the files and makes the provider, a new one with every call. Throws ConfigError or IoError: one
+  /// line that names the file and what was expected.
+  std::function<std::unique_ptr<SemanticProvider>()> make;
+};
+
+namespace detail {
+
+/// The keys under `detector:` that are not the provider's own.
+inline const std::vector<std::string>& detector_keys() {
+  static const std::vector<std::string> keys{"name", "about", "type"};
+  return keys;
+}
+
+inline const ProviderRegistry::Entry& provider_entry(const YamlNode& node, const ProviderRegistry& registry) {
+  const std::string known = joined(registry.names());
+  const auto type = node.find("type");
+  if (!type) node.fail("expected the key `type`, one of " + known);
+  const ProviderRegistry::Entry* entry = registry.find(type->text());
+  if (entry == nullptr) type->fail("expected one of " + known + ", got `" + type->text() + "`");
+  return *entry;
+}
+
+/// Every error under the name of the YAML file, except those that name a file themselves.
+template <class F>
+auto in_document(const std::string& source, const F& f) {
+  try {
+    return f();
+  } catch (const ConfigError& error) {
+    if (source.empty()) throw;
+    throw ConfigError(source, error.what());
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw ConfigError(source, std::string("the provider cannot be made: ") + error.what());
+  }
+}
+
+}  // namespace detail
+
+/// Reads the map `detector:` of a document that may hold other things (a settings file, say). Throws
+/// ConfigError naming the source, the path, and the known keys or types.
+inline DetectorConfig read_detector(const YamlDocument& document, const ProviderRegistry& registry,
+                                    ProviderFiles files) {
+  return detail::in_document(document.source(), [&] {
+    const auto node = document.root().find("detector");
+    if (!node) throw ConfigError("", "expected the key `detector`");
+    const ProviderRegistry::Entry entry = detail::provider_entry(*node, registry);
+    DetectorConfig config;
+    config.type = config.name = entry.card.type;
+    if (const auto name = node->find("name")) config.name = name->text();
+    if (const auto about = node->find("about")) about->text();
+    // The document goes along: a node is valid as long as it lives.
+    config.make = [document, node = *node, entry, files = std::move(files)] {
+      return detail::in_document(document.source(),
+                                 [&] { return entry.make(node, files, detail::detector_keys()); });
+    };
+    return config;
+  });
+}
+
+/// Reads a detector's file. The files that it names lie in `network_folder`, else beside it.
+inline DetectorConfig detector_from_file(const std::filesystem::path& file, const ProviderRegistry& registry,
+                                         const std::filesystem::path& network_folder = {}) {
+  ProviderFiles files;
+  if (!network_folder.empty()) files.folders.push_back(network_folder);
+  files.folders.push_back(file.has_parent_path() ? file.parent_path() : std::filesystem::path("."));
+  return read_detector(YamlDocument::from_file(file.string()), registry, std::move(files));
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/semantic/provider.hpp>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// Where the files lie that a detector's YAML names: folders in the order in which they are searched.
+struct ProviderFiles {
+  std::vector<std::filesystem::path> folders;
+
+  /// A file or folder by the name that the YAML gives it; an absolute one is taken as it is. Throws IoError
+  /// that says where it was looked for and, in `what`, for which purpose.
+  std::filesystem::path find(const std::string& name, const std::string& what) const {
+    std::error_code failed;
+    const std::filesystem::path path(name);
+    if (path.is_absolute() || folders.empty()) {
+      if (!name.empty() && std::filesystem::exists(path, failed)) return path;
+      throw IoError(name + ": no such file (expected " + what + ")");
+    }
+    std::string looked;
+    for (const std::filesystem::path& folder : folders) {
+      if (!name.empty() && std::filesystem::exists(folder / path, failed)) return folder / path;
+      looked += (looked.empty() ? "" : " nor in ") + folder.string();
+    }
+    throw IoError(name + ": no such file in " + looked + " (expected " + what + ")");
+  }
+};
+
+/// What a kind of provider is, without making one.
+struct ProviderCard {
+  std::string type, summary;
+  std::vector<FieldInfo> parameters;
+};
+
+/// Makes a provider from the map under `detector:`. `other_keys` stand in the same map and are not its own.
+using ProviderFactory = std::function<std::unique_ptr<SemanticProvider>(
+    const YamlNode& node, const ProviderFiles& files, const std::vector<std::string>& other_keys)>;
+
+/// The kinds of provider that a detector's YAML may name as its `type`. A value, passed in: nothing registers
+/// itself, nothing is global.
+class ProviderRegistry {
+ public:
+  struct Entry {
+    ProviderCard card;
+    ProviderFactory make;
+  };
+
+  /// Throws ConfigError when the name is taken.
+  void add(Entry entry) {
+    const std::string type = entry.card.type;
+    if (type.empty()) throw ConfigError("", "a provider without a name cannot be registered");
+    if (!entries_.emplace(type, std::move(entry)).second)
+      throw ConfigError("", "a provider named `" + type + "` is registered already");
+  }
+
+  /// P has a struct P::Params with fields(), the constants P::kName and P::kSummary, and a constructor
+  /// P(Params, ProviderFiles), or P(Params) when it opens no files. The constructor throws IoError for files
+  /// and ConfigError for parameters that make no sense together.
+  template <class P>
+  void add() {
+    using Params = typename P::Params;
+    add({{P::kName, P::kSummary, describe_parameters<Params>()},
+         [](const YamlNode& node, const ProviderFiles& files,
+            const std::vector<std::string>& other_keys) -> std::unique_ptr<SemanticProvider> {
+           Params params = read_parameters<Params>(node, Params(), other_keys);
+           if constexpr (std::is_constructible_v<P, Params, const ProviderFiles&>)
+             return std::make_unique<P>(std::move(params), files);
+           else
+             return std::make_unique<P>(std::move(params));
+         }});
+  }
+
+  const Entry* find(const std::string& type) const {
+    const auto it = entries_.find(type);
+    return it == entries_.end() ? nullptr : &it->second;
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> result;
+    for (const auto& [type, entry] : entries_) result.push_back(type);
+    return result;
+  }
+
+ private:
+  std::map<std::string, Entry> entries_;
+};
+
+}  // namespace dynfilter
