@@ -80,13 +80,15 @@ TEST_CASE("a detector's YAML makes the provider that it names, as often as asked
   CHECK(config.type == "fixed");
   const auto first = config.make(), second = config.make();
   CHECK(first != second);
-  const auto result = first->infer({7, 1.5, {}});
+  SemanticImage image;
+  image.frame_id = 7;
+  const auto result = first->infer(image);
   REQUIRE(result);
   CHECK(result->frame_id == 7);
   CHECK(result->detections->at(0).score == 0.25F);
   config = read_detector(YamlDocument::from_text("detector: { type: silent }"), registry(), {});
   CHECK(config.name == "silent");
-  CHECK(!config.make()->infer({}));
+  CHECK(!config.make()->infer(image));
 }
 
 TEST_CASE("what is wrong with a detector's YAML is said with its path and what is known") {
