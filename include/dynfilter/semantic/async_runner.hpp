@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <dynfilter/semantic/runner.hpp>
+#include <dynfilter/semantic/simulated_runner.hpp>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+
+namespace dynfilter {
+
+/// A provider in a thread of its own. submit() costs one copy of the image and never waits for the provider:
+/// the copy takes the place of one that still waits (newest wins, a queue of one). submit(), latest() and
+/// status() hold a mutex for as long as a swap takes.
+///
+/// A provider that throws is reported in the status and asked again with the next image. One that takes longer
+/// than `timeout_s` for an image is abandoned: its thread is detached and owns, alone, all that it may still
+/// touch (the provider and its image), so that nothing is shared with the runner any more; should it ever
+/// return, it ends and deletes them. A thread cannot be killed: what must be killable belongs into a process
+/// (semantic/process_provider.hpp). The destructor waits `shutdown_s` at most and then does the same. A
+/// provider abandoned when main() ends must not touch static objects.
+///
+/// The provider is used and deleted by its thread. Nothing here changes cv::setNumThreads, which is
+/// process-wide: a network's own threads compete with the tracker unless they live in a process of their own.
+class AsyncRunner final : public SemanticRunner {
+ public:
+  using Clock = std::function<double()>;  ///< seconds, never going back
+
+  /// `clock`: what the timeout is measured with. Throws ConfigError for parameters out of range.
+  AsyncRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params, Clock clock = steady_s)
+      : params_(params), clock_(std::move(clock)), state_(std::make_shared<State>()) {
+    check_parameters(params_, "runner");
+    state_->provider = std::move(provider);
+    state_->clock = clock_;
+    worker_ = std::thread([state = state_] { work(*state); });
+  }
+
+  ~AsyncRunner() override {
+    if (!state_) return;
+    std::unique_lock<std::mutex> lock(state_->mutex);
+    state_->stop = true;
+    state_->wake.notify_all();
+    const bool ended = state_->ended_or_not.wait_for(lock, std::chrono::duration<double>(params_.shutdown_s),
+                                                     [&] { return state_->ended; });
+    lock.unlock();
+    ended ? worker_.join() : worker_.detach();
+  }
+
+  void submit(const SemanticImage& image) override {
+    abandon_if_hung();
+    if (!state_) {
+      ++final_.submitted;
+      ++final_.skipped;
+      return;
+    }
+    // Copied outside of the lock: spare_ belongs to this thread.
+    spare_.frame_id = image.frame_id;
+    spare_.timestamp_s = image.timestamp_s;
+    image.pixels.copyTo(spare_.pixels);
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    ++state_->status.submitted;
+    state_->status.skipped += state_->waiting ? 1 : 0;
+    std::swap(spare_, state_->pending);
+    state_->waiting = true;
+    state_->wake.notify_all();
+  }
+
+  Result latest() override {
+    abandon_if_hung();
+    if (!state_) return final_result_;
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    return state_->latest;
+  }
+
+  RunnerStatus status() override {
+    abandon_if_hung();
+    if (!state_) return final_;
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    return state_->status;
+  }
+
+  void reset() override {
+    final_result_.reset();
+    if (!state_) return;
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    state_->status.skipped += state_->waiting ? 1 : 0;
+    state_->waiting = false;
+    state_->latest.reset();
+    ++state_->epoch;
+  }
+
+  static double steady_s() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  }
+
+ private:
+  /// Owned by the runner and by the worker. Under the mutex, but for what only the worker touches.
+  struct State {
+    std::mutex mutex;
+    std::condition_variable wake, ended_or_not;
+    bool stop = false, ended = false;
+    bool waiting = false, busy = false;
+    double busy_since_s = 0;
+    int epoch = 0;
+    SemanticImage pending;
+    Result latest;
+    RunnerStatus status;
+    // The worker's own.
+    std::unique_ptr<SemanticProvider> provider;
+    SemanticImage image;
+    Clock clock;
+  };
+
+  static void work(State& state) {
+    std::unique_lock<std::mutex> lock(state.mutex);
+    for (;;) {
+      state.wake.wait(lock, [&] { return state.stop || state.waiting; });
+      if (state.stop) break;
+      std::swap(state.image, state.pending);
+      state.waiting = false;
+      state.busy = true;
+      state.busy_since_s = state.clock();
+      ++state.status.looked_at;
+      const int epoch = state.epoch;
+      lock.unlock();
+      look(state, epoch, lock);
+    }
+    lock.unlock();
+    state.provider.reset();
+    lock.lock();
+    state.ended = true;
+    state.ended_or_not.notify_all();
+  }
+
+  /// Takes the lock again.
+  static void look(State& state, int epoch, std::unique_lock<std::mutex>& lock) {
+    RunnerStatus counted;
+    Result result = detail::look(*state.provider, state.image, counted, counted.last_error);
+    lock.lock();
+    state.busy = false;
+    state.status.results += counted.results;
+    state.status.silent += counted.silent;
+    state.status.failed += counted.failed;
+    if (counted.failed > 0) state.status.last_error = counted.last_error;
+    if (result && epoch == state.epoch) state.latest = std::move(result);
+  }
+
+  void abandon_if_hung() {
+    if (!state_) return;
+    {
+      const std::lock_guard<std::mutex> lock(state_->mutex);
+      if (!state_->busy || clock_() - state_->busy_since_s <= params_.timeout_s) return;
+      state_->stop = true;
+      final_ = state_->status;
+      final_.skipped += state_->waiting ? 1 : 0;
+      state_->waiting = false;
+      final_result_ = std::move(state_->latest);
+    }
+    final_.abandoned = true;
+    final_.last_error = "took longer than " + detail::shown(params_.timeout_s) + " s for one image: abandoned";
+    worker_.detach();
+    state_.reset();
+  }
+
+  RunnerParams params_;
+  Clock clock_;
+  std::shared_ptr<State> state_;  ///< null: abandoned
+  std::thread worker_;
+  SemanticImage spare_;
+  RunnerStatus final_;  ///< once abandoned
+  Result final_result_;
+};
+
+/// The runner for a mode.
+inline std::unique_ptr<SemanticRunner> make_runner(std::unique_ptr<SemanticProvider> provider,
+                                                   const RunnerParams& params) {
+  if (params.mode == RunnerMode::Async) return std::make_unique<AsyncRunner>(std::move(provider), params);
+  return std::make_unique<SimulatedRunner>(std::move(provider), params);
+}
+
+}  // namespace dynfilter
