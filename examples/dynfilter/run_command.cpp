@@ -19,6 +19,17 @@ std::string figure(double value, const char* unit) {
   return std::isfinite(value) ? fmt::format("{:.4f}{}", value, unit) : "-";
 }
 
+// Nothing when all came at once and well.
+void print_detector(const DetectorSummary& d) {
+  if (d.mode == "sync" && d.failed == 0) return;
+  fmt::print("  detector      {}: {} results", d.mode, d.results);
+  if (d.frames_with_result > 0)
+    fmt::print(", on {} frames, {:.0f} frames old (at most {:.0f})", d.frames_with_result,
+               d.age_median_frames, d.age_max_frames);
+  fmt::print("; {} images skipped, {} failed{}{}\n", d.skipped, d.failed, d.last_error.empty() ? "" : ": ",
+             d.last_error);
+}
+
 void print_text(const Summary& s, const std::string& out) {
   fmt::print("{} on {}\n", s.pipeline, s.sequence);
   fmt::print("  tracked       {} of {} frames\n", s.tracked_frames, s.frames);
@@ -32,6 +43,7 @@ void print_text(const Summary& s, const std::string& out) {
       "  time          {:.1f} ms a frame: extraction {:.1f}, correspondence {:.1f}, filters {:.2f}, tracking "
       "{:.1f}\n",
       s.total_ms, s.extraction_ms, s.correspondence_ms, s.filters_ms, s.tracking_ms);
+  if (s.detector) print_detector(*s.detector);
   for (const std::string& note : s.notes) fmt::print("  note: {}\n", note);
   if (!out.empty()) fmt::print("  written to {}\n", out);
 }

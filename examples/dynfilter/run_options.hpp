@@ -2,6 +2,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <dynfilter/semantic/runner.hpp>
+#include <string>
 
 #include "sequence_run.hpp"
 
@@ -20,6 +22,20 @@ inline void add_run_options(CLI::App& command, RunOptions& options) {
                      "sequence");
   command.add_flag("--no-masks", options.no_masks, "no masks, even where the sequence has some")
       ->excludes("--masks");
+  command
+      .add_option(
+          "--detector-mode", options.detector_mode,
+          "when boxes and masks arrive: sync; late:N, N frames later; rate:HZ, as from a detector that "
+          "takes 1/HZ; async, from a thread of their own, at the pace of the recording")
+      ->check([](const std::string& mode) {
+        try {
+          parse_runner_mode(mode);
+        } catch (const Error& error) {
+          return std::string(error.what());
+        }
+        return std::string();
+      })
+      ->capture_default_str();
   command.add_option("--start", options.start,
                      "leave out so many frames at the beginning (with --reverse: of the reversed sequence)");
   command.add_option("--frames", options.frames, "play at most so many frames");

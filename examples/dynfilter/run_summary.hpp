@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <dynfilter/eval/ate.hpp>
 #include <dynfilter/eval/classification.hpp>
 #include <dynfilter/eval/rpe.hpp>
@@ -30,6 +31,16 @@ struct FrameRow {
   double total_ms() const { return extraction_ms + correspondence_ms + filters_ms + tracking_ms; }
 };
 
+/// How the boxes and masks came.
+struct DetectorSummary {
+  std::string mode;
+  std::int64_t looked_at = 0, skipped = 0, results = 0, silent = 0, failed = 0;
+  bool abandoned = false;
+  std::string last_error;
+  std::size_t frames_with_result = 0;
+  double age_median_frames = NAN, age_max_frames = NAN;
+};
+
 /// summary.json; NaN stands for null.
 struct Summary {
   std::string sequence, pipeline;
@@ -38,8 +49,23 @@ struct Summary {
   double precision = NAN, recall = NAN, static_kept = NAN;
   double features_mean = 0, rejected_mean = 0;
   double total_ms = 0, extraction_ms = 0, correspondence_ms = 0, filters_ms = 0, tracking_ms = 0;
+  std::optional<DetectorSummary> detector;
   std::vector<std::string> notes;
 };
+
+inline Json to_json(const DetectorSummary& d) {
+  return {{"mode", d.mode},
+          {"looked_at", d.looked_at},
+          {"skipped", d.skipped},
+          {"results", d.results},
+          {"silent", d.silent},
+          {"failed", d.failed},
+          {"abandoned", d.abandoned},
+          {"last_error", d.last_error},
+          {"frames_with_result", d.frames_with_result},
+          {"age_median_frames", number_or_null(d.age_median_frames)},
+          {"age_max_frames", number_or_null(d.age_max_frames)}};
+}
 
 inline Json to_json(const Summary& s) {
   Json json{{"frames", s.frames}, {"tracked_frames", s.tracked_frames}};
@@ -57,6 +83,7 @@ inline Json to_json(const Summary& s) {
                 {"correspondence", s.correspondence_ms},
                 {"filters", s.filters_ms},
                 {"tracking", s.tracking_ms}};
+  json["detector"] = s.detector ? to_json(*s.detector) : Json();
   json["notes"] = s.notes;
   return json;
 }

@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include "command_registry.hpp"
@@ -13,6 +15,7 @@
 #include "pipeline_judge.hpp"
 #include "run_input.hpp"
 #include "run_output.hpp"
+#include "semantic_feed.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -39,13 +42,12 @@ class SequenceRun {
         judge_(load_pipeline(options.pipeline, command_registry(options.plugins, truth_))),
         sequence_(open_sequence(options)),
         order_(playing_order(options, sequence_.size())),
-        masks_(options, sequence_),
         odometry_(sequence_.camera(), odometry::OdometryOptions(), &judge_) {
     summary_.sequence = sequence_.name();
     summary_.pipeline = judge_.pipeline().name();
     summary_.notes = sequence_.notes();
     ground_truth_ = sequence_.ground_truth();
-    detections_ = load_detections(options, sequence_, summary_.notes);
+    open_feed();
     oracle_ = uses_stage(judge_.pipeline(), OracleFilter::kName);
     if (oracle_ && !sequence_.has_labels())
       throw IoError(options.sequence + ": has no labels/, which `oracle` needs");
@@ -65,6 +67,7 @@ class SequenceRun {
     if (blank_depth_ > 0)
       count_note(fmt::format("{} with a depth image of zeros only", frames(blank_depth_)));
     for (const auto& [note, times] : notes_) count_note(fmt::format("{} ({})", note, frames(times)));
+    summary_.detector = feed_->summary();
     summarise_frames(rows_, summary_);
     const io::Trajectory estimate = trajectory();
     summarise_trajectory(ground_truth_, estimate, summary_);
@@ -82,19 +85,33 @@ class SequenceRun {
     return options_.reverse ? 2 * sequence_.timestamp_s(order_[0]) - stamp_s : stamp_s;
   }
 
+  void open_feed() {
+    std::optional<io::DetectionTrack> boxes = load_detections(options_, sequence_, summary_.notes);
+    feed_.emplace(
+        std::make_unique<SequenceFiles>(std::move(boxes), MaskFolder(options_, sequence_), order_, sequence_),
+        options_.detector_mode, true);
+  }
+
+  // A detector with a thread of its own is as late as it would be at the camera's pace.
+  void keep_pace(double timestamp_s) {
+    if (options_.detector_mode != "async") return;
+    if (!began_) began_ = std::chrono::steady_clock::now();
+    const std::chrono::duration<double> since_start(timestamp_s - played_s(order_[0]));
+    std::this_thread::sleep_until(
+        *began_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(since_start));
+  }
+
   void play(std::size_t i) {
     io::RgbdFrame frame = sequence_.load(i);
     frame.timestamp_s = played_s(i);
     any_depth_ = any_depth_ || has_any_depth(frame);
     blank_depth_ += !frame.depth.empty() && !has_any_depth(frame) ? 1 : 0;
     if (oracle_) truth_->labels = sequence_.load_labels(i);
-    const std::vector<Detection>* boxes = detections_ ? detections_->at(sequence_.timestamp_s(i)) : nullptr;
-    odometry::SemanticInputs inputs;
-    if (boxes) inputs.detections = DetectionInput{-1, *boxes};
-    inputs.mask = masks_.load(i);
+    keep_pace(frame.timestamp_s);
+    const odometry::SemanticInputs inputs = feed_->next(static_cast<std::int64_t>(rows_.size()), frame);
     const odometry::TrackResult result = odometry_.process(frame, inputs);
     rows_.push_back(row_of(i, result));
-    if (output_) output_->add(rows_.back(), judge_, picture_of(frame, boxes, rows_.back()));
+    if (output_) output_->add(rows_.back(), judge_, picture_of(frame, inputs, rows_.back()));
   }
 
   FrameRow row_of(std::size_t i, const odometry::TrackResult& result) {
@@ -126,13 +143,14 @@ class SequenceRun {
       counts.add(eval::truth_at(truth, f.pixel), f.decision == Vote::Dynamic);
   }
 
-  OverlayFrame picture_of(const io::RgbdFrame& frame, const std::vector<Detection>* boxes,
+  OverlayFrame picture_of(const io::RgbdFrame& frame, const odometry::SemanticInputs& inputs,
                           const FrameRow& row) const {
     OverlayFrame picture;
     picture.colour = frame.colour;
     picture.title = fmt::format("{}   {}   frame {} of {}   {}", summary_.pipeline, summary_.sequence,
                                 row.index, sequence_.size(), row.state);
-    if (boxes) picture.detections = *boxes;
+    if (inputs.detections)
+      picture.detections.assign(inputs.detections->detections.begin(), inputs.detections->detections.end());
     return picture;
   }
 
@@ -150,10 +168,10 @@ class SequenceRun {
   PipelineJudge judge_;
   io::TumSequence sequence_;
   std::vector<std::size_t> order_;
-  MaskFolder masks_;
   odometry::Odometry odometry_;
   std::optional<io::Trajectory> ground_truth_;
-  std::optional<io::DetectionTrack> detections_;
+  std::optional<SemanticFeed> feed_;
+  std::optional<std::chrono::steady_clock::time_point> began_;
   std::optional<RunOutput> output_;
   std::vector<FrameRow> rows_;
   std::map<std::string, std::size_t> notes_;  ///< what stages noted, and in how many frames

@@ -13,7 +13,8 @@ namespace dynfilter::command {
 struct RunOptions {
   std::string sequence, pipeline, camera, detections, masks, out;
   std::vector<std::string> plugins;
-  std::size_t start = 0, frames = 0;  ///< frames 0: all
+  std::size_t start = 0, frames = 0;   ///< frames 0: all
+  std::string detector_mode = "sync";  ///< "sync", "async", "late:3", "rate:2"
   bool reverse = false;
   bool no_detections = false, no_masks = false;  ///< even where the sequence has some
   int threads = 1;

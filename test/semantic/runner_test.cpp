@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <atomic>
 #include <chrono>
 #include <dynfilter/semantic/async_runner.hpp>
 #include <stdexcept>
@@ -111,11 +112,11 @@ TEST_CASE("async: the newest image wins, one waits at most, and its pixels are c
   script->gated = true;
   AsyncRunner runner(provider(script), {});
   cv::Mat buffer(2, 2, CV_8UC1, cv::Scalar(40));
-  runner.submit({0, 0, buffer});
+  runner.submit(image_of(0, buffer));
   script->entered.wait_for(1);  // busy with frame 0
   for (int k = 1; k < 10; ++k) {
     buffer.setTo(cv::Scalar(40 + k));
-    runner.submit({k, 0, buffer});
+    runner.submit(image_of(k, buffer));
   }
   buffer.setTo(cv::Scalar(0));
   CHECK(runner.status().skipped == 8);
@@ -124,11 +125,11 @@ TEST_CASE("async: the newest image wins, one waits at most, and its pixels are c
   script->entered.wait_for(2);  // 0 is done, busy with 9
   REQUIRE(runner.latest());
   CHECK(runner.latest()->frame_id == 0);
-  CHECK((*runner.latest()->detections)[0].box.y == 40);
+  CHECK((*runner.latest()->detections)[0].box.y == 40.0F);
   script->go.up();
   until([&] { return runner.status().results == 2; });
   CHECK(runner.latest()->frame_id == 9);
-  CHECK((*runner.latest()->detections)[0].box.y == 49);
+  CHECK((*runner.latest()->detections)[0].box.y == 49.0F);
   CHECK(script->seen == Ids{0, 9});
   CHECK(runner.status().submitted == 10);
   CHECK(runner.status().looked_at == 2);

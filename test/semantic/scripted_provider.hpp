@@ -53,7 +53,8 @@ class ScriptedProvider final : public dynfilter::SemanticProvider {
     if (script_->infer) return script_->infer(image);
     dynfilter::SemanticResult result;
     dynfilter::Detection detection;
-    detection.box = cv::Rect2f(static_cast<float>(image.frame_id), image.pixels.at<unsigned char>(0, 0), 1, 1);
+    detection.box =
+        cv::Rect2f(static_cast<float>(image.frame_id), image.pixels.at<unsigned char>(0, 0), 1, 1);
     result.detections = {detection};
     return result;
   }
@@ -63,8 +64,16 @@ class ScriptedProvider final : public dynfilter::SemanticProvider {
   int looked_ = 0;
 };
 
-inline dynfilter::SemanticImage image_of(std::int64_t id, double hz = 30) {
-  return {id, static_cast<double>(id) / hz, cv::Mat(2, 2, CV_8UC1, cv::Scalar(static_cast<double>(id)))};
+inline dynfilter::SemanticImage image_of(std::int64_t id, const cv::Mat& pixels) {
+  dynfilter::SemanticImage image;
+  image.frame_id = id;
+  image.timestamp_s = static_cast<double>(id) / 30;
+  image.pixels = pixels;
+  return image;
+}
+/// Grey, of the brightness `id`.
+inline dynfilter::SemanticImage image_of(std::int64_t id) {
+  return image_of(id, cv::Mat(2, 2, CV_8UC1, cv::Scalar(static_cast<double>(id))));
 }
 
 }  // namespace dynfilter_test

@@ -18,12 +18,12 @@ namespace dynfilter {
 /// the copy takes the place of one that still waits (newest wins, a queue of one). submit(), latest() and
 /// status() hold a mutex for as long as a swap takes.
 ///
-/// A provider that throws is reported in the status and asked again with the next image. One that takes longer
-/// than `timeout_s` for an image is abandoned: its thread is detached and owns, alone, all that it may still
-/// touch (the provider and its image), so that nothing is shared with the runner any more; should it ever
-/// return, it ends and deletes them. A thread cannot be killed: what must be killable belongs into a process
-/// (semantic/process_provider.hpp). The destructor waits `shutdown_s` at most and then does the same. A
-/// provider abandoned when main() ends must not touch static objects.
+/// A provider that throws is reported in the status and asked again with the next image. One that takes
+/// longer than `timeout_s` for an image is abandoned: its thread is detached and owns, alone, all that it may
+/// still touch (the provider and its image), so that nothing is shared with the runner any more; should it
+/// ever return, it ends and deletes them. A thread cannot be killed: what must be killable belongs into a
+/// process (semantic/process_provider.hpp). The destructor waits `shutdown_s` at most and then does the same.
+/// A provider abandoned when main() ends must not touch static objects.
 ///
 /// The provider is used and deleted by its thread. Nothing here changes cv::setNumThreads, which is
 /// process-wide: a network's own threads compete with the tracker unless they live in a process of their own.
@@ -62,6 +62,8 @@ class AsyncRunner final : public SemanticRunner {
     spare_.frame_id = image.frame_id;
     spare_.timestamp_s = image.timestamp_s;
     image.pixels.copyTo(spare_.pixels);
+    image.depth.copyTo(spare_.depth);
+    spare_.depth_unit_m = image.depth_unit_m;
     const std::lock_guard<std::mutex> lock(state_->mutex);
     ++state_->status.submitted;
     state_->status.skipped += state_->waiting ? 1 : 0;
@@ -162,7 +164,8 @@ class AsyncRunner final : public SemanticRunner {
       final_result_ = std::move(state_->latest);
     }
     final_.abandoned = true;
-    final_.last_error = "took longer than " + detail::shown(params_.timeout_s) + " s for one image: abandoned";
+    final_.last_error =
+        "took longer than " + detail::shown(params_.timeout_s) + " s for one image: abandoned";
     worker_.detach();
     state_.reset();
   }

@@ -10,8 +10,8 @@
 
 namespace dynfilter {
 
-/// One image on its way to a provider. Whoever hands it in does not write to the pixels any more: a provider
-/// may look at them later, in another thread.
+/// One image on its way to a provider. The pixels are good until infer() returns, in whatever thread: a
+/// provider that keeps them longer keeps a copy.
 struct SemanticImage {
   std::int64_t frame_id = -1;
   double timestamp_s = 0;

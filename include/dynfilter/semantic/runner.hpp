@@ -100,8 +100,8 @@ class SemanticRunner {
   /// The next frame, with an id that grows. The pixels are copied where they are needed later.
   virtual void submit(const SemanticImage& image) = 0;
 
-  /// The newest result there is, with the id of the frame it saw; null: none came yet. It stays the same until
-  /// a newer one is there.
+  /// The newest result there is, with the id of the frame it saw; null: none came yet. It stays the same
+  /// until a newer one is there.
   virtual Result latest() = 0;
 
   virtual RunnerStatus status() = 0;
@@ -124,8 +124,8 @@ class SemanticRunner {
 namespace detail {
 
 /// One look of a provider, with all that can go wrong written to the status. Null without a result.
-inline SemanticRunner::Result look(SemanticProvider& provider, const SemanticImage& image, RunnerStatus& status,
-                                   std::string& error) {
+inline SemanticRunner::Result look(SemanticProvider& provider, const SemanticImage& image,
+                                   RunnerStatus& status, std::string& error) {
   try {
     std::optional<SemanticResult> found = provider.infer(image);
     if (!found) {

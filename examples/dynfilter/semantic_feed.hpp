@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <dynfilter/io/detections.hpp>
+#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/semantic/async_runner.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "odometry/track_result.hpp"
+#include "run_input.hpp"
+#include "run_summary.hpp"
+
+namespace dynfilter::command {
+
+/// The boxes and masks that lie beside a sequence, as a provider: by frame id, which counts the frames
+/// played.
+class SequenceFiles final : public SemanticProvider {
+ public:
+  SequenceFiles(std::optional<io::DetectionTrack> boxes, MaskFolder masks, std::vector<std::size_t> order,
+                const io::TumSequence& sequence)
+      : boxes_(std::move(boxes)), masks_(std::move(masks)), order_(std::move(order)) {
+    for (std::size_t i = 0; i < sequence.size(); ++i) stamps_s_.push_back(sequence.timestamp_s(i));
+  }
+
+  std::string name() const override { return "files"; }
+  std::optional<SemanticResult> infer(const SemanticImage& image) override {
+    const std::size_t i = order_[static_cast<std::size_t>(image.frame_id)];
+    SemanticResult result;
+    if (const std::vector<Detection>* boxes = boxes_ ? boxes_->at(stamps_s_[i]) : nullptr)
+      result.detections = *boxes;
+    if (const std::optional<MaskInput> mask = masks_.load(i)) result.labels = mask->labels;
+    if (!result.detections && !result.labels) return std::nullopt;
+    return result;
+  }
+
+ private:
+  std::optional<io::DetectionTrack> boxes_;
+  MaskFolder masks_;
+  std::vector<std::size_t> order_;
+  std::vector<double> stamps_s_;
+};
+
+/// From a provider to the odometry, as late as the mode says.
+class SemanticFeed {
+ public:
+  /// `is_files`: what throws then is the user's input, not a detector's mishap.
+  SemanticFeed(std::unique_ptr<SemanticProvider> provider, const std::string& mode, bool is_files)
+      : runner_(make_runner(std::move(provider), parse_runner_mode(mode))), is_files_(is_files) {
+    summary_.mode = mode;
+  }
+
+  /// The next frame; what there is for it, good until the next call.
+  odometry::SemanticInputs next(std::int64_t frame_id, const io::RgbdFrame& frame) {
+    SemanticImage image;
+    image.frame_id = frame_id;
+    image.timestamp_s = frame.timestamp_s;
+    image.pixels = frame.colour;
+    image.depth = frame.depth;
+    image.depth_unit_m = frame.depth_unit_m;
+    runner_->submit(image);
+    const RunnerStatus status = runner_->status();
+    if (is_files_ && status.failed > 0) throw IoError(status.last_error);
+    result_ = runner_->latest();
+    odometry::SemanticInputs inputs;
+    if (!result_) return inputs;
+    if (result_->detections) inputs.detections = DetectionInput{result_->frame_id, *result_->detections};
+    if (result_->labels) inputs.mask = MaskInput{result_->frame_id, *result_->labels};
+    ages_.push_back(static_cast<double>(frame_id - result_->frame_id));
+    return inputs;
+  }
+
+  /// What next() said last.
+  const SemanticResult* result() const { return result_.get(); }
+
+  DetectorSummary summary() {
+    const RunnerStatus status = runner_->status();
+    summary_.looked_at = status.looked_at, summary_.skipped = status.skipped;
+    summary_.results = status.results, summary_.failed = status.failed, summary_.silent = status.silent;
+    summary_.abandoned = status.abandoned, summary_.last_error = status.last_error;
+    summary_.frames_with_result = ages_.size();
+    summary_.age_median_frames = eval::median(ages_);
+    summary_.age_max_frames = ages_.empty() ? NAN : *std::max_element(ages_.begin(), ages_.end());
+    return summary_;
+  }
+
+ private:
+  std::unique_ptr<SemanticRunner> runner_;
+  bool is_files_;
+  SemanticRunner::Result result_;
+  std::vector<double> ages_;
+  DetectorSummary summary_;
+};
+
+}  // namespace dynfilter::command
