@@ -41,8 +41,12 @@ dynfilter_component(context COMPONENTS correspondence geometry)
 dynfilter_component(filters COMPONENTS context)
 dynfilter_component(pipeline COMPONENTS filters)
 dynfilter_component(plugin COMPONENTS filters LINK ${CMAKE_DL_LIBS})
-dynfilter_component(adapters COMPONENTS pipeline OPENCV imgproc)
 dynfilter_component(io COMPONENTS core OPENCV imgcodecs imgproc)
+dynfilter_component(adapters COMPONENTS pipeline io OPENCV imgproc)
+# Hosts name installed pipelines in their settings files.
+target_compile_definitions(dynfilter_adapters INTERFACE
+  "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${PROJECT_SOURCE_DIR}/examples/pipelines\">"
+  "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
 dynfilter_component(semantic COMPONENTS pipeline io OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(eval COMPONENTS io)
 dynfilter_component(synth COMPONENTS context io OPENCV imgproc)

@@ -14,8 +14,8 @@ namespace layering {
 
 /// What each folder of include/dynfilter may include besides itself. Data flows one way:
 /// core -> correspondence, geometry, cluster -> context -> filters -> pipeline -> semantic, keyframe,
-/// mapping, adapters; io, eval and synth stand beside them, and only semantic and mapping read and write
-/// files.
+/// mapping, adapters; io, eval and synth stand beside them, and only semantic, mapping and adapters read
+/// and write files.
 inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
   static const std::set<std::string> below_context{"core", "correspondence", "geometry", "cluster"};
   static const std::set<std::string> below_filters{"core", "correspondence", "geometry", "cluster",
@@ -38,7 +38,7 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
       {"semantic", all_below_and_files},
       {"keyframe", all_below},
       {"mapping", all_below_and_files},
-      {"adapters", all_below},
+      {"adapters", all_below_and_files},
       {"io", {"core"}},
       {"eval", {"core", "io"}},
       {"synth", {"core", "correspondence", "geometry", "context", "io"}},

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <dynfilter/adapters/draw_verdict.hpp>
+#include <dynfilter/adapters/masked_image.hpp>
+#include <dynfilter/adapters/orb_slam/settings.hpp>
+#include <dynfilter/io/camera_file.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// For a host that cannot be patched, ORB-SLAM or other: judges corners of its own and returns the images
+/// that the host is to be given. With depth the image stays and the depth loses what is rejected; without,
+/// the image is painted over there. One camera stream, one thread.
+class MaskedHost {
+ public:
+  struct Images {
+    cv::Mat image, depth;  ///< valid until the next call; `image` may be the caller's own
+  };
+
+  /// Reads camera, depth unit (`DepthMapFactor`) and pipeline from a settings file as ORB-SLAM2 and 3 have
+  /// it. Throws ConfigError, and IoError for a camera that is no pinhole or not there.
+  MaskedHost(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
+             const MaskedImageParams& masking = MaskedImageParams())
+      : settings_(read_orb_slam_settings(settings_file, host_sensor(sensor), registry)),
+        pipeline_(std::move(settings_.pipeline)),
+        masked_(masking) {
+    const io::CameraFile file = io::read_camera(settings_file);
+    camera_ = file.camera;
+    if (file.depth_units_per_m && *file.depth_units_per_m > 0) depth_unit_m_ = 1 / *file.depth_units_per_m;
+  }
+
+  void set_detections(std::vector<Detection> detections) { detections_ = std::move(detections); }
+  void set_mask(const cv::Mat& labels) { mask_ = MaskInput{-1, labels}; }
+
+  /// `image`: 8 bits, grey or colour. `depth`: as the host takes it, CV_16U or CV_32F in units of
+  /// `1 / DepthMapFactor` metres, or empty. Cost: the corners, about 5 ms for 640x480, and the pipeline.
+  const Images& process(const cv::Mat& image, const cv::Mat& depth, double timestamp_s) {
+    images_.image = image, images_.depth = depth;
+    if (!settings_.params.enabled || image.empty() || image.depth() != CV_8U) return images_;
+    to_grey(image);
+    find_corners();
+    judge(depth, timestamp_s);
+    if (verdict_.kept() == verdict_.size()) return images_;
+    const cv::Mat& mask = masked_.mask(keypoints_, verdict_, image.size());
+    if (!depth.empty()) {
+      MaskedImage::zero_depth(depth, mask, masked_depth_);
+      images_.depth = masked_depth_;
+    } else {
+      masked_.paint(image, mask, painted_);
+      images_.image = painted_;
+    }
+    return images_;
+  }
+
+  void reset() { pipeline_.reset(), first_frame_ = true; }
+
+  const Verdict& verdict() const { return verdict_; }
+  const std::vector<cv::KeyPoint>& judged_keypoints() const { return keypoints_; }
+  std::string summary() const { return summary_line(verdict_.report); }
+  cv::Mat draw(const cv::Mat& image) const { return draw_verdict(image, keypoints_, verdict_); }
+
+ private:
+  static constexpr int kMaxCorners = 1000;
+
+  void to_grey(const cv::Mat& image) {
+    if (image.channels() == 1)
+      image.copyTo(grey_);
+    else
+      cv::cvtColor(image, grey_, image.channels() == 4 ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
+  }
+  /// Evenly spread, as the host's features are.
+  void find_corners() {
+    cv::goodFeaturesToTrack(grey_, corners_, kMaxCorners, 0.003, 8);
+    keypoints_.clear();
+    for (const cv::Point2f& corner : corners_) keypoints_.emplace_back(corner, 31.0F);
+  }
+
+  void judge(const cv::Mat& depth, double timestamp_s) {
+    FrameView view;
+    view.id = next_id_++;
+    view.timestamp_s = timestamp_s;
+    view.keypoints = keypoints_;
+    view.grey = grey_;
+    view.depth = depth;
+    view.depth_unit_m = depth_unit_m_;
+    if (camera_.valid()) view.camera = camera_;
+    if (detections_) view.detections = DetectionInput{-1, *detections_};
+    if (mask_) view.mask = *mask_;
+    verdict_ = pipeline_.before_pose(view);
+    detections_.reset(), mask_.reset();
+    if (first_frame_ && settings_.params.keep_first_frame)
+      verdict_.decision.assign(verdict_.size(), Vote::Unknown);
+    first_frame_ = false;
+  }
+
+  OrbSlamSettings settings_;
+  Pipeline pipeline_;
+  MaskedImage masked_;
+  Camera camera_;
+  double depth_unit_m_ = 1;
+  std::optional<std::vector<Detection>> detections_;
+  std::optional<MaskInput> mask_;
+  std::int64_t next_id_ = 0;
+  bool first_frame_ = true;
+  cv::Mat grey_, masked_depth_, painted_;
+  std::vector<cv::Point2f> corners_;
+  std::vector<cv::KeyPoint> keypoints_;
+  Verdict verdict_;
+  Images images_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/yaml.hpp>
+#include <filesystem>
+#include <string>
+#include <utility>
+
+namespace dynfilter {
+
+enum class HostSensor { Monocular, Stereo, RgbD };
+
+/// System::eSensor of both versions as a number: 0 one camera, 1 two, 2 RGB-D; 3 to 5 the same with inertia.
+inline HostSensor host_sensor(int sensor) {
+  const int kind = sensor >= 0 ? sensor % 3 : 0;
+  return kind == 0 ? HostSensor::Monocular : kind == 1 ? HostSensor::Stereo : HostSensor::RgbD;
+}
+
+/// How a verdict is handed to an ORB-SLAM host. In its settings file each has `DynFilter.` before it.
+struct OrbSlamParams {
+  bool enabled = true;
+  bool keep_first_frame = true;
+  int min_features_before_map = -1;
+  int min_features = 100;
+  int covisible_keyframes = 5;
+
+  static const FieldTable<OrbSlamParams>& fields() {
+    using P = OrbSlamParams;
+    static const FieldTable<P> table{
+        flag("enabled", &P::enabled, "false: the host runs as if nothing had been added"),
+        flag("keep_first_frame", &P::keep_first_frame,
+             "keep all features of the first frame, and of the first after a reset"),
+        integer("min_features_before_map", &P::min_features_before_map, "features", {-1, 100000},
+                "keep at least so many until the map exists; -1: 550 with depth or two cameras (the host "
+                "begins with more than 500), 250 with one (it asks for 100 matches)"),
+        integer("min_features", &P::min_features, "features", {0, 100000},
+                "keep at least so many later (the host asks for 30 matches, 50 after a relocalisation)"),
+        integer("covisible_keyframes", &P::covisible_keyframes, "keyframes", {0, 1000},
+                "how many are looked at when a keyframe is made"),
+    };
+    return table;
+  }
+
+  int floor_before_map(HostSensor sensor) const {
+    if (min_features_before_map >= 0) return min_features_before_map;
+    return sensor == HostSensor::Monocular ? 250 : 550;
+  }
+};
+
+struct OrbSlamSettings {
+  OrbSlamParams params;
+  PipelineConfig pipeline;
+};
+
+namespace orb_slam::detail {
+
+/// Where installed pipelines lie, "" when the build did not say.
+inline std::string pipelines_folder() {
+#ifdef DYNFILTER_PIPELINES_DIR
+  return DYNFILTER_PIPELINES_DIR;
+#else
+  return "";
+#endif
+}
+
+/// A file, beside the settings file or as given, or the name of an installed pipeline.
+inline std::string find_pipeline(const std::string& name, const std::string& settings_file,
+                                 const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path beside = fs::path(settings_file).parent_path() / name;
+  for (const fs::path& candidate : {beside, fs::path(name), fs::path(pipelines_folder()) / (name + ".yaml")})
+    if (fs::is_regular_file(candidate, error)) return candidate.string();
+  throw ConfigError(path, "no pipeline `" + name +
+                              "`: expected a file beside the settings file, a path, or " +
+                              (pipelines_folder().empty() ? std::string("(built without CMake) nothing else")
+                                                          : "a name in " + pipelines_folder()));
+}
+
+/// The keys `prefix...` of a flat file over `p`. `text_key` after the prefix is not a parameter: its text is
+/// returned.
+template <class P>
+std::string read_prefixed(const YamlNode& root, const std::string& prefix, const std::string& text_key,
+                          P& p) {
+  std::string text;
+  for (const auto& [key, value] : root.entries()) {
+    if (key.rfind(prefix, 0) != 0) continue;
+    const std::string name = key.substr(prefix.size());
+    const auto& table = P::fields();
+    const auto field =
+        std::find_if(table.begin(), table.end(), [&](const auto& f) { return f.info.name == name; });
+    if (name == text_key) {
+      text = value.text();
+    } else if (field == table.end()) {
+      std::string known = prefix + text_key;
+      for (const auto& f : table) known += ", " + prefix + f.info.name;
+      throw ConfigError("", "unknown key `" + key + "`; known keys: " + known);
+    } else {
+      field->read(p, value);
+      field->check(p, value.path());
+    }
+  }
+  return text;
+}
+
+}  // namespace orb_slam::detail
+
+/// Reads a host's own settings file: the `DynFilter.` keys, and the pipeline from its `pipeline` node, or
+/// from the file or the installed pipeline that `DynFilter.pipeline` names, else the default for the sensor.
+/// Whatever else the file holds is the host's. Throws ConfigError.
+inline OrbSlamSettings read_orb_slam_settings(const std::string& file, HostSensor sensor,
+                                              const Registry& registry = builtin_filters()) {
+  const YamlDocument document = YamlDocument::from_file(file);
+  OrbSlamSettings settings;
+  try {
+    const YamlNode root = document.root();
+    std::string name = orb_slam::detail::read_prefixed(root, "DynFilter.", "pipeline", settings.params);
+    if (root.find("pipeline")) {
+      if (!name.empty())
+        root.fail("both `pipeline` and `DynFilter.pipeline` are given: expected one of them");
+      settings.pipeline = read_pipeline(*root.find("pipeline"), registry);
+      return settings;
+    }
+    if (name.empty()) name = sensor == HostSensor::RgbD ? "dynfilter" : "dynfilter_mono";
+    settings.pipeline =
+        pipeline_from_file(orb_slam::detail::find_pipeline(name, file, "DynFilter.pipeline"), registry);
+    return settings;
+  } catch (const ConfigError& error) {
+    throw ConfigError(file, error.what());
+  }
+}
+
+}  // namespace dynfilter
