@@ -6,14 +6,14 @@ include(CMakePackageConfigHelpers)
 set(config_destination ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
 
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/dynfilter" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-        COMPONENT development FILES_MATCHING PATTERN "*.hpp")
+        COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/pipelines" DESTINATION ${DYNFILTER_DATA_DESTINATION}
         COMPONENT runtime OPTIONAL FILES_MATCHING PATTERN "*.yaml")
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
 
 # One export per component, so that a user who asks for two components needs what those two need and no more.
 foreach(component IN LISTS DYNFILTER_COMPONENTS)
-  install(TARGETS dynfilter_${component} EXPORT dynfilter_${component})
+  install(TARGETS dynfilter_${component} EXPORT dynfilter_${component} COMPONENT development)
   install(EXPORT dynfilter_${component} NAMESPACE dynfilter:: DESTINATION ${config_destination}
           FILE dynfilter_${component}.cmake COMPONENT development)
   string(APPEND DYNFILTER_COMPONENT_TABLE

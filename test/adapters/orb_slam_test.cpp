@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <malloc.h>
+
 #include <algorithm>
+#include <cstdlib>
 #include <dynfilter/adapters/masked_host.hpp>
 #include <dynfilter/adapters/orb_slam.hpp>
 #include <filesystem>
@@ -605,4 +608,40 @@ TEST_CASE("a closed host is given depth without what was rejected, or a painted 
       MaskedHost(folder.write("fisheye.yaml", std::string(kHostKeys) + "Camera.type: \"KannalaBrandt8\"\n"),
                  0),
       IoError);
+}
+
+#if defined(__GLIBC__)
+TEST_CASE("memory does not grow with time") {
+  OrbSlam filter(settings_from("DynFilter.pipeline: dynfilter\n"), HostSensor::RgbD);
+  const cv::Mat big = noise(640, 320), depth(240, 320, CV_32FC1, cv::Scalar(2));
+  std::size_t early = 0;
+  for (int k = 0; k < 400; ++k) {
+    Host<host::v2::Frame> host(100, Sensor::RgbD, static_cast<long unsigned int>(k));
+    filter.set_detections({person(10, 10, 50, 100)});
+    filter.before_tracking(host.frame, big(cv::Rect(2 * (k % 40), 40 + k % 7, 320, 240)), depth, true);
+    filter.at_keyframe(host.frame, std::vector<host::v2::KeyFrame*>{});
+    if (k == 100) early = mallinfo2().uordblks;
+  }
+  CHECK(mallinfo2().uordblks < early + 100000);  // a frame's copy is 400 kB
+}
+#endif
+
+// DYNFILTER_UPDATE_DOCS=1 writes the table instead.
+TEST_CASE("the guide's table of settings is that of the parameters") {
+  const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/orb-slam.md";
+  std::ifstream file(path);
+  std::string guide((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  std::string wanted = "| key | default | unit | range | meaning |\n|---|---|---|---|---|\n";
+  for (const FieldInfo& field : describe_parameters<OrbSlamParams>())
+    wanted += "| `DynFilter." + field.name + "` | " + field.default_value + " | " + field.unit + " | " +
+              field.range + " | " + field.doc + " |\n";
+  const std::string begin = "<!-- parameters -->\n";
+  const auto at = guide.find(begin), end = guide.find("<!-- end -->");
+  REQUIRE(at != std::string::npos);
+  REQUIRE(end != std::string::npos);
+  const auto from = at + begin.size();
+  if (std::getenv("DYNFILTER_UPDATE_DOCS") != nullptr)
+    std::ofstream(path) << guide.replace(from, end - from, wanted);
+  else
+    CHECK(guide.substr(from, end - from) == wanted);
 }

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/* The plain C interface (C11): create a pipeline, hand in frames, read verdicts. For other languages, and for
+ * programs that share no C++ library with this one. Link dynfilter::facade. All memory behind pointers of a
+ * dynfilter_frame is the caller's and is not used after the call; that behind a dynfilter_verdicts is the
+ * library's and lives until the next call with the same filter. One filter per camera stream and thread. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define DYNFILTER_C_API
+#else
+#define DYNFILTER_C_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Grows when anything here changes its layout. Compare with dynfilter_abi_version(). */
+#define DYNFILTER_ABI_VERSION 1
+
+typedef struct dynfilter_filter dynfilter_filter;
+
+enum dynfilter_call_point { DYNFILTER_BEFORE_POSE = 0, DYNFILTER_AFTER_POSE = 1, DYNFILTER_AT_KEYFRAME = 2 };
+enum dynfilter_pose_kind {
+  DYNFILTER_POSE_NONE = 0,
+  DYNFILTER_POSE_PREDICTED = 1,
+  DYNFILTER_POSE_ESTIMATED = 2,
+  DYNFILTER_POSE_REFINED = 3
+};
+enum dynfilter_depth_type { DYNFILTER_DEPTH_NONE = 0, DYNFILTER_DEPTH_U16 = 1, DYNFILTER_DEPTH_F32 = 2 };
+
+typedef struct dynfilter_keypoint {
+  float x_px, y_px, size_px, angle_deg, response;
+  int32_t octave;
+} dynfilter_keypoint;
+
+typedef struct dynfilter_box {
+  float x_px, y_px, width_px, height_px; /* left upper corner and size */
+  float score;
+  int32_t class_id, track_id; /* -1: none */
+  const char* class_name;     /* e.g. "person"; NULL: none */
+} dynfilter_box;
+
+/* Fill with dynfilter_frame_init() first. Pointers may be NULL for what is not there. */
+typedef struct dynfilter_frame {
+  size_t struct_size; /* set by dynfilter_frame_init() */
+  int64_t id;         /* grows from frame to frame */
+  double timestamp_s;
+
+  size_t keypoint_count;
+  const dynfilter_keypoint* keypoints;
+  const float* depth_m;          /* per keypoint; <= 0 or NaN: none */
+  const uint8_t* descriptors;    /* keypoint_count rows */
+  size_t descriptor_bytes;       /* of a row, e.g. 32 */
+  const int64_t* map_point_ids;  /* per keypoint, -1: none */
+  const float* map_points_xyz_m; /* 3 per keypoint, in the world */
+
+  int32_t width_px, height_px; /* of the images, and of the camera without any */
+  const uint8_t* grey;         /* 8 bits */
+  size_t grey_stride_bytes;    /* 0: no padding */
+  const void* depth;
+  size_t depth_stride_bytes;
+  int32_t depth_type;  /* enum dynfilter_depth_type */
+  double depth_unit_m; /* metres per unit */
+  const uint8_t* mask; /* 0 = background */
+  size_t mask_stride_bytes;
+  int64_t mask_frame_id; /* the frame it was computed on, -1: this one */
+
+  int32_t has_camera;
+  double fx_px, fy_px, cx_px, cy_px, distortion[5], baseline_fx_px_m;
+
+  int32_t pose_kind;  /* enum dynfilter_pose_kind */
+  double rotation[9]; /* T_world_camera, row-major */
+  double translation_m[3];
+
+  int32_t has_boxes; /* 1 with a count of 0: the detector found nothing */
+  size_t box_count;
+  const dynfilter_box* boxes;
+  int64_t boxes_frame_id;
+} dynfilter_frame;
+
+typedef struct dynfilter_verdicts {
+  size_t count;            /* of the arrays, the frame's keypoint_count */
+  const uint8_t* keep;     /* 0: on something that moves */
+  const int8_t* decision;  /* 1 dynamic, 0 unknown (kept), -1 static */
+  const float* suspicion;  /* [0, 1]; negative: nobody had an idea */
+  const uint64_t* reasons; /* bit k: stage k called it dynamic, see dynfilter_stage_name() */
+  size_t stage_count, rejected;
+  int32_t wait_for_keyframe;
+  double correspondence_ms, total_ms;
+  const char* notes; /* lines; "" if none */
+} dynfilter_verdicts;
+
+/* Of the library that is loaded. */
+DYNFILTER_C_API int dynfilter_abi_version(void);
+DYNFILTER_C_API const char* dynfilter_version(void);
+
+/* NULL when the pipeline cannot be used: `error` (may be NULL) then holds the reason, cut to error_size. */
+DYNFILTER_C_API dynfilter_filter* dynfilter_create_from_file(const char* path, char* error,
+                                                             size_t error_size);
+DYNFILTER_C_API dynfilter_filter* dynfilter_create_from_text(const char* yaml, char* error,
+                                                             size_t error_size);
+/* NULL is fine. */
+DYNFILTER_C_API void dynfilter_destroy(dynfilter_filter* filter);
+
+DYNFILTER_C_API void dynfilter_frame_init(dynfilter_frame* frame);
+/* 0 done, else failed: see dynfilter_last_error(). `call_point`: enum dynfilter_call_point. */
+DYNFILTER_C_API int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, int call_point,
+                                      dynfilter_verdicts* verdicts);
+/* Forgets all earlier frames. 0 done. */
+DYNFILTER_C_API int dynfilter_reset(dynfilter_filter* filter);
+/* Of the last frame; "" beyond stage_count. */
+DYNFILTER_C_API const char* dynfilter_stage_name(const dynfilter_filter* filter, size_t stage);
+DYNFILTER_C_API const char* dynfilter_last_error(const dynfilter_filter* filter);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// C++11 and OpenCV only: for programs that cannot move to C++17. Link dynfilter::facade, a shared library.
+// The same pipelines, the same verdicts as with the headers, bit for bit.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#if defined(_WIN32)
+#define DYNFILTER_FACADE_API
+#else
+#define DYNFILTER_FACADE_API __attribute__((visibility("default")))
+#endif
+
+namespace dynfilter {
+namespace facade {
+
+/// Grows when the layout of anything here changes.
+enum { kAbiVersion = 1 };
+/// Of the library that is loaded; compare it with kAbiVersion.
+DYNFILTER_FACADE_API int abi_version() noexcept;
+/// "0.1.0"
+DYNFILTER_FACADE_API const char* version() noexcept;
+
+enum class CallPoint { BeforePose, AfterPose, AtKeyframe };
+enum class PoseKind { None, Predicted, Estimated, Refined };
+
+/// Pixels of the distorted image.
+struct Box {
+  cv::Rect2f box;
+  int class_id;
+  std::string class_name;  ///< e.g. "person"; pipelines select by name
+  float score;             ///< [0, 1]
+  int track_id;
+  cv::Mat mask;  ///< CV_8UC1 instance mask of the whole image; empty: none
+
+  Box() : class_id(-1), score(1.0F), track_id(-1) {}
+};
+
+struct Camera {
+  double fx_px, fy_px, cx_px, cy_px;
+  double distortion[5];     ///< k1 k2 p1 p2 k3
+  double baseline_fx_px_m;  ///< 0: not a stereo camera
+  int width_px, height_px;  ///< 0: as the images say
+
+  Camera()
+      : fx_px(0),
+        fy_px(0),
+        cx_px(0),
+        cy_px(0),
+        distortion(),
+        baseline_fx_px_m(0),
+        width_px(0),
+        height_px(0) {}
+};
+
+/// T_world_camera: takes points of the camera to the world.
+struct Transform {
+  double rotation[9];  ///< row-major
+  double translation_m[3];
+
+  Transform() : rotation{1, 0, 0, 0, 1, 0, 0, 0, 1}, translation_m() {}
+};
+
+/// One frame. Only keypoints are required; arrays are as long as they are, or empty. Nothing is copied by the
+/// library but what its history keeps.
+struct Frame {
+  std::int64_t id;  ///< grows from frame to frame
+  double timestamp_s;
+  std::vector<cv::KeyPoint> keypoints;              ///< distorted pixels, with octave
+  std::vector<cv::KeyPoint> keypoints_undistorted;  ///< empty: computed from the camera
+  cv::Mat descriptors;                              ///< CV_8U, a row per keypoint
+  std::vector<float> depth_m;                       ///< per keypoint; <= 0 or NaN: none
+  cv::Mat grey;                                     ///< CV_8UC1
+  cv::Mat depth;                                    ///< CV_32FC1 or CV_16UC1, same size
+  double depth_unit_m;                              ///< metres per unit of `depth`
+  bool has_camera;
+  Camera camera;
+  PoseKind pose_kind;
+  Transform T_world_camera;
+  std::vector<std::int64_t> map_point_ids;  ///< -1: none
+  std::vector<cv::Point3f> map_points_world_m;
+  bool has_boxes;  ///< true with no boxes: the detector found nothing
+  std::vector<Box> boxes;
+  std::int64_t boxes_frame_id;  ///< the frame that they were computed on, -1: this one
+  cv::Mat mask;                 ///< CV_8UC1, 0 = background; empty: none
+  std::int64_t mask_frame_id;
+  bool has_matches;
+  std::vector<std::int32_t> match_index;  ///< per keypoint its index in the frame below, -1: none
+  std::int64_t match_frame_id;
+
+  Frame()
+      : id(0),
+        timestamp_s(0),
+        depth_unit_m(1),
+        has_camera(false),
+        pose_kind(PoseKind::None),
+        has_boxes(false),
+        boxes_frame_id(-1),
+        mask_frame_id(-1),
+        has_matches(false),
+        match_frame_id(-1) {}
+};
+
+/// Per feature, in the order of Frame::keypoints.
+struct Verdicts {
+  std::vector<std::uint8_t> keep;      ///< 0: on something that moves
+  std::vector<std::int8_t> decision;   ///< 1 dynamic, 0 unknown (kept), -1 static
+  std::vector<float> suspicion;        ///< [0, 1]; negative: nobody had an idea
+  std::vector<std::uint8_t> restored;  ///< 1: dynamic, but brought back by the floor
+  std::vector<std::uint64_t> reasons;  ///< bit k: stages[k] called it dynamic
+  std::vector<std::string> stages;
+  std::vector<std::string> notes;  ///< of the frame: resets, floor, inputs that could not be used
+  std::size_t rejected;
+  bool wait_for_keyframe;  ///< before the first keyframe: wait with it
+  double correspondence_ms, total_ms;
+
+  Verdicts() : rejected(0), wait_for_keyframe(false), correspondence_ms(0), total_ms(0) {}
+};
+
+/// One camera stream, one thread. No function throws: false means that it failed, and error() says why.
+class DYNFILTER_FACADE_API DynFilter {
+ public:
+  DynFilter() noexcept;
+  ~DynFilter();
+  DynFilter(DynFilter&& other) noexcept;
+  DynFilter& operator=(DynFilter&& other) noexcept;
+  DynFilter(const DynFilter&) = delete;
+  DynFilter& operator=(const DynFilter&) = delete;
+
+  /// A pipeline file, or any YAML file with a `pipeline` node in it. A pipeline that was there goes, but only
+  /// when the new one can be used.
+  bool load_file(const std::string& path) noexcept;
+  bool load_text(const std::string& yaml) noexcept;
+  bool loaded() const noexcept;
+
+  bool process(const Frame& frame, CallPoint call_point, Verdicts& verdicts) noexcept;
+  /// A better pose of a frame that was judged before.
+  bool update_pose(std::int64_t frame_id, const Transform& T_world_camera, PoseKind kind) noexcept;
+  /// Forgets all earlier frames.
+  bool reset() noexcept;
+
+  /// Of the last call that failed.
+  const std::string& error() const noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace facade
+}  // namespace dynfilter

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/facade/dynfilter.h>
+
+#include <algorithm>
+#include <cstring>
+#include <dynfilter/facade/facade.hpp>
+#include <exception>
+#include <new>
+#include <string>
+
+using namespace dynfilter::facade;
+
+// The C name is the handle's type; what it holds is the C++ facade and the memory behind the last answers.
+struct dynfilter_filter {
+  DynFilter filter;
+  Frame frame;
+  Verdicts verdicts;
+  std::string notes, error;
+};
+
+namespace {
+
+/// An image of the caller's memory; empty when there is none.
+cv::Mat image_of(const void* data, std::size_t stride_bytes, int type, const dynfilter_frame& frame) {
+  if (data == nullptr || frame.width_px <= 0 || frame.height_px <= 0) return {};
+  return cv::Mat(frame.height_px, frame.width_px, type, const_cast<void*>(data),
+                 stride_bytes == 0 ? static_cast<std::size_t>(cv::Mat::AUTO_STEP) : stride_bytes);
+}
+
+void fill_features(const dynfilter_frame& from, Frame& to) {
+  const std::size_t n = from.keypoints == nullptr ? 0 : from.keypoint_count;
+  to.keypoints.clear();
+  for (std::size_t i = 0; i < n; ++i) {
+    const dynfilter_keypoint& k = from.keypoints[i];
+    to.keypoints.emplace_back(k.x_px, k.y_px, k.size_px, k.angle_deg, k.response, k.octave);
+  }
+  const auto assign = [n](auto& values, const auto* data) {
+    values.clear();
+    if (data != nullptr) values.assign(data, data + n);
+  };
+  assign(to.depth_m, from.depth_m);
+  assign(to.map_point_ids, from.map_point_ids);
+  to.map_points_world_m.clear();
+  if (const float* p = from.map_points_xyz_m)
+    for (std::size_t i = 0; i < n; ++i)
+      to.map_points_world_m.emplace_back(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
+  to.descriptors = from.descriptors == nullptr || n == 0 || from.descriptor_bytes == 0
+                       ? cv::Mat()
+                       : cv::Mat(static_cast<int>(n), static_cast<int>(from.descriptor_bytes), CV_8UC1,
+                                 const_cast<std::uint8_t*>(from.descriptors));
+}
+
+void fill_geometry(const dynfilter_frame& from, Frame& to) {
+  to.has_camera = from.has_camera != 0;
+  to.camera.fx_px = from.fx_px, to.camera.fy_px = from.fy_px;
+  to.camera.cx_px = from.cx_px, to.camera.cy_px = from.cy_px;
+  std::copy(std::begin(from.distortion), std::end(from.distortion), std::begin(to.camera.distortion));
+  to.camera.baseline_fx_px_m = from.baseline_fx_px_m;
+  to.camera.width_px = from.width_px, to.camera.height_px = from.height_px;
+  to.pose_kind =
+      from.pose_kind >= 0 && from.pose_kind <= 3 ? static_cast<PoseKind>(from.pose_kind) : PoseKind::None;
+  std::copy(std::begin(from.rotation), std::end(from.rotation), std::begin(to.T_world_camera.rotation));
+  std::copy(std::begin(from.translation_m), std::end(from.translation_m),
+            std::begin(to.T_world_camera.translation_m));
+}
+
+void fill_semantics(const dynfilter_frame& from, Frame& to) {
+  to.has_boxes = from.has_boxes != 0;
+  to.boxes_frame_id = from.boxes_frame_id;
+  to.boxes.resize(from.boxes == nullptr ? 0 : from.box_count);
+  for (std::size_t i = 0; i < to.boxes.size(); ++i) {
+    const dynfilter_box& b = from.boxes[i];
+    Box& box = to.boxes[i];
+    box.box = {b.x_px, b.y_px, b.width_px, b.height_px};
+    box.class_id = b.class_id, box.track_id = b.track_id;
+    box.class_name = b.class_name == nullptr ? "" : b.class_name;
+    box.score = b.score;
+  }
+  to.mask = image_of(from.mask, from.mask_stride_bytes, CV_8UC1, from);
+  to.mask_frame_id = from.mask_frame_id;
+}
+
+void fill(const dynfilter_frame& from, Frame& to) {
+  to.id = from.id, to.timestamp_s = from.timestamp_s;
+  fill_features(from, to);
+  fill_geometry(from, to);
+  fill_semantics(from, to);
+  to.grey = image_of(from.grey, from.grey_stride_bytes, CV_8UC1, from);
+  to.depth_unit_m = from.depth_unit_m;
+  to.depth =
+      from.depth_type == DYNFILTER_DEPTH_U16   ? image_of(from.depth, from.depth_stride_bytes, CV_16UC1, from)
+      : from.depth_type == DYNFILTER_DEPTH_F32 ? image_of(from.depth, from.depth_stride_bytes, CV_32FC1, from)
+                                               : cv::Mat();
+}
+
+void show(const dynfilter_filter& from, dynfilter_verdicts& to) {
+  const Verdicts& v = from.verdicts;
+  to.count = v.keep.size();
+  to.keep = v.keep.data(), to.decision = v.decision.data();
+  to.suspicion = v.suspicion.data(), to.reasons = v.reasons.data();
+  to.stage_count = v.stages.size(), to.rejected = v.rejected;
+  to.wait_for_keyframe = v.wait_for_keyframe ? 1 : 0;
+  to.correspondence_ms = v.correspondence_ms, to.total_ms = v.total_ms;
+  to.notes = from.notes.c_str();
+}
+
+int fail(dynfilter_filter* filter, const char* why) noexcept {
+  try {
+    filter->error = why;
+  } catch (...) {  // no memory even for the message
+  }
+  return 1;
+}
+
+void tell(char* error, std::size_t error_size, const std::string& why) {
+  if (error == nullptr || error_size == 0) return;
+  const std::size_t n = std::min(why.size(), error_size - 1);
+  std::memcpy(error, why.data(), n);
+  error[n] = '\0';
+}
+
+template <class Load>
+dynfilter_filter* create(const char* source, char* error, std::size_t error_size, const Load& load) noexcept {
+  if (source == nullptr) {
+    tell(error, error_size, "expected a text, got NULL");
+    return nullptr;
+  }
+  auto* made = new (std::nothrow) dynfilter_filter;
+  if (made == nullptr) return nullptr;
+  try {
+    if (load(made->filter, source)) return made;
+    tell(error, error_size, made->filter.error());
+  } catch (...) {
+    tell(error, error_size, "out of memory");
+  }
+  delete made;
+  return nullptr;
+}
+
+}  // namespace
+
+extern "C" {
+
+int dynfilter_abi_version(void) {
+  return DYNFILTER_ABI_VERSION;
+}
+const char* dynfilter_version(void) {
+  return version();
+}
+
+dynfilter_filter* dynfilter_create_from_file(const char* path, char* error, size_t error_size) {
+  return create(path, error, error_size, [](DynFilter& f, const char* text) { return f.load_file(text); });
+}
+dynfilter_filter* dynfilter_create_from_text(const char* yaml, char* error, size_t error_size) {
+  return create(yaml, error, error_size, [](DynFilter& f, const char* text) { return f.load_text(text); });
+}
+void dynfilter_destroy(dynfilter_filter* filter) {
+  delete filter;
+}
+
+void dynfilter_frame_init(dynfilter_frame* frame) {
+  if (frame == nullptr) return;
+  *frame = dynfilter_frame();
+  frame->struct_size = sizeof(dynfilter_frame);
+  frame->depth_unit_m = 1;
+  frame->rotation[0] = frame->rotation[4] = frame->rotation[8] = 1;
+  frame->boxes_frame_id = frame->mask_frame_id = -1;
+}
+
+int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, int call_point,
+                      dynfilter_verdicts* verdicts) {
+  if (filter == nullptr) return 1;
+  if (frame == nullptr || verdicts == nullptr) return fail(filter, "expected a frame and verdicts, got NULL");
+  if (frame->struct_size != sizeof(dynfilter_frame))
+    return fail(
+        filter,
+        "the frame's struct_size differs: call dynfilter_frame_init, or another version was compiled in");
+  if (call_point < 0 || call_point > 2) return fail(filter, "unknown call point");
+  try {
+    fill(*frame, filter->frame);
+    const bool done =
+        filter->filter.process(filter->frame, static_cast<CallPoint>(call_point), filter->verdicts);
+    if (!done) return fail(filter, filter->filter.error().c_str());
+    filter->notes.clear();
+    for (const std::string& note : filter->verdicts.notes) filter->notes += note + "\n";
+    show(*filter, *verdicts);
+    return 0;
+  } catch (const std::exception& e) {
+    return fail(filter, e.what());
+  } catch (...) {
+    return fail(filter, "unknown error");
+  }
+}
+
+int dynfilter_reset(dynfilter_filter* filter) {
+  if (filter == nullptr) return 1;
+  return filter->filter.reset() ? 0 : fail(filter, filter->filter.error().c_str());
+}
+const char* dynfilter_stage_name(const dynfilter_filter* filter, size_t stage) {
+  return filter == nullptr || stage >= filter->verdicts.stages.size()
+             ? ""
+             : filter->verdicts.stages[stage].c_str();
+}
+const char* dynfilter_last_error(const dynfilter_filter* filter) {
+  return filter == nullptr ? "expected a dynfilter, got NULL" : filter->error.c_str();
+}
+
+}  // extern "C"

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: MIT
+ * Compiled as C11: what any language that can call C does. */
+#include <dynfilter/facade/dynfilter.h>
+#include <stdio.h>
+#include <string.h>
+
+static int failed(const char* what) {
+  printf("failed: %s\n", what);
+  return 1;
+}
+
+enum { kFeatures = 10, kWidth = 64, kHeight = 48 };
+
+int main(void) {
+  char error[200];
+  dynfilter_keypoint keypoints[kFeatures];
+  static uint8_t grey[kWidth * kHeight], mask[kWidth * kHeight];
+  const dynfilter_box box = {-1.0F, 0.0F, 18.0F, 48.0F, 0.9F, 0, -1, "person"};
+  dynfilter_frame frame;
+  dynfilter_verdicts verdicts;
+  const char* const yaml =
+      "pipeline:\n"
+      "  floor: { min_features: 0 }\n"
+      "  before_pose:\n"
+      "    any: [ { semantic_box: { role: reject } }, { semantic_mask: { role: reject, dilate_px: 0 } } ]\n";
+  dynfilter_filter* filter;
+  size_t i, stage;
+  int saw_box = 0;
+
+  if (dynfilter_abi_version() != DYNFILTER_ABI_VERSION) return failed("ABI version");
+  if (dynfilter_create_from_file("/nowhere.yaml", error, sizeof error) != NULL) return failed("no such file");
+  if (strstr(error, "/nowhere.yaml") == NULL) return failed("the reason names the file");
+  if (dynfilter_create_from_text("pipeline: 3", NULL, 0) != NULL) return failed("a wrong pipeline");
+  filter = dynfilter_create_from_text(yaml, error, sizeof error);
+  if (filter == NULL) return failed(error);
+
+  dynfilter_frame_init(&frame);
+  for (i = 0; i < kFeatures; ++i) {
+    const dynfilter_keypoint keypoint = {(float)(6 * i), 20.0F, 31.0F, 0.0F, 0.0F, 0};
+    keypoints[i] = keypoint;
+  }
+  memset(grey, 100, sizeof grey);
+  mask[20 * kWidth + 54] = 1; /* on feature 9 */
+  frame.keypoint_count = kFeatures;
+  frame.keypoints = keypoints;
+  frame.width_px = kWidth, frame.height_px = kHeight;
+  frame.grey = grey, frame.grey_stride_bytes = kWidth;
+  frame.mask = mask;
+  frame.has_boxes = 1, frame.box_count = 1, frame.boxes = &box; /* 0, 6, 12 */
+  if (dynfilter_process(filter, &frame, DYNFILTER_BEFORE_POSE, &verdicts) != 0)
+    return failed(dynfilter_last_error(filter));
+  if (verdicts.count != kFeatures || verdicts.rejected != 4) return failed("the number");
+  for (i = 0; i < kFeatures; ++i)
+    if (verdicts.keep[i] != (i >= 3 && i != 9)) return failed("the verdict");
+  for (stage = 0; stage < verdicts.stage_count; ++stage)
+    if ((verdicts.reasons[0] >> stage & 1) != 0 &&
+        strcmp(dynfilter_stage_name(filter, stage), "semantic_box") == 0)
+      saw_box = 1;
+  if (!saw_box) return failed("the reason");
+
+  frame.struct_size = 1;
+  if (dynfilter_process(filter, &frame, DYNFILTER_BEFORE_POSE, &verdicts) == 0)
+    return failed("another layout");
+  if (strstr(dynfilter_last_error(filter), "struct_size") == NULL) return failed("the reason names it");
+  dynfilter_frame_init(&frame);
+  if (dynfilter_process(filter, &frame, 7, &verdicts) == 0) return failed("no such call point");
+  if (dynfilter_process(filter, &frame, DYNFILTER_AFTER_POSE, &verdicts) != 0 || verdicts.count != 0)
+    return failed("a frame without features");
+  if (dynfilter_process(filter, NULL, 0, &verdicts) == 0 ||
+      dynfilter_process(NULL, &frame, 0, &verdicts) == 0)
+    return failed("NULL");
+  if (dynfilter_reset(filter) != 0 || dynfilter_reset(NULL) == 0) return failed("reset");
+  dynfilter_destroy(filter);
+  dynfilter_destroy(NULL);
+  printf("dynfilter %s: works\n", dynfilter_version());
+  return 0;
+}
