@@ -48,5 +48,10 @@ target_compile_definitions(dynfilter_adapters INTERFACE
   "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${PROJECT_SOURCE_DIR}/examples/pipelines\">"
   "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
 dynfilter_component(semantic COMPONENTS pipeline io OPENCV imgproc LINK Threads::Threads)
+# Only semantic/dnn_network.hpp and what includes it need OpenCV's dnn module: found only where it is asked for.
+find_package(OpenCV 4.2 QUIET OPTIONAL_COMPONENTS dnn)
+if(TARGET opencv_dnn)
+  dynfilter_component(dnn COMPONENTS semantic OPENCV dnn)
+endif()
 dynfilter_component(eval COMPONENTS io)
 dynfilter_component(synth COMPONENTS context io OPENCV imgproc)

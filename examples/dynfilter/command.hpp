@@ -17,6 +17,7 @@ enum ExitCode { kDone = 0, kFailed = 1, kBadInput = 2 };
 // One file per subcommand: each adds its options to `app` and, when it was chosen, sets `action`.
 void add_check(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
+void add_detect(CLI::App& app, Action& action);
 void add_eval(CLI::App& app, Action& action);
 void add_filters(CLI::App& app, Action& action);
 void add_motion(CLI::App& app, Action& action);

@@ -4,6 +4,9 @@
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>
+#include <dynfilter/semantic/dnn_provider.hpp>
+#include <dynfilter/semantic/file_provider.hpp>
+#include <opencv2/core/utils/logger.hpp>
 #include <utility>
 
 #include "presets.hpp"
@@ -14,8 +17,28 @@ Registry command_registry(const std::vector<std::string>& plugins,
                           std::shared_ptr<const OracleLabels> truth) {
   Registry registry = builtin_filters();
   add_oracle(registry, std::move(truth));
-  for (const std::string& file : plugins) load_plugin(file, registry);
+  ProviderRegistry unused;
+  for (const std::string& file : plugins) load_plugin(file, registry, unused);
   return registry;
+}
+
+ProviderRegistry command_providers(const std::vector<std::string>& plugins) {
+  ProviderRegistry registry;
+  registry.add<DnnProvider>();
+  registry.add<FileProvider>();
+  Registry unused;
+  for (const std::string& file : plugins) load_plugin(file, unused, registry);
+  return registry;
+}
+
+DetectorConfig load_detector(const std::string& name, const std::string& network_dir,
+                             const std::vector<std::string>& plugins) {
+  std::error_code error;
+  if (!network_dir.empty() && !std::filesystem::is_directory(network_dir, error))
+    throw IoError(network_dir + ": no such folder of networks");
+  // What OpenCV would write of a network that it cannot load comes as an error of one line.
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  return detector_from_file(find_preset(name, kDetectors), command_providers(plugins), network_dir);
 }
 
 PipelineConfig load_pipeline(const std::string& name, const Registry& registry) {

@@ -3,6 +3,7 @@
 
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/semantic/detector_yaml.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,6 +15,14 @@ namespace dynfilter::command {
 /// The filters that a pipeline may name here: built in, the oracle, and those of the plugins given.
 Registry command_registry(const std::vector<std::string>& plugins,
                           std::shared_ptr<const OracleLabels> truth = std::make_shared<OracleLabels>());
+
+/// The kinds of provider that a detector's file may name here: built in, and those of the plugins given.
+ProviderRegistry command_providers(const std::vector<std::string>& plugins);
+
+/// A detector by a preset's name or by its file. The files that it names lie in `network_dir`, else beside
+/// it.
+DetectorConfig load_detector(const std::string& name, const std::string& network_dir,
+                             const std::vector<std::string>& plugins);
 
 /// A pipeline by a preset's name or by its file, made of these filters.
 PipelineConfig load_pipeline(const std::string& name, const Registry& registry);

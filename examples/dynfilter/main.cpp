@@ -43,6 +43,7 @@ int dispatch(int argc, char** argv) {
   add_run(app, action);
   add_compare(app, action);
   add_eval(app, action);
+  add_detect(app, action);
   add_motion(app, action);
   check_subcommand(app, argc > 1 ? argv[1] : "");
   try {

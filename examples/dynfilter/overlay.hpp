@@ -36,7 +36,7 @@ class Overlay {
  public:
   cv::Mat draw(const OverlayFrame& frame) const {
     const cv::Size size(frame.colour.cols * 3 / 2, frame.colour.rows * 3 / 2);
-    const auto legend = legend_of(frame);
+    const auto legend = frame.features.empty() ? std::vector<LegendEntry>() : legend_of(frame);
     const int rows = layout(legend, size.width, nullptr);
     cv::Mat canvas(size.height + kTitle_px + rows * kRow_px + 8, size.width, CV_8UC3, kPaper);
     cv::Mat picture = canvas(cv::Rect(0, kTitle_px, size.width, size.height));
@@ -177,7 +177,7 @@ class Overlay {
       }
       x += ink_px + 40;
     }
-    return row + 1;
+    return legend.empty() ? 0 : row + 1;
   }
 };
 

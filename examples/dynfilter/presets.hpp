@@ -10,20 +10,26 @@
 
 namespace dynfilter::command {
 
-/// Where presets lie: beside the installed program (<prefix>/share/dynfilter/pipelines), and in the source
-/// tree.
-inline std::vector<std::filesystem::path> preset_folders() {
+/// A kind of file that is found by a short name as well: where such files lie beside the installed program
+/// (<prefix>/share/dynfilter/...) and in the source tree.
+struct PresetKind {
+  const char *from_bin, *source, *what;
+};
+inline constexpr PresetKind kPipelines{DYNFILTER_PIPELINES_FROM_BIN, DYNFILTER_PIPELINES_SOURCE, "pipeline"};
+inline constexpr PresetKind kDetectors{DYNFILTER_DETECTORS_FROM_BIN, DYNFILTER_DETECTORS_SOURCE, "detector"};
+
+inline std::vector<std::filesystem::path> preset_folders(const PresetKind& kind = kPipelines) {
   std::vector<std::filesystem::path> folders;
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) folders.push_back(program.parent_path() / DYNFILTER_PIPELINES_FROM_BIN);
-  folders.emplace_back(DYNFILTER_PIPELINES_SOURCE);
+  if (!error) folders.push_back(program.parent_path() / kind.from_bin);
+  folders.emplace_back(kind.source);
   return folders;
 }
 
-inline std::vector<std::string> preset_names() {
+inline std::vector<std::string> preset_names(const PresetKind& kind = kPipelines) {
   std::vector<std::string> names;
-  for (const auto& folder : preset_folders()) {
+  for (const auto& folder : preset_folders(kind)) {
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
       if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
@@ -34,19 +40,23 @@ inline std::vector<std::string> preset_names() {
   return names;
 }
 
-/// A pipeline's file by a preset's name or by its path. Throws ConfigError that lists the presets.
-inline std::filesystem::path find_pipeline(const std::string& name) {
+/// A file by a preset's name or by its path. Throws ConfigError that lists the presets.
+inline std::filesystem::path find_preset(const std::string& name, const PresetKind& kind) {
   std::error_code error;
   const bool is_path = name.find('/') != std::string::npos || std::filesystem::path(name).has_extension();
-  for (const auto& folder : preset_folders()) {
+  for (const auto& folder : preset_folders(kind)) {
     const std::filesystem::path preset = folder / (name + ".yaml");
     if (!is_path && std::filesystem::is_regular_file(preset, error)) return preset;
   }
   if (std::filesystem::is_regular_file(name, error)) return name;
-  if (is_path) throw ConfigError(name, "no such pipeline file");
+  if (is_path) throw ConfigError(name, std::string("no such ") + kind.what + " file");
   std::string known;
-  for (const std::string& preset : preset_names()) known += (known.empty() ? "" : ", ") + preset;
+  for (const std::string& preset : preset_names(kind)) known += (known.empty() ? "" : ", ") + preset;
   throw ConfigError(name, "neither a file nor a preset; presets: " + known);
+}
+
+inline std::filesystem::path find_pipeline(const std::string& name) {
+  return find_preset(name, kPipelines);
 }
 
 }  // namespace dynfilter::command

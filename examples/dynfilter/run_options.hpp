@@ -36,11 +36,20 @@ inline void add_run_options(CLI::App& command, RunOptions& options) {
         return std::string();
       })
       ->capture_default_str();
+  command
+      .add_option("--detector", options.detector,
+                  "a detector's YAML file or preset: boxes and masks come from it, not from files")
+      ->excludes("--detections", "--no-detections", "--masks", "--no-masks");
+  command
+      .add_option("--network-dir", options.network_dir,
+                  "where the files lie that the detector's YAML names; else beside it")
+      ->needs("--detector");
   command.add_option("--start", options.start,
                      "leave out so many frames at the beginning (with --reverse: of the reversed sequence)");
   command.add_option("--frames", options.frames, "play at most so many frames");
   command.add_flag("--reverse", options.reverse, "play from the last frame to the first");
-  command.add_option("--plugin", options.plugins, "load rejectors from this module as well (runs its code)");
+  command.add_option("--plugin", options.plugins,
+                     "load rejectors and providers from this module as well (runs its code)");
   command.add_option("--threads", options.threads, "OpenCV's threads; verdicts do not depend on it")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();

@@ -86,6 +86,13 @@ class SequenceRun {
   }
 
   void open_feed() {
+    if (!options_.detector.empty()) {
+      const DetectorConfig detector =
+          load_detector(options_.detector, options_.network_dir, options_.plugins);
+      summary_.notes.push_back("boxes and masks from the detector " + detector.name);
+      feed_.emplace(detector.make(), options_.detector_mode, false);
+      return;
+    }
     std::optional<io::DetectionTrack> boxes = load_detections(options_, sequence_, summary_.notes);
     feed_.emplace(
         std::make_unique<SequenceFiles>(std::move(boxes), MaskFolder(options_, sequence_), order_, sequence_),
@@ -151,6 +158,7 @@ class SequenceRun {
                                 row.index, sequence_.size(), row.state);
     if (inputs.detections)
       picture.detections.assign(inputs.detections->detections.begin(), inputs.detections->detections.end());
+    if (inputs.mask && inputs.mask->labels.size() == frame.colour.size()) picture.mask = inputs.mask->labels;
     return picture;
   }
 

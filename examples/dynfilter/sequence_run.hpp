@@ -12,6 +12,7 @@ namespace dynfilter::command {
 
 struct RunOptions {
   std::string sequence, pipeline, camera, detections, masks, out;
+  std::string detector, network_dir;  ///< a provider's file or preset; "": boxes and masks from files
   std::vector<std::string> plugins;
   std::size_t start = 0, frames = 0;   ///< frames 0: all
   std::string detector_mode = "sync";  ///< "sync", "async", "late:3", "rate:2"

@@ -22,6 +22,9 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
                                                    "context"};
   static const std::set<std::string> below_pipeline{"core",    "correspondence", "geometry",
                                                     "cluster", "context",        "filters"};
+  // Plugins add providers, too: of semantic/ only what needs no more than core/.
+  static const std::set<std::string> below_plugin{"core",    "correspondence", "geometry", "cluster",
+                                                  "context", "filters",        "semantic"};
   static const std::set<std::string> all_below{"core",    "correspondence", "geometry", "cluster",
                                                "context", "filters",        "pipeline"};
   static const std::set<std::string> all_below_and_files{"core",    "correspondence", "geometry", "cluster",
@@ -34,7 +37,7 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
       {"context", below_context},
       {"filters", below_filters},
       {"pipeline", below_pipeline},
-      {"plugin", below_pipeline},
+      {"plugin", below_plugin},
       {"semantic", all_below_and_files},
       {"keyframe", all_below},
       {"mapping", all_below_and_files},

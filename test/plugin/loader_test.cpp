@@ -2,6 +2,7 @@
 #include <cstdlib>
 #include <dynfilter/core/yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>
+#include <dynfilter/semantic/detector_yaml.hpp>
 #include <fstream>
 
 #include "doctest/doctest.h"
@@ -66,6 +67,32 @@ TEST_CASE("wrong parameters for a plugin's filter throw a ConfigError that the h
   const auto picky = YamlDocument::from_text("p: { limit_px: 6 }");
   CHECK_THROWS_WITH_AS(registry.find("named_p")->make(*picky.root().find("p")),
                        "limit_px: too much for this machine", ConfigError);
+}
+
+TEST_CASE("a plugin's providers join their own registry; a detector's YAML may name them") {
+  Registry filters;
+  ProviderRegistry providers;
+  CHECK(load_plugin(module_file("provider"), filters, providers) == Names{"corner"});
+  CHECK(filters.names().empty());
+  CHECK(providers.names() == Names{"corner"});
+  const auto detector = [&](const std::string& keys) {
+    const auto document = YamlDocument::from_text("detector: { type: corner" + keys + " }");
+    return read_detector(document, providers, {}).make();
+  };
+  SemanticImage image;
+  image.frame_id = 4;
+  const auto result = detector(", size_px: 20")->infer(image);
+  CHECK(result->frame_id == 4);
+  CHECK(result->detections->at(0).box == cv::Rect2f(0, 0, 20, 20));
+  CHECK_THROWS_WITH_AS(detector(", size_px: 0"), "detector.size_px: expected 1 to 100, got `0`", ConfigError);
+  CHECK_THROWS_AS(load_plugin(module_file("provider"), filters, providers),
+                  PluginError);  // the name is taken
+  CHECK(providers.names() == Names{"corner"});
+  // Where filters only are wanted it has none; where both are, a plugin of filters is as good.
+  CHECK(complaint_about(module_file("provider")) ==
+        "not a dynfilter plugin: it has no function `dynfilter_plugin_register`");
+  CHECK(load_plugin(module_file("good"), filters, providers) == Names{"harmless", "named_b"});
+  CHECK_THROWS_AS(load_plugin(module_file("no_register"), filters, providers), PluginError);
 }
 
 TEST_CASE("each field of the ABI tag is compared, named and shown with both values") {

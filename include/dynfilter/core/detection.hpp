@@ -3,6 +3,7 @@
 
 #include <opencv2/core.hpp>
 #include <string>
+#include <vector>
 
 namespace dynfilter {
 
@@ -15,5 +16,12 @@ struct Detection {
   int track_id = -1;       ///< -1: not tracked
   cv::Mat mask;            ///< CV_8UC1 instance mask of the whole image, 0 = outside; empty: none
 };
+
+/// Names, as the usual detectors write them, of what moves by itself.
+inline std::vector<std::string> moving_classes() {
+  return {"person",   "bird",  "cat",   "dog",     "horse",     "sheep",    "cow",
+          "elephant", "bear",  "zebra", "giraffe", "car",       "bicycle",  "motorcycle",
+          "bus",      "train", "truck", "boat",    "aeroplane", "airplane", "motorbike"};
+}
 
 }  // namespace dynfilter

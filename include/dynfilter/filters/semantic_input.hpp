@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/context/context.hpp>
+#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <string>
 #include <utility>
@@ -21,13 +22,6 @@ template <class P>
 Field<P> semantic_role(const char* name, SemanticRole P::*member) {
   return choice(name, member, {{"prior", SemanticRole::Prior}, {"reject", SemanticRole::Reject}},
                 "prior: suspects for later stages; reject: dynamic");
-}
-
-/// Names, as the usual detectors write them, of what moves by itself.
-inline std::vector<std::string> moving_classes() {
-  return {"person",   "bird",  "cat",   "dog",     "horse",     "sheep",    "cow",
-          "elephant", "bear",  "zebra", "giraffe", "car",       "bicycle",  "motorcycle",
-          "bus",      "train", "truck", "boat",    "aeroplane", "airplane", "motorbike"};
 }
 
 /// Which detections a stage looks at.

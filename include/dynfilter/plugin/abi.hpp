@@ -10,6 +10,7 @@
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/core/yaml.hpp>
+#include <dynfilter/semantic/provider_registry.hpp>
 #include <opencv2/core/version.hpp>
 #include <string>
 
@@ -31,6 +32,8 @@ struct AbiTag {
   std::uint32_t camera_bytes, pose_bytes, detection_bytes, host_matches_bytes, detection_input_bytes;
   std::uint32_t mask_input_bytes, keyframe_view_bytes, frame_view_bytes;
   std::uint32_t votes_bytes, needs_bytes, filter_bytes, yaml_node_bytes, registry_entry_bytes, registry_bytes;
+  std::uint32_t semantic_image_bytes, semantic_result_bytes, provider_bytes, provider_files_bytes;
+  std::uint32_t provider_entry_bytes, provider_registry_bytes;
   std::uint32_t context_bytes, match_bytes, stored_frame_bytes, two_view_model_bytes, rigid_motion_bytes;
 };
 
@@ -77,6 +80,12 @@ constexpr AbiTag abi_tag() {
   tag.yaml_node_bytes = bytes_of<YamlNode>();
   tag.registry_entry_bytes = bytes_of<Registry::Entry>();
   tag.registry_bytes = bytes_of<Registry>();
+  tag.semantic_image_bytes = bytes_of<SemanticImage>();
+  tag.semantic_result_bytes = bytes_of<SemanticResult>();
+  tag.provider_bytes = bytes_of<SemanticProvider>();
+  tag.provider_files_bytes = bytes_of<ProviderFiles>();
+  tag.provider_entry_bytes = bytes_of<ProviderRegistry::Entry>();
+  tag.provider_registry_bytes = bytes_of<ProviderRegistry>();
   tag.context_bytes = bytes_of<Context>();
   tag.match_bytes = bytes_of<Match>();
   tag.stored_frame_bytes = bytes_of<StoredFrame>();
@@ -121,6 +130,12 @@ inline constexpr AbiField kAbiFields[] = {
     {"size of YamlNode", &AbiTag::yaml_node_bytes},
     {"size of Registry::Entry", &AbiTag::registry_entry_bytes},
     {"size of Registry", &AbiTag::registry_bytes},
+    {"size of SemanticImage", &AbiTag::semantic_image_bytes},
+    {"size of SemanticResult", &AbiTag::semantic_result_bytes},
+    {"size of SemanticProvider", &AbiTag::provider_bytes},
+    {"size of ProviderFiles", &AbiTag::provider_files_bytes},
+    {"size of ProviderRegistry::Entry", &AbiTag::provider_entry_bytes},
+    {"size of ProviderRegistry", &AbiTag::provider_registry_bytes},
     {"size of Context", &AbiTag::context_bytes},
     {"size of Match", &AbiTag::match_bytes},
     {"size of StoredFrame", &AbiTag::stored_frame_bytes},
@@ -138,11 +153,13 @@ inline const AbiField* first_difference(const AbiTag& ours, const AbiTag& theirs
   return nullptr;
 }
 
-/// The two functions of a plugin, by their C names.
+/// The functions of a plugin, by their C names: the tag, and one or both of the others.
 using PluginTagFunction = const AbiTag* (*)();
 /// Returns 0, or writes why not to `error` (at most `error_bytes`, terminated) and returns another number.
 using PluginRegisterFunction = int (*)(Registry* registry, char* error, std::size_t error_bytes);
+using PluginProvidersFunction = int (*)(ProviderRegistry* registry, char* error, std::size_t error_bytes);
 inline constexpr const char* kPluginTagSymbol = "dynfilter_plugin_tag";
 inline constexpr const char* kPluginRegisterSymbol = "dynfilter_plugin_register";
+inline constexpr const char* kPluginProvidersSymbol = "dynfilter_plugin_register_providers";
 
 }  // namespace dynfilter

@@ -49,14 +49,36 @@ inline void check_tag(const AbiTag* theirs, const std::filesystem::path& file) {
                       std::to_string(ours.*field->value) + "; build it again beside this program");
 }
 
-/// What the module registers, gathered apart so that a failure half-way leaves no trace.
-inline Registry filters_of(void* module, const std::filesystem::path& file) {
-  const auto enter = function_of<PluginRegisterFunction>(module, kPluginRegisterSymbol, file);
-  Registry found;
+/// What the module registers, gathered apart so that a failure half-way leaves no trace; nothing when it does
+/// not have the function.
+template <class R>
+R registered_by(void* module, const char* symbol, const std::filesystem::path& file) {
+  R found;
+  void* address = dlsym(module, symbol);
+  if (address == nullptr) return found;
+  const auto enter = reinterpret_cast<int (*)(R*, char*, std::size_t)>(address);
   std::array<char, 1024> error{};
   if (enter(&found, error.data(), error.size()) != 0)
     throw PluginError(file.string() + ": registration failed: " + error.data());
   return found;
+}
+
+/// `known` and what is found, or PluginError for a name that is taken.
+template <class R>
+R extended_by(const R& known, const R& found, const char* kind, const std::filesystem::path& file) {
+  R extended = known;
+  for (const std::string& name : found.names()) {
+    if (known.find(name) != nullptr)
+      throw PluginError(file.string() + ": a " + kind + " named `" + name + "` is registered already");
+    extended.add(*found.find(name));
+  }
+  return extended;
+}
+
+inline void* open_plugin(const std::filesystem::path& file) {
+  void* module = open_module(file);
+  check_tag(function_of<PluginTagFunction>(module, kPluginTagSymbol, file)(), file);
+  return module;
 }
 
 }  // namespace detail
@@ -67,17 +89,27 @@ inline Registry filters_of(void* module, const std::filesystem::path& file) {
 /// library, not a plugin, built for another ABI, registration failed, a name that is taken), and then leaves
 /// `registry` as it was.
 inline std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry) {
-  void* module = detail::open_module(file);
-  detail::check_tag(detail::function_of<PluginTagFunction>(module, kPluginTagSymbol, file)(), file);
-  const Registry found = detail::filters_of(module, file);
-  Registry extended = registry;
-  for (const std::string& name : found.names()) {
-    if (registry.find(name) != nullptr)
-      throw PluginError(file.string() + ": a filter named `" + name + "` is registered already");
-    extended.add(*found.find(name));
-  }
-  registry = std::move(extended);
+  void* module = detail::open_plugin(file);
+  detail::function_of<PluginRegisterFunction>(module, kPluginRegisterSymbol, file);
+  const auto found = detail::registered_by<Registry>(module, kPluginRegisterSymbol, file);
+  registry = detail::extended_by(registry, found, "filter", file);
   return found.names();
+}
+
+/// The same for a plugin that adds filters, providers of boxes and masks, or both; returns all names.
+inline std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry,
+                                            ProviderRegistry& providers) {
+  void* module = detail::open_plugin(file);
+  if (dlsym(module, kPluginProvidersSymbol) == nullptr)
+    detail::function_of<PluginRegisterFunction>(module, kPluginRegisterSymbol, file);
+  const auto filters = detail::registered_by<Registry>(module, kPluginRegisterSymbol, file);
+  const auto found = detail::registered_by<ProviderRegistry>(module, kPluginProvidersSymbol, file);
+  Registry extended = detail::extended_by(registry, filters, "filter", file);
+  providers = detail::extended_by(providers, found, "provider", file);
+  registry = std::move(extended);
+  std::vector<std::string> names = filters.names();
+  for (std::string& name : found.names()) names.push_back(std::move(name));
+  return names;
 }
 
 /// Loads every *.so of a folder, in the order of their names, not of its subfolders; returns the names of the

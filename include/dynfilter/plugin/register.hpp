@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstring>
 #include <dynfilter/core/registry.hpp>
+#include <dynfilter/semantic/provider_registry.hpp>
 #include <exception>
 
 namespace dynfilter::detail {
@@ -15,10 +16,10 @@ inline void copy_message(const char* text, char* out, std::size_t out_bytes) noe
 }
 
 /// No exception leaves a plugin: what went wrong is handed back as text.
-template <class... Filters>
-int register_filters(Registry* registry, char* error, std::size_t error_bytes) noexcept {
+template <class... Added, class R>
+int register_in(R* registry, char* error, std::size_t error_bytes) noexcept {
   try {
-    (registry->add<Filters>(), ...);
+    (registry->template add<Added>(), ...);
     return 0;
   } catch (const std::exception& e) {
     copy_message(e.what(), error, error_bytes);
@@ -30,10 +31,16 @@ int register_filters(Registry* registry, char* error, std::size_t error_bytes) n
 
 }  // namespace dynfilter::detail
 
-/// The second of a plugin's two functions; plugin/export.hpp makes both.
-#define DYNFILTER_REGISTER_FILTERS(...)                                                    \
-  extern "C" __attribute__((visibility("default"))) int dynfilter_plugin_register(         \
-      dynfilter::Registry* registry, char* error, std::size_t error_bytes) noexcept {      \
-    return dynfilter::detail::register_filters<__VA_ARGS__>(registry, error, error_bytes); \
-  }                                                                                        \
+/// A plugin has at least one of these two functions beside its tag; plugin/export.hpp makes them.
+#define DYNFILTER_REGISTER_FILTERS(...)                                               \
+  extern "C" __attribute__((visibility("default"))) int dynfilter_plugin_register(    \
+      dynfilter::Registry* registry, char* error, std::size_t error_bytes) noexcept { \
+    return dynfilter::detail::register_in<__VA_ARGS__>(registry, error, error_bytes); \
+  }                                                                                   \
+  static_assert(true, "takes the semicolon")
+#define DYNFILTER_REGISTER_PROVIDERS(...)                                                     \
+  extern "C" __attribute__((visibility("default"))) int dynfilter_plugin_register_providers(  \
+      dynfilter::ProviderRegistry* registry, char* error, std::size_t error_bytes) noexcept { \
+    return dynfilter::detail::register_in<__VA_ARGS__>(registry, error, error_bytes);         \
+  }                                                                                           \
   static_assert(true, "takes the semicolon")

@@ -3,11 +3,13 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/yaml.hpp>
+#include <dynfilter/semantic/box_masks.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <exception>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,7 +29,7 @@ namespace detail {
 
 /// The keys under `detector:` that are not the provider's own.
 inline const std::vector<std::string>& detector_keys() {
-  static const std::vector<std::string> keys{"name", "about", "type"};
+  static const std::vector<std::string> keys{"name", "about", "type", "box_masks"};
   return keys;
 }
 
@@ -69,10 +71,15 @@ inline DetectorConfig read_detector(const YamlDocument& document, const Provider
     config.type = config.name = entry.card.type;
     if (const auto name = node->find("name")) config.name = name->text();
     if (const auto about = node->find("about")) about->text();
+    std::optional<BoxMaskParams> box_masks;
+    if (const auto wanted = node->find("box_masks")) box_masks = read_parameters<BoxMaskParams>(*wanted);
     // The document goes along: a node is valid as long as it lives.
-    config.make = [document, node = *node, entry, files = std::move(files)] {
-      return detail::in_document(document.source(),
-                                 [&] { return entry.make(node, files, detail::detector_keys()); });
+    config.make = [document, node = *node, entry, files = std::move(files), box_masks] {
+      return detail::in_document(document.source(), [&]() -> std::unique_ptr<SemanticProvider> {
+        auto provider = entry.make(node, files, detail::detector_keys());
+        if (!box_masks) return provider;
+        return std::make_unique<BoxMaskProvider>(std::move(provider), *box_masks);
+      });
     };
     return config;
   });

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/semantic/class_list.hpp>
+#include <dynfilter/semantic/decode_boxes.hpp>
+#include <dynfilter/semantic/decode_masks.hpp>
+#include <dynfilter/semantic/dnn_network.hpp>
+#include <dynfilter/semantic/merged_masks.hpp>
+#include <dynfilter/semantic/network_input.hpp>
+#include <dynfilter/semantic/provider.hpp>
+#include <dynfilter/semantic/provider_registry.hpp>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// How a network's output is read.
+enum class NetworkDecoder { YoloRegions, YoloV5, YoloV8, Ssd, ClassScores };
+
+struct DnnParams {
+  std::string network, config;
+  NetworkDecoder decoder = NetworkDecoder::YoloRegions;
+  std::vector<std::string> outputs;
+  NetworkInputParams input;
+  std::vector<std::string> classes;
+  std::string class_file;
+  int first_label = 0;
+  std::vector<std::string> keep;
+  double min_score = 0.4, max_overlap = 0.45, min_foreground = 0.5, foreground_bias = 0;
+
+  static const FieldTable<DnnParams>& fields() {
+    using P = DnnParams;
+    static const FieldTable<P> table = [] {
+      FieldTable<P> t{
+          text("network", &P::network, "the file with the weights: .weights, .onnx, .caffemodel or .pb"),
+          text("config", &P::config, "its .cfg (Darknet), .prototxt (Caffe) or .pbtxt (TensorFlow, if any)"),
+          choice("decoder", &P::decoder,
+                 {{"yolo_regions", NetworkDecoder::YoloRegions},
+                  {"yolov5", NetworkDecoder::YoloV5},
+                  {"yolov8", NetworkDecoder::YoloV8},
+                  {"ssd", NetworkDecoder::Ssd},
+                  {"class_scores", NetworkDecoder::ClassScores}},
+                 "the layout of the network's output"),
+          words("outputs", &P::outputs, "layers to read; empty: all that no other layer follows"),
+      };
+      include_fields(t, &P::input);
+      t.push_back(words("classes", &P::classes, "names of the classes in the network's order"));
+      t.push_back(text("class_file", &P::class_file, "a file with a class name on each line, instead"));
+      t.push_back(integer("first_label", &P::first_label, "", {0, 1000},
+                          "the network's number of the first name: 1 where 0 is an unnamed background"));
+      t.push_back(words("keep", &P::keep, "classes that are wanted; empty: all"));
+      t.push_back(real("min_score", &P::min_score, "", {0, 1}, "boxes below are left out"));
+      t.push_back(real("max_overlap", &P::max_overlap, "", {0, 1},
+                       "of two boxes of a class that share more (intersection over union) the better stays"));
+      t.push_back(real("min_foreground", &P::min_foreground, "", {-1e6, 1e6},
+                       "class_scores with one class: the map above this is foreground"));
+      t.push_back(
+          real("foreground_bias", &P::foreground_bias, "", {-1e6, 1e6},
+               "class_scores: added to every class but the background; above 0 more pixels count. With "
+               "two classes of logits b counts a pixel above the probability 1 / (1 + e^b)"));
+      return t;
+    }();
+    return table;
+  }
+};
+
+/// A network that cv::dnn runs on the CPU: a detector (boxes; with masks where the network has prototypes) or
+/// a segmenter (a label image).
+///
+/// Files:   Darknet, ONNX, Caffe, TensorFlow (`network_files.hpp`), checked before OpenCV sees them.
+/// Input:   resized or letterboxed, (pixel - mean) * scale / std, three channels.
+/// Output:  boxes in pixels of the image, cut at its borders, non-maximum suppression per class. The label
+///          image of a segmenter covers the image in the network's resolution; instance masks are also merged
+///          into one, label = class id + 1.
+/// Errors:  IoError naming the network file; the constructor runs it once on a grey image, so that a layout
+/// or
+///          a class list that does not fit is found before the first frame.
+/// Threads: OpenCV's own; how many is a setting of the process, which this does not touch.
+class DnnProvider final : public SemanticProvider {
+ public:
+  using Params = DnnParams;
+  static constexpr const char* kName = "dnn";
+  static constexpr const char* kSummary = "a network file, run by OpenCV's dnn module";
+
+  DnnProvider(Params params, const ProviderFiles& files)
+      : params_(std::move(params)), input_(checked(params_).input), network_(opened(params_, files)) {
+    naming_the_network([&] { classes_ = class_list(files); });
+    const int middle_grey = 128;
+    SemanticImage blank;
+    blank.pixels = cv::Mat(input_.size(), CV_8UC3, cv::Scalar::all(middle_grey));
+    infer(blank);
+  }
+
+  std::string name() const override { return kName; }
+
+  std::optional<SemanticResult> infer(const SemanticImage& image) override {
+    if (image.pixels.empty() || (image.pixels.type() != CV_8UC3 && image.pixels.type() != CV_8UC1))
+      throw Error(network_.file() + ": expected an image of 8-bit colour or grey, got one of " +
+                  std::to_string(image.pixels.cols) + "x" + std::to_string(image.pixels.rows) +
+                  " pixels, type " + cv::typeToString(image.pixels.type()));
+    SemanticResult result;
+    result.frame_id = image.frame_id;
+    result.timestamp_s = image.timestamp_s;
+    const std::vector<cv::Mat>& outputs = network_.forward(input_.tensor(image.pixels, fit_));
+    naming_the_network([&] {
+      if (params_.decoder == NetworkDecoder::ClassScores)
+        result.labels = label_image(outputs);
+      else
+        detect(outputs, result);
+    });
+    return result;
+  }
+
+ private:
+  static const Params& checked(const Params& params) {
+    check_parameters(params);
+    if (params.network.empty()) throw ConfigError("network", "expected the name of a network file");
+    if (params.classes.empty() == params.class_file.empty())
+      throw ConfigError("classes", "expected the class names, either here or in a `class_file`");
+    if (params.decoder == NetworkDecoder::ClassScores && params.first_label != 0)
+      throw ConfigError("first_label", "expected 0: the maps of a segmenter are named from the first on");
+    return params;
+  }
+
+  static DnnNetwork opened(const Params& params, const ProviderFiles& files) {
+    const std::filesystem::path network = files.find(params.network, "a network file");
+    return {network,
+            params.config.empty() ? std::filesystem::path() : files.find(params.config, "its configuration"),
+            params.outputs};
+  }
+
+  template <class F>
+  void naming_the_network(const F& f) const {
+    try {
+      f();
+    } catch (const IoError&) {
+      throw;
+    } catch (const Error& error) {
+      throw IoError(network_.file() + ": " + error.what());
+    }
+  }
+
+  ClassList class_list(const ProviderFiles& files) const {
+    std::vector<std::string> names = params_.classes;
+    if (names.empty()) names = ClassList::from_file(files.find(params_.class_file, "a list of class names"));
+    return {std::move(names), params_.first_label, params_.keep};
+  }
+
+  cv::Mat label_image(const std::vector<cv::Mat>& outputs) {
+    if (outputs.size() != 1)
+      throw Error("it has " + std::to_string(outputs.size()) +
+                  " outputs, expected one: name it with `outputs`");
+    decode_class_scores(outputs[0], classes_.size(), static_cast<float>(params_.min_foreground),
+                        static_cast<float>(params_.foreground_bias), labels_);
+    if (classes_.size() > 1) {
+      cv::Mat kept(1, 256, CV_8UC1, cv::Scalar(0));
+      for (int label = 1; label < classes_.size(); ++label)
+        if (classes_.kept(label)) kept.at<std::uint8_t>(label) = static_cast<std::uint8_t>(label);
+      cv::LUT(labels_, kept, labels_);
+    }
+    return image_part(labels_, fit_).clone();
+  }
+
+  void detect(const std::vector<cv::Mat>& outputs, SemanticResult& result) {
+    boxes_.clear();
+    const cv::Mat* head = nullptr;
+    std::optional<PrototypeMasks> masks;
+    switch (params_.decoder) {
+      case NetworkDecoder::YoloRegions:
+        for (const cv::Mat& output : outputs) decode_yolo_regions(output, layout(0), boxes_);
+        break;
+      case NetworkDecoder::Ssd:
+        decode_ssd(only(outputs), layout(0), boxes_);
+        break;
+      default:
+        head = &head_of(outputs, masks);
+        decode_head(*head, layout(masks ? masks->coefficients() : 0));
+    }
+    suppress_doubles(boxes_, static_cast<float>(params_.max_overlap));
+    result.detections.emplace();
+    for (const NetworkBox& box : boxes_) {
+      classes_.check(box.label);
+      if (classes_.kept(box.label)) add(box, head, masks, *result.detections);
+    }
+    if (masks) result.labels = merged_masks(*result.detections, fit_.image);
+  }
+
+  BoxLayout layout(int coefficients) const {
+    return {input_.size(), classes_.size(), coefficients, static_cast<float>(params_.min_score)};
+  }
+  static const cv::Mat& only(const std::vector<cv::Mat>& outputs) {
+    if (outputs.size() != 1)
+      throw Error("it has " + std::to_string(outputs.size()) +
+                  " outputs, expected one: name it with `outputs`");
+    return outputs[0];
+  }
+  void decode_head(const cv::Mat& head, const BoxLayout& layout) {
+    params_.decoder == NetworkDecoder::YoloV5 ? decode_yolov5(head, layout, boxes_)
+                                              : decode_yolov8(head, layout, boxes_);
+  }
+  /// The output with the boxes; a second one of four dimensions holds mask prototypes.
+  const cv::Mat& head_of(const std::vector<cv::Mat>& outputs, std::optional<PrototypeMasks>& masks) const {
+    const cv::Mat* head = nullptr;
+    for (const cv::Mat& output : outputs) {
+      if (output.dims == 4 && outputs.size() == 2)
+        masks.emplace(output);
+      else
+        head = &output;
+    }
+    if (head == nullptr || outputs.size() > 2 || (outputs.size() == 2 && !masks))
+      throw Error(
+          "it has " + std::to_string(outputs.size()) +
+          " outputs, expected the boxes and at most 1xKxHxW mask prototypes: name them with `outputs`");
+    return *head;
+  }
+
+  void add(const NetworkBox& found, const cv::Mat* head, std::optional<PrototypeMasks>& masks,
+           std::vector<Detection>& detections) {
+    Detection detection;
+    detection.box = fit_.to_image(found.box);
+    if (!(detection.box.width > 0) || !(detection.box.height > 0)) return;
+    detection.class_id = found.label;
+    detection.class_name = classes_.name(found.label);
+    detection.score = std::min(found.score, 1.0F);
+    if (masks) {
+      const bool in_columns = params_.decoder == NetworkDecoder::YoloV8;
+      detection.mask = masks->mask(mask_coefficients(*head, found.anchor, masks->coefficients(), in_columns),
+                                   detection.box, fit_);
+    }
+    detections.push_back(std::move(detection));
+  }
+
+  Params params_;
+  NetworkInput input_;
+  DnnNetwork network_;
+  ClassList classes_;
+  InputFit fit_;
+  std::vector<NetworkBox> boxes_;
+  cv::Mat labels_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <dynfilter/core/detection.hpp>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// The instance masks of detections as one label image: CV_8UC1, 0 = none, class id + 1 (255 at most; 1 for a
+/// class that is not known). Where masks overlap the better score is on top. A mask of another size is left
+/// out.
+inline cv::Mat merged_masks(const std::vector<Detection>& detections, cv::Size image) {
+  std::vector<const Detection*> order;
+  for (const Detection& d : detections)
+    if (d.mask.type() == CV_8UC1 && d.mask.size() == image) order.push_back(&d);
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Detection* a, const Detection* b) { return a->score < b->score; });
+  cv::Mat labels = cv::Mat::zeros(image, CV_8UC1);
+  for (const Detection* d : order) labels.setTo(cv::Scalar(std::clamp(d->class_id + 1, 1, 255)), d->mask);
+  return labels;
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "run_command.hpp"
+#include "semantic/tiny_networks.hpp"
+
+using namespace dynfilter_test;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A network of a few numbers that boxes what is red, its YAML, and a picture with something red.
+class Workshop {
+ public:
+  Workshop() {
+    write_text(root() / "net.onnx",
+               tiny::onnx_head({{2, 2, 2, 2, 0}, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0}}, 4, 4));
+    write_text(root() / "d.yaml", yaml("thing"));
+    cv::imwrite((root() / "1.500000.png").string(), cv::Mat(8, 8, CV_8UC3, cv::Scalar(0, 0, 255)));
+  }
+  static std::string yaml(const std::string& classes) {
+    return "%YAML:1.0\n---\ndetector:\n  name: red\n  type: dnn\n  network: net.onnx\n  decoder: yolov8\n  "
+           "width_px: 4\n"
+           "  height_px: 4\n  scale: 0.00392156862745\n  classes: [ " +
+           classes + " ]\n";
+  }
+  const fs::path& root() const { return folder_.path(); }
+  std::string file(const std::string& name) const { return "'" + (root() / name).string() + "'"; }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+}  // namespace
+
+TEST_CASE("detect: boxes of a picture as a file that run reads, and a picture of them") {
+  const Workshop shop;
+  const CommandResult result = dynfilter("detect " + shop.file("1.500000.png") + " --detector " +
+                                         shop.file("d.yaml") + " --out " + shop.file("out"));
+  CAPTURE(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(contains(result.out, "red on "));
+  CHECK(contains(result.out, "thing               1 boxes, in 1 images, two or more in 0"));
+  CHECK(
+      read_text(shop.root() / "out/detections.txt") ==
+      "# timestamp class_id class_name score x1 y1 x2 y2\n1.500000 0 thing 1.0000 2.000 2.000 6.000 6.000\n");
+  CHECK(fs::exists(shop.root() / "out/overlay/1.500000.png"));
+  CHECK(!fs::exists(shop.root() / "out/masks"));
+  const CommandResult json =
+      dynfilter("detect " + shop.file("1.500000.png") + " --json --detector " + shop.file("d.yaml"));
+  CHECK(contains(json.out, "\"images_with_two\": 0"));
+}
+
+TEST_CASE("detect and run refuse detectors that cannot be: one line each") {
+  const Workshop shop;
+  const std::string image = shop.file("1.500000.png") + " ", with = "--detector " + shop.file("d.yaml");
+  check_refused("detect " + image + "--detector yolo_fast", "presets: deeplabv3plus_person, files, ");
+  check_refused("detect " + image + "--detector yolo_fastest --network-dir " + shop.file(""),
+                "yolo-fastest-1.1.weights: no such file in ");
+  check_refused("detect " + image + with + " --network-dir /no/such", "/no/such: no such folder");
+  check_refused("detect " + shop.file("2.png") + " " + with, "2.png: no such file");
+  check_refused("detect " + image + with + " --start 1", "--start 1: there are only 1 images");
+  write_text(shop.root() / "d.yaml", Workshop::yaml("a, b"));
+  check_refused("detect " + image + with,
+                "net.onnx: its output is 1x5x16, expected 1x6xN (a box, 2 class scores)");
+  write_text(shop.root() / "d.yaml", Workshop::yaml("thing"));
+  const std::string whole = read_text(shop.root() / "net.onnx");
+  write_text(shop.root() / "net.onnx", whole.substr(0, whole.size() / 2));
+  check_refused("detect " + image + with, "net.onnx: is truncated");
+  // OpenCV's own words about a layer that it does not have stay away.
+  write_text(shop.root() / "net.onnx",
+             tiny::model(tiny::bytes(1, tiny::node("NoSuchLayer", {"image"}, "out")) +
+                         tiny::bytes(11, tiny::value_info("image", {1, 3, 4, 4})) +
+                         tiny::bytes(12, tiny::value_info("out", {1, 5, 16}))));
+  check_refused("detect " + image + with, "cannot load this ONNX network");
+  fs::remove(shop.root() / "net.onnx");
+  check_refused("detect " + image + with, "net.onnx: no such file in ");
+  write_text(shop.root() / "d.yaml", "%YAML:1.0\n---\ndetector: { type: dmn }\n");
+  check_refused("detect " + image + with, "d.yaml: detector.type: expected one of dnn, files, got `dmn`");
+}
+
+TEST_CASE("run takes boxes and masks from a detector") {
+  const Workshop shop;
+  REQUIRE(dynfilter("synth walking_static " + shop.file("walking") + " --frames 12 --seed 3").exit_code == 0);
+  const std::string run = "run " + shop.file("walking") + " --pipeline rts_slam_s --json ";
+  // What was written to files says the same as a detector that reads those files.
+  write_text(shop.root() / "f.yaml",
+             "%YAML:1.0\n---\ndetector: { type: files, detections: detections.txt, masks: masks }\n");
+  const CommandResult files = dynfilter(run);
+  const CommandResult detector =
+      dynfilter(run + "--detector " + shop.file("f.yaml") + " --network-dir " + shop.file("walking"));
+  CAPTURE(detector.err);
+  REQUIRE(files.exit_code == 0);
+  REQUIRE(detector.exit_code == 0);
+  const auto value = [](const std::string& json, const std::string& key) {
+    const std::size_t at = json.find("\"" + key + "\": ");
+    REQUIRE(at != std::string::npos);
+    return json.substr(at, json.find('\n', at) - at);
+  };
+  for (const char* key : {"ate_rmse_m", "recall", "rejected_mean", "tracked_frames"})
+    CHECK(value(files.out, key) == value(detector.out, key));
+  CHECK(value(files.out, "recall") != value(dynfilter(run + "--no-detections").out, "recall"));
+  CHECK(contains(detector.out, "boxes and masks from the detector files"));
+  check_refused(run + "--detector " + shop.file("d.yaml") + " --detections x", "--detections");
+  fs::remove(shop.root() / "net.onnx");
+  check_refused(run + "--detector " + shop.file("d.yaml") + " --out " + shop.file("out"),
+                "net.onnx: no such file");
+  CHECK(!fs::exists(shop.root() / "out"));
+}
