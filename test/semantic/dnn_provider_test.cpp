@@ -50,7 +50,7 @@ class Network {
     try {
       make(keys);
     } catch (const Error& error) {
-      const std::string text = error.what();
+      std::string text = error.what();
       CHECK(text.find('\n') == std::string::npos);
       return text;
     }
@@ -275,9 +275,10 @@ std::string table() {
 TEST_CASE("the tables of docs/networks.md are those of the parameters") {
   const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/networks.md";
   std::string text = dynfilter_test::read_text(path);
-  for (const auto& [name, wanted] : {std::pair<std::string, std::string>{"dnn", table<DnnParams>()},
+  for (const auto& [kind, wanted] : {std::pair<std::string, std::string>{"dnn", table<DnnParams>()},
                                      {"files", table<FileProviderParams>()},
                                      {"box_masks", table<BoxMaskParams>()}}) {
+    const std::string name = kind;  // clang's lambdas take no structured binding
     CAPTURE(name);
     const std::string begin = "<!-- parameters of " + name + " -->\n";
     REQUIRE(text.find(begin) != std::string::npos);

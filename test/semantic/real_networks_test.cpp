@@ -58,10 +58,11 @@ bool has_two(const std::vector<cv::Rect2f>& boxes) {
 }  // namespace
 
 TEST_CASE("Yolo-Fastest finds the people of the real walking frames") {
-  for (const auto& [detector, every] :
+  for (const auto& [name, every] :
        {std::pair<const char*, std::size_t>{"yolo_fastest", 1}, {"yolo_fastest_xl", 4}}) {
     const std::vector<fs::path> images = walking_images(every);
     if (images.empty()) return;
+    const std::string detector = name;  // clang's lambdas take no structured binding
     CAPTURE(detector);
     const auto provider = shipped(detector);
     std::size_t one = 0, two = 0;

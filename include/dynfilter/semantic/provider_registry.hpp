@@ -22,7 +22,7 @@ struct ProviderFiles {
   /// that says where it was looked for and, in `what`, for which purpose.
   std::filesystem::path find(const std::string& name, const std::string& what) const {
     std::error_code failed;
-    const std::filesystem::path path(name);
+    std::filesystem::path path(name);
     if (path.is_absolute() || folders.empty()) {
       if (!name.empty() && std::filesystem::exists(path, failed)) return path;
       throw IoError(name + ": no such file (expected " + what + ")");
