@@ -11,7 +11,7 @@
 using namespace dynfilter::facade;
 
 // The C name is the handle's type; what it holds is the C++ facade and the memory behind the last answers.
-struct dynfilter_filter {
+struct dynfilter_filter {  // NOLINT(readability-identifier-naming): a C name
   DynFilter filter;
   Frame frame;
   Verdicts verdicts;

@@ -98,7 +98,7 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
       text = value.text();
     } else if (field == table.end()) {
       std::string known = prefix + text_key;
-      for (const auto& f : table) known += ", " + prefix + f.info.name;
+      for (const auto& f : table) known.append(", ").append(prefix).append(f.info.name);
       throw ConfigError("", "unknown key `" + key + "`; known keys: " + known);
     } else {
       field->read(p, value);
