@@ -17,21 +17,21 @@ enum class RobustLoss { None, Huber, Cauchy, Tukey };
 
 namespace detail {
 
-using RigidPack = RigidPoints::Pack;
-
 /// rho'(s): the weight of iteratively reweighted least squares.
-inline RigidPack robust_weight(RobustLoss loss, const RigidPack& s, float c2) {
+inline Pack robust_weight(RobustLoss loss, const Pack& s, float c2) {
   switch (loss) {
     case RobustLoss::None:
-      return RigidPack::Ones();
+      return 1;
     case RobustLoss::Huber:
-      return (c2 / s.max(1e-30F)).sqrt().min(1.0F);
+      return min(sqrt(c2 / max(s, 1e-30F)), 1);
     case RobustLoss::Cauchy:
       return 1.0F / (1.0F + s * (1 / c2));
-    case RobustLoss::Tukey:
-      return (1.0F - s * (1 / c2)).max(0.0F).square();
+    case RobustLoss::Tukey: {
+      const Pack inside = max(1.0F - s * (1 / c2), 0);
+      return inside * inside;
+    }
   }
-  return RigidPack::Ones();
+  return 1;
 }
 
 /// Normal equations of the perturbation (translation, rotation) from the left, summed over packs of points.
@@ -56,28 +56,28 @@ struct RigidNormal {
 /// The sums behind RigidNormal, lane by lane.
 struct RigidSums {
   enum { kTT = 0, kTR = 5, kRR = 14, kGT = 20, kGR = 23, kCost = 26, kWeight = 27, kCount = 28 };
-  RigidPack sum[kCount];
+  Pack sum[kCount];
 
-  RigidSums() { std::fill(sum, sum + kCount, RigidPack::Zero()); }
+  RigidSums() { std::fill(sum, sum + kCount, Pack(0)); }
 
   /// Adds points q with residual r: J = A [I | -[q]x], A = d residual / d q, so everything follows from
   /// M = A^T A (the rows of A are (A0 0 A1), (0 A2 A3), (0 0 A4)) and from f = A^T r.
-  void add(const RigidPack (&q)[3], const RigidPack (&A)[5], const RigidPack (&r)[3], const RigidPack& w) {
-    const RigidPack &x = q[0], &y = q[1], &z = q[2];
-    const RigidPack wa = w * A[0], wb = w * A[2];
-    const RigidPack m00 = wa * A[0], m02 = wa * A[1], m11 = wb * A[2], m12 = wb * A[3];
-    const RigidPack m22 = w * (A[1] * A[1] + A[3] * A[3] + A[4] * A[4]);
+  void add(const Pack (&q)[3], const Pack (&A)[5], const Pack (&r)[3], const Pack& w) {
+    const Pack &x = q[0], &y = q[1], &z = q[2];
+    const Pack wa = w * A[0], wb = w * A[2];
+    const Pack m00 = wa * A[0], m02 = wa * A[1], m11 = wb * A[2], m12 = wb * A[3];
+    const Pack m22 = w * (A[1] * A[1] + A[3] * A[3] + A[4] * A[4]);
     sum[kTT] += m00, sum[kTT + 1] += m02, sum[kTT + 2] += m11, sum[kTT + 3] += m12, sum[kTT + 4] += m22;
     // N = -M [q]x, [q]x = (0 -z y; z 0 -x; -y x 0)
-    const RigidPack n[9] = {m02 * y,           m00 * z - m02 * x, -m00 * y,  //
-                            m12 * y - m11 * z, -m12 * x,          m11 * x,   //
-                            m22 * y - m12 * z, m02 * z - m22 * x, m12 * x - m02 * y};
+    const Pack n[9] = {m02 * y,           m00 * z - m02 * x, -m00 * y,  //
+                       m12 * y - m11 * z, -m12 * x,          m11 * x,   //
+                       m22 * y - m12 * z, m02 * z - m22 * x, m12 * x - m02 * y};
     for (int k = 0; k < 9; ++k) sum[kTR + k] += n[k];
     // [q]x N, upper triangle
     sum[kRR] += y * n[6] - z * n[3], sum[kRR + 1] += y * n[7] - z * n[4], sum[kRR + 2] += y * n[8] - z * n[5];
     sum[kRR + 3] += z * n[1] - x * n[7], sum[kRR + 4] += z * n[2] - x * n[8],
         sum[kRR + 5] += x * n[5] - y * n[2];
-    const RigidPack fx = wa * r[0], fy = wb * r[1], fz = w * (A[1] * r[0] + A[3] * r[1] + A[4] * r[2]);
+    const Pack fx = wa * r[0], fy = wb * r[1], fz = w * (A[1] * r[0] + A[3] * r[1] + A[4] * r[2]);
     sum[kGT] += fx, sum[kGT + 1] += fy, sum[kGT + 2] += fz;
     sum[kGR] += y * fz - z * fy, sum[kGR + 1] += z * fx - x * fz, sum[kGR + 2] += x * fy - y * fx;
     sum[kCost] += w * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
@@ -106,18 +106,17 @@ inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, 
   RigidSums sums;
   const std::size_t end = std::min(count, points.count);
   for (std::size_t i = 0; i < end; i += RigidPoints::kPack) {
-    const RigidPack px = points.pack_of(RigidPoints::kPx, i), py = points.pack_of(RigidPoints::kPy, i);
-    const RigidPack pz = points.pack_of(RigidPoints::kPz, i), wz = points.pack_of(RigidPoints::kWz, i);
-    const RigidPack cz = points.pack_of(RigidPoints::kBz, i);
-    const RigidPack q[3] = {m[0] * px + m[1] * py + m[2] * pz + m[3],
-                            m[4] * px + m[5] * py + m[6] * pz + m[7],
-                            m[8] * px + m[9] * py + m[10] * pz + m[11]};
-    RigidPack wx = points.pack_of(RigidPoints::kWx, i), wy = points.pack_of(RigidPoints::kWy, i);
-    RigidPack u = RigidPack::Zero(), v = u, valid = (wz > 0.0F).cast<float>();  // padding has no weight
-    RigidPack r[3];
+    const Pack px = points.pack_of(RigidPoints::kPx, i), py = points.pack_of(RigidPoints::kPy, i);
+    const Pack pz = points.pack_of(RigidPoints::kPz, i), wz = points.pack_of(RigidPoints::kWz, i);
+    const Pack cz = points.pack_of(RigidPoints::kBz, i);
+    const Pack q[3] = {m[0] * px + m[1] * py + m[2] * pz + m[3], m[4] * px + m[5] * py + m[6] * pz + m[7],
+                       m[8] * px + m[9] * py + m[10] * pz + m[11]};
+    Pack wx = points.pack_of(RigidPoints::kWx, i), wy = points.pack_of(RigidPoints::kWy, i);
+    Pack u = 0, v = 0, valid = greater(wz, 0);  // padding has no weight
+    Pack r[3];
     if (points.image_depth) {
-      valid *= (q[2] > 1e-3F).cast<float>();  // behind the camera: no residual there
-      const RigidPack inv_z = 1.0F / q[2].max(1e-3F);
+      valid *= greater(q[2], 1e-3F);  // behind the camera: no residual there
+      const Pack inv_z = 1.0F / max(q[2], 1e-3F);
       u = q[0] * inv_z, v = q[1] * inv_z;
       wx *= cz, wy *= cz;  // to f / sigma
       r[0] = wx * (u - points.pack_of(RigidPoints::kAx, i)),
@@ -128,8 +127,8 @@ inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, 
       r[1] = wy * (q[1] - points.pack_of(RigidPoints::kBy, i));
     }
     r[2] = wz * (q[2] - cz);
-    const RigidPack s = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-    const RigidPack w = valid * robust_weight(loss, s, static_cast<float>(scale2));
+    const Pack s = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+    const Pack w = valid * robust_weight(loss, s, static_cast<float>(scale2));
     sums.add(q, {wx, -wx * u, wy, -wy * v, wz}, r, w);
   }
   return sums.normal();

@@ -8,6 +8,7 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -37,9 +38,7 @@ struct RigidNoise {
 /// whole packs with points of zero weight. The score is linear in q: residual = W (q - a q.z - b), which for
 /// ImageDepth replaces 1/q.z by 1/c.z.
 struct RigidPoints {
-  static constexpr int kPack = 8;
-  using Pack = Eigen::Array<float, kPack, 1>;
-  using PackMap = Eigen::Map<const Pack, Eigen::Unaligned>;
+  static constexpr int kPack = Pack::kWidth;
   enum Row { kPx, kPy, kPz, kAx, kAy, kBx, kBy, kBz, kWx, kWy, kWz, kRows };
 
   std::size_t count = 0, stride = 0;
@@ -88,7 +87,7 @@ struct RigidPoints {
     at(kWz, k) = 1 / std::sqrt(sp * sp + sc * sc);
   }
 
-  Pack pack_of(int r, std::size_t i) const { return PackMap(row(r) + i); }
+  Pack pack_of(int r, std::size_t i) const { return Pack::load(row(r) + i); }
 
   Pack chi2(const float (&m)[12], std::size_t i) const {
     auto get = [&](int r) { return pack_of(r, i); };
@@ -120,8 +119,8 @@ struct RigidPoints {
     constexpr std::size_t kBlock = 64;
     for (std::size_t i = 0; i < stride;) {
       const std::size_t end = std::min(stride, i + kBlock);
-      Pack sum = Pack::Zero();
-      for (; i < end; i += kPack) sum += (1 - chi2(m, i) * inv).max(0.0F);
+      Pack sum = 0;
+      for (; i < end; i += kPack) sum += max(1 - chi2(m, i) * inv, 0);
       total += sum.sum();
       const double seen = static_cast<double>(i);
       if (total < share * seen - 1.5 * std::sqrt(seen)) return 0;
@@ -132,7 +131,7 @@ struct RigidPoints {
 
   double padding_score(const float (&m)[12], float inv) const {
     if (stride == count) return 0;
-    const Pack last = (1 - chi2(m, stride - kPack) * inv).max(0.0F);
+    const Pack last = max(1 - chi2(m, stride - kPack) * inv, 0);
     double sum = 0;
     for (std::size_t k = count; k < stride; ++k) sum += last[static_cast<int>(k % kPack)];
     return sum;

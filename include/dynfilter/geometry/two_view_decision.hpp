@@ -134,12 +134,12 @@ class TwoViewDecision {
     for (int i = 0; i < 60; ++i) {
       std::uint32_t pick[2];
       sample_distinct(rng, n, pick, 2);
-      const auto line = [&](std::uint32_t k) {
-        return (H * points_.reference(off[k]).homogeneous())
-            .cross(points_.current(off[k]).homogeneous())
-            .eval();
+      const auto line = [&](std::uint32_t k) -> Eigen::Vector3d {
+        const Eigen::Vector3d there = H * lifted(points_.reference(off[k]));
+        return there.cross(lifted(points_.current(off[k])));
       };
-      const Eigen::Matrix3d candidate = (cross_matrix(line(pick[0]).cross(line(pick[1]))) * H).normalized();
+      const Eigen::Matrix3d candidate =
+          times(cross_matrix(line(pick[0]).cross(line(pick[1]))), H).normalized();
       const double cost = points_.cost(FundamentalError(candidate), tau2_, best);
       if (cost < best) best = cost, better = candidate;
     }
@@ -158,8 +158,7 @@ class TwoViewDecision {
     });
     noise(1, 1) = noise(0, 0), noise(2, 0) = noise(0, 2), noise(2, 1) = noise(1, 2);
     Residuals out;
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> solver(moment, noise);
-    out.epipole = solver.eigenvectors().col(0).normalized();
+    out.epipole = least_against(moment, noise);
     double n = 0;
     for_plane(H, [&](const Eigen::Vector2d& q, const Eigen::Vector2d& d) {
       const Eigen::Vector2d u = (out.epipole.head<2>() - out.epipole.z() * q).normalized();
@@ -172,12 +171,27 @@ class TwoViewDecision {
     return out;
   }
 
+  /// The direction v with the least v^T A v / v^T B v; B is positive definite. (Eigen's generalized solver
+  /// costs the compiler three seconds a file.)
+  static Eigen::Vector3d least_against(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) {
+    Eigen::Matrix3d L = Eigen::Matrix3d::Zero();
+    for (int c = 0; c < 3; ++c)
+      for (int r = c; r < 3; ++r) {
+        double sum = B(r, c);
+        for (int k = 0; k < c; ++k) sum -= L(r, k) * L(c, k);
+        L(r, c) = r == c ? std::sqrt(sum) : sum / L(c, c);
+      }
+    const Eigen::Matrix3d L_inv = L.inverse();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(times(times(L_inv, A), L_inv.transpose()));
+    return (L_inv.transpose() * solver.eigenvectors().col(0)).normalized();
+  }
+
   /// visit(H x1, x2 - H x1) for every seed of S.
   template <class Visit>
   void for_plane(const Eigen::Matrix3d& H, Visit visit) const {
     const double limit = tau2_ * kTransferScale;
     for (std::size_t i = 0; i < points_.count(); ++i) {
-      const Eigen::Vector2d q = (H * points_.reference(i).homogeneous()).hnormalized();
+      const Eigen::Vector2d q = mapped(H, points_.reference(i));
       const Eigen::Vector2d d = points_.current(i) - q;
       if (d.squaredNorm() <= limit) visit(q, d);
     }
@@ -256,7 +270,7 @@ class TwoViewDecision {
     const double off2 = clear * tau2_ * kTransferScale;
     points_.visit(FundamentalError(F), [&](std::size_t i, float e) {
       if (e > tau2_) return;
-      const Eigen::Vector2d q = (H * points_.reference(i).homogeneous()).hnormalized();
+      const Eigen::Vector2d q = mapped(H, points_.reference(i));
       const double d2 = (points_.current(i) - q).squaredNorm();
       n += d2 > off2 && d2 <= reach * reach;
     });
@@ -264,7 +278,7 @@ class TwoViewDecision {
   }
 
   bool decide_rotation(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, TwoViewModel& model) {
-    const Eigen::Matrix3d G = calibration_.K2_inv * H * calibration_.K1_inv.inverse();
+    const Eigen::Matrix3d G = times(times(calibration_.K2_inv, H), calibration_.K1_inv.inverse());
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(G, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
     if (R.determinant() < 0) R = -R;
@@ -299,7 +313,7 @@ class TwoViewDecision {
   /// Step 4.
   bool decide_calibrated(const Eigen::Matrix3d& H, TwoViewModel& model) {
     Essential candidates[2];
-    const int n = decompose(calibration_.K2_inv * H * calibration_.K1_inv.inverse(), candidates);
+    const int n = decompose(times(times(calibration_.K2_inv, H), calibration_.K1_inv.inverse()), candidates);
     int best_support = 0;
     Eigen::Matrix3d best;
     for (int c = 0; c < n; ++c) {
@@ -340,9 +354,10 @@ class TwoViewDecision {
            std::sqrt(a2 + b2))
               .normalized();
       Eigen::Matrix3d U, W;
-      U << v2, u, v2.cross(u);
-      W << G * v2, G * u, (G * v2).cross(G * u);
-      const Eigen::JacobiSVD<Eigen::Matrix3d> nearest(W * U.transpose(),
+      const Eigen::Vector3d Gv2 = G * v2, Gu = G * u;
+      U.col(0) = v2, U.col(1) = u, U.col(2) = v2.cross(u);
+      W.col(0) = Gv2, W.col(1) = Gu, W.col(2) = Gv2.cross(Gu);
+      const Eigen::JacobiSVD<Eigen::Matrix3d> nearest(times(W, U.transpose()),
                                                       Eigen::ComputeFullU | Eigen::ComputeFullV);
       out[k].R = nearest.matrixU() * nearest.matrixV().transpose();
       const Eigen::Vector3d t = (G - out[k].R) * v2.cross(u);
@@ -371,14 +386,14 @@ class TwoViewDecision {
                          TwoViewModel& model) {
     model.kind = kind;
     model.reason = reason;
-    const Eigen::Matrix3d px = points_.T2().inverse() * H * points_.T1();
+    const Eigen::Matrix3d px = times(times(points_.T2().inverse(), H), points_.T1());
     model.H = to_array(px / px(2, 2));
     model.inliers = homography_inliers(H);
     model.sigma_px = sigma_px(HomographyError(H), 1.3863 * 2 / kTransferScale);
   }
 
   Matrix9 fundamental_px(const Eigen::Matrix3d& F) const {
-    return to_array((points_.T2().transpose() * F * points_.T1()).normalized());
+    return to_array(times(times(points_.T2().transpose(), F), points_.T1()).normalized());
   }
 
   /// From the median of the squared errors that agree; `median` is that of unit noise.

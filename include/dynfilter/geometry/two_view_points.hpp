@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -12,9 +13,8 @@
 
 namespace dynfilter::detail {
 
-/// Squared residuals of packs of matches in normalised coordinates. Both are comparable with one threshold: a
-/// match passes both with the same probability if its noise is Gaussian and equal in both images.
-using Pack = Eigen::Array<float, 8, 1>;
+// Squared residuals of packs of matches in normalised coordinates. Both are comparable with one threshold: a
+// match passes both with the same probability if its noise is Gaussian and equal in both images.
 
 /// Squared Sampson distance: one degree of freedom, the noise's own variance.
 struct FundamentalError {
@@ -92,8 +92,8 @@ class TwoViewPoints {
     double total = 0;
     for (std::size_t i = 0; i < padded();) {
       const std::size_t end = std::min(padded(), i + kBlock);
-      Pack sum = Pack::Zero();
-      for (; i < end; i += kWidth) sum += error(at(x_, i), at(y_, i), at(u_, i), at(v_, i)).min(limit);
+      Pack sum = 0;
+      for (; i < end; i += kWidth) sum += min(error(at(x_, i), at(y_, i), at(u_, i), at(v_, i)), limit);
       total += sum.sum() / limit;
       const double seen = static_cast<double>(i);
       if (total > best || total > share * seen + 1.5 * std::sqrt(seen)) {
@@ -134,16 +134,14 @@ class TwoViewPoints {
   }
 
  private:
-  static constexpr std::size_t kWidth = 8;
+  static constexpr std::size_t kWidth = Pack::kWidth;
   static constexpr int kSide = 4, kCells = kSide * kSide;
   struct Cell {
     std::uint32_t begin, size;
   };
 
   static bool finite(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
-  static Eigen::Map<const Pack, Eigen::Unaligned> at(const std::vector<float>& v, std::size_t i) {
-    return Eigen::Map<const Pack, Eigen::Unaligned>(v.data() + i);
-  }
+  static Pack at(const std::vector<float>& v, std::size_t i) { return Pack::load(v.data() + i); }
   std::size_t padded() const { return x_.size(); }
 
   Eigen::Matrix3d normaliser(const Eigen::Vector2d& center) const {

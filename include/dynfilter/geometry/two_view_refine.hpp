@@ -26,11 +26,6 @@ inline Vector9 row_major(const Eigen::Matrix3d& m) {
   return v;
 }
 
-/// Products of three and more 3x3 matrices as one Eigen expression take seconds to compile; this one does
-/// not.
-inline Eigen::Matrix3d times(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
-  return a * b;
-}
 inline Eigen::Matrix3d diagonal(double a, double b) {
   Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
   m(0, 0) = a;
@@ -82,11 +77,11 @@ struct Selection {
 
 /// Zero for the matches of a pack that are not selected.
 inline Pack selected(const TwoViewPoints& points, const Selection& selection, std::size_t i) {
-  Pack mask = Pack::Ones();
-  for (int k = 0; k < Pack::SizeAtCompileTime; ++k) {
+  Pack mask = 1;
+  for (int k = 0; k < Pack::kWidth; ++k) {
     const bool is =
         i + k < points.count() && (!selection.errors || selection.errors[i + k] <= selection.limit);
-    if (!is) mask[k] = 0;
+    if (!is) mask.set(k, 0);
   }
   return mask;
 }
@@ -98,21 +93,21 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
   float f[9];
   for (int i = 0; i < 9; ++i) f[i] = static_cast<float>(F(i / 3, i % 3));
   Pack A[6][6], g[3][3];
-  for (auto& row : A) std::fill(row, row + 6, Pack::Zero());
-  for (auto& row : g) std::fill(row, row + 3, Pack::Zero());
+  for (auto& row : A) std::fill(row, row + 6, Pack(0));
+  for (auto& row : g) std::fill(row, row + 3, Pack(0));
   const float inv_cut = static_cast<float>(1 / cut2);
   Eigen::Index used = 0;
   const std::size_t end = std::min(selection.count, points.count());
-  for (std::size_t i = 0; i < end; i += Pack::SizeAtCompileTime) {
+  for (std::size_t i = 0; i < end; i += Pack::kWidth) {
     const Pack x = points.x(i), y = points.y(i), u = points.u(i), v = points.v(i);
     const Pack X = f[0] * x + f[1] * y + f[2], Y = f[3] * x + f[4] * y + f[5];
     const Pack P = f[0] * u + f[3] * v + f[6], Q = f[1] * u + f[4] * v + f[7];
     const Pack e = X * u + Y * v + (f[6] * x + f[7] * y + f[8]);
     const Pack inv_den = 1.0F / (X * X + Y * Y + P * P + Q * Q + 1e-30F);
-    const Pack taper = (1.0F - e * e * inv_den * inv_cut).max(0.0F);
+    const Pack taper = max(1.0F - e * e * inv_den * inv_cut, 0);
     Pack w = taper * taper * inv_den;
-    if (selection.errors || i + Pack::SizeAtCompileTime > points.count()) w *= selected(points, selection, i);
-    used += (w > 0.0F).count();
+    if (selection.errors || i + Pack::kWidth > points.count()) w *= selected(points, selection, i);
+    used += static_cast<int>(greater(w, 0).sum());
     const Pack wu = w * u, wv = w * v, we = w * e, ue = we * u, ve = we * v;
     const Pack left[6] = {wu * u, wu * v, wv * v, wu, wv, w}, right[5] = {x * x, x * y, y * y, x, y};
     for (int k = 0; k < 6; ++k) {
@@ -212,14 +207,14 @@ inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix
   int used = 0;
   const std::size_t end = std::min(selection.count, points.count());
   for (std::size_t i = 0; i < end; ++i) {
-    const Eigen::Vector3d p = points.reference(i).homogeneous(), q = H * p;
+    const Eigen::Vector3d p = lifted(points.reference(i)), q = H * p;
     const double inv = 1 / q.z();
     const Eigen::Vector2d at = q.head<2>() * inv, d = at - points.current(i);
     const double e2 = d.squaredNorm() / kTransferScale;
     if (!(e2 < cut2)) continue;
     const double taper = 1 - e2 / cut2, w = taper * taper * inv * inv;
     // d(at) = inv (p, 0, -at.x p; 0, p, -at.y p): all products are multiples of p p^T.
-    const Eigen::Matrix3d pp = w * p * p.transpose();
+    const Eigen::Matrix3d pp = p * (w * p).transpose();
     normal.A.block<3, 3>(0, 0) += pp;
     normal.A.block<3, 3>(0, 6) -= at.x() * pp;
     normal.A.block<3, 3>(3, 6) -= at.y() * pp;
@@ -254,14 +249,14 @@ inline void refine_rotation(const TwoViewPoints& points, const Calibration& K, d
   EntryNormal normal;
   const Eigen::Matrix3d K2 = K.K2_inv.inverse();
   for (int i = 0; i < iterations; ++i) {
-    if (!accumulate_transfer(points, K2 * R * K.K1_inv, cut2, selection, normal)) return;
+    if (!accumulate_transfer(points, times(times(K2, R), K.K1_inv), cut2, selection, normal)) return;
     Eigen::Matrix<double, 9, 3> D;
     for (int k = 0; k < 3; ++k) {
-      D.col(k) = row_major(K2 * cross_matrix(Eigen::Vector3d::Unit(k)) * R * K.K1_inv);
+      D.col(k) = row_major(times(times(K2, cross_matrix(Eigen::Vector3d::Unit(k))), times(R, K.K1_inv)));
     }
     Eigen::Vector3d delta;
     if (!normal.step(D, delta)) return;
-    R = exp_so3(delta) * R;
+    R = times(exp_so3(delta), R);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/geometry/epipolar.hpp>
 #include <utility>
 
 namespace dynfilter::detail {
@@ -120,7 +121,7 @@ inline bool oriented(const Eigen::Matrix3d& F, const Eigen::Vector2d (&p1)[7],
   if (e3.squaredNorm() > e.squaredNorm()) e = e3;
   double first = 0;
   for (int i = 0; i < 7; ++i) {
-    const Eigen::Vector3d l = F * p1[i].homogeneous(), m = e.cross(p2[i].homogeneous());
+    const Eigen::Vector3d l = F * lifted(p1[i]), m = e.cross(lifted(p2[i]));
     const double sign = l.dot(m);
     if (i == 0) first = sign;
     if (sign * first < 0) return false;
@@ -132,12 +133,12 @@ inline bool oriented(const Eigen::Matrix3d& F, const Eigen::Vector2d (&p1)[7],
 /// are nearly collinear or the order of a triangle is reversed.
 inline bool solve_four(const Eigen::Vector2d (&p1)[4], const Eigen::Vector2d (&p2)[4], Eigen::Matrix3d& H) {
   auto basis = [](const Eigen::Vector2d(&p)[4], Eigen::Matrix3d& B) {
-    B << p[0].homogeneous(), p[1].homogeneous(), p[2].homogeneous();
+    for (int k = 0; k < 3; ++k) B.col(k) = lifted(p[k]);
     const double det = B.determinant();
     if (!(std::abs(det) > 1e-4)) return false;
-    const Eigen::Vector3d weight = B.inverse() * p[3].homogeneous();
+    const Eigen::Vector3d weight = B.inverse() * lifted(p[3]);
     if (!(weight.cwiseAbs().minCoeff() > 1e-3)) return false;
-    B = B * weight.asDiagonal();
+    for (int k = 0; k < 3; ++k) B.col(k) *= weight(k);
     return true;
   };
   Eigen::Matrix3d A, B;
