@@ -11,11 +11,11 @@
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/filters/neighbour_field.hpp>
 #include <dynfilter/geometry/rigid_background.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace dynfilter {
@@ -24,6 +24,7 @@ struct BackgroundMotionParams {
   double max_chi2 = 18.0;
   double depth_sigma_factor = 2.0;
   double memory = 0.6;
+  double mobility_memory = 0.95;
   double neighbour_px = 30;
   double neighbour_m = 0.12;
   double neighbour_weight = 1.0;
@@ -37,6 +38,9 @@ struct BackgroundMotionParams {
         real("depth_sigma_factor", &P::depth_sigma_factor, "", {0.01, 100},
              "the depth camera's noise against the model's"),
         real("memory", &P::memory, "", {0, 0.99}, "share of a track's belief that the next frame takes over"),
+        real("mobility_memory", &P::mobility_memory, "", {0, 0.999},
+             "share of having moved that a feature keeps per frame: who stands still for a while is not yet "
+             "background"),
         real("neighbour_px", &P::neighbour_px, "px", {1, 1000}, "features this near are asked too ..."),
         real("neighbour_m", &P::neighbour_m, "m", {0, 10}, "... if their depth differs by no more than this"),
         real("neighbour_weight", &P::neighbour_weight, "", {0, 10}, "their mean evidence against one's own"),
@@ -52,17 +56,20 @@ struct BackgroundMotionParams {
 /// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp). Against it a
 ///           feature's evidence is chi2 / max_chi2 - 1, at most 3, of the larger of two misses in (u, v,
 ///           depth): since the last frame and over its track (context/feature_tracks.hpp), up to 6 frames
-///           back, where slow motion shows. Noise is measured: the lower third of the misses of each gap.
+///           back, where slow motion shows. Noise is measured: the median miss of each gap, over features
+///           that did not move lately.
 ///           Belief = evidence + memory * belief in the last frame, within [-2, 5]; plus neighbour_weight *
 ///           its mean over neighbours at a like depth; plus prior_suspicion for prior suspects. Dynamic above
-///           0.
+///           0. Features that moved lately (1 - exp(-2 belief), fading by mobility_memory a frame, taken
+///           over by features that appear beside them) count less when the background is chosen, and the
+///           expected motion is refined without them.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
 /// Abstains: on the first frame, without any motion, and on features that have neither evidence nor
 ///           neighbours with some.
 /// Blind to: motion within the noise over 6 frames; everything, when a mover is taken for the background: the
 ///           report says what was chosen among what.
-/// State:    the camera's last motions, noise per gap, belief per track. Cost: about 0.4 ms for 1000
-/// features.
+/// State:    the camera's last motions, noise per gap, belief and mobility per track. Cost: about 0.4 ms for
+///           1000 features.
 class BackgroundMotionFilter final : public Filter {
  public:
   using Params = BackgroundMotionParams;
@@ -83,6 +90,8 @@ class BackgroundMotionFilter final : public Filter {
     trail_.clear();
     tracks_.reset();
     belief_.clear();
+    mobility_.clear();
+    moved_.clear();
     estimator_.reset();
     noise_px_.fill(kFirstNoise_px);
   }
@@ -91,13 +100,9 @@ class BackgroundMotionFilter final : public Filter {
     const Match& match = context.match({});
     tracks_.follow(context.frame().id, match, context.pixels(), context.undistorted_pixels(),
                    context.depths_m());
-    recall();
-    if (match.reference == nullptr) return context.note("no earlier frame");
-    if (!follow_background(context, match)) return;
-    weigh_misses(context, match);
-    ask_neighbours(context);
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (context.judged(i)) cast(context, i, votes);
+    recall(context, match);
+    judge(context, match, votes);
+    remember_mobility(context);
   }
 
  private:
@@ -108,24 +113,52 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr float kUnseenDoubt = 0.3F;  ///< ... and need more of it
   static constexpr int kMinSeeds = 30;
 
-  struct Witness {
-    float x, y, depth_m, evidence;
-    bool operator<(const Witness& o) const {
-      return std::tie(y, x, depth_m, evidence) < std::tie(o.y, o.x, o.depth_m, o.evidence);
-    }
-  };
+  void judge(Context& context, const Match& match, Votes& votes) {
+    if (match.reference == nullptr) return context.note("no earlier frame");
+    if (!follow_background(context, match)) return;
+    weigh_misses(context, match);
+    ask_neighbours(context);
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (context.judged(i)) cast(context, i, votes);
+  }
 
-  void recall() {
+  // ---- what is known from earlier frames
+  void recall(Context& context, const Match& match) {
     std::swap(last_belief_, belief_);
+    std::swap(last_mobility_, mobility_);
     const std::size_t n = tracks_.size();
     remembered_.assign(n, 0);
+    mobility_.resize(n);
     static_belief_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
       const auto from = static_cast<std::size_t>(tracks_.previous(i));
-      if (tracks_.previous(i) >= 0 && from < last_belief_.size()) remembered_[i] = last_belief_[from];
-      static_belief_[i] = 1 / (1 + std::exp(remembered_[i]));
+      const bool known = tracks_.previous(i) >= 0 && from < last_belief_.size();
+      if (known) remembered_[i] = last_belief_[from];
+      mobility_[i] = known ? last_mobility_[from] : mobility_around(context, match, i);
+      const float still = 1 - mobility_[i];
+      static_belief_[i] = still * still / (1 + std::exp(remembered_[i]));
     }
     belief_.assign(n, 0);
+  }
+
+  /// A feature without a past takes that of the features around the place where it was.
+  float mobility_around(Context& context, const Match& match, std::size_t i) const {
+    const bool found = match.reference != nullptr && match.found(i);
+    const NeighbourField::Sum sum =
+        moved_.around(found ? match.correspondences.reference_px[i] : context.pixels()[i],
+                      found && match.has_depth(i) ? match.reference_points_m[i].z : context.depths_m()[i],
+                      static_cast<float>(params_.neighbour_px), static_cast<float>(params_.neighbour_m));
+    return sum.weights > 0 ? sum.values / sum.weights : 0;
+  }
+
+  void remember_mobility(Context& context) {
+    moved_.clear();
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      const float now = belief_[i] > 0 ? 1 - std::exp(-2 * belief_[i]) : 0.0F;
+      mobility_[i] = std::max(static_cast<float>(params_.mobility_memory) * mobility_[i], now);
+      moved_.add(context.pixels()[i], context.depths_m()[i], mobility_[i]);
+    }
+    moved_.build(static_cast<float>(params_.neighbour_px) / 2);
   }
 
   // ---- the background's motion
@@ -136,6 +169,7 @@ class BackgroundMotionFilter final : public Filter {
     scene.current_m = context.points_m();
     scene.pixels = context.pixels();
     scene.static_belief = static_belief_;
+    scene.mobility = mobility_;
     context.collect_seeds(match, false, seeds_);
     if (static_cast<int>(seeds_.size()) < kMinSeeds) context.collect_seeds(match, true, seeds_);
     scene.seeds = seeds_;
@@ -198,6 +232,7 @@ class BackgroundMotionFilter final : public Filter {
       own_[i] = static_cast<float>(params_.memory) * remembered_[i];
       if (!match.found(i)) continue;
       const cv::Point3f& now = context.points_m()[i];
+      calm_ = mobility_[i] < RigidBackgroundEstimator::kMobile;
       double chi2 = miss(1, match.reference_points_m[i], now);
       const int longest = std::min(tracks_.length(i), static_cast<int>(residuals_.size()));
       if (longest > 1)
@@ -223,19 +258,19 @@ class BackgroundMotionFilter final : public Filter {
   double miss(int gap, const cv::Point3f& then, const cv::Point3f& now) {
     const RigidResidual r = residuals_[static_cast<std::size_t>(gap - 1)](then, now);
     if (!r.valid) return -1;
-    misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
+    if (calm_) misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
     return static_cast<double>(r.chi2);
   }
   float evidence(double chi2) const { return static_cast<float>(std::min(3.0, chi2 / params_.max_chi2 - 1)); }
 
-  /// The 35 % quantile of all misses is about the median of the static ones; 1.18 sigma for two coordinates.
-  /// Half as much again, since static misses have longer tails.
+  /// The median miss is 1.18 sigma for two coordinates; half as much again, since static misses have longer
+  /// tails.
   void measure_noise() {
     constexpr double kRate = 0.3, kScale = 1.3;
     for (std::size_t gap = 1; gap < misses_px_.size(); ++gap) {
       std::vector<float>& misses = misses_px_[gap];
       if (misses.size() < 30) continue;
-      const auto at = misses.begin() + static_cast<std::ptrdiff_t>(misses.size() * 35 / 100);
+      const auto at = misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2);
       std::nth_element(misses.begin(), at, misses.end());
       const double sigma = std::clamp(kScale * static_cast<double>(*at), kLeastNoise_px, kMostNoise_px);
       noise_px_[gap] += kRate * (sigma - noise_px_[gap]);
@@ -252,24 +287,11 @@ class BackgroundMotionFilter final : public Filter {
     }
   }
 
-  /// Features with evidence, by place, so that the loop below runs over memory in order.
   void lay_out_witnesses(Context& context) {
-    places_.clear();
     witnesses_.clear();
     for (std::size_t i = 0; i < context.size(); ++i)
-      if (seen_[i] != 0) {
-        places_.push_back(context.pixels()[i]);
-        witnesses_.push_back({context.pixels()[i].x, context.pixels()[i].y, context.depths_m()[i], own_[i]});
-      }
-    grid_.build(Span<const cv::Point2f>(places_), static_cast<float>(params_.neighbour_px) / 2);
-    by_place_.clear();
-    for (const std::int32_t k : grid_.entries()) by_place_.push_back(witnesses_[static_cast<std::size_t>(k)]);
-    // Sums of floats depend on their order, which must not be that of the features.
-    grid_.for_each_cell([&](std::size_t begin, std::size_t end) {
-      if (end - begin > 1)
-        std::sort(by_place_.begin() + static_cast<std::ptrdiff_t>(begin),
-                  by_place_.begin() + static_cast<std::ptrdiff_t>(end));
-    });
+      if (seen_[i] != 0) witnesses_.add(context.pixels()[i], context.depths_m()[i], own_[i]);
+    witnesses_.build(static_cast<float>(params_.neighbour_px) / 2);
   }
 
   /// Mean evidence of the neighbours, the near ones first; features without depth are asked with less trust.
@@ -278,21 +300,10 @@ class BackgroundMotionFilter final : public Filter {
     const float depth_m = context.depths_m()[i];
     const bool blind = std::isnan(depth_m);
     const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : kUnseenReach);
-    const float per_reach2 = 1 / (reach * reach), near_m = static_cast<float>(params_.neighbour_m);
-    float sum = 0, weights = 0;
-    grid_.ranges_around(px, reach, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t e = begin; e < end; ++e) {
-        const Witness& w = by_place_[e];
-        const float dx = w.x - px.x, dy = w.y - px.y;
-        float weight = std::max(0.0F, 1 - (dx * dx + dy * dy) * per_reach2);
-        weight = std::abs(w.depth_m - depth_m) > near_m ? 0.0F : weight;
-        sum += weight * w.evidence;
-        weights += weight;
-      }
-    });
-    if (seen_[i] != 0 && PointGrid::usable(px)) sum -= own_[i], weights -= 1;  // itself
+    NeighbourField::Sum sum = witnesses_.around(px, depth_m, reach, static_cast<float>(params_.neighbour_m));
+    if (seen_[i] != 0 && PointGrid::usable(px)) sum.values -= own_[i], sum.weights -= 1;  // itself
     const float trust = blind ? 0.3F : 1.0F;
-    return trust * sum / (trust * weights + 0.5F);
+    return trust * sum.values / (trust * sum.weights + 0.5F);
   }
 
   void cast(const Context& context, std::size_t i, Votes& votes) const {
@@ -317,9 +328,9 @@ class BackgroundMotionFilter final : public Filter {
   std::vector<float> remembered_, static_belief_, own_;
   std::vector<float> belief_, last_belief_;
   std::vector<std::uint8_t> seen_;
-  std::vector<Witness> witnesses_, by_place_;
-  std::vector<cv::Point2f> places_;
-  PointGrid grid_;
+  std::vector<float> mobility_, last_mobility_;
+  NeighbourField witnesses_, moved_;  ///< evidence of this frame, mobility of the last
+  bool calm_ = true;                  ///< the feature whose misses are taken did not move lately
 };
 
 }  // namespace dynfilter

@@ -23,6 +23,7 @@ struct RigidBackgroundScene {
   Span<const cv::Point3f> reference_m, current_m;  ///< in the camera frames; z not finite: none
   Span<const cv::Point2f> pixels;                  ///< where the features are now
   Span<const float> static_belief;                 ///< [0, 1] from earlier frames; 0.5: none
+  Span<const float> mobility;                      ///< [0, 1] moved lately; empty: nobody did
   Span<const int> seeds;                           ///< features that may be used, ascending
   std::optional<Pose> expected;                    ///< T_current_reference, if the camera goes on as it went
   std::optional<Pose> predicted;                   ///< T_current_reference, as the host says
@@ -51,12 +52,15 @@ struct MotionProposal {
 /// with area the share of image cells (square roots of what they hold, weighted by depth and by what was
 /// static before), d the distance in the image from the expected motion in units of how far off it usually
 /// is, and order the share of neighbours on other motions that lie in front: movers hide the background, the
-/// background hides movers less often.
+/// background hides movers less often. What moved lately is left out where the expected motion is refined:
+/// movers that slow down and set off again would drag it along otherwise.
 ///
 /// Works on at most four points per cell of a 16 x 12 grid, the far ones. Owns its scratch. Not for several
 /// threads at once. About 0.2 ms for 1000 features.
 class RigidBackgroundEstimator {
  public:
+  static constexpr float kMobile = 0.5F;  ///< a mobility from which on a point counts as having moved
+
   RigidBackgroundEstimator() : rigid_(rigid_options()) {}
 
   /// `ok` is false when no motion explains enough. Never throws on odd data.
@@ -76,7 +80,7 @@ class RigidBackgroundEstimator {
 
  private:
   static constexpr int kColumns = 16, kRows = 12;
-  static constexpr std::size_t kPerCell = 4;
+  static constexpr std::size_t kPerCell = 4, kMinSettled = 30;
   static constexpr double kWide_px = 0.8, kSupport_px = 0.25;
   static constexpr double kFit_px = 0.3;        ///< a fit is worth 1 / (1 + (miss / this)^2)
   static constexpr double kMinGain = 0.04;      ///< of the points: what a motion must explain to be kept
@@ -158,7 +162,17 @@ class RigidBackgroundEstimator {
     if (scene_->predicted) propose(MotionProposal::From::Predicted, points_, kSupport_px, scene_->predicted);
     if (!scene_->expected) return;
     for (const double sigma_px : {scene_->noise_px, 2.5 * scene_->noise_px, kWide_px})
-      propose(MotionProposal::From::Expected, points_, sigma_px, scene_->expected);
+      propose(MotionProposal::From::Expected, settled(), sigma_px, scene_->expected);
+  }
+
+  /// The points that did not move lately; all, if these are too few.
+  const std::vector<int>& settled() {
+    settled_.clear();
+    for (const int i : points_) {
+      const auto k = static_cast<std::size_t>(i);
+      if (k >= scene_->mobility.size() || scene_->mobility[k] < kMobile) settled_.push_back(i);
+    }
+    return settled_.size() >= kMinSettled ? settled_ : points_;
   }
 
   /// What the expected motion leaves, and then all from the beginning, narrow and wide.
@@ -393,7 +407,7 @@ class RigidBackgroundEstimator {
   RigidMotionEstimator rigid_;
   const RigidBackgroundScene* scene_ = nullptr;  ///< during estimate() only
   std::array<std::vector<int>, kColumns * kRows> cells_;
-  std::vector<int> points_, rest_, scratch_, behind_, front_;
+  std::vector<int> points_, settled_, rest_, scratch_, behind_, front_;
   std::vector<MotionProposal> proposals_;
   std::vector<float> fit_, best_fit_;  ///< proposals x points; points
   std::vector<std::size_t> selected_, owner_;
