@@ -56,13 +56,12 @@ struct BackgroundMotionParams {
 /// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp). Against it a
 ///           feature's evidence is chi2 / max_chi2 - 1, at most 3, of the larger of two misses in (u, v,
 ///           depth): since the last frame and over its track (context/feature_tracks.hpp), up to 6 frames
-///           back, where slow motion shows. Noise is measured: the median miss of each gap, over features
-///           that did not move lately.
-///           Belief = evidence + memory * belief in the last frame, within [-2, 5]; plus neighbour_weight *
-///           its mean over neighbours at a like depth; plus prior_suspicion for prior suspects. Dynamic above
-///           0. Features that moved lately (1 - exp(-2 belief), fading by mobility_memory a frame, taken
-///           over by features that appear beside them) count less when the background is chosen, and the
-///           expected motion is refined without them.
+///           back, where slow motion shows. Noise is measured: about the median miss of each gap, over
+///           features that did not move lately. Belief = evidence + memory * belief in the last frame, within
+///           [-2, 5]; plus neighbour_weight * its mean over neighbours at a like depth; plus prior_suspicion
+///           for prior suspects. Dynamic above 0. Features that moved lately (1 - exp(-2 belief), fading by
+///           mobility_memory a frame, taken over by features that appear beside them) count less when the
+///           background is chosen, and the expected motion is refined without them.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
 /// Abstains: on the first frame, without any motion, and on features that have neither evidence nor
 ///           neighbours with some.
@@ -263,14 +262,14 @@ class BackgroundMotionFilter final : public Filter {
   }
   float evidence(double chi2) const { return static_cast<float>(std::min(3.0, chi2 / params_.max_chi2 - 1)); }
 
-  /// The median miss is 1.18 sigma for two coordinates; half as much again, since static misses have longer
-  /// tails.
+  /// The 42 % quantile is about the median of the static ones, since movers that nobody found yet are among
+  /// them; 1.18 sigma for two coordinates. Half as much again, since static misses have longer tails.
   void measure_noise() {
     constexpr double kRate = 0.3, kScale = 1.3;
     for (std::size_t gap = 1; gap < misses_px_.size(); ++gap) {
       std::vector<float>& misses = misses_px_[gap];
       if (misses.size() < 30) continue;
-      const auto at = misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2);
+      const auto at = misses.begin() + static_cast<std::ptrdiff_t>(misses.size() * 42 / 100);
       std::nth_element(misses.begin(), at, misses.end());
       const double sigma = std::clamp(kScale * static_cast<double>(*at), kLeastNoise_px, kMostNoise_px);
       noise_px_[gap] += kRate * (sigma - noise_px_[gap]);
