@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <dynfilter/context/context_params.hpp>
 #include <dynfilter/context/depth_sampler.hpp>
 #include <dynfilter/context/history.hpp>
+#include <dynfilter/context/late_semantics.hpp>
 #include <dynfilter/context/match.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
@@ -91,6 +93,30 @@ class Context {
   /// The same with a frame by its id, for results that came late.
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
 
+  /// The frame's boxes when they are of an older frame, carried to this one (context/late_semantics.hpp):
+  /// those found on it or, missed since, at most `max_age_frames` ago, with track ids. Null when nothing
+  /// leads here.
+  const std::vector<Detection>* carried_boxes(int max_age_frames) {
+    record_step();
+    const std::vector<CarriedBox>* boxes = late_.boxes(*frame_.detections, frame_.id);
+    if (boxes == nullptr) return nullptr;
+    carried_.clear();
+    const TrailFrame& now = *late_.trail().find(frame_.id);
+    for (const CarriedBox& box : *boxes) {
+      if (frame_.id - box.found_id > max_age_frames) continue;
+      carried_.push_back(box.detection);
+      if (!box.detection.mask.empty()) carried_.back().mask = carried_instance(box, now.image_px);
+    }
+    return &carried_;
+  }
+  /// The frame's mask when it is of an older frame, carried to this one, at a quarter of the image's size.
+  /// Null when nothing leads here.
+  const cv::Mat* carried_labels() {
+    record_step();
+    CarriedMask* mask = late_.mask(*frame_.mask, frame_.id);
+    return mask == nullptr ? nullptr : &mask->labels();
+  }
+
   /// The two-view model fitted on the seeds of a match (geometry/two_view.hpp).
   const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds) {
     return fitted(two_views_, match, seeds, [&] {
@@ -151,6 +177,8 @@ class Context {
 
   // ---- for the pipeline: the life of a frame
   void set_history(int frames) { history_.set_capacity(frames); }
+  /// Does any stage look at boxes or masks? Then the way that late ones must come is kept.
+  void set_semantics(bool used) { semantics_used_ = used; }
 
   void begin(const FrameView& frame, CallPoint call_point) {
     frame_ = frame;
@@ -174,11 +202,15 @@ class Context {
   }
 
   void finish(bool keyframe) {
+    if (semantics_used_ && may_come_late()) record_step();
     if (keyframe) history_.mark_keyframe();
     frame_ = FrameView();  // the host's memory is not looked at after the call
   }
 
-  void reset() { history_.clear(); }
+  void reset() {
+    history_.clear();
+    late_.reset();
+  }
 
   void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) {
     StoredFrame* stored = history_.find(frame_id);
@@ -236,6 +268,30 @@ class Context {
   bool uses_flow() const {
     return params_.source == CorrespondenceSource::Flow ||
            (params_.source == CorrespondenceSource::Auto && !frame_.matches && !frame_.grey.empty());
+  }
+
+  /// The motion since the last frame, for results that come late: once per frame.
+  void record_step() {
+    late_seen_ = late_seen_ || is_late();
+    if (late_.trail().find(frame_.id) != nullptr) return;
+    const Match& last = match(Reference());
+    cv::Size image_px = frame_.grey.size();
+    if (image_px.empty()) image_px = frame_.depth.size();
+    if (image_px.empty() && frame_.camera) image_px = {frame_.camera->width_px, frame_.camera->height_px};
+    late_.trail().add(frame_.id, last, pixels_, depths_m(), frame_.depth, frame_.depth_unit_m, image_px);
+  }
+  bool is_late() const {
+    const auto older = [this](std::int64_t id) { return id >= 0 && id != frame_.id; };
+    return (frame_.detections && older(frame_.detections->frame_id)) ||
+           (frame_.mask && older(frame_.mask->frame_id));
+  }
+  /// Results that come at once need no trail. Before the first late one it must cost no flow of its own.
+  bool may_come_late() const {
+    if (is_late()) return true;
+    if (frame_.detections || frame_.mask) return false;
+    const StoredFrame* last = resolve(Reference());
+    const auto known = [&](const Match& match) { return match.valid && match.reference == last; };
+    return late_seen_ || last == nullptr || std::any_of(matches_.begin(), matches_.end(), known);
   }
 
   const Match& match_stored(const StoredFrame* stored) {
@@ -389,6 +445,9 @@ class Context {
   std::string note_;
   std::vector<std::string> input_notes_;
   double correspondence_ms_ = 0;
+  LateSemantics late_;
+  std::vector<Detection> carried_;
+  bool semantics_used_ = false, late_seen_ = false;
 
   std::vector<cv::Point2f> pixels_, undistorted_;
   std::vector<float> depths_m_;

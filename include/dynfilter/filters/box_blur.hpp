@@ -28,7 +28,7 @@ struct BoxBlurParams {
         real("min_sharpness", &P::min_sharpness, "", {0, 100},
              "a box less sharp than this, the rest of the image being 1, is blurred by motion"),
         integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "boxes of an older frame are moved to this one by flow, or dropped beyond this age"),
+                "boxes of an older frame are carried to this one, or dropped beyond this age"),
     };
     return table;
   }
@@ -59,14 +59,14 @@ class BoxBlurFilter final : public Filter {
 
   std::string name() const override { return kName; }
   Needs needs() const override {
-    return {Input::Detections | Input::GreyImage, Input::Correspondence, params_.max_age_frames};
+    return {Input::Detections | Input::GreyImage, Input::Correspondence,
+            LateResult::history_frames(params_.max_age_frames)};
   }
 
   void apply(Context& context, Votes& votes) override {
-    const DetectionInput& input = *context.frame().detections;
-    const LateResult late(context, input.frame_id, params_.max_age_frames, "boxes");
+    const LateResult late = LateResult::boxes(context, params_.max_age_frames);
     if (!late.usable()) return;
-    collect(context, input, late);
+    collect(context, late);
     if (boxes_.empty()) return;
     const cv::Mat& grey = context.frame().grey;
     const Sharpness rest = sharpness(grey, cv::Rect(0, 0, grey.cols, grey.rows), true);
@@ -91,11 +91,11 @@ class BoxBlurFilter final : public Filter {
     double variance() const { return n > 0 ? std::max(0.0, squares / n - sum / n * (sum / n)) : 0; }
   };
 
-  void collect(Context& context, const DetectionInput& input, const LateResult& late) {
+  void collect(Context& context, const LateResult& late) {
     boxes_.clear();
     const DetectionFilter filter{params_.classes, {}, params_.min_score};
     const cv::Rect2d image(0, 0, context.frame().grey.cols, context.frame().grey.rows);
-    for (const Detection& detection : input.detections) {
+    for (const Detection& detection : late.detections()) {
       if (!filter.wants(detection)) continue;
       Box box;
       const cv::Rect2f now = features_in_box(context, detection.box, 0, late, scratch_, box.inside);

@@ -100,7 +100,7 @@ class MapPointBeliefFilter final : public Filter {
   void learn(Context& context, const MaskInput& mask) {
     const std::int64_t id = mask.frame_id < 0 ? context.frame().id : mask.frame_id;
     if (last_mask_ == id) return;
-    const LateResult late(context, id, params_.max_age_frames, "masks");
+    const LateResult late = LateResult::matched_mask(context, id, params_.max_age_frames);
     if (!late.usable()) return;
     last_mask_ = id;
     const MaskLookup lookup(mask.labels, image_size(context.frame()), params_.labels);

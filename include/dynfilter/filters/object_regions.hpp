@@ -28,7 +28,7 @@ struct ObjectRegionParams {
   double near_px = 0;
   BoxRefinement refine = BoxRefinement::None;
   double foreground_margin_m = 0.15;
-  int max_age_frames = 5;
+  int max_age_frames = 30;
 
   static const FieldTable<ObjectRegionParams>& fields() {
     using P = ObjectRegionParams;
@@ -49,7 +49,7 @@ struct ObjectRegionParams {
         real("foreground_margin_m", &P::foreground_margin_m, "m", {0, 10},
              "how far behind the foreground's surface still belongs to it"),
         integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "objects of an older frame: features are taken back by the match; beyond: dropped"),
+                "objects of an older frame are carried to this one, or dropped beyond this age"),
     };
     return table;
   }
@@ -79,8 +79,8 @@ class ObjectRegions {
       context.note("no " + to_string(input(params)));
       return objects_;
     }
-    const std::int64_t frame_id = detections ? frame.detections->frame_id : frame.mask->frame_id;
-    const LateResult late(context, frame_id, params.max_age_frames, detections ? "boxes" : "masks");
+    const LateResult late = detections ? LateResult::boxes(context, params.max_age_frames)
+                                       : LateResult::mask(context, params.max_age_frames);
     if (!late.usable()) return objects_;
     if (detections)
       find_detections(context, params, late);
@@ -92,7 +92,7 @@ class ObjectRegions {
  private:
   void find_detections(Context& context, const ObjectRegionParams& params, const LateResult& late) {
     const DetectionFilter filter{params.classes, params.except_classes, params.min_score};
-    for (const Detection& detection : context.frame().detections->detections) {
+    for (const Detection& detection : late.detections()) {
       if (!filter.wants(detection)) continue;
       objects_.emplace_back();
       if (params.objects == ObjectSource::Boxes)
@@ -129,7 +129,7 @@ class ObjectRegions {
   }
 
   void find_masks(const Context& context, const ObjectRegionParams& params, const LateResult& late) {
-    const MaskLookup mask(context.frame().mask->labels, image_size(context.frame()), params.labels);
+    const MaskLookup mask(late.labels(), image_size(context.frame()), params.labels);
     if (params.objects == ObjectSource::Mask) {
       objects_.emplace_back();
       return find_instance(context, mask, params, late);

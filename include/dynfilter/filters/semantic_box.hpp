@@ -17,7 +17,7 @@ struct SemanticBoxParams {
   std::vector<std::string> classes = moving_classes();
   double min_score = 0.4;
   double expand_px = 0;
-  int max_age_frames = 5;
+  int max_age_frames = 30;
   BoxRefinement refine = BoxRefinement::None;
   double foreground_margin_m = 0.15;
 
@@ -29,7 +29,7 @@ struct SemanticBoxParams {
         real("min_score", &P::min_score, "", {0, 1}, "boxes below this score are ignored"),
         real("expand_px", &P::expand_px, "px", {0, 1000}, "each box is made larger by this on every side"),
         integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "boxes computed on an older frame are moved to this one by flow, or dropped beyond this age"),
+                "boxes of an older frame are carried to this one, or dropped beyond this age"),
         box_refinement("refine", &P::refine),
         real("foreground_margin_m", &P::foreground_margin_m, "m", {0, 10},
              "how far behind the foreground's surface still belongs to it"),
@@ -59,15 +59,15 @@ class SemanticBoxFilter final : public Filter {
 
   std::string name() const override { return kName; }
   Needs needs() const override {
-    return {Input::Detections, Input::Depth | Input::Correspondence, params_.max_age_frames};
+    return {Input::Detections, Input::Depth | Input::Correspondence,
+            LateResult::history_frames(params_.max_age_frames)};
   }
 
   void apply(Context& context, Votes& votes) override {
-    const DetectionInput& input = *context.frame().detections;
-    const LateResult late(context, input.frame_id, params_.max_age_frames, "boxes");
+    const LateResult late = LateResult::boxes(context, params_.max_age_frames);
     if (!late.usable()) return;
     const DetectionFilter filter{params_.classes, {}, params_.min_score};
-    for (const Detection& detection : input.detections)
+    for (const Detection& detection : late.detections())
       if (filter.wants(detection)) judge(context, detection, late, votes);
   }
 

@@ -43,20 +43,55 @@ struct DetectionFilter {
   }
 };
 
-/// Boxes and masks come late. Where each feature was on the image that they were computed on: its own place
-/// for a result of this frame, the match into that frame for an older one. `usable` is false when the result
-/// is too old or its frame is not kept any more; a note says so.
+/// Boxes and masks come late. Those of an older frame are carried to this one along the features' motion from
+/// frame to frame. Where nothing leads here (the first results after a reset, or a host whose matches skip
+/// frames) the features are taken back by their match into that frame instead. `usable` is false when the
+/// result is too old, or neither is possible; a note says so.
 class LateResult {
  public:
-  LateResult(Context& context, std::int64_t frame_id, int max_age_frames, const char* what)
-      : context_(context) {
-    if (frame_id >= 0 && frame_id != context.frame().id) find(frame_id, max_age_frames, what);
+  /// Of the frame's detections.
+  static LateResult boxes(Context& context, int max_age_frames, const char* what = "boxes") {
+    const DetectionInput& input = *context.frame().detections;
+    LateResult late(context);
+    late.detections_ = input.detections;
+    if (!late.of_older_frame(input.frame_id, max_age_frames, what)) return late;
+    const std::vector<Detection>* carried = context.carried_boxes(max_age_frames);
+    if (carried != nullptr)
+      late.detections_ = *carried;
+    else
+      late.match_back(input.frame_id, what);
+    return late;
   }
+  /// Of the frame's mask.
+  static LateResult mask(Context& context, int max_age_frames) {
+    const MaskInput& input = *context.frame().mask;
+    LateResult late(context);
+    late.labels_ = input.labels;
+    if (!late.of_older_frame(input.frame_id, max_age_frames, "masks")) return late;
+    const cv::Mat* carried = context.carried_labels();
+    if (carried != nullptr)
+      late.labels_ = *carried;
+    else
+      late.match_back(input.frame_id, "masks");
+    return late;
+  }
+  /// Never carried, only matched back: for what is learnt once of each result.
+  static LateResult matched_mask(Context& context, std::int64_t frame_id, int max_age_frames) {
+    LateResult late(context);
+    late.labels_ = context.frame().mask->labels;
+    if (late.of_older_frame(frame_id, max_age_frames, "masks")) late.match_back(frame_id, "masks");
+    return late;
+  }
+  /// How many earlier frames matching back can need; carrying needs none.
+  static int history_frames(int max_age_frames) { return std::min(max_age_frames, 5); }
+
+  Span<const Detection> detections() const { return detections_; }
+  const cv::Mat& labels() const { return labels_; }
 
   bool usable() const { return usable_; }
-  /// Found on that image: always, when it is this one.
+  /// Can feature i be held against detections() and labels()?
   bool found(std::size_t i) const { return match_ == nullptr || match_->found(i); }
-  /// Where feature i was then; one that was not found is taken back by `flow`, that of its neighbours.
+  /// Where feature i is on them; one that was not found is taken back by `flow`, that of its neighbours.
   cv::Point2f then_px(std::size_t i, const cv::Point2f& flow = {0, 0}) const {
     if (match_ == nullptr) return context_.pixels()[i];
     return match_->found(i) ? match_->correspondences.reference_px[i] : context_.pixels()[i] - flow;
@@ -77,15 +112,21 @@ class LateResult {
   }
 
  private:
-  void find(std::int64_t frame_id, int max_age_frames, const char* what) {
+  explicit LateResult(Context& context) : context_(context) {}
+
+  bool of_older_frame(std::int64_t frame_id, int max_age_frames, const char* what) {
+    if (frame_id < 0 || frame_id == context_.frame().id) return false;
     const std::int64_t age = context_.frame().id - frame_id;
-    const std::string name = std::string(what) + " of frame " + std::to_string(frame_id);
     usable_ = age >= 0 && age <= max_age_frames;
-    if (!usable_) return context_.note(name + " are too old");
+    context_.note(usable_ ? std::string(what) + " are " + std::to_string(age) + " frames late"
+                          : std::string(what) + " of frame " + std::to_string(frame_id) + " are too old");
+    return usable_;
+  }
+  void match_back(std::int64_t frame_id, const char* what) {
     match_ = &context_.match_with(frame_id);
     usable_ = match_->reference != nullptr;
-    context_.note(usable_ ? std::string(what) + " are " + std::to_string(age) + " frames late"
-                          : name + ", which is not kept");
+    if (!usable_)
+      context_.note(std::string(what) + " of frame " + std::to_string(frame_id) + ", which is not kept");
   }
   static float median(std::vector<float>& values) {
     if (values.empty()) return 0;
@@ -96,6 +137,8 @@ class LateResult {
 
   Context& context_;
   const Match* match_ = nullptr;
+  Span<const Detection> detections_;
+  cv::Mat labels_;
   bool usable_ = true;
 };
 

@@ -25,7 +25,7 @@ struct SemanticMaskParams {
   std::vector<std::string> classes = moving_classes();
   double min_score = 0.4;
   double dilate_px = 5;
-  int max_age_frames = 5;
+  int max_age_frames = 30;
   OffMask off_mask = OffMask::Unknown;
 
   static const FieldTable<SemanticMaskParams>& fields() {
@@ -40,7 +40,7 @@ struct SemanticMaskParams {
         real("dilate_px", &P::dilate_px, "px", {0, 200},
              "so near to the mask counts as on it (DynaSLAM: 15)"),
         integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "features are taken back by the match to the older frame of a late mask; beyond: dropped"),
+                "masks of an older frame are carried to this one, or dropped beyond this age"),
         choice("off_mask", &P::off_mask, {{"unknown", OffMask::Unknown}, {"static", OffMask::Static}},
                "what is voted off the mask"),
     };
@@ -73,33 +73,32 @@ class SemanticMaskFilter final : public Filter {
   std::string name() const override { return kName; }
   Needs needs() const override {
     return {params_.source == MaskSource::Mask ? Input::Mask : Input::Detections, Input::Correspondence,
-            params_.max_age_frames};
+            LateResult::history_frames(params_.max_age_frames)};
   }
 
   void apply(Context& context, Votes& votes) override {
     if (params_.source == MaskSource::Mask) {
-      const MaskInput& mask = *context.frame().mask;
-      const LateResult late(context, mask.frame_id, params_.max_age_frames, "masks");
+      const LateResult late = LateResult::mask(context, params_.max_age_frames);
       if (!late.usable()) return;
       clear(context, late, votes);
-      judge(context, MaskLookup(mask.labels, image_size(context.frame()), params_.labels), late, 1, votes);
+      judge(context, MaskLookup(late.labels(), image_size(context.frame()), params_.labels), late, 1, votes);
     } else {
-      judge_instances(context, *context.frame().detections, votes);
+      judge_instances(context, votes);
     }
   }
 
  private:
   static constexpr float kMarginScore = 0.75F;
 
-  void judge_instances(Context& context, const DetectionInput& input, Votes& votes) {
-    const LateResult late(context, input.frame_id, params_.max_age_frames, "masks");
+  void judge_instances(Context& context, Votes& votes) {
+    const LateResult late = LateResult::boxes(context, params_.max_age_frames, "masks");
     if (!late.usable()) return;
     const DetectionFilter filter{params_.classes, {}, params_.min_score};
-    bool any = input.detections.empty();
-    for (const Detection& detection : input.detections) any = any || !detection.mask.empty();
+    bool any = late.detections().empty();
+    for (const Detection& detection : late.detections()) any = any || !detection.mask.empty();
     if (!any) return context.note("the detections have no masks");
     clear(context, late, votes);
-    for (const Detection& detection : input.detections) {
+    for (const Detection& detection : late.detections()) {
       if (!filter.wants(detection)) continue;
       const MaskLookup mask(detection.mask, image_size(context.frame()));
       if (!mask.empty())

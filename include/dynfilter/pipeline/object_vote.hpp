@@ -57,7 +57,8 @@ class ObjectVoteStage final : public Combinator {
   Needs needs() const override {
     Needs all = Combinator::needs();
     all.optional = all.optional | ObjectRegions::input(params_.region) | Input::Depth | Input::Correspondence;
-    all.history_frames = std::max(all.history_frames, params_.region.max_age_frames);
+    all.history_frames =
+        std::max(all.history_frames, LateResult::history_frames(params_.region.max_age_frames));
     return all;
   }
 

@@ -50,6 +50,7 @@ class Pipeline {
     check_parameters(config_.floor, "floor");
     check_parameters(config_.initialisation, "initialisation");
     context_.set_history(needs().history_frames);
+    context_.set_semantics((needs().optional & (Input::Detections | Input::Mask)) != Input::None);
   }
 
   /// Features are extracted, the pose is at most predicted. The verdict lives until the next call.

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/semantic/message_stream.hpp>
+#include <dynfilter/semantic/provider.hpp>
+#include <exception>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// What a provider in another process and its host say to each other (docs/semantics.md): lines of text, then
+/// raw pixels. Version 1.
+namespace protocol {
+
+inline constexpr const char* kHello = "dynfilter-provider 1";
+inline constexpr int kMaxSide = 16384;
+inline constexpr int kMaxDetections = 10000;
+
+/// What the provider threw, told in an orderly way.
+class Told : public Error {
+ public:
+  using Error::Error;
+};
+
+inline Error unexpected(const std::string& expected, std::string line) {
+  if (line.size() > 60) line = line.substr(0, 60) + "...";
+  for (char& c : line)
+    if (static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) > 126) c = '?';
+  return Error("expected " + expected + ", got `" + line + "`");
+}
+
+inline void write_rows(MessageStream& stream, const cv::Mat& image) {
+  for (int r = 0; r < image.rows; ++r)
+    stream.write_bytes(image.ptr(r), static_cast<std::size_t>(image.cols) * image.elemSize());
+}
+inline void read_rows(MessageStream& stream, cv::Mat& image) {
+  for (int r = 0; r < image.rows; ++r)
+    stream.read_bytes(image.ptr(r), static_cast<std::size_t>(image.cols) * image.elemSize());
+}
+
+/// `image ID TIMESTAMP WIDTH HEIGHT CHANNELS`, then the rows.
+inline void write_image(MessageStream& stream, const SemanticImage& image) {
+  if (image.pixels.type() != CV_8UC1 && image.pixels.type() != CV_8UC3)
+    throw Error("an image must have 1 or 3 channels of 8 bits");
+  char line[160];
+  std::snprintf(line, sizeof(line), "image %lld %.9f %d %d %d\n", static_cast<long long>(image.frame_id),
+                image.timestamp_s, image.pixels.cols, image.pixels.rows, image.pixels.channels());
+  stream.write_text(line);
+  write_rows(stream, image.pixels);
+}
+
+inline void read_image(MessageStream& stream, SemanticImage& image) {
+  const std::string line = stream.read_line();
+  std::istringstream in(line);
+  std::string word;
+  int width = 0, height = 0, channels = 0;
+  in >> word >> image.frame_id >> image.timestamp_s >> width >> height >> channels;
+  if (!in || word != "image" || width < 0 || height < 0 || width > kMaxSide || height > kMaxSide ||
+      (channels != 1 && channels != 3))
+    throw unexpected("`image ID TIMESTAMP WIDTH HEIGHT CHANNELS`", line);
+  image.pixels.create(height, width, channels == 1 ? CV_8UC1 : CV_8UC3);
+  read_rows(stream, image.pixels);
+}
+
+/// `detections N` and N lines `CLASS_ID SCORE X1 Y1 X2 Y2 CLASS NAME`, `labels WIDTH HEIGHT` and the rows,
+/// both or one or none; then `end`.
+inline void write_result(MessageStream& stream, const std::optional<SemanticResult>& result) {
+  if (result && result->detections) {
+    stream.write_text("detections " + std::to_string(result->detections->size()) + "\n");
+    for (const Detection& d : *result->detections) {
+      char numbers[200];
+      std::snprintf(numbers, sizeof(numbers), "%d %.9g %.9g %.9g %.9g %.9g ", d.class_id,
+                    static_cast<double>(d.score), static_cast<double>(d.box.x), static_cast<double>(d.box.y),
+                    static_cast<double>(d.box.x + d.box.width), static_cast<double>(d.box.y + d.box.height));
+      stream.write_text(numbers + d.class_name + "\n");
+    }
+  }
+  if (result && result->labels) {
+    stream.write_text("labels " + std::to_string(result->labels->cols) + " " +
+                      std::to_string(result->labels->rows) + "\n");
+    write_rows(stream, *result->labels);
+  }
+  stream.write_text("end\n");
+}
+
+inline Detection read_detection(const std::string& line) {
+  std::istringstream in(line);
+  Detection d;
+  float x1 = 0, y1 = 0, x2 = 0, y2 = 0;
+  in >> d.class_id >> d.score >> x1 >> y1 >> x2 >> y2 >> std::ws;
+  if (in.fail()) throw unexpected("`CLASS_ID SCORE X1 Y1 X2 Y2 CLASS NAME`", line);
+  std::getline(in, d.class_name);
+  d.box = {x1, y1, x2 - x1, y2 - y1};
+  return d;
+}
+
+inline std::optional<SemanticResult> read_result(MessageStream& stream) {
+  SemanticResult result;
+  for (;;) {
+    const std::string line = stream.read_line();
+    std::istringstream in(line);
+    std::string word;
+    in >> word;
+    if (line == "end") break;
+    if (word == "error") throw Told(line.size() > 6 ? line.substr(6) : "an error without a word");
+    if (word == "detections") {
+      int n = -1;
+      in >> n;
+      if (!in || n < 0 || n > kMaxDetections) throw unexpected("`detections N`", line);
+      result.detections.emplace();
+      for (int i = 0; i < n; ++i) result.detections->push_back(read_detection(stream.read_line()));
+    } else if (word == "labels") {
+      int width = 0, height = 0;
+      in >> width >> height;
+      if (!in || width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
+        throw unexpected("`labels WIDTH HEIGHT`", line);
+      result.labels = cv::Mat(height, width, CV_8UC1);
+      read_rows(stream, *result.labels);
+    } else {
+      throw unexpected("`detections`, `labels`, `error` or `end`", line);
+    }
+  }
+  if (!result.detections && !result.labels) return std::nullopt;
+  return result;
+}
+
+/// The provider's side: answers images on `in` until the host closes the stream. Throws Error for what is not
+/// this protocol. What the provider throws is told to the host.
+inline void serve(SemanticProvider& provider, int in, int out) {
+  MessageStream stream(in, out);
+  stream.write_text(std::string(kHello) + "\n");
+  SemanticImage image;
+  try {
+    for (;;) {
+      read_image(stream, image);
+      std::optional<SemanticResult> result;
+      try {
+        result = provider.infer(image);
+      } catch (const std::exception& error) {
+        std::string text = error.what();
+        for (char& c : text)
+          if (c == '\n') c = ' ';
+        stream.write_text("error " + text.substr(0, 1000) + "\n");
+        continue;
+      }
+      write_result(stream, result);
+    }
+  } catch (const EndOfStream&) {
+    return;
+  }
+}
+
+}  // namespace protocol
+
+}  // namespace dynfilter

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/semantic/child_process.hpp>
+#include <dynfilter/semantic/process_protocol.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+struct ProcessProviderParams {
+  std::vector<std::string> command;
+  double timeout_s = 3;
+  double start_timeout_s = 30;
+  int restarts = 3;
+
+  static const FieldTable<ProcessProviderParams>& fields() {
+    using P = ProcessProviderParams;
+    static const FieldTable<P> table{
+        words("command", &P::command, "the program and its arguments, e.g. [dynfilter, serve, yolo.yaml]"),
+        real("timeout_s", &P::timeout_s, "s", {0.001, 3600}, "without an answer by then it is killed"),
+        real("start_timeout_s", &P::start_timeout_s, "s", {0.001, 3600}, "the same for its first line"),
+        integer("restarts", &P::restarts, "", {0, 1000},
+                "how often it is started again after it died or was killed"),
+    };
+    return table;
+  }
+};
+
+/// A provider that is a program of its own, in any language (docs/semantics.md has the protocol). Its
+/// threads, its memory and its crashes are not the tracker's: a network may use as many threads as it likes
+/// or, told so, one, whereas cv::setNumThreads within the tracker's process would change the tracker's too. A
+/// program that hangs, dies or says something else is killed with all that it started, reported by an
+/// exception, and started again with the next image, `restarts` times.
+class ProcessProvider final : public SemanticProvider {
+ public:
+  using Params = ProcessProviderParams;
+  static constexpr const char* kName = "process";
+  static constexpr const char* kSummary = "a program of its own that speaks a small protocol";
+
+  /// Starts the program and waits for its first line. Throws Error, one line that names it.
+  explicit ProcessProvider(Params params) : params_(std::move(params)) {
+    check_parameters(params_, kName);
+    start();
+  }
+
+  std::string name() const override { return kName; }
+
+  std::optional<SemanticResult> infer(const SemanticImage& image) override {
+    if (!child_) {
+      if (starts_ > params_.restarts)
+        throw Error(title() + ": not started again after " + std::to_string(params_.restarts) + " restarts");
+      start();
+    }
+    return talk(params_.timeout_s, [&] {
+      protocol::write_image(*stream_, image);
+      return protocol::read_result(*stream_);
+    });
+  }
+
+ private:
+  std::string title() const { return params_.command.empty() ? "command" : params_.command[0]; }
+
+  void start() {
+    ++starts_;
+    child_ = std::make_unique<ChildProcess>(params_.command);
+    stream_.emplace(child_->socket(), child_->socket());
+    talk(params_.start_timeout_s, [&] {
+      const std::string line = stream_->read_line();
+      if (line != protocol::kHello)
+        throw protocol::unexpected("`" + std::string(protocol::kHello) + "`", line);
+      return 0;
+    });
+  }
+
+  /// An error that the program itself tells of leaves it running.
+  template <class Talk>
+  auto talk(double timeout_s, const Talk& exchange) -> decltype(exchange()) {
+    try {
+      stream_->set_deadline(timeout_s);
+      return exchange();
+    } catch (const protocol::Told& error) {
+      throw Error(title() + ": " + error.what());
+    } catch (const EndOfStream&) {
+      const std::string how = end();
+      throw Error(title() + ": ended" + (how.empty() ? "" : " with " + how) + " instead of answering");
+    } catch (const std::exception& error) {
+      end();
+      throw Error(title() + ": killed: " + error.what());
+    }
+  }
+  std::string end() {
+    const std::string how = child_->kill_now();
+    stream_.reset();
+    child_.reset();
+    return how;
+  }
+
+  Params params_;
+  std::unique_ptr<ChildProcess> child_;
+  std::optional<MessageStream> stream_;
+  int starts_ = 0;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/semantic/process_provider.hpp>
+#include <fstream>
+#include <numeric>
+#include <sstream>
+#include <thread>
+
+#include "doctest/doctest.h"
+#include "scripted_provider.hpp"
+
+using namespace dynfilter;
+using dynfilter_test::image_of;
+
+namespace {
+
+/// A program for /bin/sh.
+std::unique_ptr<ProcessProvider> shell(const std::string& program, double timeout_s = 20, int restarts = 0) {
+  ProcessProviderParams params;
+  params.command = {"/bin/sh", "-c", program};
+  params.timeout_s = params.start_timeout_s = timeout_s;
+  params.restarts = restarts;
+  return std::make_unique<ProcessProvider>(params);
+}
+
+const std::string kHello = "echo dynfilter-provider 1; ";
+/// Reads the request's line and the 12 bytes of a 2 x 2 colour image.
+const std::string kRead = "read line; head -c 12 > /dev/null; ";
+
+const cv::Mat kColour(2, 2, CV_8UC3, cv::Scalar(1, 2, 3));
+
+template <class F>
+std::string error_of(const F& f) {
+  try {
+    f();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a result goes through the protocol unchanged, both ways") {
+  int ends[2];
+  REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0);
+  const auto script = std::make_shared<dynfilter_test::Script>();
+  cv::Mat seen;
+  script->infer = [&](const SemanticImage& image) -> std::optional<SemanticResult> {
+    seen = image.pixels.clone();
+    if (image.frame_id == 1) return std::nullopt;
+    if (image.frame_id == 2) throw std::runtime_error("out of\nmemory");
+    SemanticResult result;
+    Detection d;
+    d.box = cv::Rect2f(-1.25F, 3.5F, 100.125F, 20);
+    d.class_id = 62, d.class_name = "tv monitor", d.score = 0.1F;
+    result.detections = {d};
+    result.labels = cv::Mat(3, 5, CV_8UC1);
+    std::iota(result.labels->begin<std::uint8_t>(), result.labels->end<std::uint8_t>(), std::uint8_t{0});
+    return result;
+  };
+  std::thread server([&] {
+    dynfilter_test::ScriptedProvider provider(script);
+    protocol::serve(provider, ends[1], ends[1]);
+    ::close(ends[1]);
+  });
+  {
+    MessageStream stream(ends[0], ends[0]);
+    CHECK(stream.read_line() == "dynfilter-provider 1");
+    // A part of a larger image: its rows have gaps.
+    cv::Mat large(400, 500, CV_8UC3);
+    cv::randu(large, 0, 255);
+    const cv::Mat part = large(cv::Rect(7, 9, 300, 200));
+    protocol::write_image(stream, image_of(0, part));
+    const std::optional<SemanticResult> result = protocol::read_result(stream);
+    CHECK(cv::norm(seen, part, cv::NORM_INF) == 0);
+    REQUIRE(result);
+    REQUIRE(result->detections->size() == 1);
+    const Detection& d = result->detections->front();
+    CHECK(d.box == cv::Rect2f(-1.25F, 3.5F, 100.125F, 20));
+    CHECK(d.class_id == 62);
+    CHECK(d.class_name == "tv monitor");
+    CHECK(d.score == 0.1F);
+    REQUIRE(result->labels->size() == cv::Size(5, 3));
+    CHECK(result->labels->at<std::uint8_t>(2, 4) == 14);
+    protocol::write_image(stream, image_of(1, part));
+    CHECK_FALSE(protocol::read_result(stream));
+    protocol::write_image(stream, image_of(2, part));
+    CHECK(error_of([&] { protocol::read_result(stream); }) == "out of memory");
+    CHECK(error_of([&] { protocol::write_image(stream, image_of(3, cv::Mat(2, 2, CV_32FC1))); }) ==
+          "an image must have 1 or 3 channels of 8 bits");
+  }
+  ::shutdown(ends[0], SHUT_WR);
+  server.join();
+  ::close(ends[0]);
+}
+
+TEST_CASE("a program says what it found, nothing, or no word") {
+  const auto provider = shell(kHello + kRead + "echo detections 0; echo end; " + kRead + "echo end; " +
+                              kRead + "echo error no light; " + kRead +
+                              "printf 'detections 1\\n0 0.5 1 2 11 22 person\\nend\\n'; cat > /dev/null");
+  const std::optional<SemanticResult> nothing = provider->infer(image_of(0, kColour));
+  REQUIRE(nothing);
+  CHECK(nothing->detections->empty());
+  CHECK_FALSE(provider->infer(image_of(1, kColour)));
+  CHECK(error_of([&] { provider->infer(image_of(2, kColour)); }) == "/bin/sh: no light");
+  const std::optional<SemanticResult> one = provider->infer(image_of(3, kColour));
+  REQUIRE(one);
+  CHECK(one->detections->at(0).box == cv::Rect2f(1, 2, 10, 20));
+}
+
+TEST_CASE("a program that is missing, dies, hangs or talks nonsense: one clear line") {
+  const auto start = [](const std::string& program, double timeout_s) {
+    return error_of([&] { shell(program, timeout_s); });
+  };
+  ProcessProviderParams missing;
+  missing.command = {"/no/such/program"};
+  CHECK(error_of([&] { const ProcessProvider provider(missing); }) ==
+        "/no/such/program: cannot be started: No such file or directory");
+  CHECK(error_of([] { const ProcessProvider provider((ProcessProviderParams())); }) == "no command to start");
+  CHECK(start("exit 3", 20) == "/bin/sh: ended with exit code 3 instead of answering");
+  CHECK(start("kill -9 $$", 20) == "/bin/sh: ended with signal 9 instead of answering");
+  CHECK(start("sleep 100", 0.05) == "/bin/sh: killed: no answer within 0.05 s");
+  CHECK(start("echo hello; sleep 100", 20) ==
+        "/bin/sh: killed: expected `dynfilter-provider 1`, got `hello`");
+  CHECK(start("head -c 100000 /dev/zero; sleep 100", 20) ==
+        "/bin/sh: killed: a line of more than 4096 bytes");
+
+  const auto answer = [](const std::string& words, double timeout_s = 20) {
+    const auto provider = shell(kHello + kRead + words, timeout_s);
+    return error_of([&] { provider->infer(image_of(0, kColour)); });
+  };
+  CHECK(answer("exit 1") == "/bin/sh: ended with exit code 1 instead of answering");
+  CHECK(answer("printf 'de\\001tections 1\\n'; sleep 100").find("`de?tections 1`") != std::string::npos);
+  for (const char* words : {"echo detections -1", "echo detections many", "echo detections 99999999",
+                            "echo labels 0 4", "echo labels 5", "printf 'detections 1\\n0 nan\\n'", "echo"}) {
+    CAPTURE(words);
+    CHECK(answer(std::string(words) + "; sleep 100").rfind("/bin/sh: killed: expected `", 0) == 0);
+  }
+}
+
+TEST_CASE("a program that hangs is killed, and started again as often as allowed") {
+  ProcessProviderParams params;
+  params.command = {"/bin/sh", "-c", kHello + kRead + "sleep 100 & wait"};
+  params.timeout_s = 0.05;
+  params.restarts = 1;
+  ProcessProvider provider(params);
+  const std::string killed = "/bin/sh: killed: no answer within 0.05 s";
+  CHECK(error_of([&] { provider.infer(image_of(0, kColour)); }) == killed);
+  CHECK(error_of([&] { provider.infer(image_of(1, kColour)); }) == killed);
+  CHECK(error_of([&] { provider.infer(image_of(2, kColour)); }) ==
+        "/bin/sh: not started again after 1 restarts");
+}
+
+TEST_CASE("the example in Python of docs/semantics.md is a provider") {
+  if (std::system("python3 -c '' 2> /dev/null") != 0) {
+    MESSAGE("skipped: no python3");
+    return;
+  }
+  std::ifstream file(DYNFILTER_SOURCE_DIR "/docs/semantics.md");
+  std::stringstream text;
+  text << file.rdbuf();
+  const std::string begin = "```python\n", docs = text.str();
+  const std::size_t from = docs.find(begin) + begin.size();
+  REQUIRE(from > begin.size());
+  ProcessProviderParams params;
+  params.command = {"python3", "-c", docs.substr(from, docs.find("```", from) - from)};
+  params.timeout_s = 30;
+  ProcessProvider provider(params);
+  cv::Mat dark(40, 60, CV_8UC3, cv::Scalar(9, 9, 9));
+  const std::optional<SemanticResult> nothing = provider.infer(image_of(0, dark));
+  REQUIRE(nothing);
+  CHECK(nothing->detections->empty());
+  dark(cv::Rect(20, 10, 15, 5)).setTo(cv::Scalar(255, 255, 255));
+  const std::optional<SemanticResult> lamp = provider.infer(image_of(1, dark));
+  REQUIRE(lamp);
+  REQUIRE(lamp->detections->size() == 1);
+  CHECK(lamp->detections->front().box == cv::Rect2f(20, 10, 15, 5));
+  CHECK(lamp->detections->front().class_name == "lamp");
+}
