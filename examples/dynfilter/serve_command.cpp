@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <dynfilter/semantic/process_protocol.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "command_registry.hpp"
+
+namespace dynfilter::command {
+namespace {
+
+struct ServeOptions {
+  std::string detector, network_dir;
+  std::vector<std::string> plugins;
+  int threads = 1;
+};
+
+int serve(const ServeOptions& options) {
+  cv::setNumThreads(options.threads);
+  const std::unique_ptr<SemanticProvider> provider =
+      load_detector(options.detector, options.network_dir, options.plugins).make();
+  // What a library prints must not get between the answers.
+  const int answers = ::dup(STDOUT_FILENO);
+  ::dup2(STDERR_FILENO, STDOUT_FILENO);
+  protocol::serve(*provider, STDIN_FILENO, answers);
+  return kDone;
+}
+
+}  // namespace
+
+void add_serve(CLI::App& app, Action& action) {
+  auto options = std::make_shared<ServeOptions>();
+  CLI::App* command = app.add_subcommand(
+      "serve",
+      "Answers images on its standard input with a detector's boxes and masks on its standard output: a provider "
+      "of\ntype `process` of another program (docs/semantics.md has the protocol).");
+  command->add_option("DETECTOR", options->detector, "a detector's YAML file or preset")->required();
+  command->add_option("--network-dir", options->network_dir,
+                      "where the files lie that the detector's YAML names; else beside it");
+  command->add_option("--plugin", options->plugins, "load providers from this module as well (runs its code)");
+  command->add_option("--threads", options->threads, "OpenCV's threads, of this process only")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  command->callback([options, &action] { action = [options] { return serve(*options); }; });
+}
+
+}  // namespace dynfilter::command
