@@ -6,6 +6,7 @@
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/semantic/dnn_provider.hpp>
 #include <dynfilter/semantic/file_provider.hpp>
+#include <dynfilter/semantic/process_provider.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <utility>
 
@@ -26,6 +27,7 @@ ProviderRegistry command_providers(const std::vector<std::string>& plugins) {
   ProviderRegistry registry;
   registry.add<DnnProvider>();
   registry.add<FileProvider>();
+  registry.add<ProcessProvider>();
   Registry unused;
   for (const std::string& file : plugins) load_plugin(file, unused, registry);
   return registry;

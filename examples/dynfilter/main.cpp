@@ -45,6 +45,7 @@ int dispatch(int argc, char** argv) {
   add_eval(app, action);
   add_detect(app, action);
   add_motion(app, action);
+  add_serve(app, action);
   check_subcommand(app, argc > 1 ? argv[1] : "");
   try {
     app.parse(argc, argv);

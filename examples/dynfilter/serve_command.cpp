@@ -34,14 +34,16 @@ int serve(const ServeOptions& options) {
 
 void add_serve(CLI::App& app, Action& action) {
   auto options = std::make_shared<ServeOptions>();
-  CLI::App* command = app.add_subcommand(
-      "serve",
-      "Answers images on its standard input with a detector's boxes and masks on its standard output: a provider "
-      "of\ntype `process` of another program (docs/semantics.md has the protocol).");
+  CLI::App* command =
+      app.add_subcommand("serve",
+                         "Answers images on its standard input with a detector's boxes and masks on its "
+                         "standard output: a provider "
+                         "of\ntype `process` of another program (docs/semantics.md has the protocol).");
   command->add_option("DETECTOR", options->detector, "a detector's YAML file or preset")->required();
   command->add_option("--network-dir", options->network_dir,
                       "where the files lie that the detector's YAML names; else beside it");
-  command->add_option("--plugin", options->plugins, "load providers from this module as well (runs its code)");
+  command->add_option("--plugin", options->plugins,
+                      "load providers from this module as well (runs its code)");
   command->add_option("--threads", options->threads, "OpenCV's threads, of this process only")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();

@@ -2,6 +2,7 @@
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <dynfilter/semantic/dnn_provider.hpp>
 #include <dynfilter/semantic/file_provider.hpp>
+#include <dynfilter/semantic/process_provider.hpp>
 #include <sstream>
 
 #include "doctest/doctest.h"
@@ -296,6 +297,7 @@ TEST_CASE("every file of examples/detectors can be read, and asks for its networ
   ProviderRegistry registry;
   registry.add<DnnProvider>();
   registry.add<FileProvider>();
+  registry.add<ProcessProvider>();
   const TemporaryFolder empty;
   int count = 0;
   for (const auto& entry :
@@ -303,7 +305,10 @@ TEST_CASE("every file of examples/detectors can be read, and asks for its networ
     CAPTURE(entry.path());
     const DetectorConfig config = detector_from_file(entry.path(), registry, empty.path());
     CHECK(config.name == entry.path().stem().string());
-    CHECK_THROWS_AS(config.make(), IoError);  // parameters are right, only the network is not there
+    if (config.type == ProcessProvider::kName)
+      CHECK_THROWS_AS(config.make(), Error);  // no program of this name, or it misses its own network
+    else
+      CHECK_THROWS_AS(config.make(), IoError);  // parameters are right, only the network is not there
     ++count;
   }
   CHECK(count >= 9);

@@ -42,7 +42,7 @@ struct SemanticBoxParams {
 ///
 /// Formula:  p in box(class in classes, score >= min_score), grown by expand_px; with `refine: depth` also
 ///           z(p) <= foreground depth of the box + foreground_margin_m.
-/// Needs:    boxes; for boxes of an older frame correspondences into it; for `refine: depth` depth.
+/// Needs:    boxes; for boxes of an older frame correspondences; for `refine: depth` depth.
 /// Votes:    role reject: Dynamic inside. role prior: marks suspects. Never Static: a detector misses things.
 /// Abstains: when no boxes came, or they are older than max_age_frames.
 /// Blind to: classes that the detector does not know; whether the object moves at all.

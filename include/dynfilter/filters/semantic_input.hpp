@@ -57,7 +57,7 @@ class LateResult {
     if (!late.of_older_frame(input.frame_id, max_age_frames, what)) return late;
     const std::vector<Detection>* carried = context.carried_boxes(max_age_frames);
     if (carried != nullptr)
-      late.detections_ = *carried;
+      late.use_carried(Span<const Detection>(*carried), late.detections_);
     else
       late.match_back(input.frame_id, what);
     return late;
@@ -70,7 +70,7 @@ class LateResult {
     if (!late.of_older_frame(input.frame_id, max_age_frames, "masks")) return late;
     const cv::Mat* carried = context.carried_labels();
     if (carried != nullptr)
-      late.labels_ = *carried;
+      late.use_carried(*carried, late.labels_);
     else
       late.match_back(input.frame_id, "masks");
     return late;
@@ -114,19 +114,26 @@ class LateResult {
  private:
   explicit LateResult(Context& context) : context_(context) {}
 
+  /// Then age_note_ says how old it is.
   bool of_older_frame(std::int64_t frame_id, int max_age_frames, const char* what) {
     if (frame_id < 0 || frame_id == context_.frame().id) return false;
     const std::int64_t age = context_.frame().id - frame_id;
     usable_ = age >= 0 && age <= max_age_frames;
-    context_.note(usable_ ? std::string(what) + " are " + std::to_string(age) + " frames late"
-                          : std::string(what) + " of frame " + std::to_string(frame_id) + " are too old");
+    if (!usable_) context_.note(std::string(what) + " of frame " + std::to_string(frame_id) + " are too old");
+    age_note_ = std::string(what) + " are " + std::to_string(age) + " frames late";
     return usable_;
   }
   void match_back(std::int64_t frame_id, const char* what) {
     match_ = &context_.match_with(frame_id);
     usable_ = match_->reference != nullptr;
-    if (!usable_)
-      context_.note(std::string(what) + " of frame " + std::to_string(frame_id) + ", which is not kept");
+    context_.note(usable_
+                      ? age_note_
+                      : std::string(what) + " of frame " + std::to_string(frame_id) + ", which is not kept");
+  }
+  template <class T>
+  void use_carried(const T& carried, T& own) {
+    own = carried;
+    context_.note(age_note_);
   }
   static float median(std::vector<float>& values) {
     if (values.empty()) return 0;
@@ -139,6 +146,7 @@ class LateResult {
   const Match* match_ = nullptr;
   Span<const Detection> detections_;
   cv::Mat labels_;
+  std::string age_note_;
   bool usable_ = true;
 };
 

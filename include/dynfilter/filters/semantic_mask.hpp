@@ -52,7 +52,7 @@ struct SemanticMaskParams {
 ///
 /// Formula:  label(p) in labels, or such a pixel within dilate_px of p (a disc).
 /// Needs:    a mask of any size (it is scaled to the image), or detections with instance masks; for those of
-///           an older frame correspondences into it.
+///           an older frame correspondences.
 /// Votes:    role reject: Dynamic, less suspicious in the margin than on the mask. role prior: marks
 /// suspects.
 ///           Static never, unless off_mask says so: networks miss things.
