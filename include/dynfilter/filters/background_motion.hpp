@@ -224,6 +224,7 @@ class BackgroundMotionFilter final : public Filter {
     for (std::size_t gap = 1; gap < trail_.size(); ++gap) {
       residuals_.emplace_back(camera, between(0, gap), noise(noise_px_[gap]));
       misses_px_[gap].clear();
+      calm_misses_px_[gap].clear();
     }
     seen_.assign(context.size(), 0);
     own_.resize(context.size());
@@ -257,24 +258,34 @@ class BackgroundMotionFilter final : public Filter {
   double miss(int gap, const cv::Point3f& then, const cv::Point3f& now) {
     const RigidResidual r = residuals_[static_cast<std::size_t>(gap - 1)](then, now);
     if (!r.valid) return -1;
-    if (calm_) misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
+    misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
+    if (calm_) calm_misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
     return static_cast<double>(r.chi2);
   }
   float evidence(double chi2) const { return static_cast<float>(std::min(3.0, chi2 / params_.max_chi2 - 1)); }
 
-  /// The 42 % quantile is about the median of the static ones, since movers that nobody found yet are among
-  /// them; 1.18 sigma for two coordinates. Half as much again, since static misses have longer tails.
+  /// The median of the static features' misses, 1.18 sigma for two coordinates; half as much again, since
+  /// they have longer tails. Who is static? Nearly all that did not move lately; and the better 70 % of all,
+  /// which holds until movers have the majority. Slow movers that nobody found yet spoil the first, so the
+  /// smaller of the two.
   void measure_noise() {
     constexpr double kRate = 0.3, kScale = 1.3;
     for (std::size_t gap = 1; gap < misses_px_.size(); ++gap) {
-      std::vector<float>& misses = misses_px_[gap];
-      if (misses.size() < 30) continue;
-      const auto at = misses.begin() + static_cast<std::ptrdiff_t>(misses.size() * 42 / 100);
-      std::nth_element(misses.begin(), at, misses.end());
-      const double sigma = std::clamp(kScale * static_cast<double>(*at), kLeastNoise_px, kMostNoise_px);
+      std::vector<float>&all = misses_px_[gap], &calm = calm_misses_px_[gap];
+      if (all.size() < 30) continue;
+      float typical_px = quantile(all, 35);
+      if (calm.size() >= 30) typical_px = std::min(typical_px, quantile(calm, 50));
+      const double sigma =
+          std::clamp(kScale * static_cast<double>(typical_px), kLeastNoise_px, kMostNoise_px);
       noise_px_[gap] += kRate * (sigma - noise_px_[gap]);
-      misses.clear();
+      all.clear();
+      calm.clear();
     }
+  }
+  static float quantile(std::vector<float>& values, std::size_t percent) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * percent / 100);
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
   }
 
   // ---- neighbours
@@ -321,7 +332,7 @@ class BackgroundMotionFilter final : public Filter {
   RigidMotion motion_;
   std::vector<Pose> trail_;
   std::array<double, kFrames + 1> noise_px_{};
-  std::array<std::vector<float>, kFrames + 1> misses_px_;
+  std::array<std::vector<float>, kFrames + 1> misses_px_, calm_misses_px_;
   std::vector<RigidResidualModel> residuals_;  ///< [g - 1]: over g frames
   std::vector<int> seeds_;
   std::vector<float> remembered_, static_belief_, own_;
