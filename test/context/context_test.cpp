@@ -4,6 +4,8 @@
 
 #include "doctest/doctest.h"
 
+namespace context_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -133,3 +135,5 @@ TEST_CASE("the host's matches are used for the frame that they are about, and fo
     context.finish(false);
   }
 }
+
+}  // namespace context_test

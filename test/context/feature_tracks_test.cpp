@@ -4,6 +4,8 @@
 
 #include "doctest/doctest.h"
 
+namespace feature_tracks_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -210,3 +212,5 @@ TEST_CASE("without depths, and with places that are none") {
   CHECK(tracks.previous(1) == -1);
   CHECK(std::isnan(tracks.depth_m(0, 1)));
 }
+
+}  // namespace feature_tracks_test

@@ -4,6 +4,8 @@
 
 #include "doctest/doctest.h"
 
+namespace late_semantics_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -198,3 +200,5 @@ TEST_CASE("boxes without features coast, odd boxes do no harm") {
     CHECK(strange.hits == 1);
   }
 }
+
+}  // namespace late_semantics_test

@@ -7,6 +7,8 @@
 
 #include "doctest/doctest.h"
 
+namespace descriptor_match_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -229,3 +231,5 @@ TEST_CASE("Counting bits by words is counting bits") {
     }
   }
 }
+
+}  // namespace descriptor_match_test

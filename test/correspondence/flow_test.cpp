@@ -6,6 +6,8 @@
 #include "correspondence/random_texture.hpp"
 #include "doctest/doctest.h"
 
+namespace flow_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -228,3 +230,5 @@ TEST_CASE("Parameters are checked") {
   params.window_px = 2;
   CHECK_THROWS_AS(FlowTracker{params}, ConfigError);
 }
+
+}  // namespace flow_test

@@ -12,6 +12,8 @@
 
 #include "doctest/doctest.h"
 
+namespace gms_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -310,3 +312,5 @@ TEST_CASE("parameters out of range are refused") {
   CHECK_THROWS_AS(GridMotionStatistics(with(-1, 3, false, false)), ConfigError);
   CHECK_THROWS_AS(GridMotionStatistics(with(10, std::nan(""), false, false)), ConfigError);
 }
+
+}  // namespace gms_test

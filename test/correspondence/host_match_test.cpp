@@ -4,6 +4,8 @@
 
 #include "doctest/doctest.h"
 
+namespace host_match_test {
+
 using namespace dynfilter;
 
 TEST_CASE("The host's matches are taken with their bounds checked") {
@@ -33,3 +35,5 @@ TEST_CASE("Matches of another length, or to a frame without features, find nothi
   correspondences_from_host({}, reference, 0, out);
   CHECK(out.size() == 0);
 }
+
+}  // namespace host_match_test

@@ -4,6 +4,8 @@
 #include "correspondence/random_texture.hpp"
 #include "doctest/doctest.h"
 
+namespace image_pyramid_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -91,3 +93,5 @@ TEST_CASE("Swapping and moving hand over the memory") {
   CHECK(addresses(b) == memory);
   CHECK_FALSE(a.fits(b));
 }
+
+}  // namespace image_pyramid_test

@@ -10,6 +10,8 @@
 #include "correspondence/random_texture.hpp"
 #include "doctest/doctest.h"
 
+namespace lucas_kanade_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -150,3 +152,5 @@ TEST_CASE("The vector products are those of their definition") {
     for (int k = 0; k < 4; ++k) CHECK(pairs[k] == a[2 * k] * b[2 * k] + a[2 * k + 1] * b[2 * k + 1]);
   }
 }
+
+}  // namespace lucas_kanade_test

@@ -6,6 +6,8 @@
 #include "correspondence/random_texture.hpp"
 #include "doctest/doctest.h"
 
+namespace patch_residual_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -74,3 +76,5 @@ TEST_CASE("A flat patch is like nothing, and the corners of the image can be rea
     }
   }
 }
+
+}  // namespace patch_residual_test

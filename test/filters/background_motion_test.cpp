@@ -11,6 +11,8 @@
 
 #include "doctest/doctest.h"
 
+namespace background_motion_test {
+
 using namespace dynfilter;
 using synth::CameraStep;
 using synth::ExactFrame;
@@ -326,3 +328,5 @@ TEST_CASE("background_motion: the report says what was chosen among what") {
   for (int k = 2; k < 6; ++k) player.show(scene.frame(k));
   CHECK(player.note.find("motion as expected, one of ") != std::string::npos);
 }
+
+}  // namespace background_motion_test

@@ -7,6 +7,8 @@
 #include "doctest/doctest.h"
 #include "grid_scene.hpp"
 
+namespace box_blur_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -63,3 +65,5 @@ TEST_CASE("no texture, nothing beside the boxes, boxes and images that are none:
                  GridScene::detection(5, 5, 50, 50, "person", 0.1F)};
   CHECK(judge(scene, noise()).count(Vote::Unknown) == 81);
 }
+
+}  // namespace box_blur_test

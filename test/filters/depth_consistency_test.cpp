@@ -8,6 +8,8 @@
 #include "doctest/doctest.h"
 #include "grid_scene.hpp"
 
+namespace depth_consistency_test {
+
 using namespace dynfilter;
 using synth::CameraStep;
 using synth::MovingBox;
@@ -295,3 +297,5 @@ TEST_CASE("other image sizes") {
     CHECK(s.static_kept() >= 0.97);
   }
 }
+
+}  // namespace depth_consistency_test

@@ -7,6 +7,8 @@
 
 #include "doctest/doctest.h"
 
+namespace docs_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -52,3 +54,5 @@ TEST_CASE("every rejector has a card in docs/filters whose table is that of its 
       CHECK(card.substr(from, end - from) == wanted);
   }
 }
+
+}  // namespace docs_test

@@ -7,6 +7,8 @@
 
 #include "doctest/doctest.h"
 
+namespace epipolar_test {
+
 using namespace dynfilter;
 using synth::Preset;
 using synth::Score;
@@ -115,3 +117,5 @@ TEST_CASE("wrong parameters throw") {
   params.max_distance_px = -1;
   CHECK_THROWS_AS(EpipolarFilter{params}, ConfigError);
 }
+
+}  // namespace epipolar_test

@@ -7,6 +7,8 @@
 
 #include "doctest/doctest.h"
 
+namespace flow_consistency_test {
+
 using namespace dynfilter;
 using synth::CameraStep;
 using synth::ExactScene;
@@ -261,3 +263,5 @@ TEST_CASE("flow_consistency: parameters out of range are refused") {
   params.memory = 1;
   CHECK_THROWS_AS(FlowConsistencyFilter{params}, ConfigError);
 }
+
+}  // namespace flow_consistency_test

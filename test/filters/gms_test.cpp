@@ -11,6 +11,8 @@
 
 #include "doctest/doctest.h"
 
+namespace gms_test {
+
 using namespace dynfilter;
 using synth::CameraStep;
 using synth::ExactFrame;
@@ -402,3 +404,5 @@ TEST_CASE("dbscan: the order of the features does not matter") {
   const Votes a = cloud.votes(filter), b = reversed.votes(filter);
   for (std::size_t i = 0; i < a.size(); ++i) CHECK(a[i] == b[a.size() - 1 - i]);
 }
+
+}  // namespace gms_test

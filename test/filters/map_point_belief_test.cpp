@@ -4,6 +4,8 @@
 #include "doctest/doctest.h"
 #include "grid_scene.hpp"
 
+namespace map_point_belief_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -82,3 +84,5 @@ TEST_CASE("features without a map point are unknown, the mask's size and the ord
     CHECK(votes_of(few.filter, few.context, few.view(0, true)).count(Vote::Dynamic) == n);
   }
 }
+
+}  // namespace map_point_belief_test

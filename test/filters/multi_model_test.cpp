@@ -7,6 +7,8 @@
 
 #include "doctest/doctest.h"
 
+namespace multi_model_test {
+
 using namespace dynfilter;
 using synth::ExactScene;
 using synth::Preset;
@@ -118,3 +120,5 @@ TEST_CASE("multi_model: nothing, little, identical, collinear, NaN: unknown, or 
     CHECK(judged(pair, in_order(30)).count(Vote::Dynamic) == 0);
   }
 }
+
+}  // namespace multi_model_test

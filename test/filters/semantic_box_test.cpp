@@ -5,6 +5,8 @@
 #include "doctest/doctest.h"
 #include "grid_scene.hpp"
 
+namespace semantic_box_test {
+
 using namespace dynfilter;
 using Scene = GridScene;
 
@@ -110,3 +112,5 @@ TEST_CASE("refine: depth keeps the wall behind a person") {
   frame.depth.setTo(cv::Scalar(2.0));  // one surface: all of the box is the person
   CHECK(apply(frame, params).count(Vote::Dynamic) == 6 * 7);
 }
+
+}  // namespace semantic_box_test

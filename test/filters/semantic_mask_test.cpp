@@ -6,6 +6,8 @@
 #include "doctest/doctest.h"
 #include "grid_scene.hpp"
 
+namespace semantic_mask_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -217,3 +219,5 @@ TEST_CASE("instance masks: classes, scores, and masks that are none") {
   params.off_mask = OffMask::Static;
   CHECK(apply(scene.view(), params).count(Vote::Unknown) == 81);
 }
+
+}  // namespace semantic_mask_test

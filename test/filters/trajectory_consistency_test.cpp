@@ -6,6 +6,8 @@
 
 #include "doctest/doctest.h"
 
+namespace trajectory_consistency_test {
+
 using namespace dynfilter;
 using synth::CameraStep;
 using synth::MovingBox;
@@ -132,3 +134,5 @@ TEST_CASE("zero, negative, NaN and infinite depths are none") {
   for (std::size_t i = 0; i < 4; ++i) CHECK(votes[i] == Vote::Unknown);
   CHECK(votes.count(Vote::Static) > 50);
 }
+
+}  // namespace trajectory_consistency_test

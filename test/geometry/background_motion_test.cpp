@@ -9,6 +9,8 @@
 
 #include "doctest/doctest.h"
 
+namespace background_motion_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -208,3 +210,5 @@ TEST_CASE("two moving planes among mismatches: the mismatches are what is left")
   CHECK(sequential.fit({}).empty());
   CHECK(sequential.models() == 0);
 }
+
+}  // namespace background_motion_test

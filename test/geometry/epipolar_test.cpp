@@ -6,6 +6,8 @@
 #include "doctest/doctest.h"
 #include "geometry/two_view_scene.hpp"
 
+namespace epipolar_test {
+
 using namespace dynfilter;
 
 TEST_CASE("epipolar distance: a sideways camera has horizontal lines") {
@@ -54,3 +56,5 @@ TEST_CASE("distance of a homography model: the allowance acts along the line onl
   CHECK(judge(model, {5, 5}, {12, 5}, 1) == TwoViewVerdict::CannotSay);
   CHECK(judge(model, {5, 5}, {12, 9}, 1) == TwoViewVerdict::Inconsistent);
 }
+
+}  // namespace epipolar_test

@@ -8,6 +8,8 @@
 #include "doctest/doctest.h"
 #include "rigid_scene.hpp"
 
+namespace rigid_background_test {
+
 using namespace dynfilter;
 using From = MotionProposal::From;
 
@@ -236,3 +238,5 @@ TEST_CASE("same points, same motion, bit for bit: twice, in another order, and a
   estimator.reset();
   CHECK(equal(estimator.estimate(scene).T_current_reference, first.T_current_reference));
 }
+
+}  // namespace rigid_background_test

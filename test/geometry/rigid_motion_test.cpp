@@ -7,6 +7,8 @@
 #include "doctest/doctest.h"
 #include "geometry/rigid_scene.hpp"
 
+namespace rigid_motion_test {
+
 using namespace dynfilter;
 using geometry_test::camera;
 using geometry_test::pose_error;
@@ -194,3 +196,5 @@ TEST_CASE("rigid residual: static points follow chi-square with 3 degrees of fre
   CHECK(above < 0.065 * n);
   CHECK(above > 0.035 * n);
 }
+
+}  // namespace rigid_motion_test

@@ -6,6 +6,8 @@
 #include "doctest/doctest.h"
 #include "geometry/two_view_scene.hpp"
 
+namespace two_view_solvers_test {
+
 using namespace dynfilter;
 using namespace dynfilter::detail;
 
@@ -118,3 +120,5 @@ TEST_CASE("bail-out: a cost that is returned is the full cost, and none better t
   CHECK(points.cost(FundamentalError(F), tau2, 1.2 * full) == full);
   CHECK(points.cost(FundamentalError(F), tau2, 0.5 * full) == inf);
 }
+
+}  // namespace two_view_solvers_test

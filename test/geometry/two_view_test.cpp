@@ -6,6 +6,8 @@
 #include "doctest/doctest.h"
 #include "geometry/two_view_scene.hpp"
 
+namespace two_view_test {
+
 using namespace dynfilter;
 using namespace geometry_test;
 
@@ -301,3 +303,5 @@ TEST_CASE("two views: single missing points are ignored") {
   CHECK(judge(model, scene.reference[0], scene.current[0], 1) == TwoViewVerdict::CannotSay);
   CHECK(judge(model, scene.reference[200], scene.current[200], 1) == TwoViewVerdict::Consistent);
 }
+
+}  // namespace two_view_test

@@ -5,6 +5,8 @@
 
 #include "doctest/doctest.h"
 
+namespace undistort_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -79,3 +81,5 @@ TEST_CASE("depth noise: the Kinect figures of Nguyen et al.") {
   CHECK(noise.sigma_m(0.4) == doctest::Approx(0.0012));
   CHECK(noise.sigma_m(3.4) == doctest::Approx(0.0012 + 0.0019 * 9));
 }
+
+}  // namespace undistort_test

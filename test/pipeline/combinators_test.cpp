@@ -4,6 +4,8 @@
 #include "doctest/doctest.h"
 #include "fakes.hpp"
 
+namespace combinators_test {
+
 using namespace dynfilter;
 using fakes::Features;
 using fakes::letters_of;
@@ -225,3 +227,5 @@ TEST_CASE("temporal: bad parameters are named") {
   params.reliability = 0.4;
   CHECK_THROWS_AS(Story{params}, ConfigError);
 }
+
+}  // namespace combinators_test

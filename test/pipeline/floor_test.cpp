@@ -4,6 +4,8 @@
 #include "doctest/doctest.h"
 #include "fakes.hpp"
 
+namespace floor_test {
+
 using namespace dynfilter;
 using fakes::Features;
 using fakes::letters_of;
@@ -98,3 +100,5 @@ TEST_CASE("no features, NaN positions and features outside of the image are no t
   Floor(params).apply(frame, verdict);
   CHECK(verdict.kept() == 3);
 }
+
+}  // namespace floor_test

@@ -9,6 +9,8 @@
 #include "doctest/doctest.h"
 #include "fakes.hpp"
 
+namespace initialisation_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -210,3 +212,5 @@ TEST_CASE(
     CHECK(verdict.report.wait_for_keyframe == (k == 0));
   }
 }
+
+}  // namespace initialisation_test

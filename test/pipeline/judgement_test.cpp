@@ -3,6 +3,8 @@
 
 #include "doctest/doctest.h"
 
+namespace judgement_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -87,3 +89,5 @@ TEST_CASE("an object is what enough of its votes say, and unknown without enough
   CHECK(vote_object(2, 8, 1, 0.2) == Vote::Dynamic);
   CHECK(vote_object(2, 9, 1, 0.2) == Vote::Static);
 }
+
+}  // namespace judgement_test

@@ -9,6 +9,8 @@
 #include "doctest/doctest.h"
 #include "fakes.hpp"
 
+namespace object_stages_test {
+
 using namespace dynfilter;
 using fakes::Features;
 using fakes::letters_of;
@@ -289,3 +291,5 @@ TEST_CASE("the order of the features does not matter to what stages make of them
     CHECK(row.layers(layers, letters) == b);
   }
 }
+
+}  // namespace object_stages_test

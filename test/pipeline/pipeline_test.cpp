@@ -4,6 +4,8 @@
 #include "doctest/doctest.h"
 #include "fakes.hpp"
 
+namespace pipeline_test {
+
 using namespace dynfilter;
 using fakes::Features;
 using fakes::letters_of;
@@ -145,3 +147,5 @@ TEST_CASE("wrong parameters set in code throw when the pipeline is made") {
   config.floor.min_share = 2;
   CHECK_THROWS_WITH_AS(Pipeline(std::move(config)), "floor.min_share: expected 0 to 1, got `2`", ConfigError);
 }
+
+}  // namespace pipeline_test

@@ -9,6 +9,8 @@
 #include "doctest/doctest.h"
 #include "fakes.hpp"
 
+namespace presets_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -162,3 +164,5 @@ TEST_CASE("same input, same verdicts, bit for bit: twice, and with one and two t
       }
   }
 }
+
+}  // namespace presets_test

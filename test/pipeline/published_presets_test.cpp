@@ -9,6 +9,8 @@
 
 #include "doctest/doctest.h"
 
+namespace published_presets_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -464,3 +466,5 @@ TEST_CASE("a pose that is not rigid counts as none, and the report says so") {
   CHECK(verdict.report.notes[0] == "pose cannot be used: not rigid");
   CHECK(verdict.report.stages[1].note == "skipped: no pose, covisible keyframes");
 }
+
+}  // namespace published_presets_test

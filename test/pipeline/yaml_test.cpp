@@ -7,6 +7,8 @@
 #include "doctest/doctest.h"
 #include "fakes.hpp"
 
+namespace yaml_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -198,3 +200,5 @@ TEST_CASE("docs/pipelines.md has the combinators and their parameters") {
   else
     CHECK(page.substr(from + begin.size(), to - from - begin.size()) == wanted.str());
 }
+
+}  // namespace yaml_test

@@ -6,6 +6,8 @@
 
 #include "doctest/doctest.h"
 
+namespace box_masks_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -192,3 +194,5 @@ TEST_CASE("rendered people: most of them is in the masks, and hardly anything th
     CHECK(still_in_boxes > 0.3);
   }
 }
+
+}  // namespace box_masks_test

@@ -9,6 +9,8 @@
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 
+namespace decoders_test {
+
 using namespace dynfilter;
 using dynfilter_test::TemporaryFolder;
 using dynfilter_test::write_text;
@@ -295,3 +297,5 @@ TEST_CASE("boxes that are written are read again") {
   CHECK(found[1].class_name == "object");
   CHECK(track.at(1341846435)->empty());
 }
+
+}  // namespace decoders_test

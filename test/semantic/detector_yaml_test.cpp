@@ -7,6 +7,8 @@
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 
+namespace detector_yaml_test {
+
 using namespace dynfilter;
 using dynfilter_test::TemporaryFolder;
 
@@ -140,3 +142,5 @@ TEST_CASE("two providers of one name are refused") {
   CHECK(twice.find("fixed")->card.parameters.at(1).name == "file");
   CHECK(twice.find("no") == nullptr);
 }
+
+}  // namespace detector_yaml_test

@@ -9,6 +9,8 @@
 #include "io/tum_folder.hpp"
 #include "semantic/tiny_networks.hpp"
 
+namespace dnn_provider_test {
+
 using namespace dynfilter;
 using dynfilter_test::TemporaryFolder;
 using dynfilter_test::write_text;
@@ -313,3 +315,5 @@ TEST_CASE("every file of examples/detectors can be read, and asks for its networ
   }
   CHECK(count >= 9);
 }
+
+}  // namespace dnn_provider_test

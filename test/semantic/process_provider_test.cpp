@@ -8,6 +8,8 @@
 #include "doctest/doctest.h"
 #include "scripted_provider.hpp"
 
+namespace process_provider_test {
+
 using namespace dynfilter;
 using dynfilter_test::image_of;
 
@@ -177,3 +179,5 @@ TEST_CASE("the example in Python of docs/semantics.md is a provider") {
   CHECK(lamp->detections->front().box == cv::Rect2f(20, 10, 15, 5));
   CHECK(lamp->detections->front().class_name == "lamp");
 }
+
+}  // namespace process_provider_test

@@ -7,6 +7,8 @@
 
 #include "doctest/doctest.h"
 
+namespace real_networks_test {
+
 using namespace dynfilter;
 namespace fs = std::filesystem;
 
@@ -95,3 +97,5 @@ TEST_CASE("the DeepLab network marks people, and little beside them") {
     CHECK(cv::countNonZero(mask & inside) > 0.75 * cv::countNonZero(mask));
   }
 }
+
+}  // namespace real_networks_test

@@ -8,6 +8,8 @@
 #include "doctest/doctest.h"
 #include "scripted_provider.hpp"
 
+namespace runner_test {
+
 using namespace dynfilter;
 using dynfilter_test::image_of;
 using dynfilter_test::Script;
@@ -219,3 +221,5 @@ TEST_CASE("shutdown waits for the image under way, but not for ever") {
   hung->go.up();
   hung->deleted.wait_for(1);
 }
+
+}  // namespace runner_test

@@ -6,6 +6,8 @@
 
 #include "doctest/doctest.h"
 
+namespace depth_sensor_test {
+
 using namespace dynfilter;
 using namespace dynfilter::synth;
 
@@ -100,3 +102,5 @@ TEST_CASE("dark surfaces lose some of their depth, a perfect sensor none") {
   DepthSensor(fr3_camera(), options, 5).measure(wall(2), dark, random, depth);
   CHECK(cv::countNonZero(depth == 10000) == 640 * 480);
 }
+
+}  // namespace depth_sensor_test

@@ -5,6 +5,8 @@
 
 #include "doctest/doctest.h"
 
+namespace detector_model_test {
+
 using namespace dynfilter;
 using namespace dynfilter::synth;
 
@@ -94,3 +96,5 @@ TEST_CASE("two people who overlap share a box now and then, people apart never")
   CHECK(merged > 430);
   CHECK(merged < 570);
 }
+
+}  // namespace detector_model_test

@@ -8,6 +8,8 @@
 
 #include "doctest/doctest.h"
 
+namespace exact_scene_test {
+
 using namespace dynfilter;
 using synth::CameraStep;
 using synth::ExactFrame;
@@ -365,3 +367,5 @@ TEST_CASE("A planar scene is a plane, and pure rotation has no baseline") {
   CHECK(synth::preset(synth::Preset::SmallBaseline).T_world_camera(1).t().norm() ==
         doctest::Approx(0.003).epsilon(0.02));
 }
+
+}  // namespace exact_scene_test

@@ -5,6 +5,8 @@
 
 #include "doctest/doctest.h"
 
+namespace judge_test {
+
 using namespace dynfilter;
 using synth::ExactFrame;
 using synth::ExactScene;
@@ -112,3 +114,5 @@ TEST_CASE("A scene that lacks what the filter needs is said, not judged") {
                        "picture_motion: frame 3 of the scene has no boxes", ConfigError);
   CHECK_NOTHROW(synth::judge(filter, synth::preset(Preset::General).with_detections(), 3));
 }
+
+}  // namespace judge_test

@@ -5,6 +5,8 @@
 
 #include "doctest/doctest.h"
 
+namespace motion_test {
+
 using namespace dynfilter::synth;
 
 namespace {
@@ -143,3 +145,5 @@ TEST_CASE("a camera looks at its target with the horizon level") {
   CHECK(pose.linear()(2, 0) == doctest::Approx(0));  // x is horizontal
   CHECK(pose.linear()(2, 1) < 0);                    // y points down
 }
+
+}  // namespace motion_test

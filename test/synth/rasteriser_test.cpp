@@ -5,6 +5,8 @@
 
 #include "doctest/doctest.h"
 
+namespace rasteriser_test {
+
 using namespace dynfilter;
 using namespace dynfilter::synth;
 
@@ -137,3 +139,5 @@ TEST_CASE("silhouettes are mixed from both sides") {
   CHECK(mixed >= 1);
   CHECK(mixed <= 8);
 }
+
+}  // namespace rasteriser_test

@@ -9,6 +9,8 @@
 #include <opencv2/features2d.hpp>
 #include <set>
 
+namespace sequence_test {
+
 using namespace dynfilter;
 using namespace dynfilter::synth;
 
@@ -241,3 +243,5 @@ TEST_CASE("exposure varies and motion blurs when asked for") {
   };
   CHECK(sharpness(blurred.frame(10).colour) < 0.9 * sharpness(plain.frame(10).colour));
 }
+
+}  // namespace sequence_test

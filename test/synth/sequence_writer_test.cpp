@@ -7,6 +7,8 @@
 
 #include "doctest/doctest.h"
 
+namespace sequence_writer_test {
+
 using namespace dynfilter;
 using namespace dynfilter::synth;
 namespace fs = std::filesystem;
@@ -90,3 +92,5 @@ TEST_CASE("a sequence that is broken off leaves nothing behind") {
   CHECK_THROWS_AS(write_sequence(options, folder.path / "walk"), ConfigError);
   CHECK(fs::is_empty(folder.path));
 }
+
+}  // namespace sequence_writer_test
