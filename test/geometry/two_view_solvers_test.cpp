@@ -68,7 +68,7 @@ TEST_CASE("four points: the homography that made them; none from collinear ones"
     const Eigen::Vector2d p[4] = {{-1, -1}, {1, -0.9}, {1.1, 1}, {-0.8, 1}};
     Eigen::Vector2d q[4];
     for (int i = 0; i < 4; ++i) q[i] = (truth * p[i].homogeneous()).hnormalized();
-    Eigen::Matrix3d H;
+    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
     REQUIRE(solve_four(p, q, H));
     CHECK((H - truth).norm() < 1e-9);
   }
