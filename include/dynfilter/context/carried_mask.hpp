@@ -121,7 +121,8 @@ class CarriedMask {
   }
   int blocks_across() const { return (grid_.cols + kBlock - 1) / kBlock; }
   std::size_t block_of(const cv::Point& cell) const {
-    return static_cast<std::size_t>(cell.y / kBlock * blocks_across() + cell.x / kBlock);
+    const int block = cell.y / kBlock * blocks_across() + cell.x / kBlock;
+    return static_cast<std::size_t>(block);
   }
 
   void collect(const std::vector<MotionSample>& samples) {
@@ -134,7 +135,8 @@ class CarriedMask {
 
   void find_motions() {
     const int down = (grid_.rows + kBlock - 1) / kBlock;
-    blocks_.resize(static_cast<std::size_t>(blocks_across() * down));
+    const int blocks = blocks_across() * down;
+    blocks_.resize(static_cast<std::size_t>(blocks));
     motions_.assign(blocks_.size(), Motion());
     for (Block& block : blocks_) block.depths_m.clear(), block.points = 0;
     for (const Point& p : points_) {
@@ -144,10 +146,10 @@ class CarriedMask {
     }
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       if (blocks_[b].points == 0) continue;
-      const auto x = static_cast<float>(static_cast<int>(b) % blocks_across()),
-                 y = static_cast<float>(static_cast<int>(b) / blocks_across());
-      motions_[b] = motion_at(cv::Point2f(x + 0.5F, y + 0.5F) * (kBlock * kCellPx),
-                              median_in_place(blocks_[b].depths_m));
+      const int column = static_cast<int>(b) % blocks_across(), row = static_cast<int>(b) / blocks_across();
+      motions_[b] = motion_at(
+          cv::Point2f(static_cast<float>(column) + 0.5F, static_cast<float>(row) + 0.5F) * (kBlock * kCellPx),
+          median_in_place(blocks_[b].depths_m));
     }
   }
 
@@ -195,9 +197,9 @@ class CarriedMask {
     index_.setTo(cv::Scalar(-1));
     for (std::size_t i = 0; i < points_.size(); ++i)
       index_.at<int>(cell_of(points_[i].px)) = static_cast<int>(i);
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (index_.at<int>(cell_of(points_[i].px)) < 0) continue;
-      take_part(points_[i]);
+    for (const Point& first : points_) {
+      if (index_.at<int>(cell_of(first.px)) < 0) continue;
+      take_part(first);
       std::sort(part_.begin(), part_.end(), [&](std::size_t a, std::size_t b) {
         return std::pair{points_[a].depth_m, a} < std::pair{points_[b].depth_m, b};
       });

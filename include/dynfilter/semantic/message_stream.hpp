@@ -42,7 +42,7 @@ class MessageStream {
     for (;;) {
       const std::size_t end = buffer_.find('\n', begin_);
       if (end != std::string::npos) {
-        const std::string line = buffer_.substr(begin_, end - begin_);
+        std::string line = buffer_.substr(begin_, end - begin_);
         begin_ = end + 1;
         return line;
       }

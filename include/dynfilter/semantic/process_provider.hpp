@@ -94,7 +94,7 @@ class ProcessProvider final : public SemanticProvider {
     }
   }
   std::string end() {
-    const std::string how = child_->kill_now();
+    std::string how = child_->kill_now();
     stream_.reset();
     child_.reset();
     return how;

@@ -99,7 +99,7 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
     } else if (field == table.end()) {
       std::string known = prefix + text_key;
       for (const auto& f : table) known.append(", ").append(prefix).append(f.info.name);
-      throw ConfigError("", "unknown key `" + key + "`; known keys: " + known);
+      throw ConfigError("", std::string("unknown key `").append(key).append("`; known keys: ").append(known));
     } else {
       field->read(p, value);
       field->check(p, value.path());
