@@ -74,7 +74,8 @@ TEST_CASE("detect and run refuse detectors that cannot be: one line each") {
   fs::remove(shop.root() / "net.onnx");
   check_refused("detect " + image + with, "net.onnx: no such file in ");
   write_text(shop.root() / "d.yaml", "%YAML:1.0\n---\ndetector: { type: dmn }\n");
-  check_refused("detect " + image + with, "d.yaml: detector.type: expected one of dnn, files, process, got `dmn`");
+  check_refused("detect " + image + with,
+                "d.yaml: detector.type: expected one of dnn, files, process, got `dmn`");
 }
 
 TEST_CASE("run takes boxes and masks from a detector") {
