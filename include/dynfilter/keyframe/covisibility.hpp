@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/keyframe/frame_summary.hpp>
+#include <dynfilter/keyframe/graph.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// Two frames are joined when they share at least `min_shared` points, and at least `min_share` of the points
+/// of the one that sees fewer. The lists ascending; n^2 merges.
+inline Graph covisibility_graph(const std::vector<const std::vector<std::int64_t>*>& points,
+                                std::size_t min_shared, double min_share = 0) {
+  Graph graph(points.size());
+  for (Graph::Vertex a = 0; a < points.size(); ++a)
+    for (Graph::Vertex b = a + 1; b < points.size(); ++b) {
+      const std::size_t shared = shared_points(*points[a], *points[b]);
+      const auto fewer = static_cast<double>(std::min(points[a]->size(), points[b]->size()));
+      if (shared >= std::max<std::size_t>(1, min_shared) && static_cast<double>(shared) >= min_share * fewer)
+        graph.connect(a, b);
+    }
+  return graph;
+}
+
+}  // namespace dynfilter

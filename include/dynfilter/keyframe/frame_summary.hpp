@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/pose.hpp>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// What a keyframe selector wants to know of a tracked frame. Selectors copy what they keep.
+struct FrameSummary {
+  std::int64_t id = -1;              ///< grows from frame to frame
+  double timestamp_s = 0;            ///< grows from frame to frame
+  Pose T_world_camera;               ///< metres
+  cv::Size image_px;                 ///< zero: unknown, then features count as evenly spread nowhere
+  std::vector<std::int64_t> points;  ///< static map points that the frame sees; negative: none, in any order
+  std::vector<cv::Point2f> pixels;   ///< where its static features are [px]
+  int dynamic_features = 0;          ///< how many features were rejected as moving
+};
+
+/// Why a frame became a keyframe.
+enum class KeyframeReason {
+  First,        ///< the first frame
+  Gap,          ///< too many frames since the last one
+  FewShared,    ///< too few of the last one's points are still seen
+  Moved,        ///< far from the last one
+  Cover,        ///< in the vertex cover
+  Isolated,     ///< shares too little with any other to have an edge
+  Bridge,       ///< joins parts
+  Replacement,  ///< a cleaner neighbour of a frame with too many dynamic features
+};
+
+constexpr const char* to_string(KeyframeReason reason) {
+  switch (reason) {
+    case KeyframeReason::First:
+      return "first";
+    case KeyframeReason::Gap:
+      return "gap";
+    case KeyframeReason::FewShared:
+      return "few_shared";
+    case KeyframeReason::Moved:
+      return "moved";
+    case KeyframeReason::Cover:
+      return "cover";
+    case KeyframeReason::Isolated:
+      return "isolated";
+    case KeyframeReason::Bridge:
+      return "bridge";
+    case KeyframeReason::Replacement:
+      return "replacement";
+  }
+  return "?";
+}
+
+struct SelectedFrame {
+  std::int64_t id = -1;
+  double timestamp_s = 0;
+  KeyframeReason reason = KeyframeReason::First;
+  /// More dynamic features than allowed: use it, but cut out what moves with more care than elsewhere.
+  bool cut_dynamic = false;
+};
+
+/// How far apart two cameras are.
+struct PoseDifference {
+  double translation_m = 0, rotation_deg = 0;
+};
+
+inline PoseDifference difference(const Pose& a, const Pose& b) {
+  const Eigen::Matrix3d R = a.R().transpose() * b.R();
+  const double cosine = std::min(1.0, std::max(-1.0, (R.trace() - 1) / 2));
+  return {(a.t() - b.t()).norm(), std::acos(cosine) * 180 / 3.14159265358979323846};
+}
+
+/// Ascending, each once, without the negative ones.
+inline std::vector<std::int64_t> sorted_points(std::vector<std::int64_t> points) {
+  points.erase(std::remove_if(points.begin(), points.end(), [](std::int64_t p) { return p < 0; }),
+               points.end());
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+/// How many ids two ascending lists share. Linear.
+inline std::size_t shared_points(const std::vector<std::int64_t>& a, const std::vector<std::int64_t>& b) {
+  std::size_t shared = 0;
+  for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
+    shared += a[i] == b[j] ? 1 : 0;
+    const bool next_a = a[i] <= b[j], next_b = b[j] <= a[i];
+    i += next_a ? 1 : 0;
+    j += next_b ? 1 : 0;
+  }
+  return shared;
+}
+
+/// The share of the cells of a `columns` x `rows` grid over the image that hold a feature, in [0, 1].
+/// Features outside the image and NaN count for nothing; without an image size 0.
+inline double occupied_share(const FrameSummary& frame, int columns, int rows) {
+  if (frame.image_px.width <= 0 || frame.image_px.height <= 0) return 0;
+  std::vector<std::uint8_t> cells(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0);
+  for (const cv::Point2f& p : frame.pixels) {
+    const double x = static_cast<double>(p.x) / frame.image_px.width * columns;
+    const double y = static_cast<double>(p.y) / frame.image_px.height * rows;
+    if (!(x >= 0 && x < columns && y >= 0 && y < rows)) continue;
+    cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] = 1;
+  }
+  return static_cast<double>(std::count(cells.begin(), cells.end(), std::uint8_t{1})) /
+         static_cast<double>(cells.size());
+}
+
+}  // namespace dynfilter

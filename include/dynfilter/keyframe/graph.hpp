@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace dynfilter {
+
+/// An undirected graph on vertices 0 .. size() - 1 without loops; an edge is there once.
+class Graph {
+ public:
+  using Vertex = std::uint32_t;
+
+  explicit Graph(std::size_t vertices = 0) : neighbours_(vertices) {}
+
+  std::size_t size() const { return neighbours_.size(); }
+  std::size_t edges() const { return edges_; }
+  std::size_t degree(Vertex v) const { return neighbours_[v].size(); }
+  /// Ascending.
+  const std::vector<Vertex>& neighbours(Vertex v) const { return neighbours_[v]; }
+
+  bool connected(Vertex a, Vertex b) const {
+    return std::binary_search(neighbours_[a].begin(), neighbours_[a].end(), b);
+  }
+
+  /// Does nothing for a loop and for an edge that is there.
+  void connect(Vertex a, Vertex b) {
+    if (a == b || connected(a, b)) return;
+    insert(a, b);
+    insert(b, a);
+    ++edges_;
+  }
+
+ private:
+  void insert(Vertex at, Vertex v) {
+    std::vector<Vertex>& list = neighbours_[at];
+    list.insert(std::lower_bound(list.begin(), list.end(), v), v);
+  }
+
+  std::vector<std::vector<Vertex>> neighbours_;
+  std::size_t edges_ = 0;
+};
+
+/// A set of vertices as a flag per vertex.
+using VertexSet = std::vector<std::uint8_t>;
+
+inline std::size_t count(const VertexSet& set) {
+  return static_cast<std::size_t>(std::count(set.begin(), set.end(), std::uint8_t{1}));
+}
+
+/// The number of the connected component of each vertex of `within`, counted from 0 in the order of their
+/// lowest vertices; -1 outside. Linear.
+inline std::vector<int> components(const Graph& graph, const VertexSet& within) {
+  std::vector<int> component(graph.size(), -1);
+  std::vector<Graph::Vertex> open;
+  int found = 0;
+  for (Graph::Vertex start = 0; start < graph.size(); ++start) {
+    if (!within[start] || component[start] >= 0) continue;
+    component[start] = found;
+    open.assign(1, start);
+    while (!open.empty()) {
+      const Graph::Vertex v = open.back();
+      open.pop_back();
+      for (const Graph::Vertex w : graph.neighbours(v)) {
+        if (!within[w] || component[w] >= 0) continue;
+        component[w] = found;
+        open.push_back(w);
+      }
+    }
+    ++found;
+  }
+  return component;
+}
+
+inline std::vector<int> components(const Graph& graph) {
+  return components(graph, VertexSet(graph.size(), 1));
+}
+
+/// True when any two vertices of `set` that the graph connects are connected within `set`.
+inline bool connected_within(const Graph& graph, const VertexSet& set) {
+  const std::vector<int> whole = components(graph), inside = components(graph, set);
+  std::vector<int> seen(graph.size(), -1);
+  for (Graph::Vertex v = 0; v < graph.size(); ++v) {
+    if (!set[v]) continue;
+    int& first = seen[static_cast<std::size_t>(whole[v])];
+    if (first >= 0 && first != inside[v]) return false;
+    first = inside[v];
+  }
+  return true;
+}
+
+}  // namespace dynfilter

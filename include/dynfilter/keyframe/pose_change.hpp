@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/keyframe/selector.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+struct PoseChangeParams {
+  double min_translation_m = 0.10;
+  double min_rotation_deg = 10;
+  bool require_motion = false;
+  int min_gap_frames = 1;
+  int max_gap_frames = 20;
+  double min_shared_share = 0.75;
+  int max_dynamic_features = 300;
+
+  static const FieldTable<PoseChangeParams>& fields() {
+    using P = PoseChangeParams;
+    static const FieldTable<P> table{
+        real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
+             "this far from the last keyframe is moved"),
+        real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180}, "turned so far is moved, too"),
+        flag("require_motion", &P::require_motion,
+             "moving is needed beside the other criteria; false: it is a reason of its own"),
+        integer("min_gap_frames", &P::min_gap_frames, "frames", {1, 1000000},
+                "never sooner after the last one"),
+        integer("max_gap_frames", &P::max_gap_frames, "frames", {1, 1000000}, "after so many frames"),
+        real("min_shared_share", &P::min_shared_share, "", {0, 1},
+             "when fewer of the last keyframe's points are seen"),
+        integer("max_dynamic_features", &P::max_dynamic_features, "", {0, 1000000},
+                "a keyframe with more is marked cut_dynamic")};
+    return table;
+  }
+};
+
+/// DeS-SLAM: the relative pose to the last keyframe beside ORB-SLAM2's criteria (frames since the last one,
+/// share of its points that are still seen). The paper gives neither thresholds nor how they combine: by
+/// default each is enough by itself; with `require_motion` the usual criteria count only once the camera has
+/// moved, which is what saves keyframes. Decides at once.
+class PoseChangeSelector final : public KeyframeSelector {
+ public:
+  static constexpr const char* kName = "pose_change";
+
+  /// Throws ConfigError for a parameter out of range.
+  explicit PoseChangeSelector(const PoseChangeParams& params = PoseChangeParams()) : params_(params) {
+    check_parameters(params_);
+  }
+
+  std::string name() const override { return kName; }
+
+ protected:
+  std::vector<SelectedFrame> choose(const FrameSummary& frame) override {
+    std::vector<std::int64_t> points = sorted_points(frame.points);
+    KeyframeReason reason = KeyframeReason::First;
+    if (last_ && !is_due(frame, points, reason)) return {};
+    last_ = Last{frame.id, frame.T_world_camera, std::move(points)};
+    return {{frame.id, frame.timestamp_s, reason, frame.dynamic_features > params_.max_dynamic_features}};
+  }
+
+  void forget() override { last_.reset(); }
+
+ private:
+  struct Last {
+    std::int64_t id;
+    Pose T_world_camera;
+    std::vector<std::int64_t> points;
+  };
+
+  bool is_due(const FrameSummary& frame, const std::vector<std::int64_t>& points,
+              KeyframeReason& reason) const {
+    const std::int64_t gap = frame.id - last_->id;
+    if (gap < params_.min_gap_frames) return false;
+    const PoseDifference moved = difference(last_->T_world_camera, frame.T_world_camera);
+    const bool far =
+        moved.translation_m >= params_.min_translation_m || moved.rotation_deg >= params_.min_rotation_deg;
+    const bool few = static_cast<double>(shared_points(last_->points, points)) <
+                     params_.min_shared_share * static_cast<double>(last_->points.size());
+    const bool late = gap >= params_.max_gap_frames;
+    reason = far ? KeyframeReason::Moved : few ? KeyframeReason::FewShared : KeyframeReason::Gap;
+    return params_.require_motion ? far && (few || late) : far || few || late;
+  }
+
+  PoseChangeParams params_;
+  std::optional<Last> last_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/keyframe/frame_summary.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// Chooses the frames that a map is built from. Frames go in one by one, keyframes come out, possibly later
+/// and in batches, in the order of their ids. One object per camera stream; deterministic.
+///
+///     for (const FrameSummary& frame : stream)
+///       for (const SelectedFrame& key : selector.add(frame)) map(key.id);
+///     for (const SelectedFrame& key : selector.flush()) map(key.id);
+class KeyframeSelector {
+ public:
+  /// Frames that were left out, since there is nothing else to do with them.
+  struct LeftOut {
+    std::size_t bad_pose = 0;   ///< not rigid or not finite
+    std::size_t not_newer = 0;  ///< an id or a time stamp that does not grow
+  };
+
+  virtual ~KeyframeSelector() = default;
+  virtual std::string name() const = 0;
+
+  /// The keyframes that this frame decides, perhaps none.
+  std::vector<SelectedFrame> add(const FrameSummary& frame) {
+    if (!is_rigid(frame.T_world_camera)) return ++left_out_.bad_pose, std::vector<SelectedFrame>();
+    if (!std::isfinite(frame.timestamp_s) || (newest_ && !newer(frame)))
+      return ++left_out_.not_newer, std::vector<SelectedFrame>();
+    newest_ = std::make_pair(frame.id, frame.timestamp_s);
+    return choose(frame);
+  }
+
+  /// At the end of the stream: decides what is still open.
+  virtual std::vector<SelectedFrame> flush() { return {}; }
+  /// Frames that may yet become keyframes: whoever maps must keep these, ascending.
+  virtual std::vector<std::int64_t> pending() const { return {}; }
+  /// Forgets the stream.
+  void reset() {
+    left_out_ = LeftOut();
+    newest_.reset();
+    forget();
+  }
+  const LeftOut& left_out() const { return left_out_; }
+
+ protected:
+  virtual std::vector<SelectedFrame> choose(const FrameSummary& frame) = 0;
+  virtual void forget() = 0;
+
+ private:
+  bool newer(const FrameSummary& frame) const {
+    return frame.id > newest_->first && frame.timestamp_s > newest_->second;
+  }
+
+  LeftOut left_out_;
+  std::optional<std::pair<std::int64_t, double>> newest_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/keyframe/bridges.hpp>
+#include <dynfilter/keyframe/covisibility.hpp>
+#include <dynfilter/keyframe/selector.hpp>
+#include <dynfilter/keyframe/vertex_cover.hpp>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+struct VertexCoverParams {
+  double min_translation_m = 0.05;
+  double min_rotation_deg = 5;
+  int grid_columns = 8, grid_rows = 6;
+  double min_occupied_share = 0.7;
+  int min_spread_gap_frames = 4;
+  int min_candidates = 12;
+  int max_wait_frames = 150;
+  int min_shared_points = 15;
+  double min_shared_share = 0;
+  bool keep_isolated = true;
+  int max_dynamic_features = 300;
+
+  static const FieldTable<VertexCoverParams>& fields() {
+    using P = VertexCoverParams;
+    constexpr int kMany = 1000000;
+    static const FieldTable<P> table{
+        real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
+             "so far from the last candidate: a candidate"),
+        real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180}, "or turned so far"),
+        integer("grid_columns", &P::grid_columns, "cells", {1, 1000},
+                "of the image, for the spread of the features"),
+        integer("grid_rows", &P::grid_rows, "cells", {1, 1000}, "of the image"),
+        real("min_occupied_share", &P::min_occupied_share, "", {0, 1},
+             "or features in this share of the cells; the paper: evenly distributed"),
+        integer("min_spread_gap_frames", &P::min_spread_gap_frames, "frames", {1, kMany},
+                "for its spread alone a frame is no candidate sooner after the last one; the paper: 1"),
+        integer("min_candidates", &P::min_candidates, "frames", {1, 2000}, "so many are solved together"),
+        integer("max_wait_frames", &P::max_wait_frames, "frames", {1, kMany},
+                "solved with fewer when the oldest has waited so long"),
+        integer("min_shared_points", &P::min_shared_points, "", {1, kMany}, "an edge"),
+        real("min_shared_share", &P::min_shared_share, "", {0, 1},
+             "an edge also needs this share of the points of the one that sees fewer; the paper: 0"),
+        flag("keep_isolated", &P::keep_isolated,
+             "take frames without an edge, which no cover holds; the paper: false"),
+        integer("max_dynamic_features", &P::max_dynamic_features, "", {0, kMany},
+                "a keyframe with more is replaced by a cleaner neighbour, else marked cut_dynamic")};
+    return table;
+  }
+};
+
+/// Keyframes as a small vertex cover of the covisibility graph of candidates (Zhou et al. sec. 3.2.1, after
+/// KeySLAM): of any two candidates that share enough points one at least is chosen, the chosen ones are
+/// connected where the candidates are, and a frame with too many dynamic features gives way to a cleaner one
+/// that covers as well. Solved in batches; the last keyframe of a batch goes into the next one as chosen.
+/// Where candidates are dense all of them are covisible, and a cover is then nearly all of them: it is the
+/// candidates that make keyframes few.
+class VertexCoverSelector final : public KeyframeSelector {
+ public:
+  static constexpr const char* kName = "vertex_cover";
+
+  /// The last batch, for reports.
+  struct Batch {
+    std::size_t candidates = 0, edges = 0, cover = 0, lower_bound = 0, bridges = 0, isolated = 0,
+                replaced = 0;
+  };
+
+  /// Throws ConfigError for a parameter out of range.
+  explicit VertexCoverSelector(const VertexCoverParams& params = VertexCoverParams()) : params_(params) {
+    check_parameters(params_);
+  }
+
+  std::string name() const override { return kName; }
+
+  std::vector<SelectedFrame> flush() override {
+    const bool anything_new = fresh() < open_.size();
+    std::vector<SelectedFrame> chosen = anything_new ? solve() : std::vector<SelectedFrame>();
+    open_.clear();
+    return chosen;
+  }
+
+  std::vector<std::int64_t> pending() const override {
+    std::vector<std::int64_t> ids;
+    for (const Candidate& c : open_) ids.push_back(c.id);
+    return ids;
+  }
+
+  const Batch& last_batch() const { return batch_; }
+
+ protected:
+  std::vector<SelectedFrame> choose(const FrameSummary& frame) override {
+    if (is_candidate(frame)) {
+      open_.push_back(
+          {frame.id, frame.timestamp_s, sorted_points(frame.points), frame.dynamic_features, false});
+      last_candidate_ = std::make_pair(frame.id, frame.T_world_camera);
+    }
+    const std::size_t first = fresh();
+    if (first == open_.size()) return {};
+    const bool enough = open_.size() - first >= static_cast<std::size_t>(params_.min_candidates);
+    return enough || frame.id - open_[first].id >= params_.max_wait_frames ? solve()
+                                                                           : std::vector<SelectedFrame>();
+  }
+
+  void forget() override {
+    open_.clear();
+    anchor_.reset();
+    last_candidate_.reset();
+    batch_ = Batch();
+  }
+
+ private:
+  struct Candidate {
+    std::int64_t id;
+    double timestamp_s;
+    std::vector<std::int64_t> points;
+    int dynamic_features;
+    bool second_chance = false;  ///< was in the last batch already
+  };
+  using Vertex = Graph::Vertex;
+
+  /// The first of `open_` that is new.
+  std::size_t fresh() const {
+    std::size_t i = 0;
+    while (i < open_.size() && open_[i].second_chance) ++i;
+    return i;
+  }
+
+  bool is_candidate(const FrameSummary& frame) const {
+    if (!last_candidate_) return true;
+    const PoseDifference moved = difference(last_candidate_->second, frame.T_world_camera);
+    if (moved.translation_m >= params_.min_translation_m || moved.rotation_deg >= params_.min_rotation_deg)
+      return true;
+    return frame.id - last_candidate_->first >= params_.min_spread_gap_frames &&
+           occupied_share(frame, params_.grid_columns, params_.grid_rows) >= params_.min_occupied_share;
+  }
+
+  bool dirty(const Candidate& c) const { return c.dynamic_features > params_.max_dynamic_features; }
+
+  /// Vertices of the batch: clean frames first, since among equals the cover takes low numbers; the anchor is
+  /// the last.
+  std::vector<const Candidate*> vertices() const {
+    std::vector<const Candidate*> order;
+    for (const Candidate& c : open_) order.push_back(&c);
+    std::stable_sort(order.begin(), order.end(), [&](const Candidate* a, const Candidate* b) {
+      return (dirty(*a) ? a->dynamic_features : 0) < (dirty(*b) ? b->dynamic_features : 0);
+    });
+    if (anchor_) order.push_back(&*anchor_);
+    return order;
+  }
+
+  std::vector<SelectedFrame> solve() {
+    const std::vector<const Candidate*> vertex = vertices();
+    std::vector<const std::vector<std::int64_t>*> points;
+    for (const Candidate* c : vertex) points.push_back(&c->points);
+    const Graph graph = covisibility_graph(points, static_cast<std::size_t>(params_.min_shared_points),
+                                           params_.min_shared_share);
+    std::vector<std::optional<KeyframeReason>> why(vertex.size());
+    VertexSet set = cover(graph, why);
+    for (const Vertex b : add_bridges(graph, set)) why[b] = KeyframeReason::Bridge, ++batch_.bridges;
+    replace_dirty(graph, vertex, set, why);
+    return hand_over(vertex, set, why);
+  }
+
+  /// The anchor is chosen already: what it shares with others needs no cover.
+  VertexSet cover(const Graph& graph, std::vector<std::optional<KeyframeReason>>& why) {
+    const std::size_t n = open_.size();
+    Graph uncovered(graph.size());
+    for (Vertex v = 0; v < n; ++v)
+      for (const Vertex w : graph.neighbours(v))
+        if (w < n) uncovered.connect(v, w);
+    const VertexCover found = small_vertex_cover(uncovered);
+    batch_ = Batch();
+    batch_.candidates = n, batch_.edges = graph.edges();
+    batch_.cover = found.size, batch_.lower_bound = found.lower_bound;
+    VertexSet set = found.set;
+    for (Vertex v = 0; v < n; ++v) {
+      if (set[v]) why[v] = KeyframeReason::Cover;
+      if (graph.degree(v) > 0 || !params_.keep_isolated) continue;
+      set[v] = 1, why[v] = KeyframeReason::Isolated, ++batch_.isolated;
+    }
+    if (anchor_) set[n] = 1;
+    return set;
+  }
+
+  bool still_good(const Graph& graph, const VertexSet& set) const {
+    return is_vertex_cover(graph, set) && connected_within(graph, set);
+  }
+
+  void replace_dirty(const Graph& graph, const std::vector<const Candidate*>& vertex, VertexSet& set,
+                     std::vector<std::optional<KeyframeReason>>& why) {
+    for (Vertex v = 0; v < open_.size(); ++v) {
+      if (!set[v] || !dirty(*vertex[v])) continue;
+      const std::optional<Vertex> u = cleaner(graph, vertex, set, v);
+      if (!u) continue;
+      set[v] = 0, why[v].reset();
+      set[*u] = 1, why[*u] = KeyframeReason::Replacement;
+      ++batch_.replaced;
+    }
+  }
+
+  /// The clean neighbour that shares most with v and can stand in for it.
+  std::optional<Vertex> cleaner(const Graph& graph, const std::vector<const Candidate*>& vertex,
+                                const VertexSet& set, Vertex v) const {
+    std::optional<Vertex> best;
+    std::size_t best_shared = 0;
+    for (const Vertex u : graph.neighbours(v)) {
+      if (set[u] || dirty(*vertex[u])) continue;
+      VertexSet other = set;
+      other[v] = 0, other[u] = 1;
+      const std::size_t shared = shared_points(vertex[u]->points, vertex[v]->points);
+      if (shared > best_shared && still_good(graph, other)) best = u, best_shared = shared;
+    }
+    return best;
+  }
+
+  std::vector<SelectedFrame> hand_over(const std::vector<const Candidate*>& vertex, const VertexSet& set,
+                                       const std::vector<std::optional<KeyframeReason>>& why) {
+    std::vector<SelectedFrame> chosen;
+    const Candidate* last = nullptr;
+    for (std::size_t v = 0; v < open_.size(); ++v) {
+      if (!set[v]) continue;
+      const Candidate& c = *vertex[v];
+      chosen.push_back({c.id, c.timestamp_s, *why[v], dirty(c)});
+      if (!last || c.id > last->id) last = &c;
+    }
+    std::sort(chosen.begin(), chosen.end(),
+              [](const SelectedFrame& a, const SelectedFrame& b) { return a.id < b.id; });
+    if (last) anchor_ = Candidate(*last);
+    close(anchor_ ? anchor_->id : std::numeric_limits<std::int64_t>::min());
+    return chosen;
+  }
+
+  void close(std::int64_t last_keyframe) {
+    open_.erase(std::remove_if(open_.begin(), open_.end(),
+                               [&](const Candidate& c) { return c.second_chance || c.id <= last_keyframe; }),
+                open_.end());
+    for (Candidate& c : open_) c.second_chance = true;
+  }
+
+  VertexCoverParams params_;
+  std::vector<Candidate> open_;
+  std::optional<Candidate> anchor_;  ///< the last keyframe of the last batch
+  std::optional<std::pair<std::int64_t, Pose>> last_candidate_;
+  Batch batch_;
+};
+
+}  // namespace dynfilter
