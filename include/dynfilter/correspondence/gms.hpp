@@ -9,6 +9,7 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <limits>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -54,6 +55,7 @@ class GridMotionStatistics {
     const std::size_t n = index_.size();
     if (n == 0) return 0;
     cells_ = cells_for(n);
+    sort_by_cell();
     lay_left_grids();
     std::size_t best = 0;
     for (int scale = 0; scale < (params_.scale ? 5 : 1); ++scale) {
@@ -115,6 +117,27 @@ class GridMotionStatistics {
       first_.push_back(unit(first[i], first_size));
       second_.push_back(unit(second[i], second_size));
     }
+  }
+
+  /// Matches of a cell one after the other: the counters of a cell then stay in the cache while it is
+  /// counted.
+  void sort_by_cell() {
+    const auto size = static_cast<float>(cells_);
+    const auto cell = [&](const cv::Point2f& p) {
+      return static_cast<std::size_t>(static_cast<int>(p.y * size) * cells_ + static_cast<int>(p.x * size));
+    };
+    const std::size_t n = index_.size();
+    in_cell_.assign(static_cast<std::size_t>(cells_) * cells_ + 1, 0);
+    for (const cv::Point2f& p : first_) ++in_cell_[cell(p) + 1];
+    std::partial_sum(in_cell_.begin(), in_cell_.end(), in_cell_.begin());
+    sorted_index_.resize(n), sorted_first_.resize(n), sorted_second_.resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t place = in_cell_[cell(first_[k])]++;
+      sorted_index_[place] = index_[k];
+      sorted_first_[place] = first_[k];
+      sorted_second_[place] = second_[k];
+    }
+    index_.swap(sorted_index_), first_.swap(sorted_first_), second_.swap(sorted_second_);
   }
 
   /// The four places of the first image's grid. Half a cell on, the border's half cells belong to no cell:
@@ -181,17 +204,28 @@ class GridMotionStatistics {
       ++in_cell_[l];
       best_partner_[l] = std::max(best_partner_[l], std::uint32_t{together} << 16U | (kMost - r));
     }
+    sum_around();
+  }
+  /// The matches of all 3 x 3 cells around each, where there are as many.
+  void sum_around() {
+    const auto size = static_cast<std::size_t>(cells_), cells = size * size;
+    in_three_.assign(cells, 0);
+    around_.assign(cells, 0);
+    for (std::size_t l = 1; l + 1 < cells; ++l)
+      in_three_[l] = in_cell_[l - 1] + in_cell_[l] + in_cell_[l + 1];
+    for (std::size_t l = size; l + size < cells; ++l)
+      around_[l] = in_three_[l - size] + in_three_[l] + in_three_[l + size];
   }
 
   void verify_matches(const std::vector<std::uint16_t>& left, int turn) {
-    const Turned turned(right_, turn);
+    const Turned turned(left_, right_, turn);
     const auto nowhere = static_cast<std::uint32_t>(cells_ * cells_);
     for (std::size_t k = 0; k < left.size(); ++k)
       if (agreed_[k] == 0 && left[k] != nowhere && supported(left[k], right_cell_[k], turned)) agreed_[k] = 1;
   }
   /// Only matches to the most frequent partner of their cell.
   void verify_cells(const std::vector<std::uint16_t>& left, int turn) {
-    const Turned turned(right_, turn);
+    const Turned turned(left_, right_, turn);
     const auto cells = static_cast<std::uint32_t>(cells_ * cells_);
     target_.assign(cells + 1, kNone);
     for (std::uint32_t l = 0; l < cells; ++l) {
@@ -205,32 +239,30 @@ class GridMotionStatistics {
 
   /// The second image's neighbours in the order of the first one's.
   struct Turned {
-    Turned(const Side& side, int turn) {
+    Turned(const Side& left, const Side& right, int turn) {
+      const auto columns = static_cast<std::ptrdiff_t>(right.cells) * right.cells;
       for (std::size_t j = 0; j < 9; ++j) {
         bit[j] = static_cast<unsigned>(turned(static_cast<int>(j), turn));
-        offset[j] = side.offset[bit[j]];
+        offset[j] = left.offset[j] * columns + right.offset[bit[j]];
       }
     }
     std::array<unsigned, 9> bit{};
-    std::array<int, 9> offset{};
+    std::array<std::ptrdiff_t, 9> offset{};  ///< of the pair of neighbours, in pairs_
   };
   bool supported(std::uint32_t l, std::uint32_t r, const Turned& turned) const {
     std::uint32_t support = 0, matches = 0;
     int common = 0;
     const unsigned here = left_.around[l], there = right_.around[r];
     const std::uint16_t* pairs = &pairs_[l * columns_ + r];
-    const auto columns = static_cast<std::ptrdiff_t>(columns_);
     constexpr unsigned kAll = 0x1FF;
     if (here == kAll && there == kAll) {
       common = 9;
-      for (std::size_t j = 0; j < 9; ++j) {
-        support += pairs[left_.offset[j] * columns + turned.offset[j]];
-        matches += in_cell_[l + left_.offset[j]];
-      }
+      matches = around_[l];
+      for (const std::ptrdiff_t offset : turned.offset) support += pairs[offset];
     } else {
       for (std::size_t j = 0; j < 9; ++j) {
         if ((here >> j & there >> turned.bit[j] & 1U) == 0) continue;
-        support += pairs[left_.offset[j] * columns + turned.offset[j]];
+        support += pairs[turned.offset[j]];
         matches += in_cell_[l + left_.offset[j]];
         ++common;
       }
@@ -251,13 +283,14 @@ class GridMotionStatistics {
   GmsParams params_;
   int cells_ = 0;
   Side left_, right_;
-  std::vector<std::uint32_t> index_;
+  std::vector<std::uint32_t> index_, sorted_index_;
   std::vector<cv::Point2f> first_, second_;  ///< in units of the image size
+  std::vector<cv::Point2f> sorted_first_, sorted_second_;
   std::array<std::vector<std::uint16_t>, 4> left_cell_;
   std::vector<std::uint16_t> right_cell_;
   std::size_t columns_ = 0;
   std::vector<std::uint16_t> pairs_;  ///< per left and right cell
-  std::vector<std::uint32_t> in_cell_, best_partner_;
+  std::vector<std::uint32_t> in_cell_, in_three_, around_, best_partner_;
   std::vector<std::uint16_t> target_;
   std::vector<std::uint8_t> agreed_, best_;
 };
