@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/cluster/dbscan.hpp>
+#include <dynfilter/cluster/depth_growth.hpp>
+#include <dynfilter/cluster/depth_split.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/mapping/map_frame.hpp>
+#include <dynfilter/mapping/map_params.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace dynfilter::mapping {
+
+/// Which pixels of a depth image belong into a map. Cut out: the mask of what moves; things of moving classes
+/// that a detector found; dynamic features, clustered with DBSCAN and grown to depth pixels (Zhou et al. sec.
+/// 3.2.2); a rim around all these; and both sides of depth jumps, where a sensor measures points that are on
+/// neither surface. Cost: linear in the pixels, about 1 ms for 640 x 480. Buffers are kept.
+class DepthCut {
+ public:
+  explicit DepthCut(const CutParams& params = CutParams()) : params_(params) {}
+
+  /// `depth_m`: CV_32FC1, 0 = none, of the size of frame.depth.
+  void run(const cv::Mat& depth_m, const MapFrame& frame) {
+    moving_.create(depth_m.size(), CV_8UC1);
+    moving_.setTo(0);
+    add_mask(frame.moving_mask);
+    for (const Detection& detection : frame.detections) add_detection(depth_m, frame.camera, detection);
+    add_features(depth_m, frame);
+    widen(moving_, params_.band_px);
+    find_edges(depth_m);
+    combine(depth_m);
+  }
+
+  const cv::Mat& moving() const { return moving_; }  ///< CV_8UC1, not 0: cut out as moving, rim included
+  const cv::Mat& usable() const { return usable_; }  ///< CV_8UC1, 255: has a depth and belongs into the map
+  std::size_t pixels() const { return pixels_; }     ///< with a depth
+  std::size_t cut_pixels() const { return cut_pixels_; }
+  std::size_t edge_pixels() const { return edge_pixels_; }
+
+ private:
+  void add_mask(const cv::Mat& mask) {
+    if (mask.empty() || mask.type() != CV_8UC1) return;
+    const cv::Mat* fitted = &mask;
+    if (mask.size() != moving_.size()) {
+      cv::resize(mask, scaled_, moving_.size(), 0, 0, cv::INTER_NEAREST);
+      fitted = &scaled_;
+    }
+    moving_.setTo(255, *fitted);
+  }
+
+  void add_detection(const cv::Mat& depth_m, const Camera& camera, const Detection& detection) {
+    const auto& names = params_.moving_classes;
+    if (std::find(names.begin(), names.end(), detection.class_name) == names.end()) return;
+    if (!detection.mask.empty()) return add_mask(detection.mask);
+    const cv::Rect box = cut_box(detection.box, depth_m.size());
+    if (params_.boxes == BoxCut::Ignore || box.empty()) return;
+    if (params_.boxes == BoxCut::All)
+      moving_(box).setTo(255);
+    else
+      add_foreground(depth_m, camera, box);
+  }
+  static cv::Rect cut_box(const cv::Rect2f& box, cv::Size size) {
+    if (!(box.width > 0 && box.height > 0 && std::abs(box.x) < 1e6F && std::abs(box.y) < 1e6F)) return {};
+    const float right = std::min(box.x + box.width, static_cast<float>(size.width));
+    const float bottom = std::min(box.y + box.height, static_cast<float>(size.height));
+    const int x = std::max(0, cvFloor(box.x)), y = std::max(0, cvFloor(box.y));
+    return cv::Rect(cv::Point(x, y), cv::Point(cvCeil(right), cvCeil(bottom))) & cv::Rect(cv::Point(), size);
+  }
+
+  /// The nearer surface of the middle of the box, all that is as near in the box, and from there on without a
+  /// depth jump: an arm leaves the box.
+  void add_foreground(const cv::Mat& depth_m, const Camera& camera, const cv::Rect& box) {
+    inverse_.clear();
+    for (int y = box.y; y < box.y + box.height; y += 4)
+      for (int x = box.x; x < box.x + box.width; x += 4)
+        if (depth_m.at<float>(y, x) > 0) inverse_.push_back(1 / depth_m.at<float>(y, x));
+    const double split_m = nearer_surface_m(inverse_);
+    if (std::isinf(split_m)) {
+      moving_(box).setTo(255);
+      return;
+    }
+    const auto farthest = static_cast<float>(split_m);
+    seeds_.clear();
+    for (int y = box.y; y < box.y + box.height; ++y)
+      for (int x = box.x; x < box.x + box.width; ++x) {
+        const float z = depth_m.at<float>(y, x);
+        if (z > farthest) continue;  // pixels without depth go, too
+        moving_.at<std::uint8_t>(y, x) = 255;
+        const bool rim =
+            x == box.x || y == box.y || x == box.x + box.width - 1 || y == box.y + box.height - 1;
+        if (rim && z > 0) seeds_.emplace_back(static_cast<float>(x), static_cast<float>(y));
+      }
+    grow(depth_m, camera, 0.15);
+  }
+
+  void grow(const cv::Mat& depth_m, const Camera& camera, double reach_m) {
+    if (seeds_.empty()) return;
+    DepthGrowthParams params;
+    params.max_reach_m = reach_m;
+    DepthGrowth(params).grow(depth_m, 1, camera, seeds_, grown_);
+    moving_ |= grown_;
+  }
+
+  void add_features(const cv::Mat& depth_m, const MapFrame& frame) {
+    points_.clear();
+    candidates_.clear();
+    for (const cv::Point2f& px : frame.moving_px) {
+      if (!(px.x > -0.5F && px.y > -0.5F && px.x < 32767 && px.y < 32767)) continue;
+      const int x = cvRound(px.x), y = cvRound(px.y);
+      if (x >= depth_m.cols || y >= depth_m.rows) continue;
+      const float z = depth_m.at<float>(y, x);
+      if (!(z > 0)) continue;
+      candidates_.push_back(px);
+      points_.emplace_back(
+          (px.x - static_cast<float>(frame.camera.cx_px)) / static_cast<float>(frame.camera.fx_px) * z,
+          (px.y - static_cast<float>(frame.camera.cy_px)) / static_cast<float>(frame.camera.fy_px) * z, z);
+    }
+    if (points_.empty()) return;
+    dbscan_.run(points_, {params_.cluster_eps_m, params_.cluster_min_points}, clusters_);
+    seeds_.clear();
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (clusters_.label[i] >= 0) seeds_.push_back(candidates_[i]);
+    grow(depth_m, frame.camera, params_.grow_reach_m);
+  }
+
+  static void widen(cv::Mat& mask, int px) {
+    if (px > 0) cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_RECT, {2 * px + 1, 2 * px + 1}));
+  }
+
+  /// A step larger than a share of the depth and than three standard deviations of its noise.
+  void find_edges(const cv::Mat& depth_m) {
+    edges_.create(depth_m.size(), CV_8UC1);
+    edges_.setTo(0);
+    if (params_.max_step_share <= 0) return;
+    for (int y = 0; y < depth_m.rows; ++y) {
+      const float* z = depth_m.ptr<float>(y);
+      std::uint8_t* edge = edges_.ptr<std::uint8_t>(y);
+      mark_steps(z, z + 1, depth_m.cols - 1, edge, edge + 1);
+      if (y + 1 < depth_m.rows)
+        mark_steps(z, depth_m.ptr<float>(y + 1), depth_m.cols, edge, edges_.ptr<std::uint8_t>(y + 1));
+    }
+    widen(edges_, params_.edge_px);
+  }
+  void mark_steps(const float* a, const float* b, int n, std::uint8_t* edge_a, std::uint8_t* edge_b) const {
+    const DepthNoise noise;
+    const auto share = static_cast<float>(params_.max_step_share);
+    const auto base = 3 * static_cast<float>(noise.base_m),
+               quadratic = 3 * static_cast<float>(noise.quadratic_per_m);
+    for (int i = 0; i < n; ++i) {
+      const float nearer = std::min(a[i], b[i]);
+      const float limit = base + nearer * (share + quadratic * nearer);
+      if (static_cast<int>(nearer > 0) & static_cast<int>(std::abs(a[i] - b[i]) > limit))
+        edge_a[i] = edge_b[i] = 255;
+    }
+  }
+
+  void combine(const cv::Mat& depth_m) {
+    usable_.create(depth_m.size(), CV_8UC1);
+    pixels_ = cut_pixels_ = edge_pixels_ = 0;
+    for (int y = 0; y < depth_m.rows; ++y) {
+      const float* z = depth_m.ptr<float>(y);
+      const std::uint8_t* moves = moving_.ptr<std::uint8_t>(y);
+      const std::uint8_t* edge = edges_.ptr<std::uint8_t>(y);
+      std::uint8_t* usable = usable_.ptr<std::uint8_t>(y);
+      unsigned pixels = 0, cut = 0, left_out = 0;
+      for (int x = 0; x < depth_m.cols; ++x) {
+        const unsigned measured = z[x] > 0 ? 1U : 0U, moving = moves[x] != 0 ? 1U : 0U,
+                       rim = edge[x] != 0 ? 1U : 0U;
+        pixels += measured;
+        cut += measured & moving;
+        left_out += measured & rim & (moving ^ 1U);
+        usable[x] = static_cast<std::uint8_t>(0U - (measured & (moving ^ 1U) & (rim ^ 1U)));
+      }
+      pixels_ += pixels, cut_pixels_ += cut, edge_pixels_ += left_out;
+    }
+  }
+
+  CutParams params_;
+  GridDbscan dbscan_;
+  Clusters clusters_;
+  cv::Mat moving_, usable_, edges_, grown_, scaled_;
+  std::vector<float> inverse_;
+  std::vector<cv::Point2f> seeds_, candidates_;
+  std::vector<cv::Point3f> points_;
+  std::size_t pixels_ = 0, cut_pixels_ = 0, edge_pixels_ = 0;
+};
+
+}  // namespace dynfilter::mapping

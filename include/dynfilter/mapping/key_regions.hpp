@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/span.hpp>
+#include <opencv2/core.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter::mapping {
+
+/// The pixels of static key objects: the boxes (or instance masks) of the listed classes, less what is cut
+/// out as moving (RTS-SLAM, Algorithm 2, lines 5 to 10). Classes are numbered from 1 in the order of the
+/// list.
+class KeyRegions {
+ public:
+  explicit KeyRegions(std::vector<std::string> classes = {}) : classes_(std::move(classes)) {}
+
+  bool any(Span<const Detection> detections) const {
+    return std::any_of(detections.begin(), detections.end(),
+                       [&](const Detection& d) { return label_of(d) > 0; });
+  }
+  /// Number of a detection's class, 0: not a key class.
+  int label_of(const Detection& detection) const {
+    const auto at = std::find(classes_.begin(), classes_.end(), detection.class_name);
+    return at == classes_.end() ? 0
+                                : static_cast<int>(std::min<std::ptrdiff_t>(at - classes_.begin(), 254)) + 1;
+  }
+
+  /// `usable`: CV_8UC1, not 0: belongs into the map. Where boxes overlap the better score counts.
+  void mark(Span<const Detection> detections, const cv::Mat& usable) {
+    inside_.create(usable.size(), CV_8UC1);
+    inside_.setTo(0);
+    area_ = cv::Rect();
+    std::vector<const Detection*> known;
+    for (const Detection& d : detections)
+      if (label_of(d) > 0) known.push_back(&d);
+    if (known.empty()) {
+      outside_ = usable;
+      return;
+    }
+    std::stable_sort(known.begin(), known.end(),
+                     [](const Detection* a, const Detection* b) { return a->score < b->score; });
+    for (const Detection* d : known) mark_one(*d);
+    outside_own_.create(usable.size(), CV_8UC1);
+    usable.copyTo(outside_own_);
+    outside_own_.setTo(0, inside_);
+    inside_.setTo(0, usable == 0);
+    outside_ = outside_own_;
+  }
+
+  const cv::Mat& inside() const { return inside_; }    ///< CV_8UC1: class numbers, 0 outside
+  const cv::Mat& outside() const { return outside_; }  ///< CV_8UC1: usable and in no key region
+  cv::Rect area() const { return area_; }              ///< around all key regions
+
+ private:
+  void mark_one(const Detection& d) {
+    const cv::Rect2f& box = d.box;
+    if (!(box.width > 0 && box.height > 0 && std::abs(box.x) < 1e6F && std::abs(box.y) < 1e6F)) return;
+    const cv::Point from(std::max(0, cvFloor(box.x)), std::max(0, cvFloor(box.y)));
+    const cv::Point to(cvCeil(std::min(box.x + box.width, static_cast<float>(inside_.cols))),
+                       cvCeil(std::min(box.y + box.height, static_cast<float>(inside_.rows))));
+    if (to.x <= from.x || to.y <= from.y) return;
+    const cv::Rect region = cv::Rect(from, to) & cv::Rect(cv::Point(), inside_.size());
+    const bool masked = d.mask.type() == CV_8UC1 && d.mask.size() == inside_.size();
+    masked ? inside_(region).setTo(label_of(d), d.mask(region)) : inside_(region).setTo(label_of(d));
+    area_ = area_.empty() ? region : (area_ | region);
+  }
+
+  std::vector<std::string> classes_;
+  cv::Mat inside_, outside_own_, outside_;
+  cv::Rect area_;
+};
+
+}  // namespace dynfilter::mapping

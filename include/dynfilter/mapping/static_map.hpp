@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <dynfilter/mapping/depth_cut.hpp>
+#include <dynfilter/mapping/depth_points.hpp>
+#include <dynfilter/mapping/depth_view.hpp>
+#include <dynfilter/mapping/key_regions.hpp>
+#include <dynfilter/mapping/map_frame.hpp>
+#include <dynfilter/mapping/map_params.hpp>
+#include <dynfilter/mapping/voxel_grid.hpp>
+#include <dynfilter/mapping/voxel_map.hpp>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter::mapping {
+
+/// What a map holds.
+struct MapState {
+  std::size_t voxels = 0, key_voxels = 0;  ///< on the coarse and on the fine grid, hidden ones included
+  double leaf_m = 0, key_leaf_m = 0;       ///< as they are now: leaves double when the map is full
+  std::size_t keyframes = 0, permanent_keyframes = 0;
+  std::size_t voxel_bytes = 0, keyframe_bytes = 0;
+};
+
+/// The dense map of the static scene, built from keyframes (RTS-SLAM sec. 3.5). Each keyframe's depth image
+/// is cut (DepthCut), thinned to a cloud of voxel centroids in the camera frame, moved by its pose and added
+/// to the voxels of the world as whole numbers. So a keyframe can be taken out again, or put at another pose,
+/// and the map is then, bit for bit, what it would be without it or with that pose from the start.
+///
+/// Free space removes what a mask missed: per voxel is counted how many keyframes saw a surface there and how
+/// many saw through it (DepthView), earlier and later ones alike. A person who stood for some keyframes and
+/// then left is hidden once enough keyframes saw the wall behind; a new thing in a place that was seen to be
+/// free is held back until it was seen often enough.
+///
+/// Memory is bounded: at most max_voxels (when full, leaves double), and at most max_keyframe_mb of keyframe
+/// clouds and views; beyond that the oldest keyframes become permanent: they stay in the map, but can no
+/// longer be removed or moved. Not thread-safe: mapping_thread.hpp.
+class StaticMap {
+ public:
+  /// Throws ConfigError.
+  explicit StaticMap(const MappingParams& params = MappingParams())
+      : params_((check_mapping(params), params)),
+        cut_(params.cut),
+        grid_(params.leaf_m),
+        key_grid_(params.leaf_m / params.key_divisor),
+        key_regions_(params.key_classes) {}
+
+  /// Fuses a keyframe. One that cannot be used changes nothing; report.note says why.
+  MapReport add(const MapFrame& frame) {
+    const auto start = std::chrono::steady_clock::now();
+    MapReport report;
+    report.T_world_camera = frame.T_world_camera;
+    report.note = why_not(frame);
+    if (report.note.empty() && find(frame.id) != nullptr) report.note = "a keyframe of this id is in the map";
+    if (report.note.empty()) {
+      fuse(frame, report);
+      report.used = true;
+    }
+    report.time_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return report;
+  }
+
+  /// Any other frame, in order of time: only its key regions are looked at (Algorithm 2). Within key_window
+  /// frames of a keyframe, before or after it, they refine that keyframe and move with it. Frames without
+  /// detections of key classes cost next to nothing.
+  MapReport observe(const MapFrame& frame) {
+    MapReport report;
+    report.T_world_camera = frame.T_world_camera;
+    ++frames_since_key_;
+    if (params_.key_window == 0 || !key_regions_.any(frame.detections)) return report;
+    report.note = why_not(frame);
+    if (!report.note.empty()) return report;
+    read_depth(frame);
+    Neighbour neighbour{frames_seen_ + frames_since_key_, frame.T_world_camera, {}};
+    cloud_of_key_regions(frame, neighbour.cloud, report);
+    report.used = true;
+    Keyframe* last = keyframes_.empty() ? nullptr : keyframes_.back().get();
+    if (last != nullptr && frames_since_key_ <= params_.key_window && last->id == last_added_) {
+      const std::size_t before = last->key_cloud.size();
+      append_in(*last, neighbour);
+      const std::size_t known = key_map_.size();
+      fuse_points(key_map_, key_unit_m(), last->key_cloud, before, last->T_world_camera, 1);
+      vote_on_new(key_map_, known, key_leaf_m());
+      keyframe_bytes_ += (last->key_cloud.size() - before) * sizeof(VoxelPoint);
+      make_room(report);
+    }
+    neighbours_.push_back(std::move(neighbour));
+    while (neighbours_.size() > static_cast<std::size_t>(params_.key_window)) neighbours_.pop_front();
+    return report;
+  }
+
+  /// Takes a keyframe out: the map is then as if it had never been added. False if it is unknown or
+  /// permanent.
+  bool remove(std::int64_t id) {
+    const auto at =
+        std::find_if(keyframes_.begin(), keyframes_.end(), [&](const auto& k) { return k->id == id; });
+    if (at == keyframes_.end()) return false;
+    take_out(**at);
+    keyframe_bytes_ -= bytes_of(**at);
+    keyframes_.erase(at);
+    return true;
+  }
+
+  /// Puts a keyframe at another pose, as after a loop closure. False, and nothing changes, if it is unknown
+  /// or permanent or the pose is not rigid.
+  bool move(std::int64_t id, const Pose& T_world_camera) {
+    Keyframe* keyframe = find(id);
+    if (keyframe == nullptr || !is_rigid(T_world_camera)) return false;
+    take_out(*keyframe);
+    keyframe->T_world_camera = T_world_camera;
+    put_in(*keyframe);
+    return true;
+  }
+
+  bool can_move(std::int64_t id) const {
+    return std::any_of(keyframes_.begin(), keyframes_.end(), [&](const auto& k) { return k->id == id; });
+  }
+
+  /// The map as points, sorted by class and place: equal maps give equal clouds. Without voxels that were
+  /// seen through and, where there are fine voxels of key objects, without the coarse ones.
+  MapCloud cloud() const {
+    MapCloud cloud;
+    append_cloud(key_map_, key_unit_m(), nullptr, cloud);
+    std::vector<std::uint64_t> refined;
+    const int nested = log2_of(params_.key_divisor) + map_.level() - key_map_.level();
+    for (const std::uint64_t key : key_map_.keys())
+      refined.push_back(without_label(VoxelKey::coarser(key, nested)));
+    std::sort(refined.begin(), refined.end());
+    append_cloud(map_, unit_m(), &refined, cloud);
+    return cloud;
+  }
+
+  MapState state() const {
+    return {map_.size(),
+            key_map_.size(),
+            leaf_m(),
+            key_leaf_m(),
+            keyframes_.size(),
+            permanent_,
+            map_.bytes() + key_map_.bytes(),
+            keyframe_bytes_};
+  }
+  const MappingParams& params() const { return params_; }
+  const VoxelMap& voxels() const { return map_; }
+  const VoxelMap& key_voxels() const { return key_map_; }
+  double leaf_m() const { return params_.leaf_m * std::ldexp(1.0, map_.level()); }
+  double key_leaf_m() const {
+    return params_.leaf_m / params_.key_divisor * std::ldexp(1.0, key_map_.level());
+  }
+
+  /// Doubles all leaves, as happens by itself when the map is full.
+  void double_leaf() {
+    map_.coarsen();
+    key_map_.coarsen();
+    if (!params_.carve.enabled) return;
+    for (const auto& keyframe : keyframes_) vote(*keyframe, 0, 0, 1);
+  }
+
+ private:
+  struct Keyframe {
+    std::int64_t id = -1;
+    Pose T_world_camera;
+    std::vector<VoxelPoint> cloud, key_cloud;  ///< camera frame
+    DepthView view;
+  };
+  struct Neighbour {
+    std::int64_t number;
+    Pose T_world_camera;
+    std::vector<VoxelPoint> cloud;
+  };
+
+  static int log2_of(int power) {
+    int bits = 0;
+    while (power >> bits > 1) ++bits;
+    return bits;
+  }
+  static std::uint64_t without_label(std::uint64_t key) {
+    return key & ((std::uint64_t{1} << (3 * VoxelKey::kAxisBits)) - 1);
+  }
+  double unit_m() const { return params_.leaf_m / (1 << VoxelMap::kLeafBits); }
+  double key_unit_m() const { return unit_m() / params_.key_divisor; }
+  static std::size_t bytes_of(const Keyframe& k) {
+    return sizeof(Keyframe) + (k.cloud.capacity() + k.key_cloud.size()) * sizeof(VoxelPoint) + k.view.bytes();
+  }
+  Keyframe* find(std::int64_t id) {
+    for (const auto& keyframe : keyframes_)
+      if (keyframe->id == id) return keyframe.get();
+    return nullptr;
+  }
+
+  static std::string why_not(const MapFrame& frame) {
+    if (frame.depth.empty()) return "no depth image";
+    if (frame.depth.type() != CV_16UC1 && frame.depth.type() != CV_32FC1)
+      return "the depth image is neither CV_16UC1 nor CV_32FC1";
+    if (!(frame.depth_unit_m > 0 && std::isfinite(frame.depth_unit_m))) return "depth_unit_m is not above 0";
+    if (!frame.camera.valid()) return "no camera";
+    const bool other_size = frame.camera.width_px > 0 && frame.camera.height_px > 0 &&
+                            frame.depth.size() != cv::Size(frame.camera.width_px, frame.camera.height_px);
+    if (other_size) return "the depth image is not of the camera's size";
+    if (!is_rigid(frame.T_world_camera)) return "the pose is not rigid";
+    return {};
+  }
+
+  /// Depths in metres, 0 where there is none.
+  void read_depth(const MapFrame& frame) {
+    rays_.set(frame.camera, frame.depth.size());
+    depth_m_.create(frame.depth.size(), CV_32FC1);
+    const DepthRange range{static_cast<float>(params_.min_depth_m), static_cast<float>(params_.max_depth_m)};
+    const auto unit = static_cast<float>(frame.depth_unit_m);
+    for (int y = 0; y < depth_m_.rows; ++y) {
+      float* to = depth_m_.ptr<float>(y);
+      if (frame.depth.type() == CV_16UC1)
+        detail::read_depths(frame.depth.ptr<std::uint16_t>(y), depth_m_.cols, unit, range, to);
+      else
+        detail::read_depths(frame.depth.ptr<float>(y), depth_m_.cols, unit, range, to);
+    }
+    cut_.run(depth_m_, frame);
+  }
+  DepthSource source(const MapFrame& frame, const cv::Mat& usable) const {
+    DepthSource s;
+    s.depth = depth_m_;
+    s.range = {1e-6F, 1e6F};
+    s.rays = &rays_;
+    s.bgr = frame.bgr;
+    s.usable = usable;
+    s.labels = frame.classes;
+    return s;
+  }
+
+  void fuse(const MapFrame& frame, MapReport& report) {
+    read_depth(frame);
+    report.pixels = cut_.pixels();
+    report.cut_pixels = cut_.cut_pixels();
+    report.edge_pixels = cut_.edge_pixels();
+    auto keyframe = std::make_unique<Keyframe>();
+    keyframe->id = frame.id;
+    keyframe->T_world_camera = frame.T_world_camera;
+    cloud_of_key_regions(frame, keyframe->key_cloud, report);
+    grid_.run(source(frame, key_regions_.outside()), cloud_);
+    report.outside += grid_.outside();
+    keyframe->cloud.assign(cloud_.begin(), cloud_.end());
+    for (const Neighbour& neighbour : neighbours_)
+      if (frames_seen_ + frames_since_key_ + 1 - neighbour.number <= params_.key_window)
+        append_in(*keyframe, neighbour);
+    keyframe->view.build(depth_m_, cut_.moving(), frame.camera, params_.carve);
+    report.points = keyframe->cloud.size();
+    report.key_points = keyframe->key_cloud.size();
+    const std::size_t before = map_.size() + key_map_.size();
+    put_in(*keyframe);
+    report.new_voxels = map_.size() + key_map_.size() - before;
+    report.outside += outside_;
+    last_added_ = frame.id;
+    frames_seen_ += frames_since_key_ + 1;
+    frames_since_key_ = 0;
+    keyframe_bytes_ += bytes_of(*keyframe);
+    keyframes_.push_back(std::move(keyframe));
+    make_room(report);
+  }
+
+  /// Also finds the rest of the picture: key_regions_.outside().
+  void cloud_of_key_regions(const MapFrame& frame, std::vector<VoxelPoint>& cloud, MapReport& report) {
+    key_regions_.mark(frame.detections, cut_.usable());
+    cloud.clear();
+    if (key_regions_.area().empty()) return;
+    DepthSource inside = source(frame, key_regions_.inside());
+    inside.labels = key_regions_.inside();
+    inside.area = key_regions_.area();
+    key_grid_.run(inside, cloud);
+    report.outside += key_grid_.outside();
+    report.key_points += cloud.size();
+  }
+
+  /// A neighbour's points in the keyframe's camera frame: they move with the keyframe.
+  static void append_in(Keyframe& keyframe, const Neighbour& neighbour) {
+    const Pose T = inverse(keyframe.T_world_camera) * neighbour.T_world_camera;
+    for (VoxelPoint p : neighbour.cloud) {
+      const Eigen::Vector3d q = T.R() * Eigen::Vector3d(p.x, p.y, p.z) + T.t();
+      p.x = static_cast<float>(q.x()), p.y = static_cast<float>(q.y()), p.z = static_cast<float>(q.z());
+      keyframe.key_cloud.push_back(p);
+    }
+  }
+
+  void put_in(Keyframe& keyframe) {
+    const std::size_t known = map_.size(), key_known = key_map_.size();
+    outside_ = 0;
+    fuse_points(map_, unit_m(), keyframe.cloud, 0, keyframe.T_world_camera, 1);
+    fuse_points(key_map_, key_unit_m(), keyframe.key_cloud, 0, keyframe.T_world_camera, 1);
+    if (!params_.carve.enabled) return;
+    vote(keyframe, 0, 0, 1);
+    for (const auto& other : keyframes_)
+      if (other.get() != &keyframe) vote(*other, known, key_known, 1);
+  }
+  void take_out(Keyframe& keyframe) {
+    fuse_points(map_, unit_m(), keyframe.cloud, 0, keyframe.T_world_camera, -1);
+    fuse_points(key_map_, key_unit_m(), keyframe.key_cloud, 0, keyframe.T_world_camera, -1);
+    if (params_.carve.enabled) vote(keyframe, 0, 0, -1);
+  }
+
+  /// Sign 1 adds, -1 takes out: both compute the same numbers.
+  __attribute__((noinline)) void fuse_points(VoxelMap& map, double unit_m,
+                                             const std::vector<VoxelPoint>& cloud, std::size_t begin,
+                                             const Pose& T, int sign) {
+    constexpr double kLimit = static_cast<double>(std::int64_t{VoxelKey::kOffset} << VoxelMap::kLeafBits);
+    world_.clear();
+    double m[12];
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t c = 0; c < 3; ++c) m[4 * r + c] = T.rotation[3 * r + c] / unit_m;
+      m[4 * r + 3] = T.translation_m[r] / unit_m;
+    }
+    for (std::size_t i = begin; i < cloud.size(); ++i) {
+      const VoxelPoint& p = cloud[i];
+      WorldPoint w{{}, p.count, p.b, p.g, p.r, p.label};
+      bool inside = true;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double q = m[4 * a] * static_cast<double>(p.x) + m[4 * a + 1] * static_cast<double>(p.y) +
+                         m[4 * a + 2] * static_cast<double>(p.z) + m[4 * a + 3];
+        inside = inside && q >= -kLimit && q < kLimit;
+        const auto whole = static_cast<std::int32_t>(inside ? q : 0);
+        w.units[a] = whole - (static_cast<double>(whole) > q ? 1 : 0);
+      }
+      if (inside)
+        world_.push_back(w);
+      else
+        ++outside_;
+    }
+    sign > 0 ? map.add(world_.data(), world_.size()) : map.subtract(world_.data(), world_.size());
+  }
+
+  /// A keyframe's votes on the voxels from these indices on.
+  void vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin, int sign) {
+    vote_in(map_, keyframe, begin, leaf_m(), sign);
+    vote_in(key_map_, keyframe, key_begin, key_leaf_m(), sign);
+  }
+  static void vote_in(VoxelMap& map, const Keyframe& keyframe, std::size_t begin, double leaf_m, int sign) {
+    std::vector<Voxel>& voxels = map.voxels();
+    keyframe.view.visit(map.keys(), begin, map.size(), leaf_m, keyframe.T_world_camera,
+                        [&](std::size_t i, DepthView::Sight sight) {
+                          std::uint16_t& votes =
+                              sight == DepthView::Sight::Seen ? voxels[i].seen : voxels[i].through;
+                          votes = static_cast<std::uint16_t>(votes + sign);
+                        });
+  }
+  void vote_on_new(VoxelMap& map, std::size_t begin, double leaf_m) {
+    if (!params_.carve.enabled) return;
+    for (const auto& keyframe : keyframes_) vote_in(map, *keyframe, begin, leaf_m, 1);
+  }
+
+  void make_room(MapReport& report) {
+    while (map_.size() + key_map_.size() > static_cast<std::size_t>(params_.max_voxels) &&
+           map_.level() < 20) {
+      double_leaf();
+      report.leaf_doubled = true;
+    }
+    const double limit = params_.max_keyframe_mb * 1e6;
+    while (!keyframes_.empty() &&
+           (static_cast<double>(keyframe_bytes_) > limit || keyframes_.size() > kMaxKeyframes)) {
+      make_permanent(*keyframes_.front());
+      report.made_permanent.push_back(keyframes_.front()->id);
+      keyframe_bytes_ -= bytes_of(*keyframes_.front());
+      keyframes_.pop_front();
+      ++permanent_;
+    }
+  }
+  /// Its votes stay, in the counters that nobody takes anything out of.
+  void make_permanent(const Keyframe& keyframe) {
+    if (!params_.carve.enabled) return;
+    for (VoxelMap* map : {&map_, &key_map_}) {
+      std::vector<Voxel>& voxels = map->voxels();
+      const double leaf = map == &map_ ? leaf_m() : key_leaf_m();
+      keyframe.view.visit(map->keys(), 0, map->size(), leaf, keyframe.T_world_camera,
+                          [&](std::size_t i, DepthView::Sight sight) {
+                            Voxel& v = voxels[i];
+                            const bool seen = sight == DepthView::Sight::Seen;
+                            std::uint16_t &live = seen ? v.seen : v.through,
+                                          &old = seen ? v.old_seen : v.old_through;
+                            --live;
+                            if (old < 65535) ++old;
+                          });
+    }
+  }
+
+  bool hidden(const Voxel& v) const {
+    const int through = v.through + v.old_through, seen = v.seen + v.old_seen;
+    return params_.carve.enabled && through >= params_.carve.min_views &&
+           seen < params_.carve.seen_per_through * through;
+  }
+
+  void append_cloud(const VoxelMap& map, double unit_m, const std::vector<std::uint64_t>* refined,
+                    MapCloud& cloud) const {
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+    for (std::uint32_t i = 0; i < map.size(); ++i) {
+      const std::uint64_t key = map.keys()[i];
+      if (hidden(map.voxels()[i])) continue;
+      if (refined != nullptr && std::binary_search(refined->begin(), refined->end(), without_label(key)))
+        continue;
+      order.emplace_back(key, i);
+    }
+    std::sort(order.begin(), order.end());
+    for (const auto& [key, i] : order) {
+      const Voxel& v = map.voxels()[i];
+      const auto coordinate = [&](std::size_t a) {
+        return static_cast<float>(
+            (static_cast<double>(v.weighted_units[a]) / static_cast<double>(v.weight) + 0.5) * unit_m);
+      };
+      const auto mean = [&](std::size_t c) {
+        return static_cast<std::uint8_t>((v.colour[c] + v.points / 2) / v.points);
+      };
+      cloud.points_m.emplace_back(coordinate(0), coordinate(1), coordinate(2));
+      cloud.colours.emplace_back(mean(0), mean(1), mean(2));
+      cloud.classes.push_back(VoxelKey::label(key));
+    }
+  }
+
+  static constexpr std::size_t kMaxKeyframes = 60000;  ///< a vote counts up to 65535
+
+  MappingParams params_;
+  DepthCut cut_;
+  VoxelGrid grid_, key_grid_;
+  KeyRegions key_regions_;
+  PixelRays rays_;
+  cv::Mat depth_m_;
+  VoxelMap map_, key_map_;
+  std::deque<std::unique_ptr<Keyframe>> keyframes_;
+  std::deque<Neighbour> neighbours_;
+  std::vector<VoxelPoint> cloud_;
+  std::vector<WorldPoint> world_;
+  std::size_t outside_ = 0, permanent_ = 0, keyframe_bytes_ = 0;
+  std::int64_t last_added_ = -1, frames_seen_ = 0, frames_since_key_ = 0;
+};
+
+}  // namespace dynfilter::mapping

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/mapping/depth_points.hpp>
+#include <dynfilter/mapping/voxel_key.hpp>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter::mapping {
+
+/// A voxel's centroid, in the frame of the points that went in.
+struct VoxelPoint {
+  float x, y, z;
+  std::uint8_t b, g, r;  ///< mean colour, rounded
+  std::uint8_t label;    ///< class, 0: none
+  std::uint32_t count;   ///< points in the voxel, 0 only by default
+
+  bool operator==(const VoxelPoint& o) const {
+    return x == o.x && y == o.y && z == o.z && b == o.b && g == o.g && r == o.r && label == o.label &&
+           count == o.count;
+  }
+};
+
+/// What a voxel grid reads of a depth image.
+struct DepthSource {
+  cv::Mat depth;  ///< CV_16UC1 or CV_32FC1
+  double unit_m = 1;
+  DepthRange range;
+  const PixelRays* rays = nullptr;  ///< of the depth's size
+  cv::Mat bgr;                      ///< CV_8UC3 or CV_8UC1 of the depth's size; empty: grey
+  cv::Mat usable;                   ///< CV_8UC1: only pixels that are not 0; empty: all
+  cv::Mat labels;                   ///< CV_8UC1: classes, kept apart; empty: 0
+  cv::Rect area;                    ///< empty: the entire image
+};
+
+namespace detail {
+
+/// Points on their way into a grid: 256 at a time stay in the first cache.
+struct PointBlock {
+  static constexpr int kSize = 256;
+  int n = 0;
+  float x[kSize], y[kSize], z[kSize];
+  std::uint32_t colour[kSize];  ///< b | g << 8 | r << 16
+  std::uint8_t label[kSize];
+  std::int32_t usable[kSize];  ///< 0 or 1
+};
+
+/// Keys, places and remainders of a block's points.
+struct KeyedBlock {
+  std::uint64_t key[PointBlock::kSize];
+  std::uint32_t place[PointBlock::kSize];
+  std::int32_t rest[3][PointBlock::kSize];  ///< within the voxel, in 1 / 2^sub_bits of the leaf
+  std::int32_t cell[3][PointBlock::kSize];
+  std::int32_t ok[PointBlock::kSize];
+};
+
+/// In a struct, because a template argument would lose the attribute.
+struct FourSums {
+  using Four = std::uint32_t __attribute__((vector_size(16)));
+  Four v{};
+};
+
+/// One axis: cell and remainder of every point. Coordinates out of the keys' range, infinite or NaN make a
+/// point not ok.
+inline void split_axis(const float* v, int n, float per_unit, int sub_bits, std::int32_t* cell,
+                       std::int32_t* rest, std::int32_t* ok) {
+  const float limit = static_cast<float>(VoxelKey::kOffset) * static_cast<float>(1 << sub_bits);
+  const std::int32_t mask = (1 << sub_bits) - 1;
+  for (int i = 0; i < n; ++i) {
+    const float units = v[i] * per_unit;
+    const bool inside = static_cast<int>(units < limit) & static_cast<int>(units >= -limit);
+    const float safe = inside ? units : 0.0F;
+    auto q = static_cast<std::int32_t>(safe);
+    q -= static_cast<float>(q) > safe ? 1 : 0;  // floor: the cast goes towards zero
+    cell[i] = q >> sub_bits;
+    rest[i] = q & mask;
+    ok[i] &= inside ? 1 : 0;
+  }
+}
+
+}  // namespace detail
+
+/// The voxel grid of RTS-SLAM (eq. 15-19): voxel v = floor(p / leaf), one point per voxel, the centroid of
+/// the points in it. Coordinates are summed as whole multiples of leaf / 4096, so that the sums are exact and
+/// do not depend on the points' order; the centroid is off by at most that quantum. (Above 2^20 points the
+/// quantum doubles per doubling.) Voxels come out in the order in which the points first reach them. Points
+/// of different classes are kept apart.
+///
+/// Cost: linear. What limits a voxel grid is memory: each point wants a place in a table larger than the
+/// caches. So keys of 256 points are computed at once, their places are fetched ahead, and the table holds
+/// nothing but 4-byte indices; a new voxel is made without a branch, because at small leaves nobody can
+/// predict it. (Sorting by key, tables of bricks and of entire voxels were measured slower.) Buffers are
+/// kept.
+class VoxelGrid {
+ public:
+  /// Throws ConfigError unless 1e-4 m <= leaf_m <= 1e3 m.
+  explicit VoxelGrid(double leaf_m = 0.02) { set_leaf(leaf_m); }
+
+  void set_leaf(double leaf_m) {
+    if (!(leaf_m >= 1e-4 && leaf_m <= 1e3)) throw ConfigError("leaf_m", "expected 0.0001 to 1000");
+    leaf_m_ = leaf_m;
+  }
+  double leaf_m() const { return leaf_m_; }
+
+  /// Points that are not finite or beyond 131072 leaves from the origin are left out. `colours` may be empty.
+  void run(Span<const cv::Point3f> points_m, Span<const cv::Vec3b> colours, std::vector<VoxelPoint>& out) {
+    begin(points_m.size());
+    const bool coloured = colours.size() == points_m.size();
+    for (std::size_t i = 0; i < points_m.size(); i += detail::PointBlock::kSize) {
+      block_.n = static_cast<int>(std::min<std::size_t>(detail::PointBlock::kSize, points_m.size() - i));
+      for (int k = 0; k < block_.n; ++k) {
+        const cv::Point3f& p = points_m[i + static_cast<std::size_t>(k)];
+        block_.x[k] = p.x, block_.y[k] = p.y, block_.z[k] = p.z;
+        block_.usable[k] = 1;
+      }
+      std::memset(block_.label, 0, sizeof block_.label);
+      if (coloured) {
+        for (int k = 0; k < block_.n; ++k)
+          block_.colour[k] = packed(colours[i + static_cast<std::size_t>(k)]);
+      }
+      add_block(coloured);
+    }
+    finish(coloured, out);
+  }
+
+  /// Straight from a depth image, without the points in between. Images of other types or sizes than the
+  /// depth's are ignored; without rays of that size nothing comes out.
+  void run(const DepthSource& source, std::vector<VoxelPoint>& out) {
+    const cv::Mat& depth = source.depth;
+    const bool known = depth.type() == CV_16UC1 || depth.type() == CV_32FC1;
+    const bool readable = known && source.rays != nullptr && depth.size() == source.rays->size();
+    const cv::Rect all(0, 0, readable ? depth.cols : 0, readable ? depth.rows : 0);
+    const cv::Rect area = source.area.empty() ? all : (source.area & all);
+    begin(static_cast<std::size_t>(area.area()));
+    const bool coloured = fits(source.bgr, depth, CV_8UC3) || fits(source.bgr, depth, CV_8UC1);
+    // Tiles of 32 x 8 pixels: neighbours in both directions share voxels while those are in the cache.
+    for (int y = area.y; y < area.y + area.height; y += kTileRows)
+      for (int x = area.x; x < area.x + area.width; x += kTileColumns) {
+        const cv::Rect tile = cv::Rect(x, y, kTileColumns, kTileRows) & area;
+        read_tile(source, tile, coloured);
+        add_block(coloured);
+      }
+    finish(coloured, out);
+  }
+
+  /// Points of the last run that were left out because they were too far from the origin or not finite.
+  std::size_t outside() const { return outside_; }
+
+ private:
+  static constexpr int kTileColumns = 32, kTileRows = 8;
+  static_assert(kTileColumns * kTileRows == detail::PointBlock::kSize);
+  using Four = detail::FourSums::Four;
+
+  static std::uint32_t packed(const cv::Vec3b& c) {
+    return static_cast<std::uint32_t>(c[0]) | static_cast<std::uint32_t>(c[1]) << 8 |
+           static_cast<std::uint32_t>(c[2]) << 16;
+  }
+  static bool fits(const cv::Mat& image, const cv::Mat& depth, int type) {
+    return !image.empty() && image.type() == type && image.size() == depth.size();
+  }
+
+  void begin(std::size_t points) {
+    sub_bits_ = 12;
+    while (sub_bits_ > 2 && points >> (32 - sub_bits_) != 0) --sub_bits_;
+    per_unit_ = static_cast<float>(static_cast<double>(1 << sub_bits_) / leaf_m_);
+    voxels_ = 0;
+    outside_ = 0;
+    if (table_.empty()) resize_table(16);
+    reserve_block();
+  }
+
+  void read_tile(const DepthSource& source, const cv::Rect& tile, bool coloured) {
+    const auto unit = static_cast<float>(source.unit_m);
+    block_.n = 0;
+    for (int y = tile.y; y < tile.y + tile.height; ++y) {
+      const int n = tile.width, at = block_.n;
+      float *px = block_.x + at, *py = block_.y + at, *pz = block_.z + at;
+      if (source.depth.type() == CV_16UC1)
+        detail::read_points<std::uint16_t>(source.depth, unit, source.range, *source.rays, y, tile.x, n, px,
+                                           py, pz);
+      else
+        detail::read_points<float>(source.depth, unit, source.range, *source.rays, y, tile.x, n, px, py, pz);
+      for (int k = 0; k < n; ++k) block_.usable[at + k] = pz[k] > 0 ? 1 : 0;
+      if (fits(source.usable, source.depth, CV_8UC1)) {
+        const std::uint8_t* usable = source.usable.ptr<std::uint8_t>(y) + tile.x;
+        for (int k = 0; k < n; ++k) block_.usable[at + k] &= usable[k] != 0 ? 1 : 0;
+      }
+      if (fits(source.labels, source.depth, CV_8UC1))
+        std::memcpy(block_.label + at, source.labels.ptr<std::uint8_t>(y) + tile.x,
+                    static_cast<std::size_t>(n));
+      else
+        std::memset(block_.label + at, 0, static_cast<std::size_t>(n));
+      if (coloured) read_colours(source.bgr, y, tile.x, n, block_.colour + at);
+      block_.n += n;
+    }
+  }
+  static void read_colours(const cv::Mat& bgr, int y, int x0, int n, std::uint32_t* out) {
+    if (bgr.type() == CV_8UC1) {
+      const std::uint8_t* grey = bgr.ptr<std::uint8_t>(y) + x0;
+      for (int k = 0; k < n; ++k) out[k] = grey[k] * 0x010101U;
+      return;
+    }
+    const cv::Vec3b* colours = bgr.ptr<cv::Vec3b>(y) + x0;
+    for (int k = 0; k < n; ++k) out[k] = packed(colours[k]);
+  }
+
+  void add_block(bool coloured) {
+    const int n = block_.n;
+    detail::KeyedBlock& keyed = keyed_;
+    std::memcpy(keyed.ok, block_.usable, sizeof(std::int32_t) * static_cast<std::size_t>(n));
+    detail::split_axis(block_.x, n, per_unit_, sub_bits_, keyed.cell[0], keyed.rest[0], keyed.ok);
+    detail::split_axis(block_.y, n, per_unit_, sub_bits_, keyed.cell[1], keyed.rest[1], keyed.ok);
+    detail::split_axis(block_.z, n, per_unit_, sub_bits_, keyed.cell[2], keyed.rest[2], keyed.ok);
+    for (int i = 0; i < n; ++i) {
+      keyed.key[i] = VoxelKey::pack(keyed.cell[0][i], keyed.cell[1][i], keyed.cell[2][i], block_.label[i]);
+      keyed.place[i] = VoxelKey::place(keyed.key[i], bits_);
+      __builtin_prefetch(&table_[keyed.place[i]]);
+      outside_ += static_cast<std::size_t>(block_.usable[i] & ~keyed.ok[i]);
+    }
+    coloured ? insert<true>() : insert<false>();
+    if (std::size_t{voxels_} * 5 > table_.size() * 2) resize_table(bits_ + 1);
+    reserve_block();
+  }
+
+  template <bool kColoured>
+  void insert() {
+    const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
+    std::uint32_t* const table = table_.data();
+    std::uint64_t* const keys = keys_.data();
+    detail::FourSums* const sums = sums_.data();
+    detail::FourSums* const colours = colours_.data();
+    std::uint32_t voxels = voxels_;
+    for (int i = 0; i < block_.n; ++i) {
+      if (keyed_.ok[i] == 0) continue;
+      const std::uint64_t key = keyed_.key[i];
+      std::uint32_t place = keyed_.place[i], j = table[place];
+      for (;;) {
+        const bool empty = j == 0;
+        voxels += empty ? 1 : 0;
+        j = empty ? voxels : j;
+        table[place] = j;
+        const std::uint64_t there = empty ? key : keys[j];
+        keys[j] = there;
+        if (__builtin_expect(there == key ? 1 : 0, 1) != 0) break;
+        place = (place + 1) & mask;
+        j = table[place];
+      }
+      sums[j].v +=
+          Four{static_cast<std::uint32_t>(keyed_.rest[0][i]), static_cast<std::uint32_t>(keyed_.rest[1][i]),
+               static_cast<std::uint32_t>(keyed_.rest[2][i]), 1};
+      if constexpr (kColoured) {
+        const std::uint32_t c = block_.colour[i];
+        colours[j].v += Four{c & 255U, c >> 8 & 255U, c >> 16, 0};
+      }
+    }
+    voxels_ = voxels;
+  }
+
+  /// Room for the voxels that one block may add; what is beyond voxels_ holds zero sums. Entry 0 means
+  /// "none".
+  void reserve_block() {
+    const std::size_t needed = std::size_t{voxels_} + detail::PointBlock::kSize + 1;
+    if (needed <= keys_.size()) return;
+    const std::size_t size = needed + needed / 2;
+    keys_.resize(size);
+    sums_.resize(size);
+    colours_.resize(size);
+  }
+  void resize_table(int bits) {
+    bits_ = bits;
+    table_.assign(std::size_t{1} << bits, 0);
+    const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
+    for (std::uint32_t j = 1; j <= voxels_; ++j) {
+      std::uint32_t place = VoxelKey::place(keys_[j], bits_);
+      while (table_[place] != 0) place = (place + 1) & mask;
+      table_[place] = j;
+    }
+  }
+
+  void finish(bool coloured, std::vector<VoxelPoint>& out) {
+    out.resize(voxels_);
+    const double unit = leaf_m_ / (1 << sub_bits_), cell = static_cast<double>(1 << sub_bits_);
+    for (std::uint32_t j = 1; j <= voxels_; ++j) {
+      const Four sum = sums_[j].v;
+      const std::uint64_t key = keys_[j];
+      const double share = 1.0 / static_cast<double>(sum[3]);
+      // Half a quantum makes up for the floor that each coordinate went through.
+      const auto centroid = [&](int a) {
+        return static_cast<float>(
+            (VoxelKey::axis(key, a) * cell + static_cast<double>(sum[a]) * share + 0.5) * unit);
+      };
+      VoxelPoint& p = out[j - 1];
+      p = {centroid(0), centroid(1), centroid(2), 128, 128, 128, VoxelKey::label(key), sum[3]};
+      if (coloured) {
+        const Four c = colours_[j].v;
+        const std::uint32_t half = sum[3] / 2;
+        p.b = static_cast<std::uint8_t>((c[0] + half) / sum[3]);
+        p.g = static_cast<std::uint8_t>((c[1] + half) / sum[3]);
+        p.r = static_cast<std::uint8_t>((c[2] + half) / sum[3]);
+        colours_[j].v = Four{};
+      }
+      sums_[j].v = Four{};
+    }
+    std::memset(table_.data(), 0, table_.size() * sizeof(table_[0]));
+    const bool far_too_large = bits_ > 16 && std::size_t{voxels_} * 32 < table_.size();
+    voxels_ = 0;
+    if (far_too_large) resize_table(bits_ - 1);
+  }
+
+  double leaf_m_ = 0.02;
+  float per_unit_ = 0;
+  int sub_bits_ = 12, bits_ = 0;
+  std::uint32_t voxels_ = 0;
+  std::size_t outside_ = 0;
+  std::vector<std::uint32_t> table_;  ///< index of a voxel, 0: free
+  std::vector<std::uint64_t> keys_;
+  std::vector<detail::FourSums> sums_, colours_;
+  detail::PointBlock block_;
+  detail::KeyedBlock keyed_;
+};
+
+}  // namespace dynfilter::mapping

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+namespace dynfilter::mapping {
+
+/// A cube of a grid and the class of what is in it, as one number: 18 bits per axis, 8 bits class (0: none).
+/// Numbers sort by class, z, y, x.
+struct VoxelKey {
+  static constexpr int kAxisBits = 18;
+  static constexpr std::int32_t kOffset = 1 << (kAxisBits - 1);  ///< cells from -kOffset to kOffset - 1
+  static constexpr std::uint64_t kMask = (std::uint64_t{1} << kAxisBits) - 1;
+
+  static std::uint64_t pack(std::int32_t x, std::int32_t y, std::int32_t z, std::uint8_t label = 0) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x + kOffset)) |
+           static_cast<std::uint64_t>(static_cast<std::uint32_t>(y + kOffset)) << kAxisBits |
+           static_cast<std::uint64_t>(static_cast<std::uint32_t>(z + kOffset)) << (2 * kAxisBits) |
+           static_cast<std::uint64_t>(label) << (3 * kAxisBits);
+  }
+  static std::int32_t axis(std::uint64_t key, int a) {
+    return static_cast<std::int32_t>(key >> (a * kAxisBits) & kMask) - kOffset;
+  }
+  static std::uint8_t label(std::uint64_t key) { return static_cast<std::uint8_t>(key >> (3 * kAxisBits)); }
+  /// The cell of a grid of leaves 2^levels as large that holds this one.
+  static std::uint64_t coarser(std::uint64_t key, int levels) {
+    return pack(axis(key, 0) >> levels, axis(key, 1) >> levels, axis(key, 2) >> levels, label(key));
+  }
+  /// Multiplicative (Fibonacci) hashing: a place in a table of 2^bits.
+  static std::uint32_t place(std::uint64_t key, int bits) {
+    return static_cast<std::uint32_t>(key * 0x9E3779B97F4A7C15ULL >> (64 - bits));
+  }
+};
+
+}  // namespace dynfilter::mapping

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/mapping/voxel_key.hpp>
+#include <utility>
+#include <vector>
+
+namespace dynfilter::mapping {
+
+/// A point in the world as whole multiples of the map's quantum, with its weight: what is added to a VoxelMap
+/// and taken out of it again, bit for bit.
+struct WorldPoint {
+  std::array<std::int32_t, 3> units;
+  std::uint32_t weight;
+  std::uint8_t b, g, r, label;
+};
+
+/// The sums of a voxel. All are whole numbers, so that adding and subtracting in any order is exact.
+struct Voxel {
+  std::array<std::int64_t, 3> weighted_units{};  ///< sum of weight x coordinates
+  std::uint32_t weight = 0;                      ///< pixels
+  std::uint32_t points = 0;                      ///< keyframe points; 0: the voxel goes
+  std::array<std::uint32_t, 3> colour{};         ///< sums over points: blue, green, red
+  std::uint16_t seen = 0, through = 0;           ///< by how many stored views (depth_view.hpp)
+  std::uint16_t old_seen = 0, old_through = 0;   ///< by views that are permanent, at most 65535
+
+  bool operator==(const Voxel& o) const {
+    return weighted_units == o.weighted_units && weight == o.weight && points == o.points &&
+           colour == o.colour && seen == o.seen && through == o.through && old_seen == o.old_seen &&
+           old_through == o.old_through;
+  }
+};
+
+/// Voxels of the world by key, in an open-addressing table. The leaf is 2^(kLeafBits + level) quanta: keys
+/// nest, so that the leaf can double without touching a sum. The set of voxels and their sums depend only on
+/// what is in the map, not on the order or on what was once there; the order of the lists does.
+/// 72 bytes a voxel and 8 to 16 bytes of table.
+class VoxelMap {
+ public:
+  static constexpr int kLeafBits = 12;  ///< quanta per leaf: 4096
+
+  explicit VoxelMap(int level = 0) : level_(level) { resize_table(10); }
+
+  int level() const { return level_; }
+  std::size_t size() const { return keys_.size(); }
+  const std::vector<std::uint64_t>& keys() const { return keys_; }
+  std::vector<Voxel>& voxels() { return voxels_; }
+  const std::vector<Voxel>& voxels() const { return voxels_; }
+  std::size_t bytes() const {
+    return keys_.capacity() * sizeof(keys_[0]) + voxels_.capacity() * sizeof(Voxel) +
+           table_.capacity() * sizeof(table_[0]);
+  }
+
+  std::uint64_t key_of(const WorldPoint& p) const {
+    const int shift = kLeafBits + level_;
+    return VoxelKey::pack(p.units[0] >> shift, p.units[1] >> shift, p.units[2] >> shift, p.label);
+  }
+
+  /// New voxels are appended: they are those from the size before on.
+  void add(const WorldPoint* points, std::size_t n) {
+    for_each_ahead(points, n, [&](std::uint64_t key, const WorldPoint& p) {
+      Voxel& v = voxels_[find_or_make(key)];
+      for (std::size_t a = 0; a < 3; ++a) v.weighted_units[a] += std::int64_t{p.units[a]} * p.weight;
+      v.weight += p.weight;
+      ++v.points;
+      v.colour[0] += p.b, v.colour[1] += p.g, v.colour[2] += p.r;
+    });
+  }
+  /// Takes out what was added with equal numbers. Voxels that hold nothing any more go.
+  void subtract(const WorldPoint* points, std::size_t n) {
+    for_each_ahead(points, n, [&](std::uint64_t key, const WorldPoint& p) {
+      const std::uint32_t i = find(key);
+      if (i == kNone) return;
+      Voxel& v = voxels_[i];
+      for (std::size_t a = 0; a < 3; ++a) v.weighted_units[a] -= std::int64_t{p.units[a]} * p.weight;
+      v.weight -= p.weight;
+      v.colour[0] -= p.b, v.colour[1] -= p.g, v.colour[2] -= p.r;
+      if (--v.points == 0) erase(i);
+    });
+  }
+
+  /// Doubles the leaf. Sums are added; votes of stored views are set to 0 (they have to be cast again), those
+  /// of permanent views become the largest.
+  void coarsen() {
+    VoxelMap coarse(level_ + 1);
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      Voxel& to = coarse.voxels_[coarse.find_or_make(VoxelKey::coarser(keys_[i], 1))];
+      const Voxel& from = voxels_[i];
+      for (std::size_t a = 0; a < 3; ++a) {
+        to.weighted_units[a] += from.weighted_units[a];
+        to.colour[a] += from.colour[a];
+      }
+      to.weight += from.weight;
+      to.points += from.points;
+      to.old_seen = std::max(to.old_seen, from.old_seen);
+      to.old_through = std::max(to.old_through, from.old_through);
+    }
+    *this = std::move(coarse);
+  }
+
+  /// Index of a voxel, kNone if there is none.
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  std::uint32_t find(std::uint64_t key) const {
+    const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
+    for (std::uint32_t place = VoxelKey::place(key, bits_);; place = (place + 1) & mask) {
+      if (table_[place] == 0) return kNone;
+      if (keys_[table_[place] - 1] == key) return table_[place] - 1;
+    }
+  }
+
+ private:
+  /// Calls f(key, point); the table's entries are fetched a few points ahead.
+  template <class F>
+  void for_each_ahead(const WorldPoint* points, std::size_t n, const F& f) {
+    constexpr std::size_t kAhead = 16;
+    std::uint64_t keys[kAhead];
+    for (std::size_t begin = 0; begin < n; begin += kAhead) {
+      const std::size_t count = std::min(kAhead, n - begin);
+      for (std::size_t k = 0; k < count; ++k) {
+        keys[k] = key_of(points[begin + k]);
+        __builtin_prefetch(&table_[VoxelKey::place(keys[k], bits_)]);
+      }
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::uint32_t i = table_[VoxelKey::place(keys[k], bits_)];
+        if (i == 0) continue;
+        __builtin_prefetch(&keys_[i - 1]);
+        __builtin_prefetch(&voxels_[i - 1]);
+      }
+      for (std::size_t k = 0; k < count; ++k) f(keys[k], points[begin + k]);
+    }
+  }
+
+  std::uint32_t find_or_make(std::uint64_t key) {
+    const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
+    std::uint32_t place = VoxelKey::place(key, bits_);
+    for (; table_[place] != 0; place = (place + 1) & mask)
+      if (keys_[table_[place] - 1] == key) return table_[place] - 1;
+    keys_.push_back(key);
+    voxels_.emplace_back();
+    const auto made = static_cast<std::uint32_t>(keys_.size());
+    table_[place] = made;
+    if (keys_.size() * 2 > table_.size()) resize_table(bits_ + 1);
+    return made - 1;
+  }
+
+  /// The last voxel takes its place in the lists, and later entries of the table move up (linear probing
+  /// without tombstones, Knuth vol. 3, sec. 6.4, algorithm R).
+  void erase(std::uint32_t i) {
+    const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
+    std::uint32_t hole = place_of(i);
+    const auto last = static_cast<std::uint32_t>(keys_.size()) - 1;
+    if (i != last) {
+      table_[place_of(last)] = i + 1;
+      keys_[i] = keys_[last];
+      voxels_[i] = voxels_[last];
+    }
+    keys_.pop_back();
+    voxels_.pop_back();
+    table_[hole] = 0;
+    for (std::uint32_t next = (hole + 1) & mask; table_[next] != 0; next = (next + 1) & mask) {
+      const std::uint32_t home = VoxelKey::place(keys_[table_[next] - 1], bits_);
+      if (((next - home) & mask) < ((next - hole) & mask)) continue;
+      table_[hole] = table_[next];
+      table_[next] = 0;
+      hole = next;
+    }
+  }
+  std::uint32_t place_of(std::uint32_t i) const {
+    const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
+    std::uint32_t place = VoxelKey::place(keys_[i], bits_);
+    while (table_[place] != i + 1) place = (place + 1) & mask;
+    return place;
+  }
+  void resize_table(int bits) {
+    bits_ = bits;
+    table_.assign(std::size_t{1} << bits, 0);
+    const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
+    for (std::uint32_t i = 0; i < keys_.size(); ++i) {
+      std::uint32_t place = VoxelKey::place(keys_[i], bits_);
+      while (table_[place] != 0) place = (place + 1) & mask;
+      table_[place] = i + 1;
+    }
+  }
+
+  int level_ = 0, bits_ = 0;
+  std::vector<std::uint64_t> keys_;
+  std::vector<Voxel> voxels_;
+  std::vector<std::uint32_t> table_;  ///< index + 1, 0: free
+};
+
+}  // namespace dynfilter::mapping

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/mapping/static_map.hpp>
+#include <limits>
+#include <map>
+#include <random>
+#include <vector>
+
+#include "doctest/doctest.h"
+
+using namespace dynfilter;
+using namespace dynfilter::mapping;
+
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+Camera camera_160() {
+  Camera camera;
+  camera.fx_px = camera.fy_px = 130, camera.cx_px = 79.5, camera.cy_px = 59.5;
+  return camera;
+}
+
+/// A wall at 3 m in front of the world's origin, seen from (x, 0, 0); a box of 0.8 m at 1.5 m if asked for.
+MapFrame wall(std::int64_t id, double x_m, bool person) {
+  MapFrame frame;
+  frame.id = id;
+  frame.camera = camera_160();
+  frame.T_world_camera.translation_m = {x_m, 0, 0};
+  frame.depth = cv::Mat(120, 160, CV_32FC1, cv::Scalar(3));
+  if (person) {
+    const int left = cvRound(130 * (-0.4 - x_m) / 1.5 + 79.5),
+              right = cvRound(130 * (0.4 - x_m) / 1.5 + 79.5);
+    frame.depth(cv::Rect(left, 20, right - left, 90) & cv::Rect(0, 0, 160, 120)).setTo(1.5);
+  }
+  return frame;
+}
+
+std::map<std::uint64_t, Voxel> content(const VoxelMap& map) {
+  std::map<std::uint64_t, Voxel> voxels;
+  for (std::size_t i = 0; i < map.size(); ++i) voxels[map.keys()[i]] = map.voxels()[i];
+  return voxels;
+}
+
+std::size_t nearer_than(const MapCloud& cloud, float z_m) {
+  std::size_t n = 0;
+  for (const cv::Point3f& p : cloud.points_m) n += p.z < z_m ? 1 : 0;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("a voxel grid has the voxels, counts and centroids of its definition") {
+  std::mt19937 source(7);
+  std::vector<cv::Point3f> points;
+  const auto number = [&] { return static_cast<float>(source()) / 4294967296.0F * 2 - 1; };
+  for (int i = 0; i < 20000; ++i) points.emplace_back(number(), number(), 0.2F * number());
+  points.emplace_back(kNan, 0.0F, 0.0F);
+  VoxelGrid grid;
+  std::vector<VoxelPoint> found;
+  for (const double leaf : {0.01, 0.05, 3.0}) {
+    struct Sums {
+      double x = 0, y = 0, z = 0;
+      unsigned n = 0;
+    };
+    std::map<std::array<int, 3>, Sums> cells;  // eq. 15-19 to the letter
+    const auto cell = [&](float v) { return static_cast<int>(std::floor(static_cast<double>(v) / leaf)); };
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+      const cv::Point3f& p = points[i];
+      Sums& s = cells[{cell(p.x), cell(p.y), cell(p.z)}];
+      s.x += static_cast<double>(p.x), s.y += static_cast<double>(p.y), s.z += static_cast<double>(p.z),
+          ++s.n;
+    }
+    grid.set_leaf(leaf);
+    grid.run(points, {}, found);
+    CHECK(grid.outside() == 1);
+    REQUIRE(found.size() == cells.size());
+    const double quantum = leaf / 4096 + 1e-6;
+    for (const VoxelPoint& p : found) {
+      const auto at = cells.find({cell(p.x), cell(p.y), cell(p.z)});
+      REQUIRE(at != cells.end());
+      const Sums& s = at->second;
+      REQUIRE(p.count == s.n);
+      REQUIRE(std::abs(static_cast<double>(p.x) - s.x / s.n) < quantum);
+      REQUIRE(std::abs(static_cast<double>(p.y) - s.y / s.n) < quantum);
+      REQUIRE(std::abs(static_cast<double>(p.z) - s.z / s.n) < quantum);
+    }
+  }
+  for (const double leaf : {0.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN()})
+    CHECK_THROWS_AS(VoxelGrid{leaf}, ConfigError);
+}
+
+TEST_CASE("back-projection is the pinhole's and leaves out what is no depth") {
+  PixelRays rays;
+  rays.set(camera_160(), {160, 120});
+  cv::Mat depth(120, 160, CV_16UC1, cv::Scalar(10000));
+  depth.at<std::uint16_t>(3, 5) = 0;
+  DepthPoints points;
+  REQUIRE(back_project_depth(depth, 1 / 5000.0, rays, DepthRange(), points));
+  const std::size_t i = 7 * 160 + 40;
+  CHECK(points.z[i] == doctest::Approx(2));
+  CHECK(points.x[i] == doctest::Approx((40 - 79.5) / 130 * 2));
+  CHECK(points.y[i] == doctest::Approx((7 - 59.5) / 130 * 2));
+  CHECK(points.z[3 * 160 + 5] == 0.0F);
+  CHECK_FALSE(back_project_depth(cv::Mat(120, 160, CV_8UC1), 1, rays, DepthRange(), points));
+}
+
+TEST_CASE("a doubled leaf is a map of that leaf from the start") {
+  std::mt19937 source(3);
+  std::vector<WorldPoint> points;
+  const auto units = [&] { return static_cast<std::int32_t>(source() % 200000U) - 100000; };
+  for (int i = 0; i < 5000; ++i)
+    points.push_back(
+        {{units(), units(), units()}, 1 + static_cast<std::uint32_t>(source() % 20U), 1, 2, 3, 0});
+  VoxelMap doubled, direct(2);
+  doubled.add(points.data(), 2000);
+  doubled.coarsen();
+  doubled.add(points.data() + 2000, 1000);
+  doubled.coarsen();
+  doubled.add(points.data() + 3000, 2000);
+  direct.add(points.data(), points.size());
+  CHECK(content(doubled) == content(direct));
+}
+
+TEST_CASE("a keyframe that is taken out was never in the map, and a moved one was always there") {
+  StaticMap with, without, other;
+  for (int i = 0; i < 5; ++i) {
+    with.add(wall(i, 0.1 * i, i < 2));
+    if (i != 1) without.add(wall(i, 0.1 * i, i < 2));
+  }
+  const auto all = content(with.voxels());
+  CHECK(all != content(without.voxels()));
+  CHECK(with.remove(1));
+  CHECK_FALSE(with.remove(1));
+  CHECK(content(with.voxels()) == content(without.voxels()));
+  with.add(wall(1, 0.7, true));
+  CHECK(content(with.voxels()) != all);
+  Pose back;
+  back.translation_m = {0.1, 0, 0};
+  CHECK(with.move(1, back) == true);
+  MapFrame right = wall(1, 0.7, true);
+  right.T_world_camera = back;
+  without.add(right);
+  CHECK(content(with.voxels()) == content(without.voxels()));
+  CHECK(with.cloud().points_m == without.cloud().points_m);
+}
+
+TEST_CASE("who stood there and left is removed, who comes is held back") {
+  StaticMap leaves, comes;
+  for (int i = 0; i < 6; ++i) {
+    leaves.add(wall(i, 0.02 * i, i < 2));
+    comes.add(wall(i, 0.02 * i, i >= 4));
+    if (i == 1) CHECK(nearer_than(leaves.cloud(), 2) > 200);
+  }
+  CHECK(nearer_than(leaves.cloud(), 2) == 0);
+  CHECK(nearer_than(comes.cloud(), 2) == 0);
+  CHECK(nearer_than(leaves.cloud(), 4) > 5000);
+  MappingParams params;
+  params.carve.enabled = false;
+  StaticMap keeps(params);
+  for (int i = 0; i < 6; ++i) keeps.add(wall(i, 0.02 * i, i < 2));
+  CHECK(nearer_than(keeps.cloud(), 2) > 200);
+}
+
+TEST_CASE("masks and clusters of dynamic features cut their object out") {
+  MapFrame frame = wall(0, 0, true);
+  frame.moving_mask = cv::Mat(60, 80, CV_8UC1, cv::Scalar(0));
+  frame.moving_mask(cv::Rect(20, 8, 40, 50)).setTo(1);
+  StaticMap masked;
+  CHECK(masked.add(frame).cut_pixels > 5000);
+  CHECK(nearer_than(masked.cloud(), 2) == 0);
+
+  frame.moving_mask = cv::Mat();
+  const std::vector<cv::Point2f> features{{70, 50}, {80, 55}, {75, 60}, {85, 65}, {90, 52}};
+  frame.moving_px = features;
+  StaticMap grown;
+  CHECK(grown.add(frame).cut_pixels > 5000);
+  CHECK(nearer_than(grown.cloud(), 2) == 0);
+  frame.moving_px = Span<const cv::Point2f>(features.data(), 2);  // too few for a cluster
+  StaticMap few;
+  CHECK(few.add(frame).cut_pixels == 0);
+}
+
+TEST_CASE("key regions are kept on the fine grid, coarse elsewhere") {
+  std::vector<Detection> found(1);
+  found[0].class_name = "book";
+  found[0].box = {60, 40, 30, 30};
+  MapFrame frame = wall(0, 0, false);
+  frame.detections = found;
+  MappingParams params;
+  params.leaf_m = 0.1;
+  StaticMap map(params);
+  const MapReport report = map.add(frame);
+  // 30 pixels of 23.1 mm span 27 or 28 cells of 25 mm, or one less where centres fall on a face.
+  CHECK(report.key_points >= 26 * 26);
+  CHECK(report.key_points <= 29 * 29);
+  std::size_t books = 0;
+  for (const int label : map.cloud().classes) books += label == 1 ? 1 : 0;
+  CHECK(books == map.key_voxels().size());
+}
+
+TEST_CASE("memory is bounded: the leaf doubles, the oldest keyframes become permanent") {
+  MappingParams params;
+  params.max_voxels = 3000;
+  params.max_keyframe_mb = 0.3;
+  StaticMap map(params);
+  bool doubled = false;
+  std::size_t permanent = 0;
+  for (int i = 0; i < 4; ++i) {
+    const MapReport report = map.add(wall(i, 0.3 * i, false));
+    doubled = doubled || report.leaf_doubled;
+    permanent += report.made_permanent.size();
+  }
+  CHECK(doubled);
+  CHECK(map.state().voxels <= 3000);
+  CHECK(permanent > 0);
+  CHECK(map.state().permanent_keyframes == permanent);
+  CHECK(map.state().keyframe_bytes <= 300000);
+  CHECK_FALSE(map.remove(0));
+}
+
+TEST_CASE("odd frames are skipped with a reason, wrong settings are named") {
+  StaticMap map;
+  const auto skipped = [&](const MapFrame& frame) {
+    const MapReport report = map.add(frame);
+    return !report.used && !report.note.empty() && map.voxels().size() == 0;
+  };
+  MapFrame frame = wall(0, 0, false);
+  CHECK(skipped(MapFrame()));
+  frame.depth = cv::Mat(120, 160, CV_8UC1, cv::Scalar(1));
+  CHECK(skipped(frame));
+  frame = wall(0, 0, false), frame.camera.width_px = 640, frame.camera.height_px = 480;
+  CHECK(skipped(frame));
+  frame = wall(0, 0, false), frame.T_world_camera.rotation[0] = 2;
+  CHECK(skipped(frame));
+  frame = wall(0, 0, false), frame.T_world_camera.translation_m[1] = static_cast<double>(kNan);
+  CHECK(skipped(frame));
+  frame = wall(0, 0, false), frame.depth.setTo(kNan);
+  CHECK(map.add(frame).used);
+  CHECK(map.voxels().size() == 0);
+  MappingParams params;
+  for (const double leaf : {0.0, static_cast<double>(kNan), -1.0, 9.0}) {
+    params.leaf_m = leaf;
+    CHECK_THROWS_AS(StaticMap{params}, ConfigError);
+  }
+}
