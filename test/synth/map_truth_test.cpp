@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/synth/map_truth.hpp>
+#include <dynfilter/synth/scene_file.hpp>
+
+#include "io/tum_folder.hpp"
 
 #include "doctest/doctest.h"
 
@@ -83,6 +86,16 @@ TEST_CASE(
   const MapQuality late = truth.judge(people, [&](std::size_t) { return later; });
   CHECK(late.astray > late.ghosts);
   CHECK(std::isnan(truth.judge({}, [&](std::size_t) { return now; }).ghost_share()));
+}
+
+TEST_CASE("a sequence says which scene it shows") {
+  const dynfilter_test::TemporaryFolder folder;
+  CHECK_FALSE(read_scene_name(folder.path()));
+  write_scene_name(folder.path(), {"walking_xyz", 7});
+  CHECK(read_scene_name(folder.path())->scene == "walking_xyz");
+  CHECK(read_scene_name(folder.path())->seed == 7);
+  dynfilter_test::write_text(folder.path() / "scene.txt", "# scene seed\nwalking_xyz many\n");
+  CHECK_THROWS_AS(read_scene_name(folder.path()), IoError);
 }
 
 }  // namespace map_truth_test

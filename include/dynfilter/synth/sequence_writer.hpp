@@ -6,6 +6,7 @@
 #include <dynfilter/io/atomic_folder.hpp>
 #include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/trajectory.hpp>
+#include <dynfilter/synth/scene_file.hpp>
 #include <dynfilter/synth/sequence.hpp>
 #include <filesystem>
 #include <functional>
@@ -104,6 +105,7 @@ inline void write_sequence(const SequenceOptions& options, const std::filesystem
     if (progress) progress(i + 1, renderer.size());
   }
   writer.finish();
+  write_scene_name(results.path(), {options.scene, options.seed});
   if (std::filesystem::is_directory(folder, error)) std::filesystem::remove_all(folder, error);
   results.commit();
 }

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/io/atomic_file.hpp>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <system_error>
+
+namespace dynfilter::synth {
+
+/// Which scene a rendered sequence shows: with it the exact surfaces can be had again (map_truth.hpp).
+struct SceneName {
+  std::string scene;
+  std::uint64_t seed = 1;
+};
+
+/// `scene.txt` of a sequence folder. Atomic; throws IoError.
+inline void write_scene_name(const std::filesystem::path& folder, const SceneName& name) {
+  io::write_file_atomically(folder / "scene.txt", [&](std::ostream& out) {
+    out << "# scene seed\n" << name.scene << ' ' << name.seed << '\n';
+  });
+}
+
+/// Nothing when there is no such file; throws IoError for one that says something else.
+inline std::optional<SceneName> read_scene_name(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "scene.txt";
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return std::nullopt;
+  std::ifstream in(path);
+  std::string comment;
+  std::getline(in, comment);
+  SceneName name;
+  if (!(in >> name.scene >> name.seed))
+    throw IoError(path.string() + ": expected a scene's name and its seed");
+  return name;
+}
+
+}  // namespace dynfilter::synth
