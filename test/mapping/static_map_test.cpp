@@ -2,6 +2,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/mapping/cloud_picture.hpp>
+#include <dynfilter/mapping/mapping_thread.hpp>
 #include <dynfilter/mapping/static_map.hpp>
 #include <limits>
 #include <map>
@@ -245,4 +247,41 @@ TEST_CASE("odd frames are skipped with a reason, wrong settings are named") {
     params.leaf_m = leaf;
     CHECK_THROWS_AS(StaticMap{params}, ConfigError);
   }
+}
+
+TEST_CASE("the map of the thread is the map of the same calls; a full queue drops and says so") {
+  StaticMap plain;
+  MappingThread thread;
+  for (int i = 0; i < 5; ++i) {
+    MapFrame frame = wall(i, 0.1 * i, i < 2);
+    plain.add(frame);
+    CHECK(thread.add(frame));
+    frame.depth.setTo(0);  // the host reuses its buffers
+  }
+  Pose elsewhere;
+  elsewhere.translation_m = {0, 0.2, 0};
+  plain.remove(1), thread.remove(1);
+  plain.move(2, elsewhere), thread.move(2, elsewhere);
+  const MapCloud one = plain.cloud(), other = thread.cloud();
+  CHECK(one.size() > 5000);
+  CHECK(one.points_m == other.points_m);
+  CHECK(thread.status().fused == 5);
+  MappingThread none(MappingParams(), 0);
+  CHECK_FALSE(none.add(wall(0, 0, false)));
+  CHECK(none.status().dropped == 1);
+}
+
+TEST_CASE("a picture shows the nearer of two points, and the overview looks down on the scene") {
+  MapCloud cloud;
+  cloud.points_m = {{0, 0, 2}, {0, 0, 1}};
+  cloud.colours = {{255, 0, 0}, {0, 0, 255}};
+  const cv::Mat picture = render_cloud(cloud, 0.05, camera_160(), {160, 120}, Pose());
+  CHECK(picture.at<cv::Vec3b>(60, 80) == cv::Vec3b(0, 0, 255));
+  CHECK(picture.at<cv::Vec3b>(5, 5) == cv::Vec3b(40, 40, 40));
+  StaticMap map;
+  map.add(wall(0, 0, false));
+  const Pose above = overview_pose(map.cloud(), Pose(), camera_160(), {160, 120});
+  CHECK(is_rigid(above));
+  CHECK(above.translation_m[1] < 0);  // y points down
+  CHECK(above.rotation[5] > 0.3);     // the optical axis goes down
 }

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <dynfilter/mapping/static_map.hpp>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace dynfilter::mapping {
+
+/// What a mapping thread did.
+struct MappingThreadStatus {
+  std::size_t submitted = 0, fused = 0, skipped = 0;  ///< keyframes; skipped: the map could not use them
+  std::size_t dropped = 0;                            ///< keyframes that found the queue full
+  std::size_t dropped_neighbours = 0;                 ///< other frames that found it full
+  std::string last_note;                              ///< of the last keyframe that was skipped
+};
+
+/// A StaticMap in a thread of its own: the tracker pays for a copy of the images and never waits. The queue
+/// holds `capacity` frames; a frame that finds it full is dropped and counted, while removals and moves
+/// always go in. As long as nothing is dropped the map is bit for bit that of the same calls on a StaticMap.
+/// The destructor finishes the frame at hand and drops the rest; call finish() first to have all of them.
+class MappingThread {
+ public:
+  /// Throws ConfigError.
+  explicit MappingThread(const MappingParams& params = MappingParams(), std::size_t capacity = 16)
+      : map_(params), capacity_(capacity), worker_([this] { work(); }) {}
+  ~MappingThread() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      stop_ = true;
+      wake_.notify_all();
+    }
+    worker_.join();
+  }
+  MappingThread(const MappingThread&) = delete;
+  MappingThread& operator=(const MappingThread&) = delete;
+
+  /// Both copy what they keep. False: dropped.
+  bool add(const MapFrame& keyframe) { return submit(keyframe, true); }
+  bool observe(const MapFrame& frame) { return submit(frame, false); }
+  void remove(std::int64_t id) {
+    push([id](StaticMap& map, MappingThreadStatus&) { map.remove(id); });
+  }
+  void move(std::int64_t id, const Pose& T_world_camera) {
+    push([id, T_world_camera](StaticMap& map, MappingThreadStatus&) { map.move(id, T_world_camera); });
+  }
+
+  /// Waits until all that was submitted is done.
+  void finish() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
+  }
+  /// The map after all that was submitted; waits for it.
+  MapCloud cloud() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
+    return map_.cloud();
+  }
+  MapState state() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
+    return map_.state();
+  }
+  MappingThreadStatus status() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return status_;
+  }
+
+ private:
+  using Job = std::function<void(StaticMap&, MappingThreadStatus&)>;
+
+  /// A frame with all that it points to.
+  struct OwnedFrame {
+    MapFrame frame;
+    std::vector<cv::Point2f> moving_px;
+    std::vector<Detection> detections;
+
+    explicit OwnedFrame(const MapFrame& from)
+        : frame(from),
+          moving_px(from.moving_px.begin(), from.moving_px.end()),
+          detections(from.detections.begin(), from.detections.end()) {
+      for (cv::Mat* image : {&frame.depth, &frame.bgr, &frame.moving_mask, &frame.classes})
+        *image = image->clone();
+      for (Detection& detection : detections) detection.mask = detection.mask.clone();
+      frame.moving_px = moving_px;
+      frame.detections = detections;
+    }
+  };
+
+  bool submit(const MapFrame& frame, bool keyframe) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      status_.submitted += keyframe ? 1 : 0;
+      if (frames_waiting_ >= capacity_) {
+        ++(keyframe ? status_.dropped : status_.dropped_neighbours);
+        return false;
+      }
+      ++frames_waiting_;
+    }
+    const auto owned = std::make_shared<OwnedFrame>(frame);
+    push([this, owned, keyframe](StaticMap& map, MappingThreadStatus& done) {
+      {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        --frames_waiting_;
+      }
+      if (!keyframe) {
+        map.observe(owned->frame);
+        return;
+      }
+      const MapReport report = map.add(owned->frame);
+      ++(report.used ? done.fused : done.skipped);
+      if (!report.used) done.last_note = report.note;
+    });
+    return true;
+  }
+  void push(Job job) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    jobs_.push_back(std::move(job));
+    wake_.notify_all();
+  }
+
+  void work() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    for (;;) {
+      wake_.wait(lock, [&] { return stop_ || !jobs_.empty(); });
+      if (stop_) return;
+      Job job = std::move(jobs_.front());
+      jobs_.pop_front();
+      busy_ = true;
+      lock.unlock();
+      MappingThreadStatus done;
+      try {
+        job(map_, done);
+      } catch (const std::exception& error) {  // out of memory, above all: the tracker goes on
+        ++done.skipped;
+        done.last_note = error.what();
+      }
+      job = nullptr;
+      lock.lock();
+      busy_ = false;
+      status_.fused += done.fused;
+      status_.skipped += done.skipped;
+      if (done.skipped > 0) status_.last_note = done.last_note;
+      if (jobs_.empty()) idle_.notify_all();
+    }
+  }
+
+  StaticMap map_;  ///< the worker's while busy_
+  std::size_t capacity_;
+  std::mutex mutex_;
+  std::condition_variable wake_, idle_;
+  std::deque<Job> jobs_;
+  std::size_t frames_waiting_ = 0;
+  bool stop_ = false, busy_ = false;
+  MappingThreadStatus status_;
+  std::thread worker_;  ///< last: it uses all the others
+};
+
+}  // namespace dynfilter::mapping
