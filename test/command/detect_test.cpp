@@ -106,3 +106,25 @@ TEST_CASE("run takes boxes and masks from a detector") {
                 "net.onnx: no such file");
   CHECK(!fs::exists(shop.root() / "out"));
 }
+
+TEST_CASE("serve answers images with boxes, until the stream ends") {
+  const Workshop shop;
+  std::string red;
+  for (int i = 0; i < 64; ++i) red += std::string("\0\0\xFF", 3);
+  write_text(shop.root() / "images",
+             "image 7 1.5 8 8 3\n" + red + "image 8 1.6 1 1 1\n" + std::string(1, '\0'));
+  const CommandResult result = dynfilter("serve " + shop.file("d.yaml") + " <" + shop.file("images"));
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 0);
+  CHECK(result.out == "dynfilter-provider 1\ndetections 1\n0 1 2 2 6 6 thing\nend\ndetections 0\nend\n");
+}
+
+TEST_CASE("serve says in one line what it cannot read") {
+  const Workshop shop;
+  write_text(shop.root() / "images", "picture 7\n");
+  const CommandResult result = dynfilter("serve " + shop.file("d.yaml") + " <" + shop.file("images"));
+  CHECK(result.exit_code == 2);
+  CHECK(contains(result.err, "expected `image ID TIMESTAMP WIDTH HEIGHT CHANNELS`, got `picture 7`"));
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  check_refused("serve /no/such.yaml", "/no/such.yaml");
+}

@@ -279,3 +279,27 @@ TEST_CASE("run hands masks and boxes to the pipeline, unless told not to") {
   check_refused(run + "--masks '" + (Walking::shared().folder() / "rgb").string() + "'",
                 "is not an 8-bit label image");
 }
+
+TEST_CASE("boxes come as late as --detector-mode says, and the same in every run") {
+  const Walking& walking = Walking::shared();
+  const auto run = [&](const std::string& mode) {
+    const std::string out = (walking.root() / ("late" + std::to_string(mode.size()) + mode.back())).string();
+    const CommandResult result =
+        dynfilter("run '" + walking.folder().string() + "' --pipeline rts_slam_s --json --detector-mode " +
+                  mode + " --out '" + out + "'");
+    CAPTURE(result.err);
+    REQUIRE(result.exit_code == 0);
+    return read_text(fs::path(out) / "summary.json");
+  };
+  const auto age = [](const std::string& summary) { return value_of(summary, "age_median_frames"); };
+  CHECK(std::stod(age(run("sync"))) == 0);
+  const std::string late = run("late:3");
+  CHECK(std::stod(age(late)) == 3);
+  CHECK(value_of(late, "frames_with_result") == "11");
+  CHECK(value_of(run("late:3"), "rejected_mean") == value_of(late, "rejected_mean"));
+  const int looked_at = std::stoi(value_of(run("rate:10"), "looked_at"));  // 14 frames at 30 Hz
+  CHECK(looked_at >= 4);
+  CHECK(looked_at <= 5);
+  check_refused("run '" + walking.folder().string() + "' --pipeline none --detector-mode late:x",
+                "detector-mode");
+}
