@@ -41,6 +41,14 @@ struct DetectorSummary {
   double age_median_frames = NAN, age_max_frames = NAN;
 };
 
+/// The map of `--map`.
+struct MapSummary {
+  std::string file;
+  std::size_t points = 0, keyframes = 0, skipped = 0, dropped = 0, bytes = 0;
+  double leaf_m = 0;
+  std::string last_note;  ///< why a keyframe was skipped
+};
+
 /// summary.json; NaN stands for null.
 struct Summary {
   std::string sequence, pipeline;
@@ -50,6 +58,7 @@ struct Summary {
   double features_mean = 0, rejected_mean = 0;
   double total_ms = 0, extraction_ms = 0, correspondence_ms = 0, filters_ms = 0, tracking_ms = 0;
   std::optional<DetectorSummary> detector;
+  std::optional<MapSummary> map;
   std::vector<std::string> notes;
 };
 
@@ -65,6 +74,12 @@ inline Json to_json(const DetectorSummary& d) {
           {"frames_with_result", d.frames_with_result},
           {"age_median_frames", number_or_null(d.age_median_frames)},
           {"age_max_frames", number_or_null(d.age_max_frames)}};
+}
+
+inline Json to_json(const MapSummary& s) {
+  return {{"file", s.file},       {"points", s.points},      {"keyframes", s.keyframes},
+          {"skipped", s.skipped}, {"dropped", s.dropped},    {"bytes", s.bytes},
+          {"leaf_m", s.leaf_m},   {"last_note", s.last_note}};
 }
 
 inline Json to_json(const Summary& s) {
@@ -84,6 +99,7 @@ inline Json to_json(const Summary& s) {
                 {"filters", s.filters_ms},
                 {"tracking", s.tracking_ms}};
   json["detector"] = s.detector ? to_json(*s.detector) : Json();
+  if (s.map) json["map"] = to_json(*s.map);
   json["notes"] = s.notes;
   return json;
 }

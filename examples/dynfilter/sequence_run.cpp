@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "command_registry.hpp"
+#include "map_output.hpp"
 #include "odometry/odometry.hpp"
 #include "pipeline_judge.hpp"
 #include "run_input.hpp"
@@ -19,16 +20,6 @@
 
 namespace dynfilter::command {
 namespace {
-
-bool uses_stage(const Pipeline& pipeline, const std::string& name) {
-  bool found = false;
-  for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
-    if (const Stage* root = pipeline.stages(point)) {
-      root->for_each([&](const Stage& stage, int) { found = found || stage.name() == name; });
-    }
-  }
-  return found;
-}
 
 bool has_any_depth(const io::RgbdFrame& frame) {
   return !frame.depth.empty() && cv::countNonZero(frame.depth) > 0;
@@ -55,6 +46,11 @@ class SequenceRun {
     judged_by_truth_ = sequence_.has_labels() && !options.reverse;
     if (sequence_.has_labels() && options.reverse)
       summary_.notes.emplace_back("played in reverse: no precision and recall");
+    if (!options.map.empty()) {
+      mapping::MappingParams params;
+      params.leaf_m = options.map_leaf_m;
+      map_.emplace(options.map, params, judge_.pipeline());
+    }
     if (!options.out.empty()) output_.emplace(options.out, order_.size(), options.overlay_every);
   }
 
@@ -71,6 +67,7 @@ class SequenceRun {
     summarise_frames(rows_, summary_);
     const io::Trajectory estimate = trajectory();
     summarise_trajectory(ground_truth_, estimate, summary_);
+    if (map_) write_map();
     if (output_) output_->finish(rows_, estimate, summary_);
     return summary_;
   }
@@ -118,7 +115,21 @@ class SequenceRun {
     const odometry::SemanticInputs inputs = feed_->next(static_cast<std::int64_t>(rows_.size()), frame);
     const odometry::TrackResult result = odometry_.process(frame, inputs);
     rows_.push_back(row_of(i, result));
+    if (map_ && result.T_world_camera) {
+      map_->add(result.frame_id, frame, sequence_.camera(), *result.T_world_camera, result.keyframe, inputs,
+                judge_.record(), oracle_ ? truth_->labels : cv::Mat());
+      if (result.keyframe) keyframes_.emplace_back(result.frame_id, frame.timestamp_s);
+    }
     if (output_) output_->add(rows_.back(), judge_, picture_of(frame, inputs, rows_.back()));
+  }
+
+  // At the poses that bundle adjustment has given the keyframes since.
+  void write_map() {
+    std::map<double, Pose> poses;
+    for (const io::StampedPose& pose : odometry_.trajectory())
+      poses.emplace(pose.timestamp_s, pose.T_world_camera);
+    for (const auto& [id, timestamp_s] : keyframes_) map_->move(id, poses.at(timestamp_s));
+    summary_.map = map_->write();
   }
 
   FrameRow row_of(std::size_t i, const odometry::TrackResult& result) {
@@ -180,6 +191,8 @@ class SequenceRun {
   std::optional<io::Trajectory> ground_truth_;
   std::optional<SemanticFeed> feed_;
   std::optional<std::chrono::steady_clock::time_point> began_;
+  std::optional<MapOutput> map_;
+  std::vector<std::pair<std::int64_t, double>> keyframes_;  ///< id and played stamp, of those in the map
   std::optional<RunOutput> output_;
   std::vector<FrameRow> rows_;
   std::map<std::string, std::size_t> notes_;  ///< what stages noted, and in how many frames

@@ -20,6 +20,8 @@ struct RunOptions {
   bool no_detections = false, no_masks = false;  ///< even where the sequence has some
   int threads = 1;
   std::size_t overlay_every = 0;  ///< 0: so that there are about fifty
+  std::string map;                ///< a PLY file for the dense map of what stands still; "": none
+  double map_leaf_m = 0.02;
 };
 
 /// One sequence with one pipeline through the odometry; with options.out also the files. Throws Error for

@@ -303,3 +303,29 @@ TEST_CASE("boxes come as late as --detector-mode says, and the same in every run
   check_refused("run '" + walking.folder().string() + "' --pipeline none --detector-mode late:x",
                 "detector-mode");
 }
+
+TEST_CASE("run --map writes a cloud that stands still, and a picture of it") {
+  const Walking& walking = Walking::shared();
+  const TemporaryFolder out;
+  const auto map_of = [&](const std::string& pipeline, const std::string& more) {
+    const fs::path file = out.path() / (pipeline + ".ply");
+    const CommandResult result = dynfilter("run '" + walking.folder().string() + "' --json --pipeline " +
+                                           pipeline + " --map '" + file.string() + "' " + more);
+    CAPTURE(result.err);
+    REQUIRE(result.exit_code == 0);
+    CHECK(fs::exists(out.path() / (pipeline + ".png")));
+    const std::string ply = read_text(file), points = value_of(result.out, "points");
+    CHECK(ply.rfind("ply\nformat binary_little_endian 1.0\nelement vertex " + points + "\n", 0) == 0);
+    // x, y, z, three colours, a class
+    CHECK(ply.size() == ply.find("end_header\n") + 11 + std::stoul(points) * 19);
+    return std::stoul(points);
+  };
+  const std::size_t all = map_of("none", ""), still = map_of("oracle", "");
+  CHECK(still > 10000);
+  CHECK(still < all);
+  CHECK(map_of("oracle", "--map-leaf-m 0.08") < still / 4);
+  check_refused("run '" + walking.folder().string() + "' --pipeline none --map /no/such/map.ply",
+                "/no/such: no such folder");
+  check_refused("run '" + walking.folder().string() + "' --pipeline none --map m.ply --map-leaf-m 0",
+                "--map-leaf-m");
+}

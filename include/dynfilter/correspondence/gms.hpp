@@ -124,7 +124,8 @@ class GridMotionStatistics {
   void sort_by_cell() {
     const auto size = static_cast<float>(cells_);
     const auto cell = [&](const cv::Point2f& p) {
-      return static_cast<std::size_t>(static_cast<int>(p.y * size) * cells_ + static_cast<int>(p.x * size));
+      return static_cast<std::size_t>(p.y * size) * static_cast<std::size_t>(cells_) +
+             static_cast<std::size_t>(p.x * size);
     };
     const std::size_t n = index_.size();
     in_cell_.assign(static_cast<std::size_t>(cells_) * cells_ + 1, 0);

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -72,7 +73,7 @@ class MeshDistance {
 
  private:
   struct Triangle {
-    Eigen::Vector3f corner[3];
+    std::array<Eigen::Vector3f, 3> corner;
     Eigen::Vector3f middle() const { return (corner[0] + corner[1] + corner[2]) / 3; }
   };
   struct Node {
