@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "doctest/doctest.h"
+#include "support/parameter_tables.hpp"
 
 using namespace dynfilter;
 using namespace dynfilter::mapping;
@@ -284,4 +285,9 @@ TEST_CASE("a picture shows the nearer of two points, and the overview looks down
   CHECK(is_rigid(above));
   CHECK(above.translation_m[1] < 0);  // y points down
   CHECK(above.rotation[5] > 0.3);     // the optical axis goes down
+}
+
+TEST_CASE("the table of docs/mapping.md is that of the parameters") {
+  dynfilter_test::check_parameter_tables("docs/mapping.md",
+                                         {{"mapping", dynfilter_test::parameter_table<MappingParams>()}});
 }

@@ -8,6 +8,7 @@
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 #include "semantic/tiny_networks.hpp"
+#include "support/parameter_tables.hpp"
 
 namespace dnn_provider_test {
 
@@ -260,39 +261,12 @@ TEST_CASE("images of no size or of another type are refused, the provider goes o
   CHECK(provider->infer(image)->detections->size() == 1);
 }
 
-namespace {
-
-template <class P>
-std::string table() {
-  std::ostringstream out;
-  out << "| parameter | default | unit | range | meaning |\n|---|---|---|---|---|\n";
-  for (const FieldInfo& field : describe_parameters<P>())
-    out << "| `" << field.name << "` | " << field.default_value << " | " << field.unit << " | " << field.range
-        << " | " << field.doc << " |\n";
-  return out.str();
-}
-
-}  // namespace
-
-// DYNFILTER_UPDATE_DOCS=1 writes the tables instead.
 TEST_CASE("the tables of docs/networks.md are those of the parameters") {
-  const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/networks.md";
-  std::string text = dynfilter_test::read_text(path);
-  for (const auto& [kind, wanted] : {std::pair<std::string, std::string>{"dnn", table<DnnParams>()},
-                                     {"files", table<FileProviderParams>()},
-                                     {"box_masks", table<BoxMaskParams>()}}) {
-    const std::string name = kind;  // clang's lambdas take no structured binding
-    CAPTURE(name);
-    const std::string begin = "<!-- parameters of " + name + " -->\n";
-    REQUIRE(text.find(begin) != std::string::npos);
-    const std::size_t from = text.find(begin) + begin.size(), to = text.find("<!-- end -->", from);
-    REQUIRE(to != std::string::npos);
-    if (std::getenv("DYNFILTER_UPDATE_DOCS") != nullptr)
-      text.replace(from, to - from, wanted);
-    else
-      CHECK(text.substr(from, to - from) == wanted);
-  }
-  if (std::getenv("DYNFILTER_UPDATE_DOCS") != nullptr) write_text(path, text);
+  using dynfilter_test::parameter_table;
+  dynfilter_test::check_parameter_tables("docs/networks.md",
+                                         {{"dnn", parameter_table<DnnParams>()},
+                                          {"files", parameter_table<FileProviderParams>()},
+                                          {"box_masks", parameter_table<BoxMaskParams>()}});
 }
 
 TEST_CASE("every file of examples/detectors can be read, and asks for its network") {

@@ -58,19 +58,12 @@ class DepthCut {
     const auto& names = params_.moving_classes;
     if (std::find(names.begin(), names.end(), detection.class_name) == names.end()) return;
     if (!detection.mask.empty()) return add_mask(detection.mask);
-    const cv::Rect box = cut_box(detection.box, depth_m.size());
+    const cv::Rect box = pixels_of(detection.box, depth_m.size());
     if (params_.boxes == BoxCut::Ignore || box.empty()) return;
     if (params_.boxes == BoxCut::All)
       moving_(box).setTo(255);
     else
       add_foreground(depth_m, camera, box);
-  }
-  static cv::Rect cut_box(const cv::Rect2f& box, cv::Size size) {
-    if (!(box.width > 0 && box.height > 0 && std::abs(box.x) < 1e6F && std::abs(box.y) < 1e6F)) return {};
-    const float right = std::min(box.x + box.width, static_cast<float>(size.width));
-    const float bottom = std::min(box.y + box.height, static_cast<float>(size.height));
-    const int x = std::max(0, cvFloor(box.x)), y = std::max(0, cvFloor(box.y));
-    return cv::Rect(cv::Point(x, y), cv::Point(cvCeil(right), cvCeil(bottom))) & cv::Rect(cv::Point(), size);
   }
 
   /// The nearer surface of the middle of the box, all that is as near in the box, and from there on without a

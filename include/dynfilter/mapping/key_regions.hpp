@@ -2,10 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/mapping/map_frame.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <utility>
@@ -59,13 +59,8 @@ class KeyRegions {
 
  private:
   void mark_one(const Detection& d) {
-    const cv::Rect2f& box = d.box;
-    if (!(box.width > 0 && box.height > 0 && std::abs(box.x) < 1e6F && std::abs(box.y) < 1e6F)) return;
-    const cv::Point from(std::max(0, cvFloor(box.x)), std::max(0, cvFloor(box.y)));
-    const cv::Point to(cvCeil(std::min(box.x + box.width, static_cast<float>(inside_.cols))),
-                       cvCeil(std::min(box.y + box.height, static_cast<float>(inside_.rows))));
-    if (to.x <= from.x || to.y <= from.y) return;
-    const cv::Rect region = cv::Rect(from, to) & cv::Rect(cv::Point(), inside_.size());
+    const cv::Rect region = pixels_of(d.box, inside_.size());
+    if (region.empty()) return;
     const bool masked = d.mask.type() == CV_8UC1 && d.mask.size() == inside_.size();
     masked ? inside_(region).setTo(label_of(d), d.mask(region)) : inside_(region).setTo(label_of(d));
     area_ = area_.empty() ? region : (area_ | region);

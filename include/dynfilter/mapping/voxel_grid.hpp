@@ -96,8 +96,7 @@ inline void split_axis(const float* v, int n, float per_unit, int sub_bits, std:
 /// Cost: linear. What limits a voxel grid is memory: each point wants a place in a table larger than the
 /// caches. So keys of 256 points are computed at once, their places are fetched ahead, and the table holds
 /// nothing but 4-byte indices; a new voxel is made without a branch, because at small leaves nobody can
-/// predict it. Buffers are
-/// kept.
+/// predict it. Buffers are kept.
 class VoxelGrid {
  public:
   /// Throws ConfigError unless 1e-4 m <= leaf_m <= 1e3 m.
