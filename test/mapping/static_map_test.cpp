@@ -150,6 +150,41 @@ TEST_CASE("a keyframe that is taken out was never in the map, and a moved one wa
   CHECK(with.cloud().points_m == without.cloud().points_m);
 }
 
+TEST_CASE("each point of the cloud knows the keyframes that it came from") {
+  MappingParams params;
+  params.carve.enabled = false;
+  StaticMap map(params);
+  for (int i = 0; i < 4; ++i) {
+    MapFrame frame = wall(10 + i, 0.3 * i, false);
+    frame.timestamp_s = 0.5 * i;
+    frame.depth.setTo(2 + 0.5 * (i % 2));  // keyframes 10 and 12 see 2 m, 11 and 13 see 2.5 m
+    map.add(frame);
+  }
+  const auto check = [&](const std::vector<int>& at_2_m, const std::vector<int>& at_2_5_m) {
+    const MapCloud cloud = map.cloud();
+    const MapSources sources = map.sources();
+    CHECK(sources.complete);
+    REQUIRE(sources.size() == cloud.size());
+    CHECK(nearer_than(cloud, 2.2F) > 3000);
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      const cv::Point3f& p = cloud.points_m[i];
+      std::vector<std::int64_t> wanted;
+      bool doubtful = false;
+      for (const int k : p.z < 2.2F ? at_2_m : at_2_5_m) {
+        const float u = 130 * (p.x - 0.3F * static_cast<float>(k)) / p.z + 79.5F;
+        if (u > -0.5F && u < 159.5F) wanted.push_back(10 + k);
+        doubtful = doubtful || std::abs(u) < 3 || std::abs(u - 159) < 3;
+      }
+      if (doubtful) continue;
+      REQUIRE(std::vector<std::int64_t>(sources.ids_of(i).begin(), sources.ids_of(i).end()) == wanted);
+      REQUIRE(sources.stamps_s(i)[0] == 0.5 * static_cast<double>(wanted[0] - 10));
+    }
+  };
+  check({0, 2}, {1, 3});
+  map.remove(12);
+  check({0}, {1, 3});
+}
+
 TEST_CASE("who stood there and left is removed, who comes is held back") {
   StaticMap leaves, comes;
   for (int i = 0; i < 6; ++i) {

@@ -60,6 +60,22 @@ struct MapCloud {
   std::size_t size() const { return points_m.size(); }
 };
 
+/// Which keyframes the points of a cloud came from: lists in the order of the cloud's points.
+struct MapSources {
+  std::vector<std::uint32_t> first{0};  ///< where a point's list begins; one more than points
+  std::vector<std::int64_t> ids;        ///< rising in each list
+  std::vector<double> timestamps_s;     ///< of these keyframes
+  bool complete = true;                 ///< false: some keyframes are permanent and in no list
+
+  std::size_t size() const { return first.size() - 1; }
+  Span<const std::int64_t> ids_of(std::size_t i) const {
+    return {ids.data() + first[i], first[i + 1] - first[i]};
+  }
+  Span<const double> stamps_s(std::size_t i) const {
+    return {timestamps_s.data() + first[i], first[i + 1] - first[i]};
+  }
+};
+
 /// The pixels of an image that a detection's box touches; none for a box that is no box.
 inline cv::Rect pixels_of(const cv::Rect2f& box, cv::Size size) {
   if (!(box.width > 0 && box.height > 0 && std::abs(box.x) < 1e6F && std::abs(box.y) < 1e6F)) return {};

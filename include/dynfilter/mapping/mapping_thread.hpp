@@ -66,6 +66,11 @@ class MappingThread {
     idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
     return map_.cloud();
   }
+  MapSources sources() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
+    return map_.sources();
+  }
   MapState state() {
     std::unique_lock<std::mutex> lock(mutex_);
     idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });

@@ -11,6 +11,7 @@
 #include <dynfilter/mapping/depth_points.hpp>
 #include <dynfilter/mapping/depth_view.hpp>
 #include <dynfilter/mapping/key_regions.hpp>
+#include <dynfilter/mapping/map_cloud.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/voxel_grid.hpp>
@@ -130,14 +131,32 @@ class StaticMap {
   /// seen through and, where there are fine voxels of key objects, without the coarse ones.
   MapCloud cloud() const {
     MapCloud cloud;
-    append_cloud(key_map_, key_unit_m(), nullptr, cloud);
-    std::vector<std::uint64_t> refined;
-    const int nested = log2_of(params_.key_divisor) + map_.level() - key_map_.level();
-    for (const std::uint64_t key : key_map_.keys())
-      refined.push_back(without_label(VoxelKey::coarser(key, nested)));
-    std::sort(refined.begin(), refined.end());
-    append_cloud(map_, unit_m(), &refined, cloud);
+    const Shown shown = shown_voxels();
+    append_cloud(key_map_, shown.fine, key_unit_m(), cloud);
+    append_cloud(map_, shown.coarse, unit_m(), cloud);
     return cloud;
+  }
+
+  /// Which keyframes each point of cloud() came from; a neighbour's points count as their keyframe's. Made
+  /// anew from the keyframes' clouds, in about the time that fusing them took.
+  MapSources sources() const {
+    const Shown shown = shown_voxels();
+    const auto fine = SourceCollector::places(key_map_, shown.fine, 0),
+               coarse = SourceCollector::places(map_, shown.coarse, shown.fine.size());
+    SourceCollector collector;
+    std::vector<WorldPoint> world;
+    for (std::uint32_t k = 0; k < keyframes_.size(); ++k) {
+      const Keyframe& keyframe = *keyframes_[k];
+      to_world(keyframe.key_cloud, 0, keyframe.T_world_camera, key_unit_m(), world);
+      collector.add(key_map_, fine, world, k);
+      to_world(keyframe.cloud, 0, keyframe.T_world_camera, unit_m(), world);
+      collector.add(map_, coarse, world, k);
+    }
+    MapSources sources = collector.finish(
+        shown.fine.size() + shown.coarse.size(), [&](std::size_t k) { return keyframes_[k]->id; },
+        [&](std::size_t k) { return keyframes_[k]->timestamp_s; });
+    sources.complete = permanent_ == 0;
+    return sources;
   }
 
   MapState state() const {
@@ -169,9 +188,13 @@ class StaticMap {
  private:
   struct Keyframe {
     std::int64_t id = -1;
+    double timestamp_s = 0;
     Pose T_world_camera;
     std::vector<VoxelPoint> cloud, key_cloud;  ///< camera frame
     DepthView view;
+  };
+  struct Shown {
+    std::vector<std::uint32_t> fine, coarse;  ///< voxels in the order of the cloud
   };
   struct Neighbour {
     std::int64_t number;
@@ -244,6 +267,7 @@ class StaticMap {
     report.edge_pixels = cut_.edge_pixels();
     auto keyframe = std::make_unique<Keyframe>();
     keyframe->id = frame.id;
+    keyframe->timestamp_s = frame.timestamp_s;
     keyframe->T_world_camera = frame.T_world_camera;
     cloud_of_key_regions(frame, keyframe->key_cloud, report);
     grid_.run(source(frame, key_regions_.outside()), cloud_);
@@ -306,17 +330,25 @@ class StaticMap {
     if (params_.carve.enabled) vote(keyframe, 0, 0, -1);
   }
 
-  /// Sign 1 adds, -1 takes out: both compute the same numbers.
-  __attribute__((noinline)) void fuse_points(VoxelMap& map, double unit_m,
-                                             const std::vector<VoxelPoint>& cloud, std::size_t begin,
-                                             const Pose& T, int sign) {
+  /// Sign 1 adds, -1 takes out.
+  void fuse_points(VoxelMap& map, double unit_m, const std::vector<VoxelPoint>& cloud, std::size_t begin,
+                   const Pose& T, int sign) {
+    outside_ += to_world(cloud, begin, T, unit_m, world_);
+    sign > 0 ? map.add(world_.data(), world_.size()) : map.subtract(world_.data(), world_.size());
+  }
+  /// Points in whole quanta of the map; returns how many are outside of it. One function for all callers:
+  /// what it computes must be equal each time.
+  __attribute__((noinline)) static std::size_t to_world(const std::vector<VoxelPoint>& cloud,
+                                                        std::size_t begin, const Pose& T, double unit_m,
+                                                        std::vector<WorldPoint>& world) {
     constexpr double kLimit = static_cast<double>(std::int64_t{VoxelKey::kOffset} << VoxelMap::kLeafBits);
-    world_.clear();
+    world.clear();
     double m[12];
     for (std::size_t r = 0; r < 3; ++r) {
       for (std::size_t c = 0; c < 3; ++c) m[4 * r + c] = T.rotation[3 * r + c] / unit_m;
       m[4 * r + 3] = T.translation_m[r] / unit_m;
     }
+    std::size_t outside = 0;
     for (std::size_t i = begin; i < cloud.size(); ++i) {
       const VoxelPoint& p = cloud[i];
       WorldPoint w{{}, p.count, p.b, p.g, p.r, p.label};
@@ -329,11 +361,11 @@ class StaticMap {
         w.units[a] = whole - (static_cast<double>(whole) > q ? 1 : 0);
       }
       if (inside)
-        world_.push_back(w);
+        world.push_back(w);
       else
-        ++outside_;
+        ++outside;
     }
-    sign > 0 ? map.add(world_.data(), world_.size()) : map.subtract(world_.data(), world_.size());
+    return outside;
   }
 
   /// A keyframe's votes on the voxels from these indices on.
@@ -395,30 +427,19 @@ class StaticMap {
            seen < params_.carve.seen_per_through * through;
   }
 
-  void append_cloud(const VoxelMap& map, double unit_m, const std::vector<std::uint64_t>* refined,
-                    MapCloud& cloud) const {
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
-    for (std::uint32_t i = 0; i < map.size(); ++i) {
-      const std::uint64_t key = map.keys()[i];
-      if (hidden(map.voxels()[i])) continue;
-      if (refined != nullptr && std::binary_search(refined->begin(), refined->end(), without_label(key)))
-        continue;
-      order.emplace_back(key, i);
-    }
-    std::sort(order.begin(), order.end());
-    for (const auto& [key, i] : order) {
-      const Voxel& v = map.voxels()[i];
-      const auto coordinate = [&](std::size_t a) {
-        return static_cast<float>(
-            (static_cast<double>(v.weighted_units[a]) / static_cast<double>(v.weight) + 0.5) * unit_m);
-      };
-      const auto mean = [&](std::size_t c) {
-        return static_cast<std::uint8_t>((v.colour[c] + v.points / 2) / v.points);
-      };
-      cloud.points_m.emplace_back(coordinate(0), coordinate(1), coordinate(2));
-      cloud.colours.emplace_back(mean(0), mean(1), mean(2));
-      cloud.classes.push_back(VoxelKey::label(key));
-    }
+  Shown shown_voxels() const {
+    std::vector<std::uint64_t> refined;
+    const int nested = log2_of(params_.key_divisor) + map_.level() - key_map_.level();
+    for (const std::uint64_t key : key_map_.keys())
+      refined.push_back(without_label(VoxelKey::coarser(key, nested)));
+    std::sort(refined.begin(), refined.end());
+    const auto is_refined = [&](std::uint64_t key) {
+      return std::binary_search(refined.begin(), refined.end(), without_label(key));
+    };
+    return {voxels_in_order(key_map_, [&](std::uint32_t i) { return !hidden(key_map_.voxels()[i]); }),
+            voxels_in_order(map_, [&](std::uint32_t i) {
+              return !hidden(map_.voxels()[i]) && !is_refined(map_.keys()[i]);
+            })};
   }
 
   static constexpr std::size_t kMaxKeyframes = 60000;  ///< a vote counts up to 65535
