@@ -59,6 +59,19 @@ TEST_CASE("the reach is a distance in 3-D from the seed") {
   CHECK(wrong == 0);
 }
 
+TEST_CASE("a surface is shared with rivals at the line half way, whatever is behind a jump is nobody's") {
+  Camera camera;
+  camera.fx_px = camera.fy_px = 100, camera.cx_px = 80, camera.cy_px = 60;
+  cv::Mat depth = box_before_wall(), mask;
+  const std::vector<cv::Point2f> seeds{{50, 60}}, rivals{{80, 60}};
+  DepthGrowth(no_limit()).grow(depth, 1, camera, seeds, mask, rivals);
+  // Steps count along rows and columns: x = 65 is 15 away from both, and the seed comes first.
+  CHECK(cv::countNonZero(mask) == (66 - 40) * 60);
+  CHECK(cv::countNonZero(mask(cv::Rect(40, 30, 26, 60)) == 255) == 26 * 60);
+  DepthGrowth(no_limit()).grow(depth, 1, camera, {}, mask, rivals);
+  CHECK(cv::countNonZero(mask) == 0);
+}
+
 TEST_CASE("a slope is followed, holes are not crossed") {
   cv::Mat slope(40, 100, CV_32FC1);
   for (int x = 0; x < 100; ++x) slope.col(x).setTo(2 + 0.01 * x);

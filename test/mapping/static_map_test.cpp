@@ -221,6 +221,48 @@ TEST_CASE("masks and clusters of dynamic features cut their object out") {
   CHECK(few.add(frame).cut_pixels == 0);
 }
 
+TEST_CASE("static features bound what is cut out, and outvote a lonely dynamic one") {
+  MapFrame frame = wall(0, 0, false);
+  // A wall at 3 m, 23 mm a pixel: five dynamic features at x = 30 to 34, static ones all over from x = 50 on.
+  const std::vector<cv::Point2f> moving{{30, 60}, {31, 61}, {32, 60}, {33, 61}, {34, 60}};
+  std::vector<cv::Point2f> still;
+  for (int y = 2; y < 120; y += 6)
+    for (int x = 50; x < 160; x += 6) still.emplace_back(static_cast<float>(x), static_cast<float>(y));
+  CutParams params;
+  params.band_px = 0;
+  DepthCut cut(params);
+  frame.moving_px = moving;
+  cut.run(frame.depth, frame);
+  CHECK(cut.moving().at<std::uint8_t>(60, 46) != 0);  // 0.6 m are 26 px: as far as x = 60
+  CHECK(cut.moving().at<std::uint8_t>(60, 58) != 0);
+  frame.still_px = still;
+  cut.run(frame.depth, frame);
+  CHECK(cut.moving().at<std::uint8_t>(60, 32) != 0);
+  CHECK(cut.moving().at<std::uint8_t>(60, 40) != 0);
+  CHECK(cut.moving().at<std::uint8_t>(60, 46) == 0);  // 12 steps from 34, 6 from (50, 62)
+  // Among static ones, 0.3 m or 13 px around: five against a dozen and more.
+  const std::vector<cv::Point2f> wrong{{100, 60}, {101, 61}, {102, 60}, {103, 61}, {104, 60}};
+  frame.moving_px = wrong;
+  cut.run(frame.depth, frame);
+  CHECK(cut.cut_pixels() == 0);
+  frame.still_px = {};
+  cut.run(frame.depth, frame);
+  CHECK(cut.cut_pixels() > 0);
+}
+
+TEST_CASE("depths that are too far for the map still show what is free") {
+  StaticMap map;
+  for (int i = 0; i < 4; ++i) {
+    MapFrame frame = wall(i, 0.02 * i, false);
+    frame.depth.setTo(7);  // the map ends at 5 m
+    if (i == 0) frame.depth(cv::Rect(60, 20, 40, 90)).setTo(1.5);
+    const MapReport report = map.add(frame);
+    CHECK(report.pixels == (i == 0 ? 40 * 90 : 0));
+    if (i == 0) CHECK(nearer_than(map.cloud(), 2) > 200);
+  }
+  CHECK(map.cloud().size() == 0);
+}
+
 TEST_CASE("key regions are kept on the fine grid, coarse elsewhere") {
   std::vector<Detection> found(1);
   found[0].class_name = "book";

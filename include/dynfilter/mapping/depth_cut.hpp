@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/cluster/cell_grid.hpp>
 #include <dynfilter/cluster/dbscan.hpp>
 #include <dynfilter/cluster/depth_growth.hpp>
 #include <dynfilter/cluster/depth_split.hpp>
@@ -25,8 +26,8 @@ class DepthCut {
  public:
   explicit DepthCut(const CutParams& params = CutParams()) : params_(params) {}
 
-  /// `depth_m`: CV_32FC1, 0 = none, of the size of frame.depth.
-  void run(const cv::Mat& depth_m, const MapFrame& frame) {
+  /// `depth_m`: CV_32FC1, 0 = none, of the size of frame.depth. Pixels beyond `max_depth_m` are not usable.
+  void run(const cv::Mat& depth_m, const MapFrame& frame, float max_depth_m = 1e6F) {
     moving_.create(depth_m.size(), CV_8UC1);
     moving_.setTo(0);
     add_mask(frame.moving_mask);
@@ -34,7 +35,7 @@ class DepthCut {
     add_features(depth_m, frame);
     widen(moving_, params_.band_px);
     find_edges(depth_m);
-    combine(depth_m);
+    combine(depth_m, max_depth_m);
   }
 
   const cv::Mat& moving() const { return moving_; }  ///< CV_8UC1, not 0: cut out as moving, rim included
@@ -92,34 +93,76 @@ class DepthCut {
     grow(depth_m, camera, 0.15);
   }
 
-  void grow(const cv::Mat& depth_m, const Camera& camera, double reach_m) {
+  void grow(const cv::Mat& depth_m, const Camera& camera, double reach_m,
+            Span<const cv::Point2f> rivals = {}) {
     if (seeds_.empty()) return;
     DepthGrowthParams params;
     params.max_reach_m = reach_m;
-    DepthGrowth(params).grow(depth_m, 1, camera, seeds_, grown_);
+    DepthGrowth(params).grow(depth_m, 1, camera, seeds_, grown_, rivals);
     moving_ |= grown_;
   }
 
+  /// Features of a frame with a depth: in 3-D and in pixels.
+  struct Features {
+    std::vector<cv::Point2f> px;
+    std::vector<cv::Point3f> m;
+  };
+
   void add_features(const cv::Mat& depth_m, const MapFrame& frame) {
-    points_.clear();
-    candidates_.clear();
-    for (const cv::Point2f& px : frame.moving_px) {
+    locate(depth_m, frame.camera, frame.moving_px, moving_features_);
+    if (moving_features_.m.empty()) return;
+    locate(depth_m, frame.camera, frame.still_px, still_features_);
+    outvote();
+    dbscan_.run(moving_features_.m, {params_.cluster_eps_m, params_.cluster_min_points}, clusters_);
+    seeds_.clear();
+    for (std::size_t i = 0; i < moving_features_.m.size(); ++i)
+      if (clusters_.label[i] >= 0) seeds_.push_back(moving_features_.px[i]);
+    grow(depth_m, frame.camera, params_.grow_reach_m, still_features_.px);
+  }
+  static void locate(const cv::Mat& depth_m, const Camera& camera, Span<const cv::Point2f> pixels,
+                     Features& out) {
+    out.px.clear();
+    out.m.clear();
+    for (const cv::Point2f& px : pixels) {
       if (!(px.x > -0.5F && px.y > -0.5F && px.x < 32767 && px.y < 32767)) continue;
       const int x = cvRound(px.x), y = cvRound(px.y);
       if (x >= depth_m.cols || y >= depth_m.rows) continue;
       const float z = depth_m.at<float>(y, x);
       if (!(z > 0)) continue;
-      candidates_.push_back(px);
-      points_.emplace_back(
-          (px.x - static_cast<float>(frame.camera.cx_px)) / static_cast<float>(frame.camera.fx_px) * z,
-          (px.y - static_cast<float>(frame.camera.cy_px)) / static_cast<float>(frame.camera.fy_px) * z, z);
+      out.px.push_back(px);
+      out.m.emplace_back((px.x - static_cast<float>(camera.cx_px)) / static_cast<float>(camera.fx_px) * z,
+                         (px.y - static_cast<float>(camera.cy_px)) / static_cast<float>(camera.fy_px) * z, z);
     }
-    if (points_.empty()) return;
-    dbscan_.run(points_, {params_.cluster_eps_m, params_.cluster_min_points}, clusters_);
-    seeds_.clear();
-    for (std::size_t i = 0; i < points_.size(); ++i)
-      if (clusters_.label[i] >= 0) seeds_.push_back(candidates_[i]);
-    grow(depth_m, frame.camera, params_.grow_reach_m);
+  }
+
+  /// A feature whose neighbours within the clusters' radius mostly say the opposite is left out.
+  void outvote() {
+    const std::size_t moving = moving_features_.m.size(), all = moving + still_features_.m.size();
+    if (all == moving) return;
+    points_ = moving_features_.m;
+    points_.insert(points_.end(), still_features_.m.begin(), still_features_.m.end());
+    balance_.assign(all, 0);
+    for (std::size_t i = 0; i < all; ++i) balance_[i] = i < moving ? 1 : -1;
+    const auto eps = static_cast<float>(params_.cluster_eps_m);
+    neighbours_.build(points_, params_.cluster_eps_m, 1);
+    neighbours_.for_each_pair(eps * eps, [&](std::uint32_t a, std::uint32_t b) {
+      const std::uint32_t i = neighbours_.index(a), j = neighbours_.index(b);
+      balance_[i] += j < moving ? 1 : -1;
+      balance_[j] += i < moving ? 1 : -1;
+    });
+    keep(moving_features_, [&](std::size_t i) { return balance_[i] >= 0; });
+    keep(still_features_, [&](std::size_t i) { return balance_[moving + i] <= 0; });
+  }
+  template <class F>
+  static void keep(Features& features, const F& kept) {
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < features.m.size(); ++i) {
+      if (!kept(i)) continue;
+      features.px[left] = features.px[i];
+      features.m[left++] = features.m[i];
+    }
+    features.px.resize(left);
+    features.m.resize(left);
   }
 
   static void widen(cv::Mat& mask, int px) {
@@ -153,7 +196,7 @@ class DepthCut {
     }
   }
 
-  void combine(const cv::Mat& depth_m) {
+  void combine(const cv::Mat& depth_m, float max_depth_m) {
     usable_.create(depth_m.size(), CV_8UC1);
     pixels_ = cut_pixels_ = edge_pixels_ = 0;
     for (int y = 0; y < depth_m.rows; ++y) {
@@ -163,8 +206,8 @@ class DepthCut {
       std::uint8_t* usable = usable_.ptr<std::uint8_t>(y);
       unsigned pixels = 0, cut = 0, left_out = 0;
       for (int x = 0; x < depth_m.cols; ++x) {
-        const unsigned measured = z[x] > 0 ? 1U : 0U, moving = moves[x] != 0 ? 1U : 0U,
-                       rim = edge[x] != 0 ? 1U : 0U;
+        const unsigned measured = (z[x] > 0 ? 1U : 0U) & (z[x] <= max_depth_m ? 1U : 0U),
+                       moving = moves[x] != 0 ? 1U : 0U, rim = edge[x] != 0 ? 1U : 0U;
         pixels += measured;
         cut += measured & moving;
         left_out += measured & rim & (moving ^ 1U);
@@ -179,8 +222,11 @@ class DepthCut {
   Clusters clusters_;
   cv::Mat moving_, usable_, edges_, grown_, scaled_;
   std::vector<float> inverse_;
-  std::vector<cv::Point2f> seeds_, candidates_;
+  std::vector<cv::Point2f> seeds_;
+  Features moving_features_, still_features_;
+  dynfilter::detail::CellGrid neighbours_;
   std::vector<cv::Point3f> points_;
+  std::vector<int> balance_;
   std::size_t pixels_ = 0, cut_pixels_ = 0, edge_pixels_ = 0;
 };
 

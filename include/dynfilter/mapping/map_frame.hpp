@@ -27,6 +27,7 @@ struct MapFrame {
 
   cv::Mat moving_mask;                ///< CV_8UC1 of any size, non-zero: moves; empty: none
   Span<const cv::Point2f> moving_px;  ///< features that the pipeline called dynamic, distorted pixels
+  Span<const cv::Point2f> still_px;   ///< features that it called static: they bound what moves; may be empty
   Span<const Detection> detections;   ///< boxes of this frame: moving things are cut out, key objects refined
   cv::Mat classes;                    ///< CV_8UC1 of the depth's size, a class per pixel, 0: none; or empty
 };

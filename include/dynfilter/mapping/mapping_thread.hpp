@@ -87,17 +87,19 @@ class MappingThread {
   /// A frame with all that it points to.
   struct OwnedFrame {
     MapFrame frame;
-    std::vector<cv::Point2f> moving_px;
+    std::vector<cv::Point2f> moving_px, still_px;
     std::vector<Detection> detections;
 
     explicit OwnedFrame(const MapFrame& from)
         : frame(from),
           moving_px(from.moving_px.begin(), from.moving_px.end()),
+          still_px(from.still_px.begin(), from.still_px.end()),
           detections(from.detections.begin(), from.detections.end()) {
       for (cv::Mat* image : {&frame.depth, &frame.bgr, &frame.moving_mask, &frame.classes})
         *image = image->clone();
       for (Detection& detection : detections) detection.mask = detection.mask.clone();
       frame.moving_px = moving_px;
+      frame.still_px = still_px;
       frame.detections = detections;
     }
   };

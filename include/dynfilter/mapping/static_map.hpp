@@ -234,11 +234,12 @@ class StaticMap {
     return {};
   }
 
-  /// Depths in metres, 0 where there is none.
+  /// Depths in metres, 0 where there is none. Those beyond max_depth_m stay: they show that what is in front
+  /// of them is free.
   void read_depth(const MapFrame& frame) {
     rays_.set(frame.camera, frame.depth.size());
     depth_m_.create(frame.depth.size(), CV_32FC1);
-    const DepthRange range{static_cast<float>(params_.min_depth_m), static_cast<float>(params_.max_depth_m)};
+    const DepthRange range{static_cast<float>(params_.min_depth_m), kFarthestM};
     const auto unit = static_cast<float>(frame.depth_unit_m);
     for (int y = 0; y < depth_m_.rows; ++y) {
       float* to = depth_m_.ptr<float>(y);
@@ -247,12 +248,12 @@ class StaticMap {
       else
         detail::read_depths(frame.depth.ptr<float>(y), depth_m_.cols, unit, range, to);
     }
-    cut_.run(depth_m_, frame);
+    cut_.run(depth_m_, frame, static_cast<float>(params_.max_depth_m));
   }
   DepthSource source(const MapFrame& frame, const cv::Mat& usable) const {
     DepthSource s;
     s.depth = depth_m_;
-    s.range = {1e-6F, 1e6F};
+    s.range = {1e-6F, static_cast<float>(params_.max_depth_m)};
     s.rays = &rays_;
     s.bgr = frame.bgr;
     s.usable = usable;
@@ -442,6 +443,7 @@ class StaticMap {
             })};
   }
 
+  static constexpr float kFarthestM = 65;              ///< DepthView's range
   static constexpr std::size_t kMaxKeyframes = 60000;  ///< a vote counts up to 65535
 
   MappingParams params_;
