@@ -202,6 +202,54 @@ TEST_CASE("who stood there and left is removed, who comes is held back") {
   CHECK(nearer_than(keeps.cloud(), 2) > 200);
 }
 
+TEST_CASE("what few keyframes saw goes with the neighbours that were seen through, to the letter") {
+  std::mt19937 source(11);
+  CarveParams params;
+  std::size_t spread = 0;
+  for (int round = 0; round < 30; ++round) {
+    VoxelMap map;
+    for (int k = 0; k < 150; ++k) {
+      const auto cell = [&] { return static_cast<std::int32_t>(source() % 8U) * 4096 - 12288; };
+      const WorldPoint p{{cell(), cell(), cell()}, 1, 0, 0, 0, static_cast<std::uint8_t>(source() % 2U)};
+      map.add(&p, 1);
+    }
+    for (Voxel& v : map.voxels()) {
+      v.seen = static_cast<std::uint16_t>(source() % 6U);
+      v.through = source() % 8U == 0 ? 1 : 0;
+    }
+    std::vector<bool> gone(map.size());
+    std::size_t begin = 0, end = 0;
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      const Voxel& v = map.voxels()[i];
+      gone[i] = v.through >= params.min_views && v.seen < params.seen_per_through * v.through;
+      begin += gone[i] ? 1 : 0;
+    }
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (std::size_t i = 0; i < map.size(); ++i) {
+        int all = 0, without = 0;
+        for (std::size_t j = 0; j < map.size(); ++j) {
+          bool near = j != i && VoxelKey::label(map.keys()[i]) == VoxelKey::label(map.keys()[j]);
+          for (int a = 0; a < 3; ++a)
+            near = near && std::abs(VoxelKey::axis(map.keys()[i], a) - VoxelKey::axis(map.keys()[j], a)) <= 2;
+          all += near ? 1 : 0;
+          without += near && gone[j] ? 1 : 0;
+        }
+        if (gone[i] || map.voxels()[i].seen > params.spread_max_seen) continue;
+        if (without == 0 || without < params.spread_share * all) continue;
+        gone[i] = changed = true;
+      }
+    }
+    const Carving carving(map, params);
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      REQUIRE(carving.gone(i) == gone[i]);
+      end += gone[i] ? 1 : 0;
+    }
+    spread += end - begin;
+  }
+  CHECK(spread > 100);
+}
+
 TEST_CASE("masks and clusters of dynamic features cut their object out") {
   MapFrame frame = wall(0, 0, true);
   frame.moving_mask = cv::Mat(60, 80, CV_8UC1, cv::Scalar(0));

@@ -53,8 +53,10 @@ struct CarveParams {
   bool enabled = true;
   double margin_m = 0.05;
   double noise_sigmas = 3;
-  int min_views = 2;
+  int min_views = 1;
   double seen_per_through = 3;
+  int spread_max_seen = 2;
+  double spread_share = 0.2;
 
   static const FieldTable<CarveParams>& fields() {
     using P = CarveParams;
@@ -68,6 +70,10 @@ struct CarveParams {
         real("seen_per_through", &P::seen_per_through, "", {0, 1e6},
              "keyframes that saw a surface there outvote this share of them: hidden when seen < this x "
              "through"),
+        integer("spread_max_seen", &P::spread_max_seen, "", {0, 65535},
+                "what so few keyframes saw goes with its neighbours; 0: stays"),
+        real("spread_share", &P::spread_share, "", {0, 1},
+             "when this share of its neighbours within two voxels is gone"),
     };
     return table;
   }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <dynfilter/mapping/carving.hpp>
 #include <dynfilter/mapping/depth_cut.hpp>
 #include <dynfilter/mapping/depth_points.hpp>
 #include <dynfilter/mapping/depth_view.hpp>
@@ -422,12 +423,6 @@ class StaticMap {
     }
   }
 
-  bool hidden(const Voxel& v) const {
-    const int through = v.through + v.old_through, seen = v.seen + v.old_seen;
-    return params_.carve.enabled && through >= params_.carve.min_views &&
-           seen < params_.carve.seen_per_through * through;
-  }
-
   Shown shown_voxels() const {
     std::vector<std::uint64_t> refined;
     const int nested = log2_of(params_.key_divisor) + map_.level() - key_map_.level();
@@ -437,10 +432,10 @@ class StaticMap {
     const auto is_refined = [&](std::uint64_t key) {
       return std::binary_search(refined.begin(), refined.end(), without_label(key));
     };
-    return {voxels_in_order(key_map_, [&](std::uint32_t i) { return !hidden(key_map_.voxels()[i]); }),
-            voxels_in_order(map_, [&](std::uint32_t i) {
-              return !hidden(map_.voxels()[i]) && !is_refined(map_.keys()[i]);
-            })};
+    const Carving fine(key_map_, params_.carve), coarse(map_, params_.carve);
+    return {voxels_in_order(key_map_, [&](std::uint32_t i) { return !fine.gone(i); }),
+            voxels_in_order(map_,
+                            [&](std::uint32_t i) { return !coarse.gone(i) && !is_refined(map_.keys()[i]); })};
   }
 
   static constexpr float kFarthestM = 65;              ///< DepthView's range
