@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <dynfilter/context/context_params.hpp>
 #include <dynfilter/context/depth_sampler.hpp>
@@ -15,6 +16,7 @@
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view.hpp>
 #include <dynfilter/geometry/undistort.hpp>
+#include <limits>
 #include <list>
 #include <string>
 #include <utility>
@@ -33,7 +35,10 @@ class Context {
 
  public:
   explicit Context(const ContextParams& params = ContextParams())
-      : params_(params), flow_(params.flow), descriptors_(params.descriptors) {
+      : params_(params),
+        flow_(params.flow),
+        step_flow_(checked_once(params.flow)),
+        descriptors_(params.descriptors) {
     check_parameters(params_, "correspondence");
   }
 
@@ -88,7 +93,11 @@ class Context {
 
   // ---- shared evidence
   /// Where the features were in an earlier frame. No reference, nothing found: every entry says so.
-  const Match& match(const Reference& reference) { return match_stored(resolve(reference)); }
+  const Match& match(const Reference& reference) {
+    const StoredFrame* stored = resolve(reference);
+    last_asked_for_ = last_asked_for_ || stored == resolve(Reference());
+    return match_stored(stored);
+  }
 
   /// The same with a frame by its id, for results that came late.
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
@@ -181,6 +190,8 @@ class Context {
   void set_semantics(bool used) { semantics_used_ = used; }
 
   void begin(const FrameView& frame, CallPoint call_point) {
+    if (std::exchange(last_begun_id_, frame.id) != frame.id)
+      steps_shared_ = std::exchange(last_asked_for_, false);
     frame_ = frame;
     call_point_ = call_point;
     correspondence_ms_ = 0;
@@ -210,6 +221,7 @@ class Context {
   void reset() {
     history_.clear();
     late_.reset();
+    steps_shared_ = last_asked_for_ = true;
   }
 
   void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) {
@@ -274,7 +286,7 @@ class Context {
   void record_step() {
     late_seen_ = late_seen_ || is_late();
     if (late_.trail().find(frame_.id) != nullptr) return;
-    const Match& last = match(Reference());
+    const Match& last = step_match();
     cv::Size image_px = frame_.grey.size();
     if (image_px.empty()) image_px = frame_.depth.size();
     if (image_px.empty() && frame_.camera) image_px = {frame_.camera->width_px, frame_.camera->height_px};
@@ -290,40 +302,64 @@ class Context {
     if (is_late()) return true;
     if (frame_.detections || frame_.mask) return false;
     const StoredFrame* last = resolve(Reference());
-    const auto known = [&](const Match& match) { return match.valid && match.reference == last; };
-    return late_seen_ || last == nullptr || std::any_of(matches_.begin(), matches_.end(), known);
+    return late_seen_ || last == nullptr || is_matched(last);
+  }
+  bool is_matched(const StoredFrame* stored) const {
+    return std::any_of(matches_.begin(), matches_.end(),
+                       [stored](const Match& match) { return match.valid && match.reference == stored; });
+  }
+
+  /// The match to the last frame that the trail is made of: that of the stages, where they ask for it anyway;
+  /// else a sparse one, at a tenth of its cost.
+  const Match& step_match() {
+    const StoredFrame* last = resolve(Reference());
+    if (steps_shared_ || !uses_flow() || is_matched(last)) return match_stored(last);
+    sparse_px_ = pixels_;
+    for (cv::Point2f& px : sparse_px_)
+      if (!in_sparse_cell(px)) px.x = px.y = std::numeric_limits<float>::quiet_NaN();
+    fill_match(last, step_, [&](Correspondences& out) {
+      step_flow_.track(history_.find(frame_.id)->pyramid, last->pyramid, sparse_px_, {}, out);
+    });
+    return step_;
+  }
+  /// Every third cell of 8 x 8 pixels: by place, so that the order of the features does not matter.
+  static bool in_sparse_cell(const cv::Point2f& px) {
+    return std::fmod(std::floor(px.x / 8) + std::floor(px.y / 8), 3.0F) == 0;
+  }
+  static FlowParams checked_once(FlowParams params) {
+    if (params.check == FlowCheck::ForwardBackward) params.check = FlowCheck::Residual;
+    return params;
   }
 
   const Match& match_stored(const StoredFrame* stored) {
     for (const Match& known : matches_)
       if (known.valid && known.reference == stored) return known;
     Match& match = next_slot(matches_);
-    fill_match(stored, match);
+    fill_match(stored, match, [&](Correspondences& out) { correspond(*stored, out); });
     return match;
   }
 
-  void fill_match(const StoredFrame* stored, Match& match) {
+  // The host's matches are about one frame; for another one, boxes that came late say, there is the next
+  // best.
+  void correspond(const StoredFrame& stored, Correspondences& out) {
+    if (uses_host_matches() && frame_.matches->reference_frame_id == stored.id)
+      correspondences_from_host(*frame_.matches, stored.keypoints, size(), out);
+    else if (uses_flow())
+      flow_.track(history_.find(frame_.id)->pyramid, stored.pyramid, pixels_, {}, out);
+    else
+      descriptors_.match({frame_.keypoints, frame_.descriptors}, {stored.keypoints, stored.descriptors}, {},
+                         out);
+  }
+
+  template <class Correspond>
+  void fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond) {
     const auto start = std::chrono::steady_clock::now();
     match.reference = stored;
     match.correspondences.reset(size());
-    if (stored != nullptr) {
-      // The host's matches are about one frame; for another one, boxes that came late say, there is the next
-      // best.
-      if (uses_host_matches() && frame_.matches->reference_frame_id == stored->id)
-        correspondences_from_host(*frame_.matches, stored->keypoints, size(), match.correspondences);
-      else if (uses_flow())
-        flow_.track(history_.find(frame_.id)->pyramid, stored->pyramid, pixels_, {}, match.correspondences);
-      else
-        match_descriptors(*stored, match.correspondences);
-    }
+    if (stored != nullptr) correspond(match.correspondences);
     fill_reference_geometry(match);
     correspondence_ms_ +=
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  }
-
-  void match_descriptors(const StoredFrame& stored, Correspondences& out) {
-    descriptors_.match({frame_.keypoints, frame_.descriptors}, {stored.keypoints, stored.descriptors}, {},
-                       out);
   }
 
   void fill_reference_geometry(Match& match) const {
@@ -433,7 +469,7 @@ class Context {
 
   ContextParams params_;
   History history_;
-  FlowTracker flow_;
+  FlowTracker flow_, step_flow_;
   DescriptorMatcher descriptors_;
   TwoViewEstimator two_view_;
   RigidMotionEstimator rigid_motion_;
@@ -448,6 +484,10 @@ class Context {
   LateSemantics late_;
   std::vector<Detection> carried_;
   bool semantics_used_ = false, late_seen_ = false;
+  Match step_;
+  std::vector<cv::Point2f> sparse_px_;
+  std::int64_t last_begun_id_ = -1;
+  bool last_asked_for_ = true, steps_shared_ = true;  ///< do stages match with the last frame?
 
   std::vector<cv::Point2f> pixels_, undistorted_;
   std::vector<float> depths_m_;
