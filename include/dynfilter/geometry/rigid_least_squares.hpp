@@ -6,14 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <dynfilter/geometry/rigid_motion_options.hpp>
 #include <dynfilter/geometry/rigid_points.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 
 namespace dynfilter {
-
-/// Robust losses of a point's squared normalised residual s, with scale c (Huber 1964; Black and Anandan
-/// 1996; Beaton and Tukey 1974), as ceres::HuberLoss(c) and so on define them.
-enum class RobustLoss { None, Huber, Cauchy, Tukey };
 
 namespace detail {
 

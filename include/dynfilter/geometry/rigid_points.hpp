@@ -9,17 +9,12 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/pack.hpp>
+#include <dynfilter/geometry/rigid_motion_options.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
 
 namespace dynfilter {
-
-/// What a rigid motion q = R p_reference + t leaves at a point c of the current frame, in standard
-/// deviations. ImageDepth (the odometry's form): (fx (qx/qz - cx/cz), fy (qy/qz - cy/cz)) / pixel sigma, (qz
-/// - cz) / sigma_z. Point: (q - c) / sigma per axis, lateral sigma = c.z pixel_sigma / f. sigma_z^2 is the
-/// sum of both depths' variances.
-enum class RigidResidualKind { ImageDepth, Point };
 
 namespace detail {
 

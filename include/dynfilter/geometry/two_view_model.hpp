@@ -2,11 +2,24 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <dynfilter/geometry/epipolar.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
+
+struct TwoViewOptions {
+  double max_distance_px = 1.0;   ///< a seed agrees with F up to this Sampson distance, about 2 noise sigmas
+  int min_seeds = 20;             ///< fewer usable seeds: None
+  double min_spread_px = 4.0;     ///< seeds within this standard deviation of a line: None
+  double min_inlier_share = 0.3;  ///< of the seeds, for any model
+  double min_plane_share = 0.5;   ///< of F's support: from here on a homography is a rival of F
+  double min_parallax_share = 0.2;  ///< of the seeds: fewer points off H are movers, see TwoViewDecision
+  double confidence = 0.99;         ///< of having drawn one sample without outliers
+  int max_iterations = 1500;        ///< of the sampling for F
+  std::uint64_t seed = 1;
+};
 
 /// Which model the static scene obeys between two images.
 enum class TwoViewKind {

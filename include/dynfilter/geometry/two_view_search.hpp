@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/sampling.hpp>
+#include <dynfilter/geometry/two_view.hpp>
+#include <dynfilter/geometry/two_view_decision.hpp>
+#include <dynfilter/geometry/two_view_model.hpp>
+#include <dynfilter/geometry/two_view_points.hpp>
+#include <dynfilter/geometry/two_view_refine.hpp>
+#include <dynfilter/geometry/two_view_solvers.hpp>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+namespace detail {
+
+/// What TwoViewEstimator does.
+class TwoViewSearch {
+ public:
+  explicit TwoViewSearch(const TwoViewOptions& options) : options_(options) {}
+
+  TwoViewModel estimate(Span<const cv::Point2f> reference, Span<const cv::Point2f> current,
+                        Span<const int> seeds, const Camera* camera) {
+    TwoViewModel model;
+    points_.pack(reference, current, seeds);
+    model.seeds = static_cast<int>(points_.count());
+    if (points_.count() < 8 || model.seeds < options_.min_seeds) return model;
+    model.reason = TwoViewReason::CollinearSeeds;
+    if (points_.minor_axis_px() < options_.min_spread_px) return model;
+    tau2_ = std::pow(options_.max_distance_px * points_.scale(), 2);
+    search_fundamental(model);
+    search_homography();
+    detail::TwoViewDecision decision(points_, options_, tau2_, camera, scratch_);
+    decision.decide(has_F_ ? &F_ : nullptr, has_H_ ? &H_ : nullptr, model);
+    return model;
+  }
+
+ private:
+  static constexpr int kLocalRuns = 25;  ///< optimisations that a sample near the best may still ask for
+  static constexpr double kNearBest = 1.03;
+  static constexpr std::size_t kLocalSize = 320;  ///< matches that a local optimisation looks at
+
+  static Span<const double> cuts() { return {detail::kWideToNarrow.data(), detail::kWideToNarrow.size()}; }
+
+  void search_fundamental(TwoViewModel& model) {
+    Rng rng(options_.seed);
+    has_F_ = false;
+    local_runs_ = 0;
+    F_cost_ = sample_cost_ = static_cast<double>(points_.count()) * (1 - 0.5 * options_.min_inlier_share);
+    int needed = options_.max_iterations, i = 0;
+    for (; i < needed; ++i) {
+      std::uint32_t pick[7];
+      points_.sample(rng, i % 2 == 0, 7, pick);
+      Eigen::Vector2d p1[7], p2[7];
+      for (int k = 0; k < 7; ++k) p1[k] = points_.reference(pick[k]), p2[k] = points_.current(pick[k]);
+      Eigen::Matrix3d candidates[4];
+      const int n = detail::solve_seven(p1, p2, candidates);
+      for (int c = 0; c < n; ++c) {
+        if (detail::oriented(candidates[c], p1, p2) && try_sample(candidates[c])) {
+          const int inliers = points_.inliers(detail::FundamentalError(F_), tau2_);
+          needed = ransac_iterations(inliers / static_cast<double>(points_.count()), 7, options_.confidence,
+                                     options_.max_iterations);
+        }
+      }
+    }
+    model.iterations = i;
+    if (has_F_) polish();
+  }
+
+  /// Samples compete with samples: one that is (nearly) the best of its kind is optimised, even if an
+  /// optimised F is better already (Chum, Matas and Kittler, DAGM 2003). True if the best F changed.
+  bool try_sample(const Eigen::Matrix3d& sample) {
+    const double bound = local_runs_ < kLocalRuns ? kNearBest * sample_cost_ : sample_cost_;
+    const double cost = points_.cost(detail::FundamentalError(sample), tau2_, bound);
+    if (!(cost < bound)) return false;
+    sample_cost_ = std::min(sample_cost_, cost);
+    ++local_runs_;
+    Eigen::Matrix3d F = sample;
+    detail::refine_fundamental(points_, tau2_, cuts(), {kLocalSize}, F);
+    const bool changed = consider(sample);
+    return consider(F) || changed;
+  }
+
+  void polish() {
+    for (int round = 0; round < 5; ++round) {
+      Eigen::Matrix3d F = F_;
+      detail::refine_fundamental(points_, tau2_, cuts(), {}, F);
+      const double before = F_cost_;
+      if (!consider(F) || F_cost_ > 0.998 * before) break;
+    }
+  }
+
+  bool consider(const Eigen::Matrix3d& F) {
+    const double cost = points_.cost(detail::FundamentalError(F), tau2_, F_cost_);
+    if (!(cost < F_cost_)) return false;
+    F_ = F, F_cost_ = cost, has_F_ = true;
+    return true;
+  }
+
+  /// Four-point samples of what F explains (all seeds without F). A homography below `min_plane_share` of F's
+  /// support is not looked for: in a general scene this ends early.
+  void search_homography() {
+    has_H_ = false;
+    members_.clear();
+    auto keep = [&](std::size_t i, float e) {
+      if (e <= tau2_) members_.push_back(static_cast<std::uint32_t>(i));
+    };
+    if (has_F_) points_.visit(detail::FundamentalError(F_), keep);
+    if (members_.size() < 8) {
+      members_.resize(points_.count());
+      for (std::uint32_t i = 0; i < members_.size(); ++i) members_[i] = i;
+    }
+    Rng rng(options_.seed + 1);
+    const double members = static_cast<double>(members_.size()), count = static_cast<double>(points_.count());
+    H_cost_ = count - 0.5 * options_.min_plane_share * members;
+    int needed = ransac_iterations(options_.min_plane_share, 4, options_.confidence, options_.max_iterations);
+    for (int i = 0; i < needed; ++i) {
+      std::uint32_t pick[4];
+      sample_distinct(rng, static_cast<std::uint32_t>(members_.size()), pick, 4);
+      Eigen::Vector2d p1[4], p2[4];
+      for (int k = 0; k < 4; ++k) {
+        p1[k] = points_.reference(members_[pick[k]]), p2[k] = points_.current(members_[pick[k]]);
+      }
+      Eigen::Matrix3d H;
+      if (!detail::solve_four(p1, p2, H) || !consider_homography(H)) continue;
+      detail::refine_homography(points_, 4 * tau2_, 2, {kLocalSize}, H);
+      consider_homography(H);
+      const int inliers = points_.inliers(detail::HomographyError(H_), tau2_);
+      needed = std::min(needed, ransac_iterations(inliers / members, 4, options_.confidence, needed));
+    }
+    if (!has_H_) return;
+    Eigen::Matrix3d H = H_;
+    detail::refine_homography(points_, 2 * tau2_, 3, {}, H);
+    consider_homography(H);
+  }
+
+  bool consider_homography(const Eigen::Matrix3d& H) {
+    const double cost = points_.cost(detail::HomographyError(H), tau2_, H_cost_);
+    if (!(cost < H_cost_)) return false;
+    H_ = H, H_cost_ = cost, has_H_ = true;
+    return true;
+  }
+
+  const TwoViewOptions& options_;
+  detail::TwoViewPoints points_;
+  std::vector<float> scratch_;
+  std::vector<std::uint32_t> members_;
+  Eigen::Matrix3d F_, H_;
+  double tau2_ = 0, sample_cost_ = 0, F_cost_ = 0, H_cost_ = 0;
+  int local_runs_ = 0;
+  bool has_F_ = false, has_H_ = false;
+};
+
+}  // namespace detail
+
+DYNFILTER_INLINE TwoViewEstimator::TwoViewEstimator(const TwoViewOptions& options)
+    : options_(std::make_unique<TwoViewOptions>(options)),
+      search_(std::make_unique<detail::TwoViewSearch>(*options_)) {}
+DYNFILTER_INLINE TwoViewEstimator::TwoViewEstimator(TwoViewEstimator&&) noexcept = default;
+DYNFILTER_INLINE TwoViewEstimator& TwoViewEstimator::operator=(TwoViewEstimator&&) noexcept = default;
+DYNFILTER_INLINE TwoViewEstimator::~TwoViewEstimator() = default;
+DYNFILTER_INLINE TwoViewModel TwoViewEstimator::estimate(Span<const cv::Point2f> reference,
+                                                         Span<const cv::Point2f> current,
+                                                         Span<const int> seeds, const Camera* camera) {
+  return search_->estimate(reference, current, seeds, camera);
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/filters/builtin_table.hpp>

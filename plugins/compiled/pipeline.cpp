@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/pipeline/combinator_entries.hpp>
