@@ -79,6 +79,25 @@ struct CarveParams {
   }
 };
 
+/// Statistical outlier removal (outliers.hpp).
+struct OutlierParams {
+  bool enabled = true;
+  int neighbours = 8;
+  double sigmas = 3;
+
+  static const FieldTable<OutlierParams>& fields() {
+    using P = OutlierParams;
+    static const FieldTable<P> table{
+        flag("outliers", &P::enabled, "remove lonely voxels"),
+        integer("outlier_neighbours", &P::neighbours, "", {1, 64},
+                "so many nearest neighbours are looked at"),
+        real("outlier_sigmas", &P::sigmas, "", {0, 1000},
+             "lonely: their mean distance is so many standard deviations above that of all voxels"),
+    };
+    return table;
+  }
+};
+
 /// The map. Leaf: voxel edge r_v outside of the key regions.
 struct MappingParams {
   double leaf_m = 0.02;
@@ -88,6 +107,7 @@ struct MappingParams {
   double max_depth_m = 5;
   CutParams cut;
   CarveParams carve;
+  OutlierParams outliers;
   std::vector<std::string> key_classes{"book", "keyboard", "tv", "tvmonitor", "monitor", "laptop", "mouse"};
   int key_divisor = 4;
   int key_window = 5;
@@ -111,6 +131,7 @@ struct MappingParams {
       };
       include_fields(t, &P::cut);
       include_fields(t, &P::carve);
+      include_fields(t, &P::outliers);
       return t;
     }();
     return table;

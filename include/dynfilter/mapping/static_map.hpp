@@ -15,6 +15,7 @@
 #include <dynfilter/mapping/map_cloud.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>
+#include <dynfilter/mapping/outliers.hpp>
 #include <dynfilter/mapping/voxel_grid.hpp>
 #include <dynfilter/mapping/voxel_map.hpp>
 #include <memory>
@@ -129,7 +130,8 @@ class StaticMap {
   }
 
   /// The map as points, sorted by class and place: equal maps give equal clouds. Without voxels that were
-  /// seen through and, where there are fine voxels of key objects, without the coarse ones.
+  /// seen through, without lonely ones and, where there are fine voxels of key objects, without the coarse
+  /// ones.
   MapCloud cloud() const {
     MapCloud cloud;
     const Shown shown = shown_voxels();
@@ -432,10 +434,18 @@ class StaticMap {
     const auto is_refined = [&](std::uint64_t key) {
       return std::binary_search(refined.begin(), refined.end(), without_label(key));
     };
-    const Carving fine(key_map_, params_.carve), coarse(map_, params_.carve);
-    return {voxels_in_order(key_map_, [&](std::uint32_t i) { return !fine.gone(i); }),
-            voxels_in_order(map_,
-                            [&](std::uint32_t i) { return !coarse.gone(i) && !is_refined(map_.keys()[i]); })};
+    Shown shown{left_standing(key_map_), left_standing(map_)};
+    shown.coarse.erase(std::remove_if(shown.coarse.begin(), shown.coarse.end(),
+                                      [&](std::uint32_t i) { return is_refined(map_.keys()[i]); }),
+                       shown.coarse.end());
+    return shown;
+  }
+  std::vector<std::uint32_t> left_standing(const VoxelMap& map) const {
+    const Carving carving(map, params_.carve);
+    std::vector<std::uint32_t> order =
+        voxels_in_order(map, [&](std::uint32_t i) { return !carving.gone(i); });
+    OutlierFilter(params_.outliers).run(map, order);
+    return order;
   }
 
   static constexpr float kFarthestM = 65;              ///< DepthView's range
