@@ -420,6 +420,103 @@ TEST_CASE("memory is bounded: the leaf doubles, the oldest keyframes become perm
   CHECK_FALSE(map.remove(0));
 }
 
+namespace {
+
+/// Where a wall at z = 3, a floor at y = 1 and a wall at x = 1.3 meet, seen from (x, y, 0).
+MapFrame corner(std::int64_t id, double x_m, double y_m) {
+  MapFrame frame = wall(id, x_m, false);
+  frame.T_world_camera.translation_m = {x_m, y_m, 0};
+  for (int v = 0; v < 120; ++v)
+    for (int u = 0; u < 160; ++u) {
+      const double x = (u - 79.5) / 130, y = (v - 59.5) / 130;
+      double z = 3;
+      if (y > 0) z = std::min(z, (1 - y_m) / y);
+      if (x > 0) z = std::min(z, (1.3 - x_m) / x);
+      frame.depth.at<float>(v, u) = static_cast<float>(z);
+    }
+  return frame;
+}
+double offset_m(const Pose& a, const Pose& b) {
+  return (a.t() - b.t()).norm();
+}
+
+}  // namespace
+
+TEST_CASE("a keyframe 2 cm and half a degree off is aligned with the map, one that says too little is not") {
+  MappingParams params;
+  params.registration.enabled = true;
+  StaticMap map(params);
+  CHECK_FALSE(map.add(corner(0, 0, 0)).registered);  // there is no map yet
+  MapFrame frame = corner(1, 0.1, -0.05);
+  const Pose right = frame.T_world_camera;
+  const double turn = 0.5 * 3.14159265 / 180;
+  frame.T_world_camera.rotation = {std::cos(turn),  0, std::sin(turn), 0, 1, 0,
+                                   -std::sin(turn), 0, std::cos(turn)};
+  frame.T_world_camera.translation_m = {right.translation_m[0] + 0.012, right.translation_m[1] - 0.012,
+                                        right.translation_m[2] + 0.0106};
+  CHECK(offset_m(frame.T_world_camera, right) > 0.0199);
+  const MapReport report = map.add(frame);
+  REQUIRE(report.registered);
+  CHECK(offset_m(report.T_world_camera, right) < 0.001);
+  CHECK(std::abs(report.T_world_camera.rotation[2]) < 0.0005);
+  CHECK(is_rigid(report.T_world_camera));
+
+  StaticMap again(params);
+  again.add(corner(0, 0, 0));
+  CHECK(again.add(frame).T_world_camera.translation_m == report.T_world_camera.translation_m);
+  map.move(1, right);  // to the letter
+  again.remove(1);
+  params.registration.enabled = false;
+  StaticMap plain(params);
+  plain.add(corner(0, 0, 0));
+  CHECK(content(again.voxels()) == content(plain.voxels()));
+  frame.T_world_camera = right;
+  plain.add(frame);
+  CHECK(content(map.voxels()) == content(plain.voxels()));
+}
+
+TEST_CASE("a single wall leaves the pose as it is, and so does what is too far off") {
+  MappingParams params;
+  params.registration.enabled = true;
+  StaticMap map(params);
+  map.add(wall(0, 0, false));
+  MapFrame frame = wall(1, 0.1, false);
+  frame.T_world_camera.translation_m[2] = 0.01;
+  const MapReport report = map.add(frame);
+  CHECK_FALSE(report.registered);
+  CHECK(offset_m(report.T_world_camera, frame.T_world_camera) == 0);
+  params.registration.max_correction_m = 0.01;
+  StaticMap bounded(params);
+  bounded.add(corner(0, 0, 0));
+  frame = corner(1, 0, 0);
+  frame.T_world_camera.translation_m[2] = 0.02;
+  CHECK_FALSE(bounded.add(frame).registered);
+  frame = corner(2, 0, 0);
+  frame.depth.rowRange(0, 115).setTo(0);
+  CHECK_FALSE(bounded.add(frame).registered);
+}
+
+TEST_CASE("a long way does not take more memory than the bounds") {
+  MappingParams params;
+  params.leaf_m = 0.05;
+  params.max_voxels = 20000;
+  params.max_keyframe_mb = 1;
+  StaticMap map(params);
+  std::size_t most = 0;
+  for (int i = 0; i < 120; ++i) {
+    MapFrame frame = wall(i, 0.5 * i, false);
+    const MapReport report = map.add(frame);
+    CHECK(report.used);
+    most = std::max(most, map.state().voxel_bytes + map.state().keyframe_bytes);
+    REQUIRE(map.state().voxels + map.state().key_voxels <= 20000);
+  }
+  CHECK(map.state().permanent_keyframes > 80);
+  CHECK(map.state().leaf_m > 0.05);
+  // Voxels: 80 bytes each, lists up to twice that while they grow by a keyframe's points; table: 4 bytes, a
+  // quarter full at least.
+  CHECK(most < 2 * 80 * 30000 + 16 * 30000 + 1000000);
+}
+
 TEST_CASE("odd frames are skipped with a reason, wrong settings are named") {
   StaticMap map;
   const auto skipped = [&](const MapFrame& frame) {

@@ -98,6 +98,25 @@ struct OutlierParams {
   }
 };
 
+/// Alignment of a keyframe with the map before it is fused (registration.hpp).
+struct RegistrationParams {
+  bool enabled = false;
+  double max_correction_m = 0.05;
+  double max_correction_deg = 3;
+  int min_points = 300;
+
+  static const FieldTable<RegistrationParams>& fields() {
+    using P = RegistrationParams;
+    static const FieldTable<P> table{
+        flag("register_keyframes", &P::enabled, "align each keyframe with the map before it is fused"),
+        real("max_correction_m", &P::max_correction_m, "m", {0, 10}, "a larger correction is not believed"),
+        real("max_correction_deg", &P::max_correction_deg, "deg", {0, 90}, "nor a larger turn"),
+        integer("registration_min_points", &P::min_points, "", {20, 2000}, "with fewer pairs it abstains"),
+    };
+    return table;
+  }
+};
+
 /// The map. Leaf: voxel edge r_v outside of the key regions.
 struct MappingParams {
   double leaf_m = 0.02;
@@ -108,6 +127,7 @@ struct MappingParams {
   CutParams cut;
   CarveParams carve;
   OutlierParams outliers;
+  RegistrationParams registration;
   std::vector<std::string> key_classes{"book", "keyboard", "tv", "tvmonitor", "monitor", "laptop", "mouse"};
   int key_divisor = 4;
   int key_window = 5;
@@ -132,6 +152,7 @@ struct MappingParams {
       include_fields(t, &P::cut);
       include_fields(t, &P::carve);
       include_fields(t, &P::outliers);
+      include_fields(t, &P::registration);
       return t;
     }();
     return table;

@@ -16,10 +16,12 @@
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/outliers.hpp>
+#include <dynfilter/mapping/registration.hpp>
 #include <dynfilter/mapping/voxel_grid.hpp>
 #include <dynfilter/mapping/voxel_map.hpp>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -55,7 +57,8 @@ class StaticMap {
         cut_(params.cut),
         grid_(params.leaf_m),
         key_grid_(params.leaf_m / params.key_divisor),
-        key_regions_(params.key_classes) {}
+        key_regions_(params.key_classes),
+        registration_(params.registration) {}
 
   /// Fuses a keyframe. One that cannot be used changes nothing; report.note says why.
   MapReport add(const MapFrame& frame) {
@@ -114,13 +117,13 @@ class StaticMap {
     return true;
   }
 
-  /// Puts a keyframe at another pose, as after a loop closure. False, and nothing changes, if it is unknown
-  /// or permanent or the pose is not rigid.
+  /// Puts a keyframe at another pose, as after a loop closure; it is not aligned with the map again. False,
+  /// and nothing changes, if it is unknown or permanent or the pose is not rigid.
   bool move(std::int64_t id, const Pose& T_world_camera) {
     Keyframe* keyframe = find(id);
     if (keyframe == nullptr || !is_rigid(T_world_camera)) return false;
     take_out(*keyframe);
-    keyframe->T_world_camera = T_world_camera;
+    keyframe->T_world_camera = keyframe->T_given = T_world_camera;
     put_in(*keyframe);
     return true;
   }
@@ -192,7 +195,7 @@ class StaticMap {
   struct Keyframe {
     std::int64_t id = -1;
     double timestamp_s = 0;
-    Pose T_world_camera;
+    Pose T_world_camera, T_given;              ///< given: before it was aligned with the map
     std::vector<VoxelPoint> cloud, key_cloud;  ///< camera frame
     DepthView view;
   };
@@ -272,7 +275,7 @@ class StaticMap {
     auto keyframe = std::make_unique<Keyframe>();
     keyframe->id = frame.id;
     keyframe->timestamp_s = frame.timestamp_s;
-    keyframe->T_world_camera = frame.T_world_camera;
+    keyframe->T_world_camera = keyframe->T_given = frame.T_world_camera;
     cloud_of_key_regions(frame, keyframe->key_cloud, report);
     grid_.run(source(frame, key_regions_.outside()), cloud_);
     report.outside += grid_.outside();
@@ -281,6 +284,7 @@ class StaticMap {
       if (frames_seen_ + frames_since_key_ + 1 - neighbour.number <= params_.key_window)
         append_in(*keyframe, neighbour);
     keyframe->view.build(depth_m_, cut_.moving(), frame.camera, params_.carve);
+    align(*keyframe, report);
     report.points = keyframe->cloud.size();
     report.key_points = keyframe->key_cloud.size();
     const std::size_t before = map_.size() + key_map_.size();
@@ -293,6 +297,15 @@ class StaticMap {
     keyframe_bytes_ += bytes_of(*keyframe);
     keyframes_.push_back(std::move(keyframe));
     make_room(report);
+  }
+
+  void align(Keyframe& keyframe, MapReport& report) {
+    if (!params_.registration.enabled) return;
+    const std::optional<Pose> corrected =
+        registration_.run(map_, unit_m(), keyframe.cloud, keyframe.T_world_camera);
+    if (!corrected) return;
+    keyframe.T_world_camera = report.T_world_camera = *corrected;
+    report.registered = true;
   }
 
   /// Also finds the rest of the picture: key_regions_.outside().
@@ -310,7 +323,7 @@ class StaticMap {
 
   /// A neighbour's points in the keyframe's camera frame: they move with the keyframe.
   static void append_in(Keyframe& keyframe, const Neighbour& neighbour) {
-    const Pose T = inverse(keyframe.T_world_camera) * neighbour.T_world_camera;
+    const Pose T = inverse(keyframe.T_given) * neighbour.T_world_camera;
     for (VoxelPoint p : neighbour.cloud) {
       const Eigen::Vector3d q = T.R() * Eigen::Vector3d(p.x, p.y, p.z) + T.t();
       p.x = static_cast<float>(q.x()), p.y = static_cast<float>(q.y()), p.z = static_cast<float>(q.z());
@@ -455,6 +468,7 @@ class StaticMap {
   DepthCut cut_;
   VoxelGrid grid_, key_grid_;
   KeyRegions key_regions_;
+  MapRegistration registration_;
   PixelRays rays_;
   cv::Mat depth_m_;
   VoxelMap map_, key_map_;
