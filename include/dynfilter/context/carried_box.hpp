@@ -5,18 +5,11 @@
 #include <cmath>
 #include <dynfilter/context/motion_trail.hpp>
 #include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 #include <limits>
 #include <vector>
 
 namespace dynfilter {
-
-/// The median; the order of `values` changes. NaN without any.
-inline float median_in_place(std::vector<float>& values) {
-  if (values.empty()) return std::numeric_limits<float>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// A box on its way from the frame that it was found on. `detection.box` is where it is now.
 struct CarriedBox {
@@ -100,7 +93,7 @@ class BoxCarrier {
     }
   }
 
-  /// All windows of depths over the features of the box's middle; of equal ones the nearest.
+  /// On which most features of the box's middle agree; of equal ones the nearest.
   float object_depth_m(const std::vector<MotionSample>& samples, const cv::Rect2f& box) {
     const cv::Rect2f middle(box.x + 0.2F * box.width, box.y + 0.1F * box.height, 0.6F * box.width,
                             0.8F * box.height);
@@ -108,15 +101,7 @@ class BoxCarrier {
     for (const MotionSample& s : samples)
       if (middle.contains(s.from_px) && std::isfinite(s.from_depth_m)) z_.push_back(s.from_depth_m);
     if (z_.size() < kMinSamples) return std::numeric_limits<float>::quiet_NaN();
-    std::sort(z_.begin(), z_.end());
-    std::size_t begin = 0, best = 0, best_begin = 0;
-    for (std::size_t end = 0; end < z_.size(); ++end) {
-      while (z_[end] - z_[begin] > kLayer_m) ++begin;
-      if (end + 1 - begin <= best) continue;
-      best = end + 1 - begin;
-      best_begin = begin;
-    }
-    return z_[best_begin + best / 2];
+    return *densest_in_place(z_, kLayer_m);
   }
 
   std::vector<float> x_, y_, z_;

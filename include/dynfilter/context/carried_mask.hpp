@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <dynfilter/context/carried_box.hpp>
 #include <dynfilter/context/motion_trail.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 #include <vector>

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <dynfilter/cluster/depth_split.hpp>
 #include <dynfilter/context/context.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/filters/semantic_input.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 namespace dynfilter {
@@ -77,24 +79,14 @@ inline double foreground_depth_m(Context& context, const cv::Rect2f& box,
   return nearer_surface_m(inverse);
 }
 
-/// The depth [m] on which most features of a box agree to within `margin_m`: where a RANSAC whose model is
-/// one depth ends up, found exactly (all windows of 2 margin_m over the sorted depths; of equal ones the
-/// nearest). YOLO-SLAM (Wu et al. 2022) separates the object from its background like that. Infinity without
-/// depths.
+/// The depth [m] on which most features of a box agree to within `margin_m`; of equal ones the nearest.
+/// YOLO-SLAM (Wu et al. 2022) separates the object from its background like that. Infinity without depths.
 inline double consensus_depth_m(Context& context, const std::vector<std::size_t>& inside, double margin_m) {
   std::vector<float> depths;
   for (const std::size_t i : inside)
     if (valid_depth(context.depths_m()[i])) depths.push_back(context.depths_m()[i]);
-  std::sort(depths.begin(), depths.end());
-  std::size_t begin = 0, best = 0, best_begin = 0;
-  for (std::size_t end = 0; end < depths.size(); ++end) {
-    while (static_cast<double>(depths[end] - depths[begin]) > 2 * margin_m) ++begin;
-    if (end + 1 - begin <= best) continue;
-    best = end + 1 - begin;
-    best_begin = begin;
-  }
-  if (best == 0) return std::numeric_limits<double>::infinity();
-  return static_cast<double>(depths[best_begin + best / 2]);
+  const std::optional<float> depth_m = densest_in_place(depths, static_cast<float>(2 * margin_m));
+  return depth_m ? static_cast<double>(*depth_m) : std::numeric_limits<double>::infinity();
 }
 
 /// The depth [m] beyond which a box's features are its background.

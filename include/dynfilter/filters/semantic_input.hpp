@@ -5,6 +5,7 @@
 #include <cmath>
 #include <dynfilter/context/context.hpp>
 #include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <string>
 #include <utility>
@@ -108,7 +109,8 @@ class LateResult {
       x.push_back(context_.pixels()[i].x - match_->correspondences.reference_px[i].x);
       y.push_back(context_.pixels()[i].y - match_->correspondences.reference_px[i].y);
     }
-    return {median(x), median(y)};
+    if (x.empty()) return {0, 0};
+    return {median_in_place(x), median_in_place(y)};
   }
 
  private:
@@ -134,12 +136,6 @@ class LateResult {
   void use_carried(const T& carried, T& own) {
     own = carried;
     context_.note(age_note_);
-  }
-  static float median(std::vector<float>& values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
   }
 
   Context& context_;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <dynfilter/geometry/two_view_points.hpp>
@@ -392,9 +393,7 @@ class TwoViewDecision {
       if (e <= 4 * tau2_) scratch_.push_back(e);
     });
     if (scratch_.empty()) return 0;
-    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
-    std::nth_element(scratch_.begin(), middle, scratch_.end());
-    return std::sqrt(*middle / median) / points_.scale();
+    return std::sqrt(median_in_place(scratch_) / median) / points_.scale();
   }
 
   const TwoViewPoints& points_;
