@@ -9,6 +9,7 @@
 #include <dynfilter/context/context.hpp>
 #include <dynfilter/context/feature_tracks.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/filters/neighbour_field.hpp>
@@ -21,11 +22,11 @@
 namespace dynfilter {
 
 struct BackgroundMotionParams {
-  double max_chi2 = 18.0;
+  double max_chi2 = 30.0;
   double depth_sigma_factor = 2.0;
-  double memory = 0.6;
+  double memory = 0.4;
   double mobility_memory = 0.95;
-  double neighbour_px = 30;
+  double neighbour_px = 25;
   double neighbour_m = 0.12;
   double neighbour_weight = 1.0;
   double prior_suspicion = 0.05;
@@ -232,13 +233,13 @@ class BackgroundMotionFilter final : public Filter {
       own_[i] = static_cast<float>(params_.memory) * remembered_[i];
       if (!match.found(i)) continue;
       const cv::Point3f& now = context.points_m()[i];
-      calm_ = mobility_[i] < RigidBackgroundEstimator::kMobile;
-      double chi2 = miss(1, match.reference_points_m[i], now);
+      const bool calm = mobility_[i] < RigidBackgroundEstimator::kMobile;
+      double chi2 = miss(1, match.reference_points_m[i], now, calm);
       const int longest = std::min(tracks_.length(i), static_cast<int>(residuals_.size()));
       if (longest > 1)
         chi2 = std::max(
-            chi2,
-            miss(longest, back_project(camera, tracks_.at(i, longest), tracks_.depth_m(i, longest)), now));
+            chi2, miss(longest, back_project(camera, tracks_.at(i, longest), tracks_.depth_m(i, longest)),
+                       now, calm));
       if (chi2 < 0) continue;
       seen_[i] = 1;
       own_[i] = std::clamp(own_[i] + evidence(chi2), kLeastBelief, kMostBelief);
@@ -254,12 +255,13 @@ class BackgroundMotionFilter final : public Filter {
     return noise;
   }
 
-  /// chi2 against the background over `gap` frames; negative where it cannot be said.
-  double miss(int gap, const cv::Point3f& then, const cv::Point3f& now) {
+  /// chi2 against the background over `gap` frames; negative where it cannot be said. `calm`: it did not move
+  /// lately.
+  double miss(int gap, const cv::Point3f& then, const cv::Point3f& now, bool calm) {
     const RigidResidual r = residuals_[static_cast<std::size_t>(gap - 1)](then, now);
     if (!r.valid) return -1;
     misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
-    if (calm_) calm_misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
+    if (calm) calm_misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
     return static_cast<double>(r.chi2);
   }
   float evidence(double chi2) const { return static_cast<float>(std::min(3.0, chi2 / params_.max_chi2 - 1)); }
@@ -273,19 +275,14 @@ class BackgroundMotionFilter final : public Filter {
     for (std::size_t gap = 1; gap < misses_px_.size(); ++gap) {
       std::vector<float>&all = misses_px_[gap], &calm = calm_misses_px_[gap];
       if (all.size() < 30) continue;
-      float typical_px = quantile(all, 35);
-      if (calm.size() >= 30) typical_px = std::min(typical_px, quantile(calm, 50));
+      float typical_px = quantile_in_place(all, 35);
+      if (calm.size() >= 30) typical_px = std::min(typical_px, median_in_place(calm));
       const double sigma =
           std::clamp(kScale * static_cast<double>(typical_px), kLeastNoise_px, kMostNoise_px);
       noise_px_[gap] += kRate * (sigma - noise_px_[gap]);
       all.clear();
       calm.clear();
     }
-  }
-  static float quantile(std::vector<float>& values, std::size_t percent) {
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * percent / 100);
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
   }
 
   // ---- neighbours
@@ -340,7 +337,6 @@ class BackgroundMotionFilter final : public Filter {
   std::vector<std::uint8_t> seen_;
   std::vector<float> mobility_, last_mobility_;
   NeighbourField witnesses_, moved_;  ///< evidence of this frame, mobility of the last
-  bool calm_ = true;                  ///< the feature whose misses are taken did not move lately
 };
 
 }  // namespace dynfilter
