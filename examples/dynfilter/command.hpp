@@ -20,6 +20,7 @@ void add_compare(CLI::App& app, Action& action);
 void add_detect(CLI::App& app, Action& action);
 void add_eval(CLI::App& app, Action& action);
 void add_filters(CLI::App& app, Action& action);
+void add_map(CLI::App& app, Action& action);
 void add_motion(CLI::App& app, Action& action);
 void add_run(CLI::App& app, Action& action);
 void add_serve(CLI::App& app, Action& action);

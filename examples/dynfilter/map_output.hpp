@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/ply.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
 #include <dynfilter/mapping/cloud_picture.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <filesystem>
@@ -18,120 +19,104 @@
 #include <utility>
 #include <vector>
 
-#include "odometry/track_result.hpp"
-#include "pipeline_judge.hpp"
-#include "run_summary.hpp"
+#include "map_summary.hpp"
 
 namespace dynfilter::command {
 
-/// Does any stage of the pipeline have this name?
-inline bool uses_stage(const Pipeline& pipeline, const std::string& name) {
-  bool found = false;
-  for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
-    if (const Stage* root = pipeline.stages(point))
-      root->for_each([&](const Stage& stage, int) { found = found || stage.name() == name; });
-  }
-  return found;
-}
+/// A frame for the map, with all that it points to.
+struct MapInput {
+  std::size_t index = 0;  ///< in the sequence
+  bool keyframe = false;
+  mapping::MapFrame frame;  ///< but for the two lists
+  std::vector<cv::Point2f> moving_px;
+  std::vector<Detection> detections;
 
-/// The static map of a sequence, in a thread of its own. What the pipeline rejects is cut out of the depth
-/// images; boxes and masks are, where the pipeline has a stage that looks at them.
+  mapping::MapFrame view() const {
+    mapping::MapFrame view = frame;
+    view.moving_px = moving_px;
+    view.detections = detections;
+    return view;
+  }
+};
+
+/// The static map of a sequence, in a thread of its own, and its files.
 class MapOutput {
  public:
   /// Throws IoError when `file` cannot be in its folder, ConfigError for parameters.
-  MapOutput(std::filesystem::path file, const mapping::MappingParams& params, const Pipeline& pipeline)
-      : file_(std::move(file)),
-        moving_classes_(params.cut.moving_classes),
-        cuts_boxes_(uses_stage(pipeline, "semantic_box")),
-        cuts_mask_(uses_stage(pipeline, "semantic_mask")),
-        map_(params, kCapacity) {
+  MapOutput(std::filesystem::path file, const mapping::MappingParams& params)
+      : file_(std::move(file)), map_(params, kCapacity) {
     const std::filesystem::path folder = std::filesystem::absolute(file_).parent_path();
     if (!std::filesystem::is_directory(folder)) throw IoError(folder.string() + ": no such folder");
     if (std::filesystem::is_directory(file_)) throw IoError(file_.string() + ": is a folder");
   }
 
-  /// `truth`: CV_8UC1, what moves by the renderer's labels, or empty.
-  void add(std::int64_t id, const io::RgbdFrame& frame, const Camera& camera, const Pose& T_world_camera,
-           bool keyframe, const odometry::SemanticInputs& inputs, const FrameVerdict& verdict,
-           const cv::Mat& truth) {
-    if (frame.depth.empty()) return;
-    if (!first_) first_ = View{camera, frame.depth.size(), T_world_camera};
-    mapping::MapFrame view;
-    view.id = id;
-    view.timestamp_s = frame.timestamp_s;
-    view.T_world_camera = T_world_camera;
-    view.camera = camera;
-    view.depth = frame.depth;
-    view.depth_unit_m = frame.depth_unit_m;
-    if (frame.colour.size() == frame.depth.size()) view.bgr = frame.colour;
-    std::vector<cv::Point2f> moving;
-    for (const MarkedFeature& feature : verdict.features)
-      if (feature.decision == Vote::Dynamic) moving.push_back(feature.pixel);
-    view.moving_px = moving;
-    const std::vector<Detection> detections = own_detections(id, inputs);
-    view.detections = detections;
-    const bool has_mask = inputs.mask && of_this_frame(inputs.mask->frame_id, id);
-    if (!truth.empty())
-      view.moving_mask = truth;
-    else if (cuts_mask_ && has_mask)
-      view.moving_mask = inputs.mask->labels;
-    keyframe ? map_.add(view) : map_.observe(view);
+  void add(const MapInput& input) {
+    const mapping::MapFrame view = input.view();
+    if (!first_) first_ = View{view.camera, view.depth.size(), view.T_world_camera};
+    if (++waiting_ == kCapacity) {  // files are read faster than filmed: rather wait than drop a frame
+      map_.finish();
+      waiting_ = 1;
+    }
+    input.keyframe ? map_.add(view) : map_.observe(view);
   }
 
   void move(std::int64_t id, const Pose& T_world_camera) { map_.move(id, T_world_camera); }
 
-  /// Waits for the map and writes it, and a picture of it from above and from the first camera beside it.
-  MapSummary write() {
-    const mapping::MapCloud cloud = map_.cloud();
+  /// Waits for all that was added.
+  mapping::MapCloud cloud() { return map_.cloud(); }
+
+  /// The cloud, and a picture of it from above and from the first camera beside it: both or, where one cannot
+  /// be written, none. Nothing for a cloud without points.
+  MapSummary write(const mapping::MapCloud& cloud) {
     const mapping::MapState state = map_.state();
     const mapping::MappingThreadStatus status = map_.status();
-    io::write_ply(file_, cloud.points_m, cloud.colours, cloud.classes);
-    if (first_) write_picture(cloud, state.leaf_m);
-    return {file_.string(), cloud.size(),    status.fused,
-            status.skipped, status.dropped,  state.voxel_bytes + state.keyframe_bytes,
-            state.leaf_m,   status.last_note};
+    if (cloud.size() > 0) write_files(cloud, state.leaf_m);
+    MapSummary s;
+    s.file = cloud.size() > 0 ? file_.string() : "";
+    s.points = cloud.size();
+    s.keyframes = status.fused, s.skipped = status.skipped, s.dropped = status.dropped;
+    s.full_points = status.left_pixels, s.cut_points = status.pixels - status.left_pixels;
+    s.bytes = state.voxel_bytes + state.keyframe_bytes, s.cloud_bytes = cloud.size() * kPointBytes;
+    s.leaf_m = state.leaf_m;
+    s.ms_per_keyframe = status.fused > 0 ? status.fused_ms / static_cast<double>(status.fused) : NAN;
+    s.last_note = status.last_note;
+    return s;
   }
 
  private:
-  static constexpr std::size_t kCapacity = 256;  ///< frames that wait: a sequence is read faster than filmed
+  static constexpr std::size_t kCapacity = 128;
+  static constexpr std::size_t kPointBytes = 19;  ///< in the file: three floats, three colours, a class
   struct View {
     Camera camera;
     cv::Size size;
     Pose T_world_camera;
   };
 
-  static bool of_this_frame(std::int64_t frame_id, std::int64_t id) { return frame_id < 0 || frame_id == id; }
-
-  std::vector<Detection> own_detections(std::int64_t id, const odometry::SemanticInputs& inputs) const {
-    std::vector<Detection> own;
-    if (!inputs.detections || !of_this_frame(inputs.detections->frame_id, id)) return own;
-    for (const Detection& detection : inputs.detections->detections) {
-      const bool may_move = std::find(moving_classes_.begin(), moving_classes_.end(), detection.class_name) !=
-                            moving_classes_.end();
-      if (cuts_boxes_ || !may_move) own.push_back(detection);
-    }
-    return own;
-  }
-
-  void write_picture(const mapping::MapCloud& cloud, double leaf_m) const {
-    const View& view = *first_;
-    const Pose above = mapping::overview_pose(cloud, view.T_world_camera, view.camera, view.size);
-    cv::Mat both;
-    cv::hconcat(mapping::render_cloud(cloud, leaf_m, view.camera, view.size, above),
-                mapping::render_cloud(cloud, leaf_m, view.camera, view.size, view.T_world_camera), both);
-    std::vector<std::uint8_t> bytes;
-    cv::imencode(".png", both, bytes);
-    std::filesystem::path picture = file_;
-    picture.replace_extension(".png");
-    io::write_file_atomically(picture, [&](std::ostream& out) {
-      out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  void write_files(const mapping::MapCloud& cloud, double leaf_m) const {
+    const std::vector<std::uint8_t> picture = picture_of(cloud, leaf_m);
+    std::filesystem::path picture_file = file_;
+    picture_file.replace_extension(".png");
+    io::write_file_atomically(picture_file, [&](std::ostream& out) {
+      out.write(reinterpret_cast<const char*>(picture.data()), static_cast<std::streamsize>(picture.size()));
+      out.flush();
+      if (!out) throw IoError(picture_file.string() + ": writing failed (disk full?)");
+      io::write_ply(file_, cloud.points_m, cloud.colours, cloud.classes);
     });
   }
 
+  std::vector<std::uint8_t> picture_of(const mapping::MapCloud& cloud, double leaf_m) const {
+    const View& view = *first_;
+    cv::Mat both;
+    cv::hconcat(mapping::render_overview(cloud, leaf_m, view.camera, view.size, view.T_world_camera),
+                mapping::render_cloud(cloud, leaf_m, view.camera, view.size, view.T_world_camera), both);
+    std::vector<std::uint8_t> bytes;
+    cv::imencode(".png", both, bytes);
+    return bytes;
+  }
+
   std::filesystem::path file_;
-  std::vector<std::string> moving_classes_;
-  bool cuts_boxes_, cuts_mask_;
   mapping::MappingThread map_;
+  std::size_t waiting_ = 0;  ///< at most, since it was last empty
   std::optional<View> first_;
 };
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "command.hpp"
+#include "map_text.hpp"
 #include "progress.hpp"
 #include "run_options.hpp"
 #include "run_summary.hpp"
@@ -30,14 +31,6 @@ void print_detector(const DetectorSummary& d) {
              d.last_error);
 }
 
-void print_map(const MapSummary& m) {
-  fmt::print("  map           {} points of {:g} m from {} keyframes, {:.0f} MB while built: {}\n", m.points,
-             m.leaf_m, m.keyframes, static_cast<double>(m.bytes) / 1e6, m.file);
-  if (m.skipped + m.dropped > 0)
-    fmt::print("  map           {} keyframes could not be used, {} came too fast{}{}\n", m.skipped, m.dropped,
-               m.last_note.empty() ? "" : ": ", m.last_note);
-}
-
 void print_text(const Summary& s, const std::string& out) {
   fmt::print("{} on {}\n", s.pipeline, s.sequence);
   fmt::print("  tracked       {} of {} frames\n", s.tracked_frames, s.frames);
@@ -51,7 +44,7 @@ void print_text(const Summary& s, const std::string& out) {
       "  time          {:.1f} ms a frame: extraction {:.1f}, correspondence {:.1f}, filters {:.2f}, tracking "
       "{:.1f}\n",
       s.total_ms, s.extraction_ms, s.correspondence_ms, s.filters_ms, s.tracking_ms);
-  if (s.map) print_map(*s.map);
+  if (s.map) fmt::print("{}", map_text(*s.map));
   if (s.detector) print_detector(*s.detector);
   for (const std::string& note : s.notes) fmt::print("  note: {}\n", note);
   if (!out.empty()) fmt::print("  written to {}\n", out);
@@ -96,10 +89,7 @@ void add_run(CLI::App& app, Action& action) {
       command->add_option("--map", options->map,
                           "write the dense map of what stands still to this PLY file, and a picture of it "
                           "beside it");
-  command->add_option("--map-leaf-m", options->map_leaf_m, "edge of the map's voxels, metres")
-      ->check(CLI::Range(0.001, 5.0))
-      ->needs(map)
-      ->capture_default_str();
+  for (CLI::Option* option : add_map_options(*command, *options)) option->needs(map);
   command->add_flag("--json", *json, "print JSON");
   command->callback([options, json, &action] { action = [options, json] { return run(*options, *json); }; });
 }

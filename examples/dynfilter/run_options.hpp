@@ -4,13 +4,14 @@
 #include <CLI/CLI.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <string>
+#include <vector>
 
 #include "sequence_run.hpp"
 
 namespace dynfilter::command {
 
-/// The options that `run` and `compare` share.
-inline void add_run_options(CLI::App& command, RunOptions& options) {
+/// The options of all commands that play a sequence.
+inline void add_play_options(CLI::App& command, RunOptions& options) {
   command.add_option("--camera", options.camera,
                      "camera file (keys as in ORB-SLAM settings) instead of the one found");
   command.add_option("--detections", options.detections,
@@ -47,12 +48,31 @@ inline void add_run_options(CLI::App& command, RunOptions& options) {
   command.add_option("--start", options.start,
                      "leave out so many frames at the beginning (with --reverse: of the reversed sequence)");
   command.add_option("--frames", options.frames, "play at most so many frames");
-  command.add_flag("--reverse", options.reverse, "play from the last frame to the first");
   command.add_option("--plugin", options.plugins,
                      "load rejectors and providers from this module as well (runs its code)");
   command.add_option("--threads", options.threads, "OpenCV's threads; verdicts do not depend on it")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
+}
+
+/// The options that `run` and `compare` share.
+inline void add_run_options(CLI::App& command, RunOptions& options) {
+  add_play_options(command, options);
+  command.add_flag("--reverse", options.reverse, "play from the last frame to the first");
+}
+
+/// What `run --map` and `map` share. The caller says what they need.
+inline std::vector<CLI::Option*> add_map_options(CLI::App& command, RunOptions& options) {
+  return {command.add_option("--map-leaf-m", options.map_leaf_m, "edge of the map's voxels, metres")
+              ->capture_default_str(),
+          command
+              .add_option("--keyframes", options.keyframes,
+                          "which frames the map is built from: own (as the odometry chooses), pose_change, "
+                          "vertex_cover, every:N")
+              ->capture_default_str(),
+          command.add_flag("--truth", options.truth,
+                           "a sequence that synth wrote: judge the map against the scene's surfaces (ghosts, "
+                           "coverage, error)")};
 }
 
 }  // namespace dynfilter::command

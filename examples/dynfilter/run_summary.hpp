@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "json.hpp"
+#include "map_summary.hpp"
 
 namespace dynfilter::command {
 
@@ -41,14 +42,6 @@ struct DetectorSummary {
   double age_median_frames = NAN, age_max_frames = NAN;
 };
 
-/// The map of `--map`.
-struct MapSummary {
-  std::string file;
-  std::size_t points = 0, keyframes = 0, skipped = 0, dropped = 0, bytes = 0;
-  double leaf_m = 0;
-  std::string last_note;  ///< why a keyframe was skipped
-};
-
 /// summary.json; NaN stands for null.
 struct Summary {
   std::string sequence, pipeline;
@@ -74,12 +67,6 @@ inline Json to_json(const DetectorSummary& d) {
           {"frames_with_result", d.frames_with_result},
           {"age_median_frames", number_or_null(d.age_median_frames)},
           {"age_max_frames", number_or_null(d.age_max_frames)}};
-}
-
-inline Json to_json(const MapSummary& s) {
-  return {{"file", s.file},       {"points", s.points},      {"keyframes", s.keyframes},
-          {"skipped", s.skipped}, {"dropped", s.dropped},    {"bytes", s.bytes},
-          {"leaf_m", s.leaf_m},   {"last_note", s.last_note}};
 }
 
 inline Json to_json(const Summary& s) {

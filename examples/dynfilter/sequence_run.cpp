@@ -3,15 +3,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <dynfilter/io/pose_lookup.hpp>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <thread>
 #include <utility>
 
 #include "command_registry.hpp"
-#include "map_output.hpp"
+#include "map_run.hpp"
 #include "odometry/odometry.hpp"
 #include "pipeline_judge.hpp"
 #include "run_input.hpp"
@@ -38,6 +41,7 @@ class SequenceRun {
     summary_.pipeline = judge_.pipeline().name();
     summary_.notes = sequence_.notes();
     ground_truth_ = sequence_.ground_truth();
+    if (!options.trajectory.empty()) read_poses();
     open_feed();
     oracle_ = uses_stage(judge_.pipeline(), OracleFilter::kName);
     if (oracle_ && !sequence_.has_labels())
@@ -46,11 +50,7 @@ class SequenceRun {
     judged_by_truth_ = sequence_.has_labels() && !options.reverse;
     if (sequence_.has_labels() && options.reverse)
       summary_.notes.emplace_back("played in reverse: no precision and recall");
-    if (!options.map.empty()) {
-      mapping::MappingParams params;
-      params.leaf_m = options.map_leaf_m;
-      map_.emplace(options.map, params, judge_.pipeline());
-    }
+    if (!options.map.empty()) map_.emplace(options, judge_.pipeline(), sequence_);
     if (!options.out.empty()) output_.emplace(options.out, order_.size(), options.overlay_every);
   }
 
@@ -67,7 +67,7 @@ class SequenceRun {
     summarise_frames(rows_, summary_);
     const io::Trajectory estimate = trajectory();
     summarise_trajectory(ground_truth_, estimate, summary_);
-    if (map_) write_map();
+    if (map_) summary_.map = map_->finish(estimate, summary_.notes);
     if (output_) output_->finish(rows_, estimate, summary_);
     return summary_;
   }
@@ -80,6 +80,42 @@ class SequenceRun {
   double played_s(std::size_t i) const {
     const double stamp_s = sequence_.timestamp_s(i);
     return options_.reverse ? 2 * sequence_.timestamp_s(order_[0]) - stamp_s : stamp_s;
+  }
+
+  // The poses of another SLAM; frames without one are not played.
+  void read_poses() {
+    io::TrajectoryOddities odd;
+    const io::Trajectory given = io::read_tum_trajectory(options_.trajectory, odd);
+    const std::string name = std::filesystem::path(options_.trajectory).filename().string();
+    if (odd.backwards > 0)
+      count_note(fmt::format("{}: {} {} back: sorted by time", name, odd.backwards,
+                             odd.backwards == 1 ? "stamp goes" : "stamps go"));
+    if (odd.repeated > 0)
+      count_note(fmt::format("{}: {} repeated {}: the last pose counts", name, odd.repeated,
+                             odd.repeated == 1 ? "stamp" : "stamps"));
+    if (odd.no_pose > 0)
+      count_note(
+          fmt::format("{}: {} {} without a pose", name, odd.no_pose, odd.no_pose == 1 ? "line" : "lines"));
+    poses_.emplace(given, options_.max_gap_s);
+    const std::size_t all = order_.size();
+    const double first_s = sequence_.timestamp_s(order_.front()),
+                 last_s = sequence_.timestamp_s(order_.back());
+    order_.erase(std::remove_if(order_.begin(), order_.end(),
+                                [&](std::size_t i) { return !poses_->at(sequence_.timestamp_s(i)); }),
+                 order_.end());
+    if (order_.empty())
+      throw IoError(
+          fmt::format("{}: no pose for any of the {} (poses from {:.3f} to {:.3f} s, frames from {:.3f} to "
+                      "{:.3f} s)",
+                      options_.trajectory, frames(all), given.front().timestamp_s, given.back().timestamp_s,
+                      first_s, last_s));
+    if (order_.size() < all)
+      count_note(
+          fmt::format("{} of {} have no pose and are left out (none within {:g} s of each other around them)",
+                      all - order_.size(), frames(all), options_.max_gap_s));
+  }
+  std::optional<Pose> pose_at(std::size_t i) const {
+    return poses_ ? poses_->at(sequence_.timestamp_s(i)) : std::nullopt;
   }
 
   void open_feed() {
@@ -113,23 +149,12 @@ class SequenceRun {
     if (oracle_) truth_->labels = sequence_.load_labels(i);
     keep_pace(frame.timestamp_s);
     const odometry::SemanticInputs inputs = feed_->next(static_cast<std::int64_t>(rows_.size()), frame);
-    const odometry::TrackResult result = odometry_.process(frame, inputs);
+    const odometry::TrackResult result = odometry_.process(frame, inputs, pose_at(i));
     rows_.push_back(row_of(i, result));
-    if (map_ && result.T_world_camera) {
-      map_->add(result.frame_id, frame, sequence_.camera(), *result.T_world_camera, result.keyframe, inputs,
-                judge_.record(), oracle_ ? truth_->labels : cv::Mat());
-      if (result.keyframe) keyframes_.emplace_back(result.frame_id, frame.timestamp_s);
+    if (map_) {
+      map_->add(i, frame, result, odometry_, inputs, judge_.record(), oracle_ ? truth_->labels : cv::Mat());
     }
     if (output_) output_->add(rows_.back(), judge_, picture_of(frame, inputs, rows_.back()));
-  }
-
-  // At the poses that bundle adjustment has given the keyframes since.
-  void write_map() {
-    std::map<double, Pose> poses;
-    for (const io::StampedPose& pose : odometry_.trajectory())
-      poses.emplace(pose.timestamp_s, pose.T_world_camera);
-    for (const auto& [id, timestamp_s] : keyframes_) map_->move(id, poses.at(timestamp_s));
-    summary_.map = map_->write();
   }
 
   FrameRow row_of(std::size_t i, const odometry::TrackResult& result) {
@@ -191,8 +216,8 @@ class SequenceRun {
   std::optional<io::Trajectory> ground_truth_;
   std::optional<SemanticFeed> feed_;
   std::optional<std::chrono::steady_clock::time_point> began_;
-  std::optional<MapOutput> map_;
-  std::vector<std::pair<std::int64_t, double>> keyframes_;  ///< id and played stamp, of those in the map
+  std::optional<io::PoseLookup> poses_;  ///< of another SLAM
+  std::optional<MapRun> map_;
   std::optional<RunOutput> output_;
   std::vector<FrameRow> rows_;
   std::map<std::string, std::size_t> notes_;  ///< what stages noted, and in how many frames

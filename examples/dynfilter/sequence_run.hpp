@@ -22,6 +22,10 @@ struct RunOptions {
   std::size_t overlay_every = 0;  ///< 0: so that there are about fifty
   std::string map;                ///< a PLY file for the dense map of what stands still; "": none
   double map_leaf_m = 0.02;
+  std::string keyframes = "own";  ///< which frames the map is built from: "pose_change", "every:5", ...
+  bool truth = false;             ///< judge the map against the scene of a rendered sequence
+  std::string trajectory;         ///< a file with the poses; "": the odometry's own
+  double max_gap_s = 0.12;        ///< poses of the file that are further apart have none between them
 };
 
 /// One sequence with one pipeline through the odometry; with options.out also the files. Throws Error for

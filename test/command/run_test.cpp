@@ -2,31 +2,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include "run_command.hpp"
+#include "walking.hpp"
 
 using namespace dynfilter_test;
 namespace fs = std::filesystem;
 
 namespace {
-
-// One short walking sequence for all tests of this file, with what a user may do to it undone after each.
-class Walking {
- public:
-  Walking() : folder_(root_.path() / "walking") {
-    const CommandResult result =
-        dynfilter("synth walking_static '" + folder_.string() + "' --frames 14 --seed 3");
-    REQUIRE(result.exit_code == 0);
-  }
-  const fs::path& folder() const { return folder_; }
-  const fs::path& root() const { return root_.path(); }
-  static const Walking& shared() {
-    static const Walking walking;
-    return walking;
-  }
-
- private:
-  TemporaryFolder root_;
-  fs::path folder_;
-};
 
 // A copy that a test may spoil.
 class Copy {
@@ -55,13 +36,6 @@ class Copy {
   TemporaryFolder root_;
   fs::path folder_;
 };
-
-std::string value_of(const std::string& json, const std::string& key) {
-  const std::size_t at = json.find("\"" + key + "\": ");
-  if (at == std::string::npos) return "absent";
-  const std::size_t begin = at + key.size() + 4;
-  return json.substr(begin, json.find_first_of(",\n}", begin) - begin);
-}
 
 std::size_t lines_of(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));

@@ -48,11 +48,12 @@ class Mapper {
     return index;
   }
 
-  /// Bundle adjustment around the newest keyframe, then removal of points that do not hold.
-  void refine() {
+  /// Removal of points that do not hold, then bundle adjustment around the newest keyframe.
+  void refine(bool adjust = true) {
     const auto newest = static_cast<std::int32_t>(map_.keyframes.size()) - 1;
     if (newest < 1) return;
     cull(newest);
+    if (!adjust) return;
     std::vector<std::int32_t> window = map_.covisible(map_.keyframes[newest].features.map_point,
                                                       static_cast<std::size_t>(options_.bundle.window));
     adjuster_.adjust(map_, window, [&](const Observation& o) {

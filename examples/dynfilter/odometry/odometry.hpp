@@ -36,7 +36,10 @@ class Odometry {
         gate_(judge) {}
 
   /// One frame: `frame.grey` CV_8UC1, `frame.depth` CV_16UC1 or CV_32FC1 (times `depth_unit_m`) or empty.
-  TrackResult process(const io::RgbdFrame& frame, const SemanticInputs& inputs = {}) {
+  /// With `known` the pose is that one, as another SLAM found it; all else is done alike, so that the judge
+  /// is asked as ever. Give a pose for every frame or for none.
+  TrackResult process(const io::RgbdFrame& frame, const SemanticInputs& inputs = {},
+                      const std::optional<Pose>& known = std::nullopt) {
     TrackResult result;
     result.frame_id = next_frame_id_++;
     result.timestamp_s = frame.timestamp_s;
@@ -48,11 +51,15 @@ class Odometry {
     result.ms.extraction = watch.lap_ms();
 
     gate_.begin(result.frame_id, frame, camera_, inputs, features_.size());
-    const std::optional<Eigen::Isometry3d> predicted = tracker_.predict(frame.timestamp_s);
+    pose_is_known_ = known.has_value();
+    const std::optional<Eigen::Isometry3d> predicted =
+        known ? known->isometry().inverse() : tracker_.predict(frame.timestamp_s);
     gate_.before_pose(features_, predicted);
     result.ms.judge += watch.lap_ms();
 
-    if (mapper_.map().keyframes.empty()) {
+    if (known) {
+      follow(*predicted, result, watch);
+    } else if (mapper_.map().keyframes.empty()) {
       start_map(result, watch);
     } else {
       track(predicted, result, watch);
@@ -62,15 +69,19 @@ class Odometry {
   }
 
   /// Camera poses of all tracked frames in the world of the first camera, as known now: bundle adjustment has
-  /// improved the keyframes that they hang on.
+  /// improved the keyframes that they hang on. Poses that were given stay.
   std::vector<io::StampedPose> trajectory() const {
     std::vector<io::StampedPose> poses;
     for (const Anchored& a : anchored_) {
-      const Eigen::Isometry3d T = a.T_camera_keyframe * mapper_.map().keyframes[a.keyframe].T_camera_world;
+      Eigen::Isometry3d T = a.T_camera_keyframe;
+      if (a.keyframe >= 0) T = T * mapper_.map().keyframes[a.keyframe].T_camera_world;
       poses.push_back({a.timestamp_s, Pose::from(T.inverse())});
     }
     return poses;
   }
+
+  /// The features of the last frame that no call rejected, with their map points.
+  const FrameFeatures& features() const { return features_; }
 
   /// The features of the last frame as extracted, and at which point each one was rejected.
   const std::vector<cv::KeyPoint>& extracted() const { return gate_.extracted(); }
@@ -80,8 +91,8 @@ class Odometry {
  private:
   struct Anchored {
     double timestamp_s;
-    std::int32_t keyframe;
-    Eigen::Isometry3d T_camera_keyframe;
+    std::int32_t keyframe;                ///< -1: the world itself
+    Eigen::Isometry3d T_camera_keyframe;  ///< or T_camera_world
   };
 
   Pinhole pinhole() const { return Pinhole(camera_, options_.depth.baseline_fx_px_m); }
@@ -104,10 +115,13 @@ class Odometry {
     tracker_.set_image(frame.grey.size());
   }
 
-  void start_map(TrackResult& result, Stopwatch& watch) {
+  bool can_start_map() const {
     int with_depth = 0;
     for (const float depth_m : features_.depth_m) with_depth += depth_m > 0;
-    if (with_depth < options_.min_initial_points || gate_.wait_for_keyframe()) return;
+    return with_depth >= options_.min_initial_points && !gate_.wait_for_keyframe();
+  }
+  void start_map(TrackResult& result, Stopwatch& watch) {
+    if (!can_start_map()) return;
     pose_ = Eigen::Isometry3d::Identity();
     result.state = TrackState::Tracked;
     make_keyframe(result, watch);
@@ -136,12 +150,34 @@ class Odometry {
     if (found && tracker_.needs_keyframe(map, features_, pose_, result)) make_keyframe(result, watch);
   }
 
+  // Matches tell which map points are seen, and change nothing about the pose.
+  void follow(const Eigen::Isometry3d& pose, TrackResult& result, Stopwatch& watch) {
+    Map& map = mapper_.map();
+    pose_ = pose;
+    result.state = TrackState::Tracked;
+    Eigen::Isometry3d fitted = pose;
+    tracker_.index(features_);
+    if (!map.keyframes.empty()) tracker_.track_last_frame(map, pose, features_, fitted);
+    result.ms.tracking += watch.lap_ms();
+    gate_.after_pose(features_, pose_, map);
+    result.ms.judge += watch.lap_ms();
+    if (map.keyframes.empty()) {
+      if (can_start_map()) make_keyframe(result, watch);
+      return;
+    }
+    tracker_.index(features_);
+    fitted = pose;
+    result.tracked_points = tracker_.track_local_map(mapper_, features_, fitted);
+    result.ms.tracking += watch.lap_ms();
+    if (tracker_.needs_keyframe(map, features_, pose_, result)) make_keyframe(result, watch);
+  }
+
   void make_keyframe(TrackResult& result, Stopwatch& watch) {
     gate_.at_keyframe(features_, pose_, mapper_.map());
     result.ms.judge += watch.lap_ms();
     const Eigen::Isometry3d before = pose_;
     const std::int32_t index = mapper_.insert(result.frame_id, features_, pose_);
-    mapper_.refine();
+    mapper_.refine(!pose_is_known_);
     pose_ = mapper_.map().keyframes[index].T_camera_world;
     features_.map_point = mapper_.map().keyframes[index].features.map_point;
     tracker_.keyframe_made(mapper_.map(), index, before);
@@ -156,13 +192,18 @@ class Odometry {
     if (tracked) {
       result.T_world_camera = Pose::from(pose_.inverse());
       gate_.done(pose_);
-      const std::int32_t keyframe = tracker_.reference_keyframe();
-      const Eigen::Isometry3d T_world_keyframe = mapper_.map().keyframes[keyframe].T_camera_world.inverse();
-      anchored_.push_back({result.timestamp_s, keyframe, pose_ * T_world_keyframe});
+      anchored_.push_back(anchored(result.timestamp_s));
     }
     const bool newly_lost = tracker_.frame_done(tracked, result.timestamp_s, features_, pose_);
     if (newly_lost || result.relocalised) gate_.reset();
     last_timestamp_s_ = result.timestamp_s;
+  }
+
+  Anchored anchored(double timestamp_s) const {
+    if (pose_is_known_) return {timestamp_s, -1, pose_};
+    const std::int32_t keyframe = tracker_.reference_keyframe();
+    const Eigen::Isometry3d T_world_keyframe = mapper_.map().keyframes[keyframe].T_camera_world.inverse();
+    return {timestamp_s, keyframe, pose_ * T_world_keyframe};
   }
 
   Camera camera_;
@@ -176,6 +217,7 @@ class Odometry {
   std::vector<Anchored> anchored_;
   std::int64_t next_frame_id_ = 0;
   double last_timestamp_s_ = 0;
+  bool pose_is_known_ = false;
 };
 
 }  // namespace dynfilter::odometry

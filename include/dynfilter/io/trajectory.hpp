@@ -61,17 +61,38 @@ inline Trajectory sorted_by_time(Trajectory trajectory) {
   return trajectory;
 }
 
+/// What was odd about a trajectory file.
+struct TrajectoryOddities {
+  std::size_t no_pose = 0;    ///< lines with NaN or an all-zero quaternion
+  std::size_t backwards = 0;  ///< stamps below the one before
+  std::size_t repeated = 0;   ///< poses that another one with the same stamp replaced
+};
+
 /// Reads lines `timestamp[s] tx ty tz[m] qx qy qz qw` (blanks, tabs or commas between; `#` comments) and
 /// returns them by time. Lines with NaN or an all-zero quaternion are left out, as the TUM tools do. Throws
 /// IoError naming file and line for anything else, and for a file without a pose.
-inline Trajectory read_tum_trajectory(const std::filesystem::path& path) {
+inline Trajectory read_tum_trajectory(const std::filesystem::path& path, TrajectoryOddities& odd) {
   Trajectory trajectory;
+  odd = TrajectoryOddities();
   for (const TextLine& line : read_text_lines(path)) {
     const detail::TumNumbers numbers = detail::tum_numbers(line, path);
-    if (detail::is_pose(numbers)) trajectory.push_back(detail::stamped_pose(numbers));
+    if (!detail::is_pose(numbers)) {
+      ++odd.no_pose;
+      continue;
+    }
+    odd.backwards += !trajectory.empty() && numbers[0] < trajectory.back().timestamp_s ? 1 : 0;
+    trajectory.push_back(detail::stamped_pose(numbers));
   }
   if (trajectory.empty()) throw IoError(path.string() + ": holds no pose");
-  return sorted_by_time(std::move(trajectory));
+  const std::size_t poses = trajectory.size();
+  trajectory = sorted_by_time(std::move(trajectory));
+  odd.repeated = poses - trajectory.size();
+  return trajectory;
+}
+
+inline Trajectory read_tum_trajectory(const std::filesystem::path& path) {
+  TrajectoryOddities unused;
+  return read_tum_trajectory(path, unused);
 }
 
 /// Writes the TUM format with microseconds and nanometres; quaternions with qw >= 0. Atomic; throws IoError.

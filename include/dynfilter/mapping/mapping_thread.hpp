@@ -23,6 +23,9 @@ struct MappingThreadStatus {
   std::size_t dropped = 0;                            ///< keyframes that found the queue full
   std::size_t dropped_neighbours = 0;                 ///< other frames that found it full
   std::string last_note;                              ///< of the last keyframe that was skipped
+  std::size_t pixels = 0;                             ///< of the fused ones: with a usable depth
+  std::size_t left_pixels = 0;                        ///< of those: neither cut out nor at a depth jump
+  double fused_ms = 0;                                ///< time that fusing them took
 };
 
 /// A StaticMap in a thread of its own: the tracker pays for a copy of the images and never waits. The queue
@@ -127,6 +130,9 @@ class MappingThread {
       const MapReport report = map.add(owned->frame);
       ++(report.used ? done.fused : done.skipped);
       if (!report.used) done.last_note = report.note;
+      done.pixels = report.pixels;
+      done.left_pixels = report.pixels - report.cut_pixels - report.edge_pixels;
+      done.fused_ms = report.used ? report.time_ms : 0;
     });
     return true;
   }
@@ -157,6 +163,9 @@ class MappingThread {
       busy_ = false;
       status_.fused += done.fused;
       status_.skipped += done.skipped;
+      status_.pixels += done.pixels;
+      status_.left_pixels += done.left_pixels;
+      status_.fused_ms += done.fused_ms;
       if (done.skipped > 0) status_.last_note = done.last_note;
       if (jobs_.empty()) idle_.notify_all();
     }

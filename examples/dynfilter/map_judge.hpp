@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/io/pose_lookup.hpp>
+#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/mapping/static_map.hpp>
+#include <dynfilter/synth/map_truth.hpp>
+#include <dynfilter/synth/scene_file.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "map_output.hpp"
+
+namespace dynfilter::command {
+
+/// Judges the map of a rendered sequence against the exact surfaces of its scene.
+class MapJudge {
+ public:
+  /// Throws IoError where the sequence does not tell its scene, or tells another one.
+  MapJudge(const io::TumSequence& sequence, const mapping::MappingParams& params)
+      : sequence_(&sequence),
+        truth_(scene_of(sequence)),
+        poses_(truth_poses(sequence)),
+        oracle_(oracle_params(params)) {
+    const double first_s = sequence.timestamp_s(0);
+    const std::optional<Pose> pose = poses_.at(first_s);
+    if (!pose || truth_.distance_from(first_s, *pose) > 0.01)
+      throw IoError((sequence.folder() / "scene.txt").string() +
+                    ": the camera of that scene is elsewhere than groundtruth.txt says");
+  }
+
+  /// Every frame with depth.
+  void see(std::size_t index, const io::RgbdFrame& frame) {
+    const std::optional<Pose> pose = poses_.at(sequence_->timestamp_s(index));
+    if (!pose || frames_++ % kStep != 0) return;
+    truth_.see(frame.depth, frame.depth_unit_m, sequence_->load_labels(index), sequence_->camera(), *pose);
+  }
+
+  /// Every keyframe of the map.
+  void add_keyframe(const MapInput& input) {
+    const double stamp_s = sequence_->timestamp_s(input.index);
+    stamps_s_.push_back(stamp_s);
+    const std::optional<Pose> pose = poses_.at(stamp_s);
+    if (!pose) return;
+    mapping::MapFrame frame = input.frame;
+    frame.T_world_camera = *pose;
+    frame.moving_mask = sequence_->load_labels(input.index);
+    oracle_.add(frame);
+  }
+
+  /// `estimate`: the poses that the map was built with; it is aligned with the truth. All keyframes count as
+  /// where a point came from.
+  MapTruthSummary judge(const mapping::MapCloud& cloud, const io::Trajectory& estimate) {
+    MapTruthSummary result;
+    const std::optional<Pose> T = io::align_poses(*sequence_->ground_truth(), estimate);
+    if (!T) return result;
+    const Eigen::Isometry3d T_truth_map = T->isometry();
+    std::vector<cv::Point3f> points;
+    for (const cv::Point3f& p : cloud.points_m) {
+      const Eigen::Vector3d q = T_truth_map * Eigen::Vector3d(p.x, p.y, p.z);
+      points.emplace_back(static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()));
+    }
+    const synth::MapQuality ours = quality(points), oracle = quality(oracle_.cloud().points_m);
+    result.ghosts = ours.ghost_share(), result.astray = ours.astray_share();
+    result.coverage = ours.coverage(), result.oracle_coverage = oracle.coverage();
+    result.error_median_m = ours.error_median_m, result.error_p95_m = ours.error_p95_m;
+    return result;
+  }
+
+ private:
+  static constexpr std::size_t kStep = 4;  ///< every so manieth frame says what there is to see
+
+  static synth::MapTruth scene_of(const io::TumSequence& sequence) {
+    const std::optional<synth::SceneName> name = synth::read_scene_name(sequence.folder());
+    if (!name || !sequence.has_labels())
+      throw IoError(sequence.folder().string() +
+                    ": has no scene.txt and labels/; --truth needs a sequence that synth wrote");
+    return synth::MapTruth(name->scene, name->seed);
+  }
+  static io::PoseLookup truth_poses(const io::TumSequence& sequence) {
+    std::optional<io::Trajectory> truth = sequence.ground_truth();
+    if (!truth) throw IoError(sequence.folder().string() + ": has no groundtruth.txt, which --truth needs");
+    return io::PoseLookup(std::move(*truth));
+  }
+  static mapping::MappingParams oracle_params(mapping::MappingParams params) {
+    params.cut.boxes = mapping::BoxCut::Ignore;
+    return params;
+  }
+  synth::MapQuality quality(const std::vector<cv::Point3f>& points) {
+    return truth_.judge(points, [this](std::size_t) -> const std::vector<double>& { return stamps_s_; });
+  }
+
+  const io::TumSequence* sequence_;
+  synth::MapTruth truth_;
+  io::PoseLookup poses_;
+  mapping::StaticMap oracle_;
+  std::vector<double> stamps_s_;
+  std::size_t frames_ = 0;
+};
+
+}  // namespace dynfilter::command

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+
+#include "map_summary.hpp"
+
+namespace dynfilter::command {
+
+/// The lines about the map, for people.
+inline std::string map_text(const MapSummary& m) {
+  const auto percent = [](double share) {
+    return std::isfinite(share) ? fmt::format("{:.2f} %", 100 * share) : std::string("-");
+  };
+  std::string text =
+      fmt::format("  map           {} points of {:g} m from {} keyframes ({}), {:.0f} MB while built: {}\n",
+                  m.points, m.leaf_m, m.keyframes, m.keyframes_by, static_cast<double>(m.bytes) / 1e6,
+                  m.file.empty() ? "not written" : m.file);
+  text += fmt::format("  map           {:.1f} ms a keyframe; {} points before thinning, {} cut out\n",
+                      m.ms_per_keyframe, m.full_points, m.cut_points);
+  if (m.skipped + m.dropped > 0)
+    text += fmt::format("  map           {} keyframes could not be used{}{}\n", m.skipped + m.dropped,
+                        m.last_note.empty() ? "" : ": ", m.last_note);
+  if (!m.truth) return text;
+  const MapTruthSummary& t = *m.truth;
+  text += fmt::format("  against truth ghosts {}, astray {}, error {:.4f} m (95 %: {:.4f} m)\n",
+                      percent(t.ghosts), percent(t.astray), t.error_median_m, t.error_p95_m);
+  text += fmt::format("  against truth covers {} of what was seen, {} of what the oracle's map covers\n",
+                      percent(t.coverage), percent(t.of_oracle()));
+  return text;
+}
+
+}  // namespace dynfilter::command
