@@ -52,9 +52,10 @@ class MapJudge {
     oracle_.add(frame);
   }
 
-  /// `estimate`: the poses that the map was built with; it is aligned with the truth. All keyframes count as
-  /// where a point came from.
-  MapTruthSummary judge(const mapping::MapCloud& cloud, const io::Trajectory& estimate) {
+  /// `estimate`: the poses that the map was built with; it is aligned with the truth. `sources`: which
+  /// keyframes the points came from; where they do not know it, it may have been any.
+  MapTruthSummary judge(const mapping::MapCloud& cloud, const mapping::MapSources& sources,
+                        const io::Trajectory& estimate) {
     MapTruthSummary result;
     const std::optional<Pose> T = io::align_poses(*sequence_->ground_truth(), estimate);
     if (!T) return result;
@@ -64,7 +65,11 @@ class MapJudge {
       const Eigen::Vector3d q = T_truth_map * Eigen::Vector3d(p.x, p.y, p.z);
       points.emplace_back(static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()));
     }
-    const synth::MapQuality ours = quality(points), oracle = quality(oracle_.cloud().points_m);
+    const synth::MapQuality ours = truth_.judge(points, [&](std::size_t i) {
+      return sources.complete ? sources.stamps_s(i) : Span<const double>(stamps_s_);
+    });
+    const synth::MapQuality oracle =
+        truth_.judge(oracle_.cloud().points_m, [&](std::size_t) { return Span<const double>(stamps_s_); });
     result.ghosts = ours.ghost_share(), result.astray = ours.astray_share();
     result.coverage = ours.coverage(), result.oracle_coverage = oracle.coverage();
     result.error_median_m = ours.error_median_m, result.error_p95_m = ours.error_p95_m;
@@ -89,9 +94,6 @@ class MapJudge {
   static mapping::MappingParams oracle_params(mapping::MappingParams params) {
     params.cut.boxes = mapping::BoxCut::Ignore;
     return params;
-  }
-  synth::MapQuality quality(const std::vector<cv::Point3f>& points) {
-    return truth_.judge(points, [this](std::size_t) -> const std::vector<double>& { return stamps_s_; });
   }
 
   const io::TumSequence* sequence_;

@@ -27,17 +27,25 @@ namespace dynfilter::command {
 struct MapInput {
   std::size_t index = 0;  ///< in the sequence
   bool keyframe = false;
-  mapping::MapFrame frame;  ///< but for the two lists
-  std::vector<cv::Point2f> moving_px;
+  mapping::MapFrame frame;  ///< but for the lists
+  std::vector<cv::Point2f> moving_px, still_px;
   std::vector<Detection> detections;
 
   mapping::MapFrame view() const {
     mapping::MapFrame view = frame;
     view.moving_px = moving_px;
+    view.still_px = still_px;
     view.detections = detections;
     return view;
   }
 };
+
+/// Throws IoError when a file cannot be there.
+inline void check_target(const std::filesystem::path& file) {
+  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  if (!std::filesystem::is_directory(folder)) throw IoError(folder.string() + ": no such folder");
+  if (std::filesystem::is_directory(file)) throw IoError(file.string() + ": is a folder");
+}
 
 /// The static map of a sequence, in a thread of its own, and its files.
 class MapOutput {
@@ -45,9 +53,7 @@ class MapOutput {
   /// Throws IoError when `file` cannot be in its folder, ConfigError for parameters.
   MapOutput(std::filesystem::path file, const mapping::MappingParams& params)
       : file_(std::move(file)), map_(params, kCapacity) {
-    const std::filesystem::path folder = std::filesystem::absolute(file_).parent_path();
-    if (!std::filesystem::is_directory(folder)) throw IoError(folder.string() + ": no such folder");
-    if (std::filesystem::is_directory(file_)) throw IoError(file_.string() + ": is a folder");
+    check_target(file_);
   }
 
   void add(const MapInput& input) {
@@ -64,6 +70,7 @@ class MapOutput {
 
   /// Waits for all that was added.
   mapping::MapCloud cloud() { return map_.cloud(); }
+  mapping::MapSources sources() { return map_.sources(); }
 
   /// The cloud, and a picture of it from above and from the first camera beside it: both or, where one cannot
   /// be written, none. Nothing for a cloud without points.

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/yaml.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
 #include <map>
 #include <optional>
@@ -13,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "full_cloud.hpp"
 #include "map_judge.hpp"
 #include "map_keyframes.hpp"
 #include "map_output.hpp"
@@ -32,35 +35,70 @@ inline bool uses_stage(const Pipeline& pipeline, const std::string& name) {
   return found;
 }
 
+inline bool has_stages(const Pipeline& pipeline) {
+  return pipeline.stages(CallPoint::BeforePose) || pipeline.stages(CallPoint::AfterPose) ||
+         pipeline.stages(CallPoint::AtKeyframe);
+}
+
+/// Throws ConfigError.
 inline mapping::MappingParams map_params(const RunOptions& options) {
   mapping::MappingParams params;
-  if (!(options.map_leaf_m >= 0.001 && options.map_leaf_m <= params.max_depth_m))
-    throw ConfigError("",
-                      fmt::format("--map-leaf-m {:g}: expected 0.001 to {:g} m; farther depths are not used",
-                                  options.map_leaf_m, params.max_depth_m));
-  params.leaf_m = options.map_leaf_m;
+  if (!options.map_config.empty()) {
+    const YamlDocument document = YamlDocument::from_file(options.map_config);
+    try {
+      const auto node = document.root().find("mapping");
+      if (!node) throw ConfigError("", "expected the key `mapping`");
+      params = read_parameters<mapping::MappingParams>(*node);
+      mapping::check_mapping(params);
+    } catch (const ConfigError& error) {
+      throw ConfigError(options.map_config, error.what());
+    }
+  }
+  const double leaf_m = options.map_leaf_m.value_or(params.leaf_m);
+  if (!(leaf_m >= 0.001 && leaf_m <= params.max_depth_m))
+    throw ConfigError(
+        "", fmt::format("--map-leaf-m {:g}: expected 0.001 to {:g} m; farther depths are not used", leaf_m,
+                        params.max_depth_m));
+  params.leaf_m = leaf_m;
   return params;
 }
 
-/// What of a tracked frame a keyframe selector wants to know: the map points that the odometry found in it,
-/// but for those that only one keyframe has seen, as ORB-SLAM counts them.
+/// The settled points of the odometry's map (two keyframes or more saw them) that a camera there has in view,
+/// not hidden by what it measured: unlike matches they do not flicker from frame to frame.
+inline std::vector<std::int64_t> points_in_view(const odometry::Map& map, const Camera& camera,
+                                                const io::RgbdFrame& frame, const Pose& T_world_camera) {
+  const Eigen::Isometry3d T = T_world_camera.isometry().inverse();
+  const std::size_t settled = map.keyframes.size() < 2 ? 1 : 2;
+  std::vector<std::int64_t> seen;
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    const odometry::MapPoint& point = map.points[i];
+    if (!point.alive || point.observations.size() < settled) continue;
+    const Eigen::Vector3d p = T * point.world_m;
+    if (!(p.z() > 0.1)) continue;
+    const double u = camera.fx_px * p.x() / p.z() + camera.cx_px,
+                 v = camera.fy_px * p.y() / p.z() + camera.cy_px;
+    if (!(u >= 0 && v >= 0 && u < frame.depth.cols - 1 && v < frame.depth.rows - 1)) continue;
+    const int x = cvRound(u), y = cvRound(v);
+    const double measured_m = frame.depth_unit_m * (frame.depth.type() == CV_16UC1
+                                                        ? frame.depth.at<std::uint16_t>(y, x)
+                                                        : static_cast<double>(frame.depth.at<float>(y, x)));
+    if (measured_m > 0 && measured_m < 0.9 * p.z()) continue;
+    seen.push_back(static_cast<std::int64_t>(i));
+  }
+  return seen;
+}
+
+/// What of a tracked frame a keyframe selector wants to know.
 inline FrameSummary frame_summary(const odometry::Odometry& odometry, const odometry::TrackResult& result,
-                                  cv::Size image_px) {
+                                  const Camera& camera, const io::RgbdFrame& frame) {
   FrameSummary summary;
   summary.id = result.frame_id;
   summary.timestamp_s = result.timestamp_s;
   summary.T_world_camera = *result.T_world_camera;
-  summary.image_px = image_px;
+  summary.image_px = frame.grey.size();
   summary.dynamic_features = result.rejected;
-  const odometry::Map& map = odometry.map();
-  const odometry::FrameFeatures& features = odometry.features();
-  const bool first = map.keyframes.size() < 2;
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    summary.pixels.push_back(features.keypoints[i].pt);
-    const std::int64_t point = features.map_point[i];
-    if (map.alive(point) && (first || map.point(point).observations.size() > 1))
-      summary.points.push_back(point);
-  }
+  for (const cv::KeyPoint& keypoint : odometry.features().keypoints) summary.pixels.push_back(keypoint.pt);
+  summary.points = points_in_view(odometry.map(), camera, frame, summary.T_world_camera);
   return summary;
 }
 
@@ -74,9 +112,11 @@ class MapRun {
         params_(map_params(options)),
         cuts_boxes_(uses_stage(pipeline, "semantic_box")),
         cuts_mask_(uses_stage(pipeline, "semantic_mask")),
+        judges_(has_stages(pipeline)),
         keyframes_(options.keyframes),
         output_(options.map, params_) {
     if (options.truth) judge_.emplace(sequence, params_);
+    if (!options.map_full.empty()) full_.emplace(options.map_full, params_);
   }
 
   /// A frame as played, whose index in the sequence is `index`. `truth`: CV_8UC1, what moves by the
@@ -88,8 +128,12 @@ class MapRun {
     if (judge_) judge_->see(index, frame);
     if (!result.T_world_camera) return;
     ++frames_offered_;
+    if (knows_nothing(verdict)) {
+      ++held_back_;
+      return;
+    }
     keyframes_.add(input_of(index, frame, result, inputs, verdict, truth),
-                   frame_summary(odometry, result, frame.grey.size()), result.keyframe,
+                   frame_summary(odometry, result, sequence_->camera(), frame), result.keyframe,
                    [this](const MapInput& decided) { take(decided); });
   }
 
@@ -100,23 +144,39 @@ class MapRun {
     for (const io::StampedPose& pose : estimate) poses.emplace(pose.timestamp_s, pose.T_world_camera);
     for (const Key& key : keys_) {
       const auto at = poses.find(key.timestamp_s);
-      if (at != poses.end() && !same(at->second, key.T_world_camera)) output_.move(key.id, at->second);
+      if (at == poses.end() || same(at->second, key.T_world_camera)) continue;
+      output_.move(key.id, at->second);
+      if (full_) full_->move(key.id, at->second);
     }
     const mapping::MapCloud cloud = output_.cloud();
     MapSummary summary = output_.write(cloud);
+    if (full_) summary.full = full_->write();
     summary.keyframes_by = keyframes_.rule();
     summary.frames_offered = frames_offered_;
-    if (judge_) summary.truth = judge_->judge(cloud, estimate);
+    if (held_back_ > 0)
+      notes.push_back(
+          fmt::format("not in the map: the first {}, about which the pipeline could not say anything yet",
+                      held_back_ == 1 ? "frame" : fmt::format("{} frames", held_back_)));
+    if (judge_) summary.truth = judge_->judge(cloud, output_.sources(), estimate);
     describe(cloud, notes);
     return summary;
   }
 
  private:
+  static constexpr std::size_t kMostHeldBack = 5;
   struct Key {
     std::int64_t id;
     double timestamp_s;
     Pose T_world_camera;
   };
+
+  // About the first frames a pipeline that compares frames cannot know what moves, and it would stay in the
+  // map.
+  bool knows_nothing(const FrameVerdict& verdict) {
+    settled_ = settled_ || !judges_ || frames_offered_ > kMostHeldBack ||
+               verdict.count(Vote::Unknown) < verdict.features.size();
+    return !settled_;
+  }
 
   static bool same(const Pose& a, const Pose& b) {
     return a.rotation == b.rotation && a.translation_m == b.translation_m;
@@ -130,14 +190,16 @@ class MapRun {
     input.index = index;
     mapping::MapFrame& f = input.frame;
     f.id = result.frame_id;
-    f.timestamp_s = frame.timestamp_s;
+    f.timestamp_s = sequence_->timestamp_s(index);
     f.T_world_camera = *result.T_world_camera;
     f.camera = sequence_->camera();
     f.depth = frame.depth;
     f.depth_unit_m = frame.depth_unit_m;
     if (frame.colour.size() == frame.depth.size()) f.bgr = frame.colour;
-    for (const MarkedFeature& feature : verdict.features)
+    for (const MarkedFeature& feature : verdict.features) {
       if (feature.decision == Vote::Dynamic) input.moving_px.push_back(feature.pixel);
+      if (feature.decision == Vote::Static) input.still_px.push_back(feature.pixel);
+    }
     input.detections = own_detections(f.id, inputs);
     const bool has_mask = inputs.mask && of_this_frame(inputs.mask->frame_id, f.id);
     if (!truth.empty())
@@ -164,6 +226,7 @@ class MapRun {
     output_.add(decided);
     if (!decided.keyframe) return;
     keys_.push_back({decided.frame.id, sequence_->timestamp_s(decided.index), decided.frame.T_world_camera});
+    if (full_) full_->add(decided);
     if (judge_) judge_->add_keyframe(decided);
   }
 
@@ -185,12 +248,13 @@ class MapRun {
 
   const io::TumSequence* sequence_;
   mapping::MappingParams params_;
-  bool cuts_boxes_, cuts_mask_;
+  bool cuts_boxes_, cuts_mask_, judges_, settled_ = false;
   MapKeyframes keyframes_;
   MapOutput output_;
+  std::optional<FullCloud> full_;
   std::optional<MapJudge> judge_;
   std::vector<Key> keys_;  ///< at the poses that they were added with
-  std::size_t frames_offered_ = 0;
+  std::size_t frames_offered_ = 0, held_back_ = 0;
 };
 
 }  // namespace dynfilter::command

@@ -20,6 +20,13 @@ struct MapTruthSummary {
   double of_oracle() const { return coverage / oracle_coverage; }
 };
 
+/// `--map-full`: what would be without a map.
+struct FullCloudSummary {
+  std::string file;
+  std::size_t points = 0, bytes = 0;
+  double ms_per_keyframe = NAN;
+};
+
 /// The map of `--map`.
 struct MapSummary {
   std::string file;                ///< "": the map is empty, nothing was written
@@ -32,6 +39,7 @@ struct MapSummary {
   std::size_t cloud_bytes = 0;  ///< of the points in the file
   double leaf_m = 0, ms_per_keyframe = NAN;
   std::string last_note;  ///< why a keyframe was skipped
+  std::optional<FullCloudSummary> full;
   std::optional<MapTruthSummary> truth;
 };
 
@@ -60,6 +68,11 @@ inline Json to_json(const MapSummary& s) {
             {"leaf_m", s.leaf_m},
             {"ms_per_keyframe", number_or_null(s.ms_per_keyframe)},
             {"last_note", s.last_note}};
+  if (s.full)
+    json["full"] = {{"file", s.full->file},
+                    {"points", s.full->points},
+                    {"bytes", s.full->bytes},
+                    {"ms_per_keyframe", number_or_null(s.full->ms_per_keyframe)}};
   if (s.truth) json["truth"] = to_json(*s.truth);
   return json;
 }

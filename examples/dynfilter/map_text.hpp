@@ -24,6 +24,9 @@ inline std::string map_text(const MapSummary& m) {
   if (m.skipped + m.dropped > 0)
     text += fmt::format("  map           {} keyframes could not be used{}{}\n", m.skipped + m.dropped,
                         m.last_note.empty() ? "" : ": ", m.last_note);
+  if (m.full)
+    text += fmt::format("  full cloud    {} points, {:.0f} MB, {:.1f} ms a keyframe: {}\n", m.full->points,
+                        static_cast<double>(m.full->bytes) / 1e6, m.full->ms_per_keyframe, m.full->file);
   if (!m.truth) return text;
   const MapTruthSummary& t = *m.truth;
   text += fmt::format("  against truth ghosts {}, astray {}, error {:.4f} m (95 %: {:.4f} m)\n",

@@ -63,8 +63,15 @@ inline void add_run_options(CLI::App& command, RunOptions& options) {
 
 /// What `run --map` and `map` share. The caller says what they need.
 inline std::vector<CLI::Option*> add_map_options(CLI::App& command, RunOptions& options) {
-  return {command.add_option("--map-leaf-m", options.map_leaf_m, "edge of the map's voxels, metres")
-              ->capture_default_str(),
+  return {command.add_option("--map-leaf-m", options.map_leaf_m,
+                             "edge of the map's voxels, metres (default 0.02)"),
+          command.add_option(
+              "--map-config", options.map_config,
+              "a YAML file with the map's parameters under the key mapping: carve, key_classes, ..."),
+          command.add_option(
+              "--map-full", options.map_full,
+              "write also the points of all keyframes as they are, cut but not thinned, to this PLY "
+              "file"),
           command
               .add_option("--keyframes", options.keyframes,
                           "which frames the map is built from: own (as the odometry chooses), pose_change, "

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,9 @@ struct RunOptions {
   int threads = 1;
   std::size_t overlay_every = 0;  ///< 0: so that there are about fifty
   std::string map;                ///< a PLY file for the dense map of what stands still; "": none
-  double map_leaf_m = 0.02;
+  std::string map_config;         ///< a YAML file with its parameters; "": the defaults
+  std::string map_full;           ///< a PLY file for the keyframes' points as they are, not thinned; "": none
+  std::optional<double> map_leaf_m;
   std::string keyframes = "own";  ///< which frames the map is built from: "pose_change", "every:5", ...
   bool truth = false;             ///< judge the map against the scene of a rendered sequence
   std::string trajectory;         ///< a file with the poses; "": the odometry's own
