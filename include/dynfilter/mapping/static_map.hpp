@@ -42,9 +42,9 @@ struct MapState {
 /// and the map is then, bit for bit, what it would be without it or with that pose from the start.
 ///
 /// Free space removes what a mask missed: per voxel is counted how many keyframes saw a surface there and how
-/// many saw through it (DepthView), earlier and later ones alike. A person who stood for some keyframes and
-/// then left is hidden once enough keyframes saw the wall behind; a new thing in a place that was seen to be
-/// free is held back until it was seen often enough.
+/// many saw through it (DepthView, Carving), earlier and later ones alike. A person who stood for some
+/// keyframes and then left is hidden once enough keyframes saw the wall behind; a new thing in a place that
+/// was seen to be free is held back until it was seen often enough.
 ///
 /// Memory is bounded: at most max_voxels (when full, leaves double), and at most max_keyframe_mb of keyframe
 /// clouds and views; beyond that the oldest keyframes become permanent: they stay in the map, but can no

@@ -46,19 +46,20 @@ namespace detail {
 struct PointBlock {
   static constexpr int kSize = 256;
   int n = 0;
-  float x[kSize], y[kSize], z[kSize];
-  std::uint32_t colour[kSize];  ///< b | g << 8 | r << 16
+  alignas(16) float x[kSize], y[kSize], z[kSize];  ///< what is beyond n counts for nothing
+  std::uint32_t colour[kSize];                     ///< b | g << 8 | r << 16
   std::uint8_t label[kSize];
-  std::int32_t usable[kSize];  ///< 0 or 1
+  alignas(16) std::int32_t usable[kSize];  ///< 0 or 1
 };
 
 /// Keys, places and remainders of a block's points.
 struct KeyedBlock {
-  std::uint64_t key[PointBlock::kSize];
-  std::uint32_t place[PointBlock::kSize];
-  std::int32_t rest[3][PointBlock::kSize];  ///< within the voxel, in 1 / 2^sub_bits of the leaf
-  std::int32_t cell[3][PointBlock::kSize];
-  std::int32_t ok[PointBlock::kSize];
+  static constexpr int kAhead = 12;
+  alignas(16) std::uint64_t key[PointBlock::kSize];
+  std::uint32_t place[PointBlock::kSize + kAhead];
+  alignas(16) std::int32_t rest[3][PointBlock::kSize];  ///< within the voxel, in 1 / 2^sub_bits of the leaf
+  alignas(16) std::int32_t cell[3][PointBlock::kSize];
+  alignas(16) std::int32_t ok[PointBlock::kSize];
 };
 
 /// In a struct, because a template argument would lose the attribute.
@@ -66,22 +67,57 @@ struct FourSums {
   using Four = std::uint32_t __attribute__((vector_size(16)));
   Four v{};
 };
+/// A voxel's sums and its key in half a cache line.
+struct alignas(32) SumEntry {
+  FourSums::Four v{};
+  std::uint64_t key = 0;
+};
+
+using FloatLane = float __attribute__((vector_size(16)));
+using IntLane = std::int32_t __attribute__((vector_size(16)));
 
 /// One axis: cell and remainder of every point. Coordinates out of the keys' range, infinite or NaN make a
-/// point not ok.
+/// point not ok. Four at a time by hand: compilers do not vectorise a conversion that may trap.
 inline void split_axis(const float* v, int n, float per_unit, int sub_bits, std::int32_t* cell,
                        std::int32_t* rest, std::int32_t* ok) {
   const float limit = static_cast<float>(VoxelKey::kOffset) * static_cast<float>(1 << sub_bits);
   const std::int32_t mask = (1 << sub_bits) - 1;
-  for (int i = 0; i < n; ++i) {
-    const float units = v[i] * per_unit;
-    const bool inside = static_cast<int>(units < limit) & static_cast<int>(units >= -limit);
-    const float safe = inside ? units : 0.0F;
-    auto q = static_cast<std::int32_t>(safe);
-    q -= static_cast<float>(q) > safe ? 1 : 0;  // floor: the cast goes towards zero
-    cell[i] = q >> sub_bits;
-    rest[i] = q & mask;
-    ok[i] &= inside ? 1 : 0;
+  for (int i = 0; i < n; i += 4) {
+    FloatLane units;
+    IntLane good;
+    std::memcpy(&units, v + i, sizeof units);
+    std::memcpy(&good, ok + i, sizeof good);
+    units *= per_unit;
+    const IntLane inside = (units < limit) & (units >= -limit);
+    IntLane bits;
+    std::memcpy(&bits, &units, sizeof bits);
+    bits &= inside;
+    FloatLane safe;
+    std::memcpy(&safe, &bits, sizeof safe);
+    IntLane q = __builtin_convertvector(safe, IntLane);
+    q += __builtin_convertvector(q, FloatLane) > safe;  // floor: the conversion goes towards zero
+    const IntLane whole = q >> sub_bits, left = q & mask;
+    good &= inside;
+    std::memcpy(cell + i, &whole, sizeof whole);
+    std::memcpy(rest + i, &left, sizeof left);
+    std::memcpy(ok + i, &good, sizeof good);
+  }
+}
+
+/// VoxelKey::pack of four points: its lower and its upper half.
+inline void pack_keys(const KeyedBlock& block, const std::uint8_t* label, int n, std::uint64_t* keys) {
+  static_assert(VoxelKey::kAxisBits == 18);
+  for (int i = 0; i < n; i += 4) {
+    IntLane x, y, z;
+    std::memcpy(&x, block.cell[0] + i, sizeof x);
+    std::memcpy(&y, block.cell[1] + i, sizeof y);
+    std::memcpy(&z, block.cell[2] + i, sizeof z);
+    x += VoxelKey::kOffset, y += VoxelKey::kOffset, z += VoxelKey::kOffset;
+    const IntLane classes{label[i], label[i + 1], label[i + 2], label[i + 3]};
+    const IntLane lower = x | y << 18, upper = y >> 14 | z << 4 | classes << 22;
+    for (int k = 0; k < 4; ++k)
+      keys[i + k] = static_cast<std::uint64_t>(static_cast<std::uint32_t>(lower[k])) |
+                    static_cast<std::uint64_t>(static_cast<std::uint32_t>(upper[k])) << 32;
   }
 }
 
@@ -153,7 +189,7 @@ class VoxelGrid {
   std::size_t outside() const { return outside_; }
 
  private:
-  static constexpr int kTileColumns = 32, kTileRows = 8;
+  static constexpr int kTileColumns = 32, kTileRows = 8, kAhead = detail::KeyedBlock::kAhead;
   static_assert(kTileColumns * kTileRows == detail::PointBlock::kSize);
   using Four = detail::FourSums::Four;
 
@@ -217,12 +253,16 @@ class VoxelGrid {
     detail::split_axis(block_.x, n, per_unit_, sub_bits_, keyed.cell[0], keyed.rest[0], keyed.ok);
     detail::split_axis(block_.y, n, per_unit_, sub_bits_, keyed.cell[1], keyed.rest[1], keyed.ok);
     detail::split_axis(block_.z, n, per_unit_, sub_bits_, keyed.cell[2], keyed.rest[2], keyed.ok);
+    detail::pack_keys(keyed, block_.label, n, keyed.key);
     for (int i = 0; i < n; ++i) {
-      keyed.key[i] = VoxelKey::pack(keyed.cell[0][i], keyed.cell[1][i], keyed.cell[2][i], block_.label[i]);
       keyed.place[i] = VoxelKey::place(keyed.key[i], bits_);
       __builtin_prefetch(&table_[keyed.place[i]]);
-      outside_ += static_cast<std::size_t>(block_.usable[i] & ~keyed.ok[i]);
     }
+    int outside = 0;
+    for (int i = 0; i < n; ++i) outside += block_.usable[i] & ~keyed.ok[i];
+    outside_ += static_cast<std::size_t>(outside);
+    // What is looked at ahead beyond the block's end.
+    std::fill(keyed.place + n, keyed.place + n + kAhead, 0U);
     coloured ? insert<true>() : insert<false>();
     if (std::size_t{voxels_} * 5 > table_.size() * 2) resize_table(bits_ + 1);
     reserve_block();
@@ -232,11 +272,11 @@ class VoxelGrid {
   void insert() {
     const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
     std::uint32_t* const table = table_.data();
-    std::uint64_t* const keys = keys_.data();
-    detail::FourSums* const sums = sums_.data();
+    detail::SumEntry* const sums = sums_.data();
     detail::FourSums* const colours = colours_.data();
     std::uint32_t voxels = voxels_;
     for (int i = 0; i < block_.n; ++i) {
+      __builtin_prefetch(&sums[table[keyed_.place[i + kAhead]]], 1);
       if (keyed_.ok[i] == 0) continue;
       const std::uint64_t key = keyed_.key[i];
       std::uint32_t place = keyed_.place[i], j = table[place];
@@ -245,8 +285,8 @@ class VoxelGrid {
         voxels += empty ? 1 : 0;
         j = empty ? voxels : j;
         table[place] = j;
-        const std::uint64_t there = empty ? key : keys[j];
-        keys[j] = there;
+        const std::uint64_t there = empty ? key : sums[j].key;
+        sums[j].key = there;
         if (__builtin_expect(there == key ? 1 : 0, 1) != 0) break;
         place = (place + 1) & mask;
         j = table[place];
@@ -266,9 +306,8 @@ class VoxelGrid {
   /// "none".
   void reserve_block() {
     const std::size_t needed = std::size_t{voxels_} + detail::PointBlock::kSize + 1;
-    if (needed <= keys_.size()) return;
+    if (needed <= sums_.size()) return;
     const std::size_t size = needed + needed / 2;
-    keys_.resize(size);
     sums_.resize(size);
     colours_.resize(size);
   }
@@ -277,7 +316,7 @@ class VoxelGrid {
     table_.assign(std::size_t{1} << bits, 0);
     const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
     for (std::uint32_t j = 1; j <= voxels_; ++j) {
-      std::uint32_t place = VoxelKey::place(keys_[j], bits_);
+      std::uint32_t place = VoxelKey::place(sums_[j].key, bits_);
       while (table_[place] != 0) place = (place + 1) & mask;
       table_[place] = j;
     }
@@ -288,7 +327,7 @@ class VoxelGrid {
     const double unit = leaf_m_ / (1 << sub_bits_), cell = static_cast<double>(1 << sub_bits_);
     for (std::uint32_t j = 1; j <= voxels_; ++j) {
       const Four sum = sums_[j].v;
-      const std::uint64_t key = keys_[j];
+      const std::uint64_t key = sums_[j].key;
       const double share = 1.0 / static_cast<double>(sum[3]);
       // Half a quantum makes up for the floor that each coordinate went through.
       const auto centroid = [&](int a) {
@@ -319,8 +358,8 @@ class VoxelGrid {
   std::uint32_t voxels_ = 0;
   std::size_t outside_ = 0;
   std::vector<std::uint32_t> table_;  ///< index of a voxel, 0: free
-  std::vector<std::uint64_t> keys_;
-  std::vector<detail::FourSums> sums_, colours_;
+  std::vector<detail::SumEntry> sums_;
+  std::vector<detail::FourSums> colours_;
   detail::PointBlock block_;
   detail::KeyedBlock keyed_;
 };
