@@ -109,8 +109,9 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr int kFrames = 6;  ///< that a track goes back
   static constexpr double kFirstNoise_px = 0.5, kLeastNoise_px = 0.05, kMostNoise_px = 1.0;
   static constexpr float kLeastBelief = -2, kMostBelief = 5;
-  static constexpr float kUnseenReach = 1.5F;  ///< features without evidence ask farther away ...
-  static constexpr float kUnseenDoubt = 0.3F;  ///< ... and need more of it
+  static constexpr float kUnseenReach = 1.5F;    ///< features without evidence ask farther away ...
+  static constexpr float kUnseenDoubt = 0.3F;    ///< ... and need more of it
+  static constexpr float kMobilityReach = 1.2F;  ///< features that appear take mobility from as far
   static constexpr int kMinSeeds = 30;
 
   void judge(Context& context, const Match& match, Votes& votes) {
@@ -144,10 +145,10 @@ class BackgroundMotionFilter final : public Filter {
   /// A feature without a past takes that of the features around the place where it was.
   float mobility_around(Context& context, const Match& match, std::size_t i) const {
     const bool found = match.reference != nullptr && match.found(i);
-    const NeighbourField::Sum sum =
-        moved_.around(found ? match.correspondences.reference_px[i] : context.pixels()[i],
-                      found && match.has_depth(i) ? match.reference_points_m[i].z : context.depths_m()[i],
-                      static_cast<float>(params_.neighbour_px), static_cast<float>(params_.neighbour_m));
+    const NeighbourField::Sum sum = moved_.around(
+        found ? match.correspondences.reference_px[i] : context.pixels()[i],
+        found && match.has_depth(i) ? match.reference_points_m[i].z : context.depths_m()[i],
+        kMobilityReach * static_cast<float>(params_.neighbour_px), static_cast<float>(params_.neighbour_m));
     return sum.weights > 0 ? sum.values / sum.weights : 0;
   }
 
