@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # The tables of docs/mapping.md: thinning, ghosts by pipeline, keyframes by selector, on rendered scenes.
 #   bash examples/mapping.sh FOLDER [DYNFILTER]     needs the built command; about a quarter of an hour
-# TABLES (thin ghosts keyframes), SCENES and PIPELINES choose others. MAPS=FOLDER keeps the maps and their pictures.
+# TABLES (thin ghosts keyframes), SCENES, PIPELINES and POSES (TRUE ESTIMATED) choose others. MAPS=FOLDER keeps the maps and their pictures.
 set -eu
 folder=$(realpath -m "${1:?a folder for the sequences}")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -84,7 +84,7 @@ truth_cells() {
 
 ghosts() {
   for scene in $scenes; do
-    for poses in TRUE ESTIMATED; do
+    for poses in ${POSES:-TRUE ESTIMATED}; do
       echo "== ghosts: $scene, $(tr '[:upper:]' '[:lower:]' <<< $poses) poses, every 5th frame, r_v 0.02 m"
       echo "| pipeline | ATE m | points | ghosts | astray | covered | of the oracle's | error median m | 95 % m |"
       echo "|---|---|---|---|---|---|---|---|---|"
