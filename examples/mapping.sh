@@ -85,14 +85,14 @@ truth_cells() {
 ghosts() {
   for scene in $scenes; do
     for poses in ${POSES:-TRUE ESTIMATED}; do
-      echo "== ghosts: $scene, $(tr '[:upper:]' '[:lower:]' <<< $poses) poses, every 5th frame, r_v 0.02 m"
+      echo "== ghosts: $scene, $(tr '[:upper:]' '[:lower:]' <<< "$poses") poses, every 5th frame, r_v 0.02 m"
       echo "| pipeline | ATE m | points | ghosts | astray | covered | of the oracle's | error median m | 95 % m |"
       echo "|---|---|---|---|---|---|---|---|---|"
       for pipeline in $pipelines; do
-        build $poses "$scene" "$scene-$poses-$pipeline" --pipeline "$pipeline" --keyframes every:5 --truth
+        build "$poses" "$scene" "$scene-$poses-$pipeline" --pipeline "$pipeline" --keyframes every:5 --truth
         echo "| $pipeline | $(metres ate_rmse_m) | $(truth_cells) |"
       done
-      build $poses "$scene" "$scene-$poses-dynfilter-alone" --pipeline dynfilter --keyframes every:5 --truth \
+      build "$poses" "$scene" "$scene-$poses-dynfilter-alone" --pipeline dynfilter --keyframes every:5 --truth \
         --no-detections --no-masks
       echo "| dynfilter, no detector | $(metres ate_rmse_m) | $(truth_cells) |"
     done
