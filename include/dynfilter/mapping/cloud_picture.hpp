@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/camera.hpp>
@@ -47,11 +48,17 @@ inline cv::Mat render_cloud(const MapCloud& cloud, double leaf_m, const Camera& 
 /// 44 degrees and hardly rolled. Cost: linear in the points, of which it takes 20,000 at most.
 inline Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera) {
   const Pose T = inverse(T_world_camera);
-  const std::size_t step = cloud.size() / 20000 + 1;
+  // One point per 10 cm: key objects are far denser than the rest, and a screen stands upright.
+  std::vector<std::array<int, 3>> cells;
+  for (const cv::Point3f& p : cloud.points_m)
+    cells.push_back({cvFloor(10 * p.x), cvFloor(10 * p.y), cvFloor(10 * p.z)});
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  const std::size_t step = cells.size() / 20000 + 1;
   std::vector<Eigen::Vector3d> points;
-  for (std::size_t i = 0; i < cloud.size(); i += step) {
-    const cv::Point3f& p = cloud.points_m[i];
-    points.push_back(T.R() * Eigen::Vector3d(p.x, p.y, p.z) + T.t());
+  for (std::size_t i = 0; i < cells.size(); i += step) {
+    const Eigen::Vector3d p(cells[i][0], cells[i][1], cells[i][2]);
+    points.push_back(T.R() * (0.1 * p) + T.t());
   }
   constexpr double kDeg = 3.14159265358979323846 / 180;
   double best_score = 0, tilt_deg = 0, roll_deg = 0;
@@ -59,9 +66,9 @@ inline Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera) {
     const Eigen::Vector3d down = Eigen::AngleAxisd(tilt * kDeg, Eigen::Vector3d::UnitX()) *
                                  Eigen::AngleAxisd(roll * kDeg, Eigen::Vector3d::UnitZ()) *
                                  Eigen::Vector3d::UnitY();
-    std::vector<int> pile(512, 0);  // of 4 cm
+    std::vector<int> pile(256, 0);  // of 8 cm
     for (const Eigen::Vector3d& q : points)
-      ++pile[static_cast<std::size_t>(std::clamp(down.dot(q) / 0.04 + 256, 0.0, 511.0))];
+      ++pile[static_cast<std::size_t>(std::clamp(down.dot(q) / 0.08 + 128, 0.0, 255.0))];
     double score = 0;
     for (std::size_t i = 1; i + 1 < pile.size(); ++i) score += static_cast<double>(pile[i]) * pile[i];
     if (score > best_score) best_score = score, tilt_deg = tilt, roll_deg = roll;
@@ -129,7 +136,8 @@ inline Pose overview_pose(const MapCloud& cloud, const Pose& T_world_level, cons
 inline cv::Mat render_overview(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
                                const Pose& T_world_first) {
   const Pose level = level_pose(cloud, T_world_first);
-  const MapCloud low = without_ceiling(cloud, level);
+  MapCloud low = without_ceiling(cloud, level);
+  if (2 * low.size() < cloud.size()) low = cloud;  // a shelf, a staircase: no room with a ceiling
   return render_cloud(low, leaf_m, camera, size, overview_pose(low, level, camera, size));
 }
 
