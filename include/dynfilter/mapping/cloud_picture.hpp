@@ -45,7 +45,7 @@ inline cv::Mat render_cloud(const MapCloud& cloud, double leaf_m, const Camera& 
 
 /// The camera turned about its own axes until its y axis points straight down: floors, ceilings and desks
 /// make the heights of a cloud pile up, and do so most when it is level. `T_world_camera`: tilted by at most
-/// 44 degrees and hardly rolled. Cost: linear in the points, of which it takes 20,000 at most.
+/// 44 degrees and hardly rolled. Cost: sorts the points.
 inline Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera) {
   const Pose T = inverse(T_world_camera);
   // One point per 10 cm: key objects are far denser than the rest, and a screen stands upright.
