@@ -322,9 +322,9 @@ class Context {
     });
     return step_;
   }
-  /// Every third cell of 8 x 8 pixels: by place, so that the order of the features does not matter.
+  /// Every fourth cell of 8 x 8 pixels: by place, so that the order of the features does not matter.
   static bool in_sparse_cell(const cv::Point2f& px) {
-    return std::fmod(std::floor(px.x / 8) + std::floor(px.y / 8), 3.0F) == 0;
+    return std::fmod(std::floor(px.x / 8) + 2 * std::floor(px.y / 8), 4.0F) == 0;
   }
   static FlowParams checked_once(FlowParams params) {
     if (params.check == FlowCheck::ForwardBackward) params.check = FlowCheck::Residual;
