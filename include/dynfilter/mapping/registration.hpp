@@ -58,14 +58,7 @@ class MapRegistration {
       if (moved < 1e-5) break;
     }
     if (!(pair(cloud, R, t).cost <= first_cost)) return std::nullopt;
-    Pose corrected;
-    const Eigen::Quaterniond q(R);
-    R = q.normalized().toRotationMatrix();
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) corrected.rotation[static_cast<std::size_t>(3 * r + c)] = R(r, c);
-      corrected.translation_m[static_cast<std::size_t>(r)] = t[r];
-    }
-    return corrected;
+    return Pose::from(Eigen::Quaterniond(R).normalized().toRotationMatrix(), t);
   }
 
  private:
