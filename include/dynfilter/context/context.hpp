@@ -371,13 +371,13 @@ class Context {
     if (match.reference != nullptr) {
       const StoredFrame& stored = *match.reference;
       const DepthSampler image(stored.depth, stored.depth_unit_m, params_.max_depth_edge);
-      for (std::size_t i = 0; i < size(); ++i) {
-        if (match.correspondences.found[i] == 0) continue;
+      image.at_all(px, [&](std::size_t i, float in_image) {
+        if (match.correspondences.found[i] == 0) return;
         const auto index = static_cast<std::size_t>(match.correspondences.reference_index[i]);
         const bool by_feature =
             match.correspondences.reference_index[i] >= 0 && index < stored.depth_m.size();
-        match.reference_depth_m[i] = usable(by_feature ? stored.depth_m[index] : image.at(px[i]));
-      }
+        match.reference_depth_m[i] = usable(by_feature ? stored.depth_m[index] : in_image);
+      });
     }
     match.reference_points_m.resize(size());
     back_project(camera, match.reference_undistorted_px, match.reference_depth_m, match.reference_points_m);
@@ -403,11 +403,11 @@ class Context {
   void fill_depths() {
     depths_m_.assign(size(), DepthSampler::kNone);
     const DepthSampler image(frame_.depth, frame_.depth_unit_m, params_.max_depth_edge);
-    for (std::size_t i = 0; i < size(); ++i) {
-      const float seen = frame_.depth.empty() ? 0.0F : image.at(pixels_[i]);
+    image.at_all(pixels_, [&](std::size_t i, float in_image) {
+      const float seen = frame_.depth.empty() ? 0.0F : in_image;
       const float given = frame_.depth_m.empty() ? seen : frame_.depth_m[i];
       depths_m_[i] = std::isnan(seen) ? DepthSampler::kNone : usable(given);
-    }
+    });
     depths_ready_ = true;
   }
 

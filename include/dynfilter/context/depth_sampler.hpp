@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <dynfilter/core/frame_view.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -33,8 +34,28 @@ class DepthSampler {
     return valid_depth(centre) ? unless_edge(x, y, centre) : from_around(x, y);
   }
 
+  /// The depths at many pixels; `take(i, depth)` for each. Features lie far apart in memory: what is needed
+  /// soon is fetched ahead.
+  template <class Pixels, class Take>
+  void at_all(const Pixels& px, const Take& take) const {
+    constexpr std::size_t kAhead = 8;
+    for (std::size_t i = 0; i < px.size(); ++i) {
+      if (i + kAhead < px.size()) fetch(px[i + kAhead]);
+      take(i, at(px[i]));
+    }
+  }
+
  private:
   static constexpr int kEdgeRadiusPx = 2;
+
+  void fetch(const cv::Point2f& px) const {
+    if (!(px.x >= 0) || !(px.y >= kEdgeRadiusPx) || !(px.x < static_cast<float>(depth_.cols)) ||
+        !(px.y < static_cast<float>(depth_.rows - kEdgeRadiusPx)))
+      return;
+    const std::size_t x = static_cast<std::size_t>(px.x) * depth_.elemSize();
+    for (const int dy : {-kEdgeRadiusPx, 0, kEdgeRadiusPx})
+      __builtin_prefetch(depth_.ptr(static_cast<int>(px.y) + dy) + x);
+  }
 
   float unless_edge(int x, int y, float centre) const {
     const float limit = max_edge_share_ * centre;
