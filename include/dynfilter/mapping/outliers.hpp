@@ -89,8 +89,8 @@ class OutlierFilter {
       Nearest nearest(params_.neighbours);
       for (int r = 0; r < kSide * kSide; ++r) {
         const int dy = r % kSide - kReach, dz = r / kSide - kReach;
-        const std::int64_t first = keys_[i] + (std::int64_t{dz} << (2 * VoxelKey::kAxisBits)) +
-                                   (std::int64_t{dy} << VoxelKey::kAxisBits) - kReach;
+        const std::int64_t first = keys_[i] + dz * (std::int64_t{1} << (2 * VoxelKey::kAxisBits)) +
+                                   dy * (std::int64_t{1} << VoxelKey::kAxisBits) - kReach;
         std::size_t& j = row[static_cast<std::size_t>(r)];
         while (j < keys_.size() && keys_[j] < first) ++j;
         for (std::size_t k = j; k < keys_.size() && keys_[k] < first + kSide; ++k)
