@@ -310,7 +310,7 @@ class Context {
   }
 
   /// The match to the last frame that the trail is made of: that of the stages, where they ask for it anyway;
-  /// else a sparse one, at a tenth of its cost.
+  /// else a sparse one, at a sixth of its cost.
   const Match& step_match() {
     const StoredFrame* last = resolve(Reference());
     if (steps_shared_ || !uses_flow() || is_matched(last)) return match_stored(last);
