@@ -39,7 +39,9 @@ struct Walk {
     match.reference_depth_m = depths_m;
     for (std::size_t i = 0; k > 0 && i < px.size(); ++i)
       match.correspondences.set(i, px[i] - (depths_m[i] < 3 ? cv::Point2f(4, 1) : cv::Point2f(-3, 0)));
-    trail.add(k, match, px, depths_m, depth(k), 1, {kWidth, kHeight});
+    cv::Mat thin_depth_m;
+    MotionTrail::thin_depth(depth(k), 1, thin_depth_m);
+    trail.add(k, match, px, depths_m, thin_depth_m, {kWidth, kHeight});
   }
   Detection box(int k, const char* name = "person") const {
     Detection d;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <dynfilter/core/order_statistics.hpp>
+#include <vector>
 
 #include "doctest/doctest.h"
 
@@ -15,6 +18,30 @@ TEST_CASE("order statistics: by hand") {
   CHECK(median_in_place(even) == 3.0);  // the upper one
   std::vector<float> none;
   CHECK(std::isnan(median_in_place(none)));
+}
+
+TEST_CASE("selection: the place that sorting gives, whatever the values") {
+  std::uint32_t state = 1;
+  const auto next = [&state] { return (state = state * 1664525U + 1013904223U) >> 8; };
+  for (const std::uint32_t kinds : {1U, 2U, 7U, 1000000U})  // many equal ones, all equal
+    for (const std::size_t count : {1, 2, 24, 25, 26, 100, 1000})
+      for (const int shape : {0, 1, 2, 3}) {
+        std::vector<float> values;
+        for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<float>(next() % kinds));
+        if (shape == 1) std::sort(values.begin(), values.end());
+        if (shape == 2) std::sort(values.rbegin(), values.rend());
+        if (shape == 3) std::sort(values.begin() + static_cast<std::ptrdiff_t>(count / 2), values.end());
+        std::vector<float> sorted = values;
+        std::sort(sorted.begin(), sorted.end());
+        for (const std::size_t at : {std::size_t{0}, count / 3, count / 2, count - 1}) {
+          std::vector<float> copy = values;
+          CHECK(select_in_place(copy.data(), count, at) == sorted[at]);
+          std::sort(copy.begin(), copy.end());
+          CHECK(copy == sorted);  // nothing was lost
+        }
+      }
+  std::vector<float> nothing(100, std::nanf(""));
+  CHECK(std::isnan(median_in_place(nothing)));
 }
 
 TEST_CASE("densest window: most values win, of equal ones the lowest") {

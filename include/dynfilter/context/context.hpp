@@ -290,7 +290,7 @@ class Context {
     cv::Size image_px = frame_.grey.size();
     if (image_px.empty()) image_px = frame_.depth.size();
     if (image_px.empty() && frame_.camera) image_px = {frame_.camera->width_px, frame_.camera->height_px};
-    late_.trail().add(frame_.id, last, pixels_, depths_m(), frame_.depth, frame_.depth_unit_m, image_px);
+    late_.trail().add(frame_.id, last, pixels_, depths_m(), thin_depth_m_, image_px);
   }
   bool is_late() const {
     const auto older = [this](std::int64_t id) { return id >= 0 && id != frame_.id; };
@@ -334,6 +334,7 @@ class Context {
   const Match& match_stored(const StoredFrame* stored) {
     for (const Match& known : matches_)
       if (known.valid && known.reference == stored) return known;
+    depths_m();  // while the image is in the cache: the flow will drive it out
     Match& match = next_slot(matches_);
     fill_match(stored, match, [&](Correspondences& out) { correspond(*stored, out); });
     return match;
@@ -464,6 +465,8 @@ class Context {
     if (!seen_before) {
       frame_.depth.copyTo(stored.depth);
       stored.depth_unit_m = frame_.depth_unit_m;
+      // While the image is in the cache: the flow will drive it out.
+      if (semantics_used_) MotionTrail::thin_depth(frame_.depth, frame_.depth_unit_m, thin_depth_m_);
     }
   }
 
@@ -484,6 +487,7 @@ class Context {
   LateSemantics late_;
   std::vector<Detection> carried_;
   bool semantics_used_ = false, late_seen_ = false;
+  cv::Mat thin_depth_m_;  ///< of this frame, for the trail
   Match step_;
   std::vector<cv::Point2f> sparse_px_;
   std::int64_t last_begun_id_ = -1;

@@ -38,7 +38,7 @@ class FeatureTracks {
     past_.resize(n * (max_length_ + 1));
     length_.assign(n, 0);
     previous_.assign(n, -1);
-    if (goes_on_) grid_.build(Span<const cv::Point2f>(last_px_), 4 * max_jump_px_);
+    if (goes_on_) lay_out_last();
     for (std::size_t i = 0; i < n; ++i) {
       place(i, 0) = {undistorted_px[i], depths_m.empty() ? kNoDepth : depths_m[i]};
       if (match.reference == nullptr || !match.found(i)) continue;
@@ -70,6 +70,11 @@ class FeatureTracks {
     cv::Point2f undistorted_px;
     float depth_m;
   };
+  struct LastFeature {
+    cv::Point2f px;  ///< distorted
+    float depth_m;
+    std::int32_t index;
+  };
   const Place& place(std::size_t i, int k) const {
     return past_[i * (max_length_ + 1) + static_cast<std::size_t>(k)];
   }
@@ -80,29 +85,36 @@ class FeatureTracks {
     if (index >= 0) return static_cast<std::size_t>(index) < last_px_.size() ? index : -1;
     const cv::Point2f& px = match.correspondences.reference_px[i];
     const float depth_m = reference_depth_m(match, i);
-    int best = -1;
+    const LastFeature* best = nullptr;
     float best2 = max_jump_px_ * max_jump_px_;
-    grid_.around(px, max_jump_px_, [&](std::int32_t j) {
-      const cv::Point2f d = last_px_[static_cast<std::size_t>(j)] - px;
-      const float apart2 = d.dot(d);
-      if (apart2 > best2 || (best >= 0 && apart2 == best2 && !before(j, best))) return;
-      // Where a depth is missing there is no telling.
-      if (std::abs(last_depth_m(j) - depth_m) > kDepthShare * depth_m) return;
-      best2 = apart2;
-      best = j;
+    grid_.ranges_around(px, max_jump_px_, [&](std::size_t begin, std::size_t end) {
+      for (const LastFeature* last = &last_by_place_[begin]; last != last_by_place_.data() + end; ++last) {
+        const cv::Point2f d = last->px - px;
+        const float apart2 = d.dot(d);
+        if (apart2 > best2 || (best != nullptr && apart2 == best2 && !before(*last, *best))) continue;
+        // Where a depth is missing there is no telling.
+        if (std::abs(last->depth_m - depth_m) > kDepthShare * depth_m) continue;
+        best2 = apart2;
+        best = last;
+      }
     });
-    return best;
+    return best != nullptr ? best->index : -1;
   }
   /// By place, so that the order of the features does not matter.
-  bool before(std::int32_t a, std::int32_t b) const {
-    const cv::Point2f &p = last_px_[static_cast<std::size_t>(a)], &q = last_px_[static_cast<std::size_t>(b)];
-    return p.y != q.y ? p.y < q.y : p.x < q.x;
+  static bool before(const LastFeature& a, const LastFeature& b) {
+    return a.px.y != b.px.y ? a.px.y < b.px.y : a.px.x < b.px.x;
   }
   static float reference_depth_m(const Match& match, std::size_t i) {
     return i < match.reference_depth_m.size() ? match.reference_depth_m[i] : kNoDepth;
   }
-  float last_depth_m(std::int32_t j) const {
-    return last_past_[static_cast<std::size_t>(j) * (max_length_ + 1)].depth_m;
+  /// In the order of the grid, so that looking around runs over memory in order.
+  void lay_out_last() {
+    grid_.build(Span<const cv::Point2f>(last_px_), 4 * max_jump_px_);
+    last_by_place_.clear();
+    for (const std::int32_t j : grid_.entries()) {
+      const auto k = static_cast<std::size_t>(j);
+      last_by_place_.push_back({last_px_[k], last_past_[k * (max_length_ + 1)].depth_m, j});
+    }
   }
 
   void take_over(std::size_t i, int previous) {
@@ -123,6 +135,7 @@ class FeatureTracks {
   std::int64_t last_id_ = 0;
   std::vector<Place> past_, last_past_;  ///< max_length_ + 1 places per feature
   std::vector<cv::Point2f> last_px_;
+  std::vector<LastFeature> last_by_place_;
   std::vector<int> length_, last_length_, previous_;
   PointGrid grid_;
 };

@@ -32,15 +32,26 @@ class MotionTrail {
   static constexpr int kCellPx = 4;
   static constexpr std::size_t kFrames = 64;
 
-  /// The next frame: its features' pixels and depths [m], their match to an earlier frame, its depth image.
+  /// The next frame: its features' pixels and depths [m], their match to an earlier frame, its depth image as
+  /// thin_depth() leaves it (its memory is taken, and other memory given back).
   void add(std::int64_t id, const Match& match, const std::vector<cv::Point2f>& px,
-           const std::vector<float>& depths_m, const cv::Mat& depth, double depth_unit_m, cv::Size image_px) {
+           const std::vector<float>& depths_m, cv::Mat& thin_depth_m, cv::Size image_px) {
     TrailFrame& frame = next();
     frame.id = id;
     frame.from_id = match.reference != nullptr ? match.reference->id : -1;
     frame.image_px = image_px;
     fill_samples(match, px, depths_m, frame.samples);
-    fill_depth(depth, depth_unit_m, frame.depth_m);
+    cv::swap(frame.depth_m, thin_depth_m);
+  }
+
+  /// Every 4th pixel of a depth image (CV_32FC1 or CV_16UC1; anything else: none), see TrailFrame.
+  static void thin_depth(const cv::Mat& depth, double unit_m, cv::Mat& out) {
+    if (depth.type() == CV_16UC1)
+      thin<std::uint16_t>(depth, static_cast<float>(unit_m), out);
+    else if (depth.type() == CV_32FC1)
+      thin<float>(depth, static_cast<float>(unit_m), out);
+    else
+      out.release();
   }
 
   static void fill_samples(const Match& match, const std::vector<cv::Point2f>& px,
@@ -82,17 +93,15 @@ class MotionTrail {
     return oldest;
   }
 
-  static void fill_depth(const cv::Mat& depth, double unit_m, cv::Mat& out) {
-    if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) return out.release();
+  template <class T>
+  static void thin(const cv::Mat& depth, float unit_m, cv::Mat& out) {
     out.create((depth.rows + kCellPx - 1) / kCellPx, (depth.cols + kCellPx - 1) / kCellPx, CV_32FC1);
     for (int r = 0; r < out.rows; ++r) {
-      const int y = std::min(r * kCellPx + kCellPx / 2, depth.rows - 1);
+      const T* from = depth.ptr<T>(std::min(r * kCellPx + kCellPx / 2, depth.rows - 1));
       float* to = out.ptr<float>(r);
       for (int c = 0; c < out.cols; ++c) {
-        const int x = std::min(c * kCellPx + kCellPx / 2, depth.cols - 1);
-        const float z = (depth.type() == CV_16UC1 ? static_cast<float>(depth.at<std::uint16_t>(y, x))
-                                                  : depth.at<float>(y, x)) *
-                        static_cast<float>(unit_m);
+        const float z =
+            static_cast<float>(from[std::min(c * kCellPx + kCellPx / 2, depth.cols - 1)]) * unit_m;
         to[c] = valid_depth(z) ? z : DepthSampler::kNone;
       }
     }

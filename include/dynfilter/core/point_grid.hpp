@@ -72,6 +72,7 @@ class PointGrid {
   /// The usable points, by cells.
   const std::vector<std::int32_t>& entries() const { return entries_; }
   bool empty() const { return entries_.empty(); }
+  void clear() { entries_.clear(); }
 
   static bool usable(const cv::Point2f& p) { return std::abs(p.x) < 1e6F && std::abs(p.y) < 1e6F; }
 

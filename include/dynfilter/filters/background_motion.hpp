@@ -159,7 +159,7 @@ class BackgroundMotionFilter final : public Filter {
       mobility_[i] = std::max(static_cast<float>(params_.mobility_memory) * mobility_[i], now);
       moved_.add(context.pixels()[i], context.depths_m()[i], mobility_[i]);
     }
-    moved_.build(static_cast<float>(params_.neighbour_px) / 2);
+    moved_.build(static_cast<float>(params_.neighbour_px));
   }
 
   // ---- the background's motion
@@ -299,7 +299,7 @@ class BackgroundMotionFilter final : public Filter {
     witnesses_.clear();
     for (std::size_t i = 0; i < context.size(); ++i)
       if (seen_[i] != 0) witnesses_.add(context.pixels()[i], context.depths_m()[i], own_[i]);
-    witnesses_.build(static_cast<float>(params_.neighbour_px) / 2);
+    witnesses_.build(static_cast<float>(params_.neighbour_px));
   }
 
   /// Mean evidence of the neighbours, the near ones first; features without depth are asked with less trust.

@@ -90,6 +90,11 @@ class RigidBackgroundEstimator {
   static constexpr double kUnknownMiss_px = 3;  ///< before anything is known of the camera's smoothness
   static constexpr double kLeastMiss_px = 0.15, kDepthCap_m = 4;
 
+  struct Candidate {
+    float depth_m;  ///< beside the index, so that sorting does not look it up
+    int index;
+  };
+
   RigidMotion estimate_of_scene() {
     proposals_.clear();
     chosen_ = 0;
@@ -131,31 +136,34 @@ class RigidBackgroundEstimator {
       const auto k = static_cast<std::size_t>(i);
       if (k < scene_->pixels.size() && usable(scene_->reference_m[k]) && usable(scene_->current_m[k]) &&
           PointGrid::usable(scene_->pixels[k]))
-        cells_[cell_of(i)].push_back(i);
+        cells_[cell_of(i)].push_back({depth(i), i});
     }
-    points_.clear();
+    const auto farther_first = [&](const Candidate& a, const Candidate& b) { return farther(a, b); };
+    candidates_.clear();
     for (auto& cell : cells_) {
       if (cell.size() > kPerCell) {
-        std::sort(cell.begin(), cell.end(), [&](int a, int b) { return farther(a, b); });
+        std::partial_sort(cell.begin(), cell.begin() + kPerCell, cell.end(), farther_first);
         cell.resize(kPerCell);
       }
-      points_.insert(points_.end(), cell.begin(), cell.end());
+      candidates_.insert(candidates_.end(), cell.begin(), cell.end());
     }
     // By place, not by index: the order of the features must not matter.
-    std::sort(points_.begin(), points_.end(), [&](int a, int b) { return farther(a, b); });
+    std::sort(candidates_.begin(), candidates_.end(), farther_first);
+    points_.clear();
+    for (const Candidate& candidate : candidates_) points_.push_back(candidate.index);
   }
   static bool usable(const cv::Point3f& p) {
     return has_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
   }
-  bool farther(int a, int b) const {
+  bool farther(const Candidate& a, const Candidate& b) const {
+    if (a.depth_m != b.depth_m) return a.depth_m > b.depth_m;
     const auto key = [&](int i) {
       const auto k = static_cast<std::size_t>(i);
       const cv::Point2f& now = scene_->pixels[k];
       const cv::Point3f& then = scene_->reference_m[k];
       return std::make_tuple(now.y, now.x, then.z, then.y, then.x, i);
     };
-    if (depth(a) != depth(b)) return depth(a) > depth(b);
-    return key(a) < key(b);
+    return key(a.index) < key(b.index);
   }
 
   void propose_known() {
@@ -406,7 +414,8 @@ class RigidBackgroundEstimator {
 
   RigidMotionEstimator rigid_;
   const RigidBackgroundScene* scene_ = nullptr;  ///< during estimate() only
-  std::array<std::vector<int>, kColumns * kRows> cells_;
+  std::array<std::vector<Candidate>, kColumns * kRows> cells_;
+  std::vector<Candidate> candidates_;
   std::vector<int> points_, settled_, rest_, scratch_, behind_, front_;
   std::vector<MotionProposal> proposals_;
   std::vector<float> fit_, best_fit_;  ///< proposals x points; points

@@ -41,9 +41,9 @@ class Floor {
   explicit Floor(const FloorParams& params = FloorParams()) : params_(params) {}
 
   void apply(const FrameView& frame, Verdict& verdict) {
-    rank(frame, verdict);
+    ranked_.clear();
     const std::size_t restored_before = verdict.report.restored;
-    raise_count(verdict);
+    raise_count(frame, verdict);
     raise_coverage(frame, verdict);
     const std::size_t restored = verdict.report.restored - restored_before;
     if (restored > 0)
@@ -53,7 +53,6 @@ class Floor {
  private:
   /// Rejected features by suspicion; equal ones by place, so that the order of features does not matter.
   void rank(const FrameView& frame, const Verdict& verdict) {
-    ranked_.clear();
     for (std::size_t i = 0; i < verdict.size(); ++i)
       if (!verdict.keep(i)) ranked_.push_back(i);
     std::sort(ranked_.begin(), ranked_.end(), [&](std::size_t a, std::size_t b) {
@@ -65,12 +64,13 @@ class Floor {
     });
   }
 
-  void raise_count(Verdict& verdict) const {
+  void raise_count(const FrameView& frame, Verdict& verdict) {
     const auto by_share =
         static_cast<std::size_t>(std::ceil(params_.min_share * static_cast<double>(verdict.size())));
     const std::size_t wanted = std::max(static_cast<std::size_t>(params_.min_features), by_share);
     std::size_t kept = verdict.kept();
     if (kept >= wanted) return;
+    rank(frame, verdict);
     for (const std::size_t i : ranked_) {
       if (kept >= wanted && !params_.restore_all) return;
       restore(verdict, i);
@@ -94,6 +94,7 @@ class Floor {
     };
     const int wanted = static_cast<int>(std::ceil(params_.min_grid_coverage * count(occupied_)));
     int have = count(covered_);
+    if (have < wanted && ranked_.empty()) rank(frame, verdict);
     for (const std::size_t i : ranked_) {
       if (have >= wanted) return;
       std::uint8_t& cell = covered_[cell_of(frame, i)];
