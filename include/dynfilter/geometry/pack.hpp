@@ -26,6 +26,11 @@ struct Pack {
     return p;
   }
 
+  void store(float* to) const {
+    std::memcpy(to, &low, sizeof low);
+    std::memcpy(to + 4, &high, sizeof high);
+  }
+
   float operator[](int k) const { return k < 4 ? low[k] : high[k - 4]; }
   void set(int k, float value) {
     if (k < 4)

@@ -54,13 +54,15 @@ struct RigidPoints {
     count = indices.size();
     stride = (count + kPack - 1) / kPack * kPack;
     data.resize(stride * kRows);
-    const float fx = static_cast<float>(camera.fx_px / noise.pixel_sigma_px);
-    const float fy = static_cast<float>(camera.fy_px / noise.pixel_sigma_px);
     std::size_t k = 0;
     visit_spread(count, [&](std::size_t i) {
-      store(k++, fx, fy, noise.depth, reference[indices[i]], current[indices[i]]);
+      const cv::Point3f &p = reference[indices[i]], &c = current[indices[i]];
+      at(kPx, k) = p.x, at(kPy, k) = p.y, at(kPz, k) = p.z;
+      at(kBx, k) = c.x, at(kBy, k) = c.y, at(kBz, k) = c.z;
+      ++k;
     });
-    for (; k < stride; ++k) {
+    for (k = 0; k < stride; k += kPack) derive(k, camera, noise);
+    for (k = count; k < stride; ++k) {
       for (int r = 0; r < kRows; ++r) at(r, k) = 0;
     }
   }
@@ -71,18 +73,24 @@ struct RigidPoints {
 
   float& at(int r, std::size_t k) { return data[static_cast<std::size_t>(r) * stride + k]; }
 
-  void store(std::size_t k, float fx, float fy, const DepthNoise& noise, const cv::Point3f& p,
-             const cv::Point3f& c) {
-    const float inv_z = 1 / c.z;
-    const float sp = static_cast<float>(noise.sigma_m(p.z)), sc = static_cast<float>(noise.sigma_m(c.z));
-    at(kPx, k) = p.x, at(kPy, k) = p.y, at(kPz, k) = p.z;
-    at(kAx, k) = image_depth ? c.x * inv_z : 0, at(kAy, k) = image_depth ? c.y * inv_z : 0;
-    at(kBx, k) = image_depth ? 0 : c.x, at(kBy, k) = image_depth ? 0 : c.y, at(kBz, k) = c.z;
-    at(kWx, k) = fx * inv_z, at(kWy, k) = fy * inv_z;
-    at(kWz, k) = 1 / std::sqrt(sp * sp + sc * sc);
+  /// What follows from the points: the bearing that the residual subtracts, and its weights.
+  void derive(std::size_t k, const Camera& camera, const RigidNoise& noise) {
+    const Pack inv_z = 1.0F / pack_of(kBz, k);
+    const Pack sp = sigma_m(noise.depth, pack_of(kPz, k)), sc = sigma_m(noise.depth, pack_of(kBz, k));
+    put(kAx, k, image_depth ? pack_of(kBx, k) * inv_z : 0);
+    put(kAy, k, image_depth ? pack_of(kBy, k) * inv_z : 0);
+    if (image_depth) put(kBx, k, 0), put(kBy, k, 0);
+    put(kWx, k, static_cast<float>(camera.fx_px / noise.pixel_sigma_px) * inv_z);
+    put(kWy, k, static_cast<float>(camera.fy_px / noise.pixel_sigma_px) * inv_z);
+    put(kWz, k, 1.0F / sqrt(sp * sp + sc * sc));
+  }
+  static Pack sigma_m(const DepthNoise& noise, const Pack& depth_m) {
+    const Pack d = depth_m - static_cast<float>(noise.offset_m);
+    return static_cast<float>(noise.base_m) + static_cast<float>(noise.quadratic_per_m) * (d * d);
   }
 
   Pack pack_of(int r, std::size_t i) const { return Pack::load(row(r) + i); }
+  void put(int r, std::size_t i, const Pack& pack) { pack.store(&at(r, i)); }
 
   Pack chi2(const float (&m)[12], std::size_t i) const {
     auto get = [&](int r) { return pack_of(r, i); };
@@ -143,9 +151,12 @@ struct RigidPoints {
   }
 
   int inliers(const RigidTransform& T, float limit) const {
-    int n = 0;
-    visit_chi2(T, [&](std::size_t, float e) { n += e < limit; });
-    return n;
+    float m[12];
+    to_float(T, m);
+    Pack n = 0;
+    for (std::size_t i = 0; i < stride; i += kPack) n += greater(limit, chi2(m, i));
+    const auto padding = static_cast<int>(stride - count);  // its residuals are 0
+    return static_cast<int>(n.sum()) - (limit > 0 ? padding : 0);
   }
 
   /// Sum over 8x8 cells of the viewing directions (tan within +-0.8) of the square root of what each holds.
