@@ -7,10 +7,7 @@
 
 #include "command.hpp"
 #include "map_text.hpp"
-#include "progress.hpp"
-#include "run_options.hpp"
-#include "run_summary.hpp"
-#include "sequence_run.hpp"
+#include "run_and_print.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -24,16 +21,7 @@ void print_map_text(const Summary& s) {
 }
 
 int run_map(const RunOptions& options, bool json) {
-  Summary summary;
-  {
-    Progress bar(options.pipeline);
-    summary = run_sequence(options, [&](std::size_t done, std::size_t total) { bar.at(done, total); });
-  }
-  if (json) {
-    fmt::print("{}\n", named_json(summary).dump(2));
-  } else {
-    print_map_text(summary);
-  }
+  const Summary summary = run_and_print(options, json, print_map_text);
   if (summary.map->points > 0) return kDone;
   fmt::print(stderr, "dynfilter: the map is empty\n");
   return kFailed;

@@ -8,10 +8,7 @@
 
 #include "command.hpp"
 #include "map_text.hpp"
-#include "progress.hpp"
-#include "run_options.hpp"
-#include "run_summary.hpp"
-#include "sequence_run.hpp"
+#include "run_and_print.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -51,16 +48,8 @@ void print_text(const Summary& s, const std::string& out) {
 }
 
 int run(const RunOptions& options, bool json) {
-  Summary summary;
-  {
-    Progress bar(options.pipeline);
-    summary = run_sequence(options, [&](std::size_t done, std::size_t total) { bar.at(done, total); });
-  }
-  if (json) {
-    fmt::print("{}\n", named_json(summary).dump(2));
-  } else {
-    print_text(summary, options.out);
-  }
+  const Summary summary =
+      run_and_print(options, json, [&](const Summary& s) { print_text(s, options.out); });
   if (summary.tracked_frames > 0) return kDone;
   fmt::print(stderr, "dynfilter: no frame could be tracked\n");
   return kFailed;

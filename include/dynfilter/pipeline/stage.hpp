@@ -42,9 +42,9 @@ class Stage {
     reports[self].path = path_;
     out.reset(context.size());
     run(context, reports, self, out);
-    drop_unasked(context, out);
     StageReport& report = reports[self];
     report.judged = context.count_judged();
+    if (report.judged < context.size()) drop_unasked(context, out);
     report.dynamic = out.votes.count(Vote::Dynamic);
     report.unknown = out.votes.count(Vote::Unknown) - (out.votes.size() - report.judged);
     report.prior = out.votes.count_prior();

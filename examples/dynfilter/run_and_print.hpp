@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <fmt/format.h>
+
+#include "progress.hpp"
+#include "run_options.hpp"
+#include "run_summary.hpp"
+#include "sequence_run.hpp"
+
+namespace dynfilter::command {
+
+/// Runs a sequence beside a progress bar, then prints the summary as JSON or as `print_text` does.
+template <class PrintText>
+Summary run_and_print(const RunOptions& options, bool json, const PrintText& print_text) {
+  Summary summary;
+  {
+    Progress bar(options.pipeline);
+    summary = run_sequence(options, [&](std::size_t done, std::size_t total) { bar.at(done, total); });
+  }
+  if (json)
+    fmt::print("{}\n", named_json(summary).dump(2));
+  else
+    print_text(summary);
+  return summary;
+}
+
+}  // namespace dynfilter::command
