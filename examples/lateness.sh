@@ -9,16 +9,34 @@ dynfilter=${2:-$(dirname "${BASH_SOURCE[0]}")/../build/command/examples/dynfilte
 echo "| pipeline | boxes and masks | tracked | ATE, median | worst | recall | kept |"
 echo "|---|---|---|---|---|---|---|"
 for mode in ${MODES:-sync late:1 late:3 late:10 rate:2}; do
-  "$dynfilter" compare $sequences --pipelines "${PIPELINES:-rts_slam,ngd_slam}" --detector-mode "$mode" ${OPTIONS:-} --json |
-    python3 -c '
-import json, statistics, sys
-rows = json.load(sys.stdin)["rows"]
-for pipeline in dict.fromkeys(r["pipeline"] for r in rows):
-    own = [r for r in rows if r["pipeline"] == pipeline]
-    def known(key): return [r[key] for r in own if r[key] is not None]
-    def figure(values, f, digits): return "%.*f" % (digits, f(values)) if values else "-"
-    print("| %s | %s | %d of %d | %s m | %s | %s | %s |" % (
-        pipeline, sys.argv[1], sum(r["tracked_frames"] for r in own), sum(r["frames"] for r in own),
-        figure(known("ate_rmse_m"), statistics.median, 4), figure(known("ate_rmse_m"), max, 4),
-        figure(known("recall"), statistics.median, 3), figure(known("static_kept"), statistics.median, 3)))' "$mode"
+  "$dynfilter" compare $sequences --pipelines "${PIPELINES:-rts_slam,ngd_slam}" --detector-mode "$mode" ${OPTIONS:-} |
+    awk -v mode="$mode" '
+      function known(key) { return values[key] > 0 }
+      function sorted(key,   i, j, v) {  # in place
+        for (i = 2; i <= values[key]; i++) {
+          v = value[key, i]
+          for (j = i - 1; j > 0 && value[key, j] > v; j--) value[key, j + 1] = value[key, j]
+          value[key, j + 1] = v
+        }
+      }
+      function median(key, digits,   n) {
+        n = values[key]
+        if (n == 0) return "-"
+        sorted(key)
+        return sprintf("%.*f", digits, (value[key, int((n + 1) / 2)] + value[key, int(n / 2) + 1]) / 2)
+      }
+      function add(key, v) { if (v ~ /^[0-9]/) value[key, ++values[key]] = v + 0 }
+      $3 ~ /^[0-9]+\/[0-9]+$/ {
+        if (!($2 in tracked)) order[++pipelines] = $2
+        split($3, part, "/"); tracked[$2] += part[1]; frames[$2] += part[2]
+        add($2 " ate", $4); add($2 " recall", $8); add($2 " kept", $9)
+      }
+      END {
+        for (p = 1; p <= pipelines; p++) {
+          name = order[p]; ate = median(name " ate", 4)
+          worst = known(name " ate") ? sprintf("%.4f", value[name " ate", values[name " ate"]]) : "-"
+          printf "| %s | %s | %d of %d | %s m | %s | %s | %s |\n", name, mode, tracked[name], frames[name], ate, worst,
+            median(name " recall", 3), median(name " kept", 3)
+        }
+      }'
 done
