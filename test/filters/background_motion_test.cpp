@@ -179,6 +179,39 @@ TEST_CASE("background_motion: prior suspects are no seeds, and are judged more s
   }
 }
 
+TEST_CASE(
+    "background_motion: a suspect without evidence is dynamic if it has a depth, else by its neighbours") {
+  const Player::IsPrior unmatched = [](const ExactFrame& f, std::size_t i) {
+    return !f.reference_index.empty() && f.reference_index[i] < 0;
+  };
+  BackgroundMotionParams alone, in_company;
+  alone.neighbour_px = 1;  // nobody has neighbours
+  in_company.neighbour_px = 150, in_company.neighbour_m = 5;
+  Player player(alone), among_static(in_company);
+  const ExactScene scene = noisy(synth::preset(Preset::Rigid)).missing_matches(0.2);
+  for (int k = 0; k < 4; ++k) {
+    const Player::Edit without_depth = [](ExactFrame& f) {
+      for (std::size_t i = 0; i < f.size(); ++i)
+        if (f.point[i] % 2 == 0) f.depth_m[i] = kNan;
+    };
+    const ExactFrame frame = scene.frame(k);
+    player.show(frame, without_depth, unmatched);
+    among_static.show(frame, without_depth, unmatched);
+    if (k < 2) continue;
+    int with_depth = 0, blind = 0, spared = 0;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      if (frame.reference_index[i] >= 0) continue;
+      const bool has_depth = frame.point[i] % 2 != 0;
+      (has_depth ? with_depth : blind) += 1;
+      CHECK(player.votes[i] == (has_depth ? Vote::Dynamic : Vote::Unknown));
+      spared += among_static.votes[i] == Vote::Unknown ? 1 : 0;
+    }
+    CHECK(with_depth >= 10);
+    CHECK(blind >= 10);
+    CHECK(spared == with_depth + blind);  // their neighbours stand still
+  }
+}
+
 TEST_CASE("background_motion: the first frame, no depth, no match, too few features: unknown") {
   const auto all_unknown = [](const ExactScene& scene, int frame) {
     Player player;

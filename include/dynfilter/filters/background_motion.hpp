@@ -314,14 +314,19 @@ class BackgroundMotionFilter final : public Filter {
     return trust * sum.values / (trust * sum.weights + 0.5F);
   }
 
-  void cast(const Context& context, std::size_t i, Votes& votes) const {
+  void cast(Context& context, std::size_t i, Votes& votes) const {
     const float score = 1 / (1 + std::exp(-belief_[i]));
     if (seen_[i] != 0)
       votes.cast(i, belief_[i] > 0 ? Vote::Dynamic : Vote::Static, score);
-    else if (belief_[i] > kUnseenDoubt || (context.prior(i) && belief_[i] > 0))
-      votes.cast(i, Vote::Dynamic, score);
     else
-      votes.cast(i, Vote::Unknown, score);
+      votes.cast(i, belief_[i] > doubt(context, i) ? Vote::Dynamic : Vote::Unknown, score);
+  }
+
+  /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
+  /// suspects it can look at; without one the neighbours must lean towards motion.
+  float doubt(Context& context, std::size_t i) const {
+    if (!context.prior(i)) return kUnseenDoubt;
+    return std::isnan(context.depths_m()[i]) ? static_cast<float>(params_.prior_suspicion) : 0.0F;
   }
 
   Params params_;
