@@ -48,8 +48,7 @@ void print_text(const Summary& s, const std::string& out) {
 }
 
 int run(const RunOptions& options, bool json) {
-  const Summary summary =
-      run_and_print(options, json, [&](const Summary& s) { print_text(s, options.out); });
+  const Summary summary = run_and_print(options, json, [&](const Summary& s) { print_text(s, options.out); });
   if (summary.tracked_frames > 0) return kDone;
   fmt::print(stderr, "dynfilter: no frame could be tracked\n");
   return kFailed;

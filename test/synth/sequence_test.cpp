@@ -183,7 +183,8 @@ TEST_CASE(
 TEST_CASE("every scene renders, with movers where it should have some") {
   for (const std::string& name : scene_names()) {
     if (name.find("_cold") != std::string::npos) continue;  // has a test of its own
-    if (kSlowBuild && name != "static_desk" && name != "walking_xyz" && name != "moving_box" && name != "crowd")
+    if (kSlowBuild && name != "static_desk" && name != "walking_xyz" && name != "moving_box" &&
+        name != "crowd")
       continue;
     CAPTURE(name);
     SequenceRenderer& renderer = shared(name);
