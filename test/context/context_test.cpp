@@ -39,6 +39,36 @@ TEST_CASE("evidence is computed once per frame and seed set") {
   CHECK((motion.T_current_reference.t() - truth.t()).norm() < 1e-4);
 }
 
+TEST_CASE("a late mask is carried with the depth image, whether the context was told of masks or not") {
+  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  cv::Mat depth(480, 640, CV_32FC1, cv::Scalar(4.0)), labels = cv::Mat::zeros(480, 640, CV_8UC1);
+  depth(cv::Rect(200, 100, 200, 300)).setTo(cv::Scalar(2.0));
+  labels(cv::Rect(180, 80, 240, 340)).setTo(cv::Scalar(1));  // with some of what lies behind
+  const auto carried = [&](bool told, const cv::Mat& image) {
+    Context context;
+    context.set_semantics(told);
+    cv::Mat result;
+    for (int k = 0; k < 3; ++k) {
+      const synth::ExactFrame exact = scene.frame(k);
+      FrameView frame = exact.view();
+      frame.depth = image;
+      if (k > 0) frame.mask = MaskInput{exact.id - 1, labels};
+      context.begin(frame, CallPoint::BeforePose);
+      context.match({});
+      if (k > 0)
+        if (const cv::Mat* now = context.carried_labels()) result = now->clone();
+      context.finish(false);
+    }
+    return result;
+  };
+  const cv::Mat told = carried(true, depth), not_told = carried(false, depth),
+                flat = carried(true, cv::Mat());
+  REQUIRE_FALSE(told.empty());
+  REQUIRE(not_told.size() == told.size());
+  CHECK(cv::norm(told, not_told, cv::NORM_INF) == 0);
+  CHECK((flat.empty() || cv::norm(told, flat, cv::NORM_INF) > 0));  // the depth image does matter here
+}
+
 TEST_CASE("what is kept does not depend on the host's buffers") {
   Context context;
   context.set_history(1);

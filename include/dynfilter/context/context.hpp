@@ -205,7 +205,7 @@ class Context {
     state_.dynamic.assign(n, 0);
     pixels_.resize(n);
     for (std::size_t i = 0; i < n; ++i) pixels_[i] = frame_.keypoints[i].pt;
-    undistorted_ready_ = depths_ready_ = points_ready_ = false;
+    undistorted_ready_ = depths_ready_ = points_ready_ = thin_depth_ready_ = false;
     for (Match& match : matches_) match.valid = false;
     for (auto& slot : two_views_) slot.valid = false;
     for (auto& slot : rigid_motions_) slot.valid = false;
@@ -290,7 +290,13 @@ class Context {
     cv::Size image_px = frame_.grey.size();
     if (image_px.empty()) image_px = frame_.depth.size();
     if (image_px.empty() && frame_.camera) image_px = {frame_.camera->width_px, frame_.camera->height_px};
-    late_.trail().add(frame_.id, last, pixels_, depths_m(), thin_depth_m_, image_px);
+    late_.trail().add(frame_.id, last, pixels_, depths_m(), thin_depth(), image_px);
+  }
+  /// This frame's depth image as the trail keeps it; the trail takes it away.
+  cv::Mat& thin_depth() {
+    if (!thin_depth_ready_) MotionTrail::thin_depth(frame_.depth, frame_.depth_unit_m, thin_depth_m_);
+    thin_depth_ready_ = true;
+    return thin_depth_m_;
   }
   bool is_late() const {
     const auto older = [this](std::int64_t id) { return id >= 0 && id != frame_.id; };
@@ -465,8 +471,7 @@ class Context {
     if (!seen_before) {
       frame_.depth.copyTo(stored.depth);
       stored.depth_unit_m = frame_.depth_unit_m;
-      // While the image is in the cache: the flow will drive it out.
-      if (semantics_used_) MotionTrail::thin_depth(frame_.depth, frame_.depth_unit_m, thin_depth_m_);
+      if (semantics_used_) thin_depth();  // while the image is in the cache: the flow will drive it out
     }
   }
 
@@ -487,7 +492,7 @@ class Context {
   LateSemantics late_;
   std::vector<Detection> carried_;
   bool semantics_used_ = false, late_seen_ = false;
-  cv::Mat thin_depth_m_;  ///< of this frame, for the trail
+  cv::Mat thin_depth_m_;
   Match step_;
   std::vector<cv::Point2f> sparse_px_;
   std::int64_t last_begun_id_ = -1;
@@ -496,7 +501,7 @@ class Context {
   std::vector<cv::Point2f> pixels_, undistorted_;
   std::vector<float> depths_m_;
   std::vector<cv::Point3f> points_m_;
-  bool undistorted_ready_ = false, depths_ready_ = false, points_ready_ = false;
+  bool undistorted_ready_ = false, depths_ready_ = false, points_ready_ = false, thin_depth_ready_ = false;
   std::list<Match> matches_;
   std::list<Fitted<TwoViewModel>> two_views_;
   std::list<Fitted<RigidMotion>> rigid_motions_;

@@ -12,7 +12,7 @@ namespace dynfilter {
 namespace detail {
 
 /// Puts the values below the pivot first and returns how many there are. Without branches on the data, which
-/// a processor cannot foresee (Alexandrescu, "Lomuto's comeback", 2020): three times as fast.
+/// a processor cannot foresee (Alexandrescu, "Lomuto's comeback", 2020).
 template <class T, class Below>
 std::size_t partition_in_place(T* values, std::size_t count, const Below& below) {
   std::size_t first = 0;
@@ -33,7 +33,7 @@ T middle_of(T a, T b, T c) {
 }  // namespace detail
 
 /// The value that comes to place `at` of `count` > `at` numbers when they are sorted; their order changes.
-/// As std::nth_element, about three times as fast on plain numbers.
+/// As std::nth_element, two to four times as fast for 300 to 10000 floats.
 template <class T>
 T select_in_place(T* values, std::size_t count, std::size_t at) {
   constexpr int kRounds = 64;  // pivots that split badly so often are somebody's intention

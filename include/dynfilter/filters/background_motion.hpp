@@ -65,7 +65,7 @@ struct BackgroundMotionParams {
 ///           background is chosen, and the expected motion is refined without them.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
 /// Abstains: on the first frame, without any motion, and on features that have neither evidence nor
-///           neighbours with some.
+///           neighbours with some (suspects with a depth are dynamic then).
 /// Blind to: motion within the noise over 6 frames; everything, when a mover is taken for the background: the
 ///           report says what was chosen among what.
 /// State:    the camera's last motions, noise per gap, belief and mobility per track. Cost: about 0.4 ms for

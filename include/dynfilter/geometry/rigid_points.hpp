@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
@@ -155,8 +156,8 @@ struct RigidPoints {
     to_float(T, m);
     Pack n = 0;
     for (std::size_t i = 0; i < stride; i += kPack) n += greater(limit, chi2(m, i));
-    const auto padding = static_cast<int>(stride - count);  // its residuals are 0
-    return static_cast<int>(n.sum()) - (limit > 0 ? padding : 0);
+    const auto padding = static_cast<int>(stride - count);  // its residuals are 0, or NaN where T overflows
+    return std::max(0, static_cast<int>(n.sum()) - (limit > 0 ? padding : 0));
   }
 
   /// Sum over 8x8 cells of the viewing directions (tan within +-0.8) of the square root of what each holds.
