@@ -44,11 +44,12 @@ struct MotionProposal {
 /// The motion of the background between two frames, when most points may lie on movers.
 ///
 /// Several motions are proposed: from what the camera did before (refined at three widths), from the host,
-/// and from support (RANSAC, then RANSAC on the rest). A small set of them that explains all points is kept
-/// (greedy with pruning), so that a compromise between background and mover, which explains everything a
-/// little, loses against the pair that explains everything well; each point belongs to the motion that
-/// explains it best. The background is then chosen not by head count but by
-///   log(area) - log(1 + d^2) + 2 order - 1,
+/// and from support (RANSAC on the far points, where movers are few; then on all, and on the rest). A small
+/// set of them that explains all points is kept (greedy with pruning), so that a compromise between
+/// background and mover, which explains everything a little, loses against the pair that explains everything
+/// well; each point belongs to the motion that explains it best. The background is then chosen not by head
+/// count but by
+///   log(area) - log(1 + d^2) + 2.5 (order - 1/2),
 /// with area the share of image cells (square roots of what they hold, weighted by depth and by what was
 /// static before), d the distance in the image from the expected motion in units of how far off it usually
 /// is, and order the share of neighbours on other motions that lie in front: movers hide the background, the
@@ -84,7 +85,9 @@ class RigidBackgroundEstimator {
   static constexpr double kWide_px = 0.8, kSupport_px = 0.25;
   static constexpr double kFit_px = 0.3;        ///< a fit is worth 1 / (1 + (miss / this)^2)
   static constexpr double kMinGain = 0.04;      ///< of the points: what a motion must explain to be kept
+  static constexpr double kFarShare = 0.4;      ///< of the points: those at the back
   static constexpr double kSettled = 0.7;       ///< explained by the expected motion: no search
+  static constexpr double kOrderWeight = 2.5;   ///< of who hides whom against who covers more
   static constexpr double kNeighbour_px = 50;   ///< whose depths are compared
   static constexpr float kDepthStep = 1.08F;    ///< farther by this factor lies behind
   static constexpr double kUnknownMiss_px = 3;  ///< before anything is known of the camera's smoothness
@@ -183,7 +186,7 @@ class RigidBackgroundEstimator {
     return settled_.size() >= kMinSettled ? settled_ : points_;
   }
 
-  /// What the expected motion leaves, and then all from the beginning, narrow and wide.
+  /// What the expected motion leaves, then the far points, and then all from the beginning, narrow and wide.
   void propose_by_support() {
     rest_ = points_;
     if (scene_->expected && !proposals_.empty()) {
@@ -192,6 +195,7 @@ class RigidBackgroundEstimator {
       if (10 * rest_.size() > points_.size())
         propose(MotionProposal::From::Support, rest_, kSupport_px, std::nullopt);
     }
+    propose_from_afar();
     for (const double sigma_px : {kSupport_px, kWide_px}) {
       rest_ = points_;
       for (int k = 0; k < 3 && rest_.size() >= 12 && 10 * rest_.size() > points_.size(); ++k) {
@@ -199,6 +203,14 @@ class RigidBackgroundEstimator {
         drop_explained(proposals_.back().motion);
       }
     }
+  }
+
+  /// `points_` begins with the farthest. Among all of them a small background is drawn too rarely when movers
+  /// fill the view from the first frame on; and a motion between theirs and its own has more support.
+  void propose_from_afar() {
+    const auto far = static_cast<std::ptrdiff_t>(kFarShare * static_cast<double>(points_.size()));
+    rest_.assign(points_.begin(), points_.begin() + far);
+    if (rest_.size() >= 12) propose(MotionProposal::From::Support, rest_, kSupport_px, std::nullopt);
   }
 
   /// Proposed first of the expected ones; without it, whatever comes first.
@@ -326,7 +338,7 @@ class RigidBackgroundEstimator {
     chosen_ = selected_.front();
     for (const std::size_t h : selected_) {
       MotionProposal& p = proposals_[h];
-      p.score = std::log(p.area + 1e-6) + 2 * p.order - 1;
+      p.score = std::log(p.area + 1e-6) + kOrderWeight * (p.order - 0.5);
       if (scene_->expected) {
         const double d = distance_px(p.motion.T_current_reference, *scene_->expected) /
                          std::max(kLeastMiss_px, 2 * usual_miss_px_);
