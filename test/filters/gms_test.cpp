@@ -282,8 +282,10 @@ struct Cloud {
     frame.depth_m = depth_m;
     frame.camera = camera;
     context.begin(frame, CallPoint::BeforePose);
-    for (const std::size_t i : dynamic) context.withdraw(i);
     Votes votes;
+    votes.reset(frame.size());
+    for (const std::size_t i : dynamic) votes.cast(i, Vote::Dynamic);
+    context.learn(votes);
     votes.reset(frame.size());
     filter.apply(context, votes);
     return votes;

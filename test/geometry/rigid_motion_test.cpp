@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <cmath>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
+#include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 
 #include "doctest/doctest.h"
@@ -172,6 +175,60 @@ TEST_CASE("rigid residual: hand-computed prediction") {
   CHECK_FALSE(rigid_residual(cam, T, {0.5F, 0, 0}, {0, 0.5F, 4}).valid);
   CHECK_FALSE(rigid_residual(cam, T, {0.5F, 0, 3}, {0, 0.5F, -1}).valid);
   CHECK_FALSE(rigid_residual(cam, Pose::from(R, {0, 0, -5}), {0.5F, 0, 3}, {0, 0.5F, 4}).valid);
+}
+
+namespace {
+
+/// chi2 as the header's formula has it, in matrices.
+double chi2_in_matrices(const Camera& cam, const Pose& T, const RigidResidualNoise& noise,
+                        const Eigen::Matrix<double, 6, 6>& C, const Eigen::Vector3d& p,
+                        const Eigen::Vector3d& c) {
+  const Eigen::Vector3d q = T.R() * p + T.t();
+  Eigen::Matrix3d G, qx;
+  G << cam.fx_px / q.z(), 0, -cam.fx_px * q.x() / (q.z() * q.z()),  //
+      0, cam.fy_px / q.z(), -cam.fy_px * q.y() / (q.z() * q.z()),   //
+      0, 0, 1;
+  qx << 0, -q.z(), q.y(), q.z(), 0, -q.x(), -q.y(), q.x(), 0;
+  Eigen::Matrix<double, 3, 6> L;
+  L << G, -G * qx;
+  const Eigen::Vector3d ray = G * T.R() * p / p.z() * noise.depth_noise.sigma_m(p.z());
+  const double su2 = std::pow(noise.pixel_sigma_px, 2), sz2 = std::pow(noise.depth_noise.sigma_m(c.z()), 2);
+  Eigen::Matrix3d S = ray * ray.transpose() + L * C * L.transpose();
+  S.diagonal() += Eigen::Vector3d(su2, su2, sz2);
+  const Eigen::Vector3d r(cam.fx_px * (c.x() / c.z() - q.x() / q.z()),
+                          cam.fy_px * (c.y() / c.z() - q.y() / q.z()), c.z() - q.z());
+  return r.dot(S.ldlt().solve(r));
+}
+
+}  // namespace
+
+TEST_CASE("rigid residual: chi2 is the one of the full covariance, with and without that of the motion") {
+  Rng rng(7);
+  const Camera cam = camera();
+  for (int k = 0; k < 200; ++k) {
+    CAPTURE(k);
+    Eigen::Matrix<double, 6, 6> half;
+    for (int i = 0; i < 36; ++i) half.data()[i] = 0.003 * rng.normal();
+    const Eigen::Matrix<double, 6, 6> C = k % 4 == 0 ? Eigen::Matrix<double, 6, 6>::Zero()
+                                                     : Eigen::Matrix<double, 6, 6>(half * half.transpose());
+    const Eigen::Vector3d axis(rng.normal(), rng.normal(), rng.normal());
+    const Pose T = Pose::from(Eigen::AngleAxisd(0.3 * rng.normal(), axis.normalized()).toRotationMatrix(),
+                              {0.1 * rng.normal(), 0.1 * rng.normal(), 0.1 * rng.normal()});
+    const cv::Point3f p(static_cast<float>(rng.uniform(-1, 1)), static_cast<float>(rng.uniform(-1, 1)),
+                        static_cast<float>(rng.uniform(1.5, 4)));
+    const Eigen::Vector3d q = T.R() * Eigen::Vector3d(p.x, p.y, p.z) + T.t();
+    const cv::Point3f c(static_cast<float>(q.x() + 0.02 * rng.normal()),
+                        static_cast<float>(q.y() + 0.02 * rng.normal()),
+                        static_cast<float>(q.z() + 0.05 * rng.normal()));
+    RigidResidualNoise noise;
+    noise.pixel_sigma_px = rng.uniform(0.2, 2);
+    const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> rows = C;
+    const RigidResidual judged = rigid_residual(cam, T, p, c, noise, k % 8 == 0 ? nullptr : rows.data());
+    REQUIRE(judged.valid);
+    CHECK(
+        static_cast<double>(judged.chi2) ==
+        doctest::Approx(chi2_in_matrices(cam, T, noise, C, {p.x, p.y, p.z}, {c.x, c.y, c.z})).epsilon(1e-5));
+  }
 }
 
 TEST_CASE("rigid residual: static points follow chi-square with 3 degrees of freedom") {

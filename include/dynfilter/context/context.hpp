@@ -74,6 +74,8 @@ class Context {
   // ---- what earlier stages think
   /// Is feature i to be judged here? Survivors of a sequence, one side of a gate, ...
   bool judged(std::size_t i) const { return state_.judged[i] != 0; }
+  /// The same for all: 1 or 0 per feature.
+  Span<const std::uint8_t> judged() const { return state_.judged; }
   /// Did a semantic stage mark it as a suspect?
   bool prior(std::size_t i) const { return state_.prior[i] != 0; }
   /// May models be fitted on it? Not suspected by any earlier stage.
@@ -166,10 +168,29 @@ class Context {
 
   // ---- for combinators: what the next stages are told
   void mark_prior(std::size_t i) { state_.prior[i] = 1, state_.seed[i] = 0; }
-  /// Rejected: neither judged again nor used for models.
-  void withdraw(std::size_t i) { state_.judged[i] = 0, state_.seed[i] = 0, state_.dynamic[i] = 1; }
   /// Not to be judged here; still a seed.
   void excuse(std::size_t i) { state_.judged[i] = 0; }
+  /// What an earlier stage said: its suspects are no seeds; what it rejected is neither judged again nor used
+  /// for models. Without branches: which features those are cannot be predicted.
+  void learn(const Votes& said) {
+    const Vote* vote = said.votes().data();
+    const std::uint8_t* suspect = said.priors().data();
+    std::uint8_t *judged = state_.judged.data(), *prior = state_.prior.data(), *seed = state_.seed.data(),
+                 *dynamic = state_.dynamic.data();
+    for (std::size_t i = 0; i < size(); ++i) {
+      const auto rejected = static_cast<std::uint8_t>(vote[i] == Vote::Dynamic);
+      prior[i] |= suspect[i];
+      dynamic[i] |= rejected;
+      judged[i] &= rejected ^ 1;
+      seed[i] &= (rejected | suspect[i]) ^ 1;
+    }
+  }
+  /// Only prior suspects are judged here, or only the others.
+  void keep_side(bool priors) {
+    const std::uint8_t side = priors ? 1 : 0;
+    for (std::size_t i = 0; i < size(); ++i)
+      state_.judged[i] &= static_cast<std::uint8_t>(state_.prior[i] == side);
+  }
 
   /// Restores what the next stages are told when it goes out of scope.
   class Scope {

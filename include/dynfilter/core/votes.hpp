@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/span.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -36,11 +37,22 @@ class Votes {
     cast(i, vote, vote == Vote::Dynamic ? 1.0F : vote == Vote::Static ? 0.0F : kNoIdea);
   }
   void mark_prior(std::size_t i) { prior_[i] = 1; }
+  /// Marks what is marked in `other`, which has as many features.
+  void add_priors(const Votes& other) {
+    for (std::size_t i = 0; i < prior_.size(); ++i) prior_[i] |= other.prior_[i];
+  }
+  /// Unknown where `kept`, which has one entry per feature, is 0; it is 1 elsewhere. The score stays.
+  void keep_only(Span<const std::uint8_t> kept) {
+    for (std::size_t i = 0; i < vote_.size(); ++i) vote_[i] = kept[i] != 0 ? vote_[i] : Vote::Unknown;
+  }
 
   std::size_t size() const { return vote_.size(); }
   Vote operator[](std::size_t i) const { return vote_[i]; }
   float score(std::size_t i) const { return score_[i]; }
   bool prior(std::size_t i) const { return prior_[i] != 0; }
+  /// One entry per feature; a prior is 1 where it is marked, else 0.
+  Span<const Vote> votes() const { return vote_; }
+  Span<const std::uint8_t> priors() const { return prior_; }
   std::size_t count(Vote vote) const {
     return static_cast<std::size_t>(std::count(vote_.begin(), vote_.end(), vote));
   }

@@ -74,6 +74,11 @@ inline Pack greater(const Pack& a, const Pack& b) {
   const Pack::Four one = Pack::Four{} + 1.0F, none{};
   return {a.low > b.low ? one : none, a.high > b.high ? one : none};
 }
+/// 1 where a <= b, else 0; 0 for NaN.
+inline Pack not_above(const Pack& a, const Pack& b) {
+  const Pack::Four one = Pack::Four{} + 1.0F, none{};
+  return {a.low <= b.low ? one : none, a.high <= b.high ? one : none};
+}
 inline Pack sqrt(Pack a) {
   for (int k = 0; k < 4; ++k) a.low[k] = std::sqrt(a.low[k]), a.high[k] = std::sqrt(a.high[k]);
   return a;

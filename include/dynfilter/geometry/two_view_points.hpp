@@ -114,8 +114,15 @@ class TwoViewPoints {
 
   template <class Error>
   int inliers(const Error& error, double tau2) const {
-    int n = 0;
-    visit(error, [&](std::size_t, float e) { n += e <= tau2; });
+    const auto limit = static_cast<float>(tau2);
+    Pack sum = 0;
+    std::size_t i = 0;
+    for (; i + kWidth <= count_; i += kWidth)
+      sum += not_above(error(at(x_, i), at(y_, i), at(u_, i), at(v_, i)), limit);
+    int n = static_cast<int>(sum.sum());
+    if (i == count_) return n;
+    const Pack last = error(at(x_, i), at(y_, i), at(u_, i), at(v_, i));
+    for (std::size_t k = 0; i + k < count_; ++k) n += last[static_cast<int>(k)] <= limit ? 1 : 0;
     return n;
   }
 

@@ -86,6 +86,9 @@ inline Pack selected(const TwoViewPoints& points, const Selection& selection, st
   return mask;
 }
 
+/// Where the product of entries r and c of (x, y, 1) stands in xx, xy, yy, x, y, 1.
+constexpr int kProduct[3][3] = {{0, 1, 3}, {1, 2, 4}, {3, 4, 5}};
+
 /// Reweighted Sampson residuals a.f / sqrt(den), a = (u, v, 1) x (x, y, 1), with Tukey's weights cut off at
 /// `cut2` (squared, normalised units). Every entry of a a^T is one of 36 products.
 inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix3d& F, double cut2,
@@ -118,7 +121,6 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
     g[1][0] += ve * x, g[1][1] += ve * y, g[1][2] += ve;
     g[2][0] += we * x, g[2][1] += we * y, g[2][2] += we;
   }
-  constexpr int kProduct[3][3] = {{0, 1, 3}, {1, 2, 4}, {3, 4, 5}};
   double sums[6][6];
   for (int k = 0; k < 36; ++k) sums[k / 6][k % 6] = A[k / 6][k % 6].sum();
   for (int r = 0; r < 9; ++r) {
@@ -199,35 +201,51 @@ inline void refine_essential(const TwoViewPoints& points, const Calibration& K, 
   }
 }
 
-/// Reweighted transfer residuals x2 - H x1, Tukey's weights on their HomographyError.
+/// Reweighted transfer residuals d = at - x2, at = H x1, Tukey's weights on their HomographyError. With p =
+/// (x, y, 1) and q = H p, d(at) = (p, 0, -at.x p; 0, p, -at.y p) / q.z: every entry of the normal matrix is
+/// one of four weights times one of the six products in p p^T.
 inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix3d& H, double cut2,
                                 const Selection& selection, EntryNormal& normal) {
-  normal.A.setZero();
-  normal.g.setZero();
+  float h[9];
+  for (int i = 0; i < 9; ++i) h[i] = static_cast<float>(H(i / 3, i % 3));
+  Pack A[4][6], g[3][3];
+  for (auto& row : A) std::fill(row, row + 6, Pack(0));
+  for (auto& row : g) std::fill(row, row + 3, Pack(0));
+  const float inv_cut = static_cast<float>(1 / (kTransferScale * cut2));
   int used = 0;
   const std::size_t end = std::min(selection.count, points.count());
-  for (std::size_t i = 0; i < end; ++i) {
-    const Eigen::Vector3d p = lifted(points.reference(i)), q = H * p;
-    const double inv = 1 / q.z();
-    const Eigen::Vector2d at = q.head<2>() * inv, d = at - points.current(i);
-    const double e2 = d.squaredNorm() / kTransferScale;
-    if (!(e2 < cut2)) continue;
-    const double taper = 1 - e2 / cut2, w = taper * taper * inv * inv;
-    // d(at) = inv (p, 0, -at.x p; 0, p, -at.y p): all products are multiples of p p^T.
-    const Eigen::Matrix3d pp = p * (w * p).transpose();
-    normal.A.block<3, 3>(0, 0) += pp;
-    normal.A.block<3, 3>(0, 6) -= at.x() * pp;
-    normal.A.block<3, 3>(3, 6) -= at.y() * pp;
-    normal.A.block<3, 3>(6, 6) += at.squaredNorm() * pp;
-    const Eigen::Vector3d wp = taper * taper * inv * p;
-    normal.g.segment<3>(0) += d.x() * wp;
-    normal.g.segment<3>(3) += d.y() * wp;
-    normal.g.segment<3>(6) -= d.dot(at) * wp;
-    ++used;
+  for (std::size_t i = 0; i < end; i += Pack::kWidth) {
+    const Pack x = points.x(i), y = points.y(i);
+    const Pack Z = h[6] * x + h[7] * y + h[8],
+               inv = Z / max(Z * Z, 1e-30F);  // 0 on the line that H sends away
+    const Pack X = (h[0] * x + h[1] * y + h[2]) * inv, Y = (h[3] * x + h[4] * y + h[5]) * inv;
+    const Pack dx = X - points.u(i), dy = Y - points.v(i);
+    const Pack taper = max(1.0F - (dx * dx + dy * dy) * inv_cut, 0);
+    Pack wi = taper * taper * inv;
+    if (selection.errors || i + Pack::kWidth > points.count()) wi *= selected(points, selection, i);
+    const Pack w = wi * inv;
+    used += static_cast<int>(greater(w, 0).sum());
+    const Pack left[4] = {w, w * X, w * Y, w * (X * X + Y * Y)}, right[5] = {x * x, x * y, y * y, x, y};
+    for (int k = 0; k < 4; ++k) {
+      for (int m = 0; m < 5; ++m) A[k][m] += left[k] * right[m];
+      A[k][5] += left[k];
+    }
+    const Pack along[3] = {wi * dx, wi * dy, wi * (dx * X + dy * Y)};
+    for (int k = 0; k < 3; ++k) g[k][0] += along[k] * x, g[k][1] += along[k] * y, g[k][2] += along[k];
   }
-  normal.A.block<3, 3>(3, 3) = normal.A.block<3, 3>(0, 0);
-  normal.A.block<3, 3>(6, 0) = normal.A.block<3, 3>(0, 6).transpose();
-  normal.A.block<3, 3>(6, 3) = normal.A.block<3, 3>(3, 6).transpose();
+  double sums[4][6];
+  for (int k = 0; k < 24; ++k) sums[k / 6][k % 6] = A[k / 6][k % 6].sum();
+  normal.A.setZero();
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      const int product = kProduct[r][c];
+      normal.A(r, c) = normal.A(3 + r, 3 + c) = sums[0][product];
+      normal.A(r, 6 + c) = normal.A(6 + c, r) = -sums[1][product];
+      normal.A(3 + r, 6 + c) = normal.A(6 + c, 3 + r) = -sums[2][product];
+      normal.A(6 + r, 6 + c) = sums[3][product];
+    }
+    normal.g(r) = g[0][r].sum(), normal.g(3 + r) = g[1][r].sum(), normal.g(6 + r) = -g[2][r].sum();
+  }
   return used >= 4;
 }
 

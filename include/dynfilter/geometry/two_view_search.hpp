@@ -47,7 +47,10 @@ class TwoViewSearch {
   static constexpr double kNearBest = 1.03;
   static constexpr std::size_t kLocalSize = 320;  ///< matches that a local optimisation looks at
 
-  static Span<const double> cuts() { return {detail::kWideToNarrow.data(), detail::kWideToNarrow.size()}; }
+  /// All of them after a sample; the narrow ones for what is optimised already.
+  static Span<const double> cuts(std::size_t from = 0) {
+    return {detail::kWideToNarrow.data() + from, detail::kWideToNarrow.size() - from};
+  }
 
   void search_fundamental(TwoViewModel& model) {
     Rng rng(options_.seed);
@@ -91,7 +94,7 @@ class TwoViewSearch {
   void polish() {
     for (int round = 0; round < 5; ++round) {
       Eigen::Matrix3d F = F_;
-      detail::refine_fundamental(points_, tau2_, cuts(), {}, F);
+      detail::refine_fundamental(points_, tau2_, cuts(2), {}, F);
       const double before = F_cost_;
       if (!consider(F) || F_cost_ > 0.998 * before) break;
     }

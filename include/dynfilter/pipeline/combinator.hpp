@@ -43,10 +43,6 @@ class Combinator : public Stage {
   }
   /// The bit of the combinator's own report, for what no child said.
   static std::uint64_t own_reason(std::size_t self) { return self < 64 ? std::uint64_t{1} << self : 0; }
-  static void keep_priors(Judgement& out, const Judgement& child) {
-    for (std::size_t i = 0; i < child.votes.size(); ++i)
-      if (child.votes.prior(i)) out.votes.mark_prior(i);
-  }
 
   Stages children_;
   Judgement child_;  ///< scratch: one child's answer

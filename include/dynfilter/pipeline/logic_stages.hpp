@@ -34,11 +34,8 @@ class SequenceStage final : public Combinator {
             first ? child_.votes.score(i) : std::max(out.votes.score(i), child_.votes.score(i));
         set(out, i, vote_then(out.votes[i], said), score, out.reasons[i] | child_.reasons[i]);
       }
-      keep_priors(out, child_);
-      for (std::size_t i = 0; i < context.size(); ++i) {
-        if (child_.votes.prior(i)) context.mark_prior(i);
-        if (child_.votes[i] == Vote::Dynamic) context.withdraw(i);
-      }
+      out.votes.add_priors(child_.votes);
+      context.learn(child_.votes);
     }
   }
 };
@@ -57,7 +54,7 @@ class AnyStage final : public Combinator {
     for (auto& child : children_) {
       const std::size_t place = reports.size();
       child->judge(context, reports, child_);
-      keep_priors(out, child_);
+      out.votes.add_priors(child_.votes);
       if (reports[place].skipped || reports[place].failed) continue;
       for (std::size_t i = 0; i < context.size(); ++i) {
         const Vote vote = first ? child_.votes[i] : vote_or(out.votes[i], child_.votes[i]);
@@ -87,7 +84,7 @@ class AllStage final : public Combinator {
     bool first = true;
     for (auto& child : children_) {
       child->judge(context, reports, child_);
-      keep_priors(out, child_);
+      out.votes.add_priors(child_.votes);
       for (std::size_t i = 0; i < context.size(); ++i) {
         const Vote said = child_.votes[i];
         const bool was_static = !first && out.votes[i] == Vote::Static;
@@ -136,7 +133,7 @@ class StrictStage final : public Combinator {
   void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
               Judgement& out) override {
     children_[0]->judge(context, reports, child_);
-    keep_priors(out, child_);
+    out.votes.add_priors(child_.votes);
     const std::uint64_t reason = own_reason(self);
     for (std::size_t i = 0; i < context.size(); ++i) {
       const bool said = child_.votes[i] == Vote::Dynamic;

@@ -22,14 +22,14 @@ class GateStage final : public Combinator {
  protected:
   void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
     children_[0]->judge(context, reports, gate_);
-    keep_priors(out, gate_);
+    out.votes.add_priors(gate_.votes);
     for (std::size_t branch = 1; branch < children_.size(); ++branch) {
       const Vote wanted = branch == 1 ? Vote::Dynamic : Vote::Static;
       const Context::Scope scope(context);
       for (std::size_t i = 0; i < context.size(); ++i)
         if (gate_.votes[i] != wanted) context.excuse(i);
       children_[branch]->judge(context, reports, child_);
-      keep_priors(out, child_);
+      out.votes.add_priors(child_.votes);
       for (std::size_t i = 0; i < context.size(); ++i)
         if (gate_.votes[i] == wanted) set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);
     }
@@ -55,10 +55,9 @@ class ByRegionStage final : public Combinator {
     for (std::size_t side = 0; side < 2; ++side) {
       const bool inside = side == 0;
       const Context::Scope scope(context);
-      for (std::size_t i = 0; i < context.size(); ++i)
-        if (context.prior(i) != inside) context.excuse(i);
+      context.keep_side(inside);
       children_[side]->judge(context, reports, child_);
-      keep_priors(out, child_);
+      out.votes.add_priors(child_.votes);
       for (std::size_t i = 0; i < context.size(); ++i)
         if (context.prior(i) == inside)
           set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/verdict.hpp>
@@ -79,11 +80,9 @@ class Stage {
     out.reset(n);
   }
   static void drop_unasked(const Context& context, Judgement& out) {
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (context.judged(i)) continue;
-      out.votes.cast(i, Vote::Unknown, out.votes.score(i));
-      out.reasons[i] = 0;
-    }
+    const Span<const std::uint8_t> judged = context.judged();
+    out.votes.keep_only(judged);
+    for (std::size_t i = 0; i < judged.size(); ++i) out.reasons[i] = judged[i] != 0 ? out.reasons[i] : 0;
   }
 
   std::string name_, path_;
@@ -107,8 +106,9 @@ class FilterStage final : public Stage {
     reports[self].note = context.take_note();
     if (out.votes.size() != context.size()) throw Error("the filter changed the number of votes");
     if (self >= 64) return;
+    const std::uint64_t reason = std::uint64_t{1} << self;
     for (std::size_t i = 0; i < context.size(); ++i)
-      if (out.votes[i] == Vote::Dynamic) out.reasons[i] = std::uint64_t{1} << self;
+      out.reasons[i] = out.votes[i] == Vote::Dynamic ? reason : 0;
   }
 
  private:

@@ -69,7 +69,7 @@ class TemporalStage final : public Combinator {
   void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
               Judgement& out) override {
     children_[0]->judge(context, reports, child_);
-    keep_priors(out, child_);
+    out.votes.add_priors(child_.votes);
     recall(context);
     const double step = log_odds(params_.reliability), limit = log_odds(params_.threshold);
     for (std::size_t i = 0; i < context.size(); ++i) {

@@ -59,7 +59,7 @@ class VoteStage final : public Combinator {
     for (std::size_t k = 0; k < children_.size(); ++k) {
       const std::size_t place = reports.size();
       children_[k]->judge(context, reports, child_);
-      keep_priors(out, child_);
+      out.votes.add_priors(child_.votes);
       const bool absent = reports[place].skipped || reports[place].failed;
       if (absent && params_.min_votes <= 0) continue;
       taking_part += params_.weights[k];
