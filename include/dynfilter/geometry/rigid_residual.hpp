@@ -52,7 +52,9 @@ class RigidResidualModel {
     }
   }
 
-  RigidResidual operator()(const cv::Point3f& reference, const cv::Point3f& current) const {
+  /// Not inlined: where the points come from doubles, GCC 12 at -O3 keeps them as such in some files and not
+  /// in others, and verdicts would no longer be the same bit for bit.
+  [[gnu::noinline]] RigidResidual operator()(const cv::Point3f& reference, const cv::Point3f& current) const {
     RigidResidual out;
     if (!has_depth(reference.z) || !has_depth(current.z)) return out;
     const Eigen::Vector3d p(reference.x, reference.y, reference.z), q = R_ * p + t_;
