@@ -52,7 +52,7 @@ class RigidResidualModel {
     }
   }
 
-  /// Not inlined: where the points come from doubles, GCC 12 at -O3 keeps them as such in some files and not
+  /// Not inlined: GCC 12 at -O3 vectorises it with the code around it to other last bits in some files than
   /// in others, and verdicts would no longer be the same bit for bit.
   [[gnu::noinline]] RigidResidual operator()(const cv::Point3f& reference, const cv::Point3f& current) const {
     RigidResidual out;
