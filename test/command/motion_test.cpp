@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <cmath>
-
 #include "run_command.hpp"
 
 using namespace dynfilter_test;
@@ -8,14 +6,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The number after `"key": ` behind the place where `section` begins in JSON text.
-double number_in(const std::string& json, const std::string& section, const std::string& key) {
-  const auto from = json.find(section);
-  REQUIRE(from != std::string::npos);
-  const auto at = json.find("\"" + key + "\": ", from);
-  REQUIRE(at != std::string::npos);
-  return std::atof(json.c_str() + at + key.size() + 4);
-}
 double f1_of(const std::string& json, const std::string& clip) {
   return number_in(json, "\"name\": \"" + clip + "\"", "f1");
 }

@@ -41,4 +41,13 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
+/// The number after `"key": ` behind the place where `section` begins in JSON text.
+inline double number_in(const std::string& json, const std::string& section, const std::string& key) {
+  const auto from = json.find(section);
+  REQUIRE(from != std::string::npos);
+  const auto at = json.find("\"" + key + "\": ", from);
+  REQUIRE(at != std::string::npos);
+  return std::atof(json.c_str() + at + key.size() + 4);
+}
+
 }  // namespace dynfilter_test

@@ -193,7 +193,7 @@ int solved_at_first_sight(std::size_t background, const Fill& fill) {
   return solved;
 }
 
-// One eighth of the points, all behind the others. Counting heads would solve none.
+// One eighth of the points, all behind the others.
 TEST_CASE("a background of few points is mostly told by lying behind, without any past") {
   CHECK(solved_at_first_sight(60, [](Parts& parts) {
           parts.add(60, {0, 0, 640, 480}, 3, 5, shift(0.02, 0, 0.01));

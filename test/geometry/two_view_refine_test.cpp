@@ -17,7 +17,7 @@ using detail::TwoViewPoints;
 
 namespace {
 
-/// Matches that move by about 20 px, with 3 px of noise and some far off; `n` is no multiple of a pack.
+/// Matches that move by about 20 px, with 3 px of noise and some far off.
 TwoViewPoints matches(std::size_t n, std::uint64_t seed) {
   Rng rng(seed);
   std::vector<cv::Point2f> reference, current;

@@ -54,13 +54,14 @@ struct BackgroundMotionParams {
 
 /// Features that do not follow the background. The default rejector: needs no detector.
 ///
-/// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp). Against it a
-///           feature's evidence is chi2 / max_chi2 - 1, at most 3, of the larger of two misses in (u, v,
-///           depth): since the last frame and over its track (context/feature_tracks.hpp), up to 6 frames
-///           back, where slow motion shows. Noise is measured: about the median miss of each gap, over
-///           features that did not move lately. Belief = evidence + memory * belief in the last frame, within
-///           [-2, 5]; plus neighbour_weight * its mean over neighbours at a like depth; plus prior_suspicion
-///           for prior suspects. Dynamic above 0. Features that moved lately (1 - exp(-2 belief), fading by
+/// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp); prior suspects
+///           take part once it is known what the camera does. Against it a feature's evidence is
+///           chi2 / max_chi2 - 1, at most 3, of the larger of two misses in (u, v, depth): since the last
+///           frame and over its track (context/feature_tracks.hpp), up to 6 frames back, where slow motion
+///           shows. Noise is measured: about the median miss of each gap, over features that did not move
+///           lately. Belief = evidence + memory * belief in the last frame, within [-2, 5]; plus
+///           neighbour_weight * its mean over neighbours at a like depth; plus prior_suspicion for prior
+///           suspects. Dynamic above 0. Features that moved lately (1 - exp(-2 belief), fading by
 ///           mobility_memory a frame, taken over by features that appear beside them) count less when the
 ///           background is chosen, and the expected motion is refined without them.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
@@ -171,11 +172,12 @@ class BackgroundMotionFilter final : public Filter {
     scene.pixels = context.pixels();
     scene.static_belief = static_belief_;
     scene.mobility = mobility_;
-    context.collect_seeds(match, false, seeds_);
+    const bool known = trail_.size() >= 2;  // what the camera does: then suspects take part
+    context.collect_seeds(match, known, seeds_);
     if (static_cast<int>(seeds_.size()) < kMinSeeds) context.collect_seeds(match, true, seeds_);
     scene.seeds = seeds_;
     scene.predicted = context.host_motion(match);
-    if (trail_.size() >= 2) scene.expected = usual_step();
+    if (known) scene.expected = usual_step();
     scene.noise_px = std::clamp(0.8 * noise_px_[1], kLeastNoise_px, 0.3);
     motion_ = estimator_.estimate(scene);
     note_motion(context);

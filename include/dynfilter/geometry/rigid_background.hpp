@@ -44,11 +44,11 @@ struct MotionProposal {
 /// The motion of the background between two frames, when most points may lie on movers.
 ///
 /// Several motions are proposed: from what the camera did before (refined at three widths), from the host,
-/// and from support (RANSAC on the far points, where movers are few; then on all, and on the rest). A small
-/// set of them that explains all points is kept (greedy with pruning), so that a compromise between
-/// background and mover, which explains everything a little, loses against the pair that explains everything
-/// well; each point belongs to the motion that explains it best. The background is then chosen not by head
-/// count but by
+/// and from support (RANSAC on all points, then on the rest; where nothing is expected yet on the far points
+/// first, where movers are few). A small set of them that explains all points is kept (greedy with pruning),
+/// so that a compromise between background and mover, which explains everything a little, loses against the
+/// pair that explains everything well; each point belongs to the motion that explains it best. The background
+/// is then chosen not by head count but by
 ///   log(area) - log(1 + d^2) + 2.5 (order - 1/2),
 /// with area the share of image cells (square roots of what they hold, weighted by depth and by what was
 /// static before), d the distance in the image from the expected motion in units of how far off it usually
@@ -186,7 +186,7 @@ class RigidBackgroundEstimator {
     return settled_.size() >= kMinSettled ? settled_ : points_;
   }
 
-  /// What the expected motion leaves, then the far points, and then all from the beginning, narrow and wide.
+  /// What the expected motion leaves, or the far points; and then all from the beginning, narrow and wide.
   void propose_by_support() {
     rest_ = points_;
     if (scene_->expected && !proposals_.empty()) {
@@ -195,7 +195,7 @@ class RigidBackgroundEstimator {
       if (10 * rest_.size() > points_.size())
         propose(MotionProposal::From::Support, rest_, kSupport_px, std::nullopt);
     }
-    propose_from_afar();
+    if (!scene_->expected) propose_from_afar();
     for (const double sigma_px : {kSupport_px, kWide_px}) {
       rest_ = points_;
       for (int k = 0; k < 3 && rest_.size() >= 12 && 10 * rest_.size() > points_.size(); ++k) {
@@ -206,7 +206,8 @@ class RigidBackgroundEstimator {
   }
 
   /// `points_` begins with the farthest. Among all of them a small background is drawn too rarely when movers
-  /// fill the view from the first frame on; and a motion between theirs and its own has more support.
+  /// fill the view from the first frame on; and a motion between theirs and its own has more support. Their
+  /// depth is poor, so not where it is known what the camera does: a sloppy fit would win by lying behind.
   void propose_from_afar() {
     const auto far = static_cast<std::ptrdiff_t>(kFarShare * static_cast<double>(points_.size()));
     rest_.assign(points_.begin(), points_.begin() + far);

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "run_command.hpp"
+
+using namespace dynfilter_test;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The medians of six runs each, forward and in reverse from frames 0, 5 and 10, as JSON text; empty: there
+/// is no such data.
+std::string six_runs(const char* sequence, const std::string& options) {
+  const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / sequence;
+  if (!fs::exists(folder)) {
+    MESSAGE("skipped: no ../shared/data");
+    return "";
+  }
+  const CommandResult result = dynfilter("compare '" + folder.string() + "' --variants --json " + options);
+  CAPTURE(result.err);
+  REQUIRE(result.exit_code == 0);
+  return result.out.substr(result.out.find("\"medians\""));
+}
+double median_ate_m(const std::string& json, const std::string& pipeline) {
+  return number_in(json, "\"pipeline\": \"" + pipeline + "\"", "ate_rmse_m");
+}
+double worst_ate_m(const std::string& json, const std::string& pipeline) {
+  return number_in(json, "\"pipeline\": \"" + pipeline + "\"", "ate_rmse_max_m");
+}
+
+}  // namespace
+
+TEST_CASE("people who walk, real frames, no detector: the goals") {
+  const std::string json = six_runs("tum_fr3_walking_halfsphere", "--pipelines dynfilter --no-detections");
+  if (json.empty()) return;
+  CHECK(number_in(json, "dynfilter", "tracked_frames") == number_in(json, "dynfilter", "frames"));
+  CHECK(median_ate_m(json, "dynfilter") <= 0.02);
+  CHECK(worst_ate_m(json, "dynfilter") <= 0.05);
+}
+
+TEST_CASE("people who walk, real frames and boxes: as good as dropping all in the boxes") {
+  const std::string json = six_runs("tum_fr3_walking_halfsphere", "--pipelines rts_slam_s,dynfilter");
+  if (json.empty()) return;
+  CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "rts_slam_s") + 0.001);
+  CHECK(worst_ate_m(json, "dynfilter") <= 0.02);
+}
+
+TEST_CASE("a static desk, real frames: nothing gets worse") {
+  const std::string json = six_runs("tum_fr1_xyz", "--pipelines none,dynfilter");
+  if (json.empty()) return;
+  CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "none") + 0.001);
+}
