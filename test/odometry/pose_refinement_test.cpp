@@ -74,6 +74,59 @@ TEST_CASE("a third of wrong points is found out") {
   CHECK(distance(T, truth) < 0.005);
 }
 
+/// Two dozen points in a corner of the view, far away: a shift looks much like a turn.
+std::vector<PosePoint> few_far_sightings(const Eigen::Isometry3d& T_camera_world, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<PosePoint> points;
+  for (int i = 0; i < 24; ++i) {
+    const Eigen::Vector3d p =
+        kCamera.back_project(between(random, 420, 540), between(random, 80, 200), between(random, 3.5, 4.5));
+    PosePoint point;
+    point.world_m = T_camera_world.inverse() * p;
+    point.sighting.measured_px = kCamera.project(p);
+    for (int k = 0; k < 3; ++k) point.sighting.measured_px[k] += between(random, -1, 1);
+    point.sighting.disparity_weight = 2;
+    points.push_back(point);
+  }
+  return points;
+}
+
+TEST_CASE("an expected pose holds few far points, and many points do not mind a wrong one") {
+  const Eigen::Isometry3d truth = pose(0.2, {0.1, -0.1, 0.2});
+  const auto off = [&](double m, double rad) {
+    return moved(truth, (Vector6d() << m, -m, m, rad, rad, -rad).finished());
+  };
+  const auto centre = [](const Eigen::Isometry3d& T) -> Eigen::Vector3d { return T.inverse().translation(); };
+  std::vector<std::uint8_t> inlier;
+  PoseRefiner free(kCamera), held(kCamera), long_ago(kCamera);
+  held.expect(off(0.004, 0.002), 1.0 / 30);
+  long_ago.expect(off(0.1, 0.05), 1);
+  double free_m = 0, held_m = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const auto points = few_far_sightings(truth, seed);
+    Eigen::Isometry3d T = off(0.004, 0.002), with = T, later = T;
+    free.refine(points, T, inlier);
+    held.refine(points, with, inlier);
+    long_ago.refine(points, later, inlier);
+    free_m += (centre(T) - centre(truth)).norm() / 20;
+    held_m += (centre(with) - centre(truth)).norm() / 20;
+    CHECK((centre(later) - centre(T)).norm() < 0.01);  // sigma is 9 m after a second
+  }
+  CHECK(held_m < 0.02);  // about the sigma of 0.01 m an axis
+  CHECK(free_m > 2 * held_m);
+
+  const auto many = sightings(truth, 300, 0.5, 5);
+  Eigen::Isometry3d T = off(0.03, 0.01), with = T;
+  free.refine(many, T, inlier);
+  held.expect(off(0.03, 0.01), 1.0 / 30);
+  held.refine(many, with, inlier);
+  CHECK((centre(with) - centre(T)).norm() < 0.002);
+  held.expect_nothing();
+  Eigen::Isometry3d again = off(0.03, 0.01);
+  held.refine(many, again, inlier);
+  CHECK(distance(again, T) == 0);
+}
+
 TEST_CASE("one round is the minimum that ceres::Problem finds") {
   const Eigen::Isometry3d truth = pose(0.4, {-0.3, 0.1, 0.2});
   auto points = sightings(truth, 200, 1.5, 4);

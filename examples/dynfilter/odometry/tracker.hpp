@@ -34,8 +34,9 @@ class Tracker {
   }
   void index(const FrameFeatures& features) { grid_.build(features.keypoints_undistorted, image_); }
 
-  /// T_camera_world by constant velocity; none after a loss.
-  std::optional<Eigen::Isometry3d> predict(double timestamp_s) const {
+  /// T_camera_world by constant velocity; none after a loss. The pose to be found is held to it, weakly.
+  std::optional<Eigen::Isometry3d> predict(double timestamp_s) {
+    refiner_.expect_nothing();
     if (!last_tracked_) return std::nullopt;
     if (!velocity_) return last_pose_;
     const double share = std::clamp((timestamp_s - last_timestamp_s_) / last_interval_s_, 0.0, 3.0);
@@ -43,7 +44,9 @@ class Tracker {
     Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
     step.linear() = Eigen::AngleAxisd(turn.angle() * share, turn.axis()).toRotationMatrix();
     step.translation() = velocity_->translation() * share;
-    return step * last_pose_;
+    const Eigen::Isometry3d expected = step * last_pose_;
+    refiner_.expect(expected, timestamp_s - last_timestamp_s_);
+    return expected;
   }
   void forget_motion() { velocity_.reset(); }
 
@@ -88,6 +91,7 @@ class Tracker {
 
   /// A pose without prediction: from the reference keyframe, then from older ones in turn, two per frame.
   bool recover(const Map& map, FrameFeatures& features, Eigen::Isometry3d& pose) {
+    refiner_.expect_nothing();
     const auto count = static_cast<std::int32_t>(map.keyframes.size());
     for (const std::int32_t k : {reference_, next_candidate(count), next_candidate(count)}) {
       search_.clear();
