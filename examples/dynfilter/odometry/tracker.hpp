@@ -36,7 +36,6 @@ class Tracker {
 
   /// T_camera_world by constant velocity; none after a loss. The pose to be found is held to it, weakly.
   std::optional<Eigen::Isometry3d> predict(double timestamp_s) {
-    refiner_.expect_nothing();
     if (!last_tracked_) return std::nullopt;
     if (!velocity_) return last_pose_;
     const double share = std::clamp((timestamp_s - last_timestamp_s_) / last_interval_s_, 0.0, 3.0);
@@ -132,6 +131,7 @@ class Tracker {
   /// Remembers this frame for the next one. True if the track was lost just now.
   bool frame_done(bool tracked, double timestamp_s, const FrameFeatures& features,
                   const Eigen::Isometry3d& pose) {
+    refiner_.expect_nothing();  // the next frame's pose may be known: nothing is predicted then
     const bool newly_lost = last_tracked_ && !tracked;
     if (tracked) {
       const double interval_s = timestamp_s - last_timestamp_s_;
