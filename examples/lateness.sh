@@ -26,7 +26,7 @@ for mode in ${MODES:-sync late:1 late:3 late:10 rate:2}; do
         return sprintf("%.*f", digits, (value[key, int((n + 1) / 2)] + value[key, int(n / 2) + 1]) / 2)
       }
       function add(key, v) { if (v ~ /^[0-9]/) value[key, ++values[key]] = v + 0 }
-      $3 ~ /^[0-9]+\/[0-9]+$/ {
+      $2 !~ /^[0-9]+$/ && $3 ~ /^[0-9]+\/[0-9]+$/ {  # not the summary of all sequences
         if (!($2 in tracked)) order[++pipelines] = $2
         split($3, part, "/"); tracked[$2] += part[1]; frames[$2] += part[2]
         add($2 " ate", $4); add($2 " recall", $8); add($2 " kept", $9)

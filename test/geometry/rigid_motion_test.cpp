@@ -143,6 +143,26 @@ TEST_CASE("rigid motion: spread beats heads when a compact mover holds most poin
   CHECK(pose_error(motion.T_current_reference, scene.truth) < 0.01);
 }
 
+TEST_CASE("rigid motion: wider registers score to the same bits") {
+  const RigidScene scene(203, 0.3, 5, 1);
+  Rng rng(8);
+  for (const RigidResidualKind kind : {RigidResidualKind::ImageDepth, RigidResidualKind::Point}) {
+    dynfilter::detail::RigidPoints wide, narrow;
+    narrow.wide = false;
+    for (auto* points : {&wide, &narrow})
+      points->pack(camera(), {kind, 1.0, DepthNoise()}, scene.reference, scene.current, scene.all());
+    int above_none = 0;
+    for (int k = 0; k < 200; ++k) {
+      dynfilter::detail::RigidTransform T{scene.truth.R(), scene.truth.t()};
+      T.t += 0.002 * k * Eigen::Vector3d(rng.normal(), rng.normal(), rng.normal());
+      for (const double floor : {0.0, 20.0, 100.0})
+        CHECK(wide.score(T, 11.34F, floor) == narrow.score(T, 11.34F, floor));
+      above_none += wide.score(T, 11.34F, 0) > 0 ? 1 : 0;
+    }
+    CHECK(above_none > 20);
+  }
+}
+
 TEST_CASE("rigid motion: the same twice, and after other work") {
   const RigidScene scene(300, 0.4, 17, 1), other(800, 0.5, 19, 1);
   RigidMotionEstimator a, b;

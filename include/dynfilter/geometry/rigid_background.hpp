@@ -86,6 +86,8 @@ class RigidBackgroundEstimator {
   static constexpr double kFit_px = 0.3;        ///< a fit is worth 1 / (1 + (miss / this)^2)
   static constexpr double kMinGain = 0.04;      ///< of the points: what a motion must explain to be kept
   static constexpr double kFarShare = 0.4;      ///< of the points: those at the back
+  static constexpr int kFirstSearch = 150;      ///< samples; of what is expected to be left, or far
+  static constexpr int kSearch = 75;            ///< of the searches from the beginning, which come on top
   static constexpr double kSettled = 0.7;       ///< explained by the expected motion: no search
   static constexpr double kOrderWeight = 2.5;   ///< of who hides whom against who covers more
   static constexpr double kNeighbour_px = 50;   ///< whose depths are compared
@@ -116,7 +118,7 @@ class RigidBackgroundEstimator {
   static RigidMotionOptions rigid_options() {
     RigidMotionOptions options;
     options.min_inlier_share = 0.02;
-    options.max_iterations = 150;
+    options.max_iterations = kFirstSearch;
     options.refine_iterations = 5;
     return options;
   }
@@ -188,6 +190,7 @@ class RigidBackgroundEstimator {
 
   /// What the expected motion leaves, or the far points; and then all from the beginning, narrow and wide.
   void propose_by_support() {
+    rigid_.options().max_iterations = kFirstSearch;
     rest_ = points_;
     if (scene_->expected && !proposals_.empty()) {
       drop_explained(narrow_expected().motion);
@@ -196,6 +199,7 @@ class RigidBackgroundEstimator {
         propose(MotionProposal::From::Support, rest_, kSupport_px, std::nullopt);
     }
     if (!scene_->expected) propose_from_afar();
+    rigid_.options().max_iterations = kSearch;
     for (const double sigma_px : {kSupport_px, kWide_px}) {
       rest_ = points_;
       for (int k = 0; k < 3 && rest_.size() >= 12 && 10 * rest_.size() > points_.size(); ++k) {

@@ -11,6 +11,7 @@
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
+#include <dynfilter/geometry/rigid_score_avx2.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -39,6 +40,7 @@ struct RigidPoints {
 
   std::size_t count = 0, stride = 0;
   bool image_depth = true;
+  bool wide = true;  ///< AVX2 where there is one: the same bits
   std::vector<float> data;
   std::vector<int> indices;
 
@@ -123,14 +125,22 @@ struct RigidPoints {
     constexpr std::size_t kBlock = 64;
     for (std::size_t i = 0; i < stride;) {
       const std::size_t end = std::min(stride, i + kBlock);
-      Pack sum = 0;
-      for (; i < end; i += kPack) sum += max(1 - chi2(m, i) * inv, 0);
-      total += sum.sum();
+      total += block_score(m, inv, i, end);
+      i = end;
       const double seen = static_cast<double>(i);
       if (total < share * seen - 1.5 * std::sqrt(seen)) return 0;
     }
     total -= padding_score(m, inv);
     return total > floor ? total : 0;
+  }
+
+  float block_score(const float (&m)[12], float inv_limit, std::size_t i, std::size_t end) const {
+#if defined(DYNFILTER_X86)
+    if (wide && cpu_has_avx2()) return rigid_block_score_avx2(data.data(), stride, m, inv_limit, i, end);
+#endif
+    Pack sum = 0;
+    for (; i < end; i += kPack) sum += max(1 - chi2(m, i) * inv_limit, 0);
+    return sum.sum();
   }
 
   double padding_score(const float (&m)[12], float inv) const {
@@ -175,7 +185,9 @@ struct RigidPoints {
     return sum;
   }
 
-  Eigen::Vector3d reference(std::size_t k) const { return {row(kPx)[k], row(kPy)[k], row(kPz)[k]}; }
+  Eigen::Vector3d reference(std::size_t k) const {
+    return {row(kPx)[k], row(kPy)[k], row(kPz)[k]};
+  }
   Eigen::Vector3d current(std::size_t k) const {
     const double z = row(kBz)[k];
     return {row(kAx)[k] * z + row(kBx)[k], row(kAy)[k] * z + row(kBy)[k], z};

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <dynfilter/adapters/orb_slam/traits.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <opencv2/core.hpp>
@@ -38,10 +39,11 @@ inline void compact(std::vector<bool>& values, const Keep& keep) {
 inline void compact(cv::Mat& rows, const Keep& keep) {
   if (static_cast<std::size_t>(rows.rows) != keep.size() || rows.empty()) return;
   if (rows.u == nullptr || rows.u->refcount > 1) rows = rows.clone();
+  const std::size_t bytes = static_cast<std::size_t>(rows.cols) * rows.elemSize();
   int to = 0;
   for (int from = 0; from < rows.rows; ++from) {
     if (keep[static_cast<std::size_t>(from)] == 0) continue;
-    if (to != from) rows.row(from).copyTo(rows.row(to));
+    if (to != from) std::memcpy(rows.ptr(to), rows.ptr(from), bytes);
     ++to;
   }
   rows = rows.rowRange(0, to);
