@@ -70,17 +70,17 @@ struct PatchKernelsAvx2 {
   /// below them nothing else is read.
   struct Rows {
     DYNFILTER_AVX2 Rows(const cv::Mat& image, const Corner& corner, int x, int count, const __m256i& across)
-        : u(across),
-          step(static_cast<std::ptrdiff_t>(image.step[0])),
-          pixels(corner.in(image) + x),
-          last(pixels + step * count),
-          pair(read()) {}
+        : u_(across),
+          step_(static_cast<std::ptrdiff_t>(image.step[0])),
+          pixels_(corner.in(image) + x),
+          last_(pixels_ + step_ * count),
+          pair_(read()) {}
 
     /// The next two rows between the image's rows, times 32.
     DYNFILTER_AVX2 __m256i next(const __m256i& v) {
-      const __m256i upper = pair;
-      pair = read();
-      const __m256i lower = between(upper, pair);
+      const __m256i upper = pair_;
+      pair_ = read();
+      const __m256i lower = between(upper, pair_);
       return _mm256_add_epi16(_mm256_srai_epi16(upper, 1),
                               _mm256_mulhi_epi16(_mm256_sub_epi16(lower, upper), v));
     }
@@ -88,11 +88,12 @@ struct PatchKernelsAvx2 {
    private:
     /// Two rows between the image's columns, times 64.
     DYNFILTER_AVX2 __m256i read() {
-      const unsigned char *const upper = std::min(pixels, last), *const lower = std::min(pixels + step, last);
-      pixels += 2 * step;
+      const unsigned char* const upper = std::min(pixels_, last_);
+      const unsigned char* const lower = std::min(pixels_ + step_, last_);
+      pixels_ += 2 * step_;
       const __m256i left = bytes(upper, lower), right = bytes(upper + 1, lower + 1);
       return _mm256_add_epi16(_mm256_slli_epi16(left, 6),
-                              _mm256_mulhi_epi16(_mm256_slli_epi16(_mm256_sub_epi16(right, left), 7), u));
+                              _mm256_mulhi_epi16(_mm256_slli_epi16(_mm256_sub_epi16(right, left), 7), u_));
     }
     DYNFILTER_AVX2 static __m256i bytes(const unsigned char* upper, const unsigned char* lower) {
       const __m128i first = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(upper));
@@ -100,10 +101,10 @@ struct PatchKernelsAvx2 {
       return _mm256_cvtepu8_epi16(_mm_unpacklo_epi64(first, second));
     }
 
-    __m256i u;
-    std::ptrdiff_t step;
-    const unsigned char *pixels, *last;
-    __m256i pair;
+    __m256i u_;
+    std::ptrdiff_t step_;
+    const unsigned char *pixels_, *last_;
+    __m256i pair_;
   };
 
   /// Two rows' part of Scharr's operator, and what is in the middle of it.
@@ -179,25 +180,25 @@ struct PatchKernelsAvx2 {
     __m128 xx = __m128{}, xy = __m128{}, yy = __m128{};
 
     DYNFILTER_AVX2 void keep(int band, const __m256i& dx, const __m256i& dy) {
-      kept[0][band] = _mm256_cvtepi32_ps(_mm256_madd_epi16(dx, dx));
-      kept[1][band] = _mm256_cvtepi32_ps(_mm256_madd_epi16(dx, dy));
-      kept[2][band] = _mm256_cvtepi32_ps(_mm256_madd_epi16(dy, dy));
+      kept_[0][band] = _mm256_cvtepi32_ps(_mm256_madd_epi16(dx, dx));
+      kept_[1][band] = _mm256_cvtepi32_ps(_mm256_madd_epi16(dx, dy));
+      kept_[2][band] = _mm256_cvtepi32_ps(_mm256_madd_epi16(dy, dy));
     }
     DYNFILTER_AVX2 void add(int bands) {
       for (int b = 0; b < bands; ++b) {
-        xx = _mm_add_ps(xx, _mm256_castps256_ps128(kept[0][b]));
-        xy = _mm_add_ps(xy, _mm256_castps256_ps128(kept[1][b]));
-        yy = _mm_add_ps(yy, _mm256_castps256_ps128(kept[2][b]));
+        xx = _mm_add_ps(xx, _mm256_castps256_ps128(kept_[0][b]));
+        xy = _mm_add_ps(xy, _mm256_castps256_ps128(kept_[1][b]));
+        yy = _mm_add_ps(yy, _mm256_castps256_ps128(kept_[2][b]));
       }
       for (int b = 0; b < bands; ++b) {
-        xx = _mm_add_ps(xx, _mm256_extractf128_ps(kept[0][b], 1));
-        xy = _mm_add_ps(xy, _mm256_extractf128_ps(kept[1][b], 1));
-        yy = _mm_add_ps(yy, _mm256_extractf128_ps(kept[2][b], 1));
+        xx = _mm_add_ps(xx, _mm256_extractf128_ps(kept_[0][b], 1));
+        xy = _mm_add_ps(xy, _mm256_extractf128_ps(kept_[1][b], 1));
+        yy = _mm_add_ps(yy, _mm256_extractf128_ps(kept_[2][b], 1));
       }
     }
 
    private:
-    __m256 kept[3][Patch::kMaxBands];
+    __m256 kept_[3][Patch::kMaxBands];
   };
 
   /// All bits set in the rows y and y + 1 that are in [first, last).
