@@ -35,7 +35,9 @@ struct Row {
 struct Medians {
   std::string pipeline;
   std::size_t runs = 0, frames = 0, tracked_frames = 0;
-  double ate_median_m = NAN, ate_max_m = NAN, recall = NAN, static_kept = NAN, total_ms = NAN;
+  double ate_median_m = NAN, ate_max_m = NAN, recall = NAN, static_kept = NAN;
+  double over_oracle = NAN;  ///< the median ATE over that of the pipeline `oracle`, if that took part
+  double total_ms = NAN, filters_ms = NAN;
 };
 
 std::vector<RunOptions> runs_of(const CompareOptions& options, const std::string& sequence,
@@ -92,6 +94,7 @@ Medians medians_of(const std::string& pipeline, const std::vector<Row>& rows) {
   m.recall = median_of_known(rows, &Summary::recall);
   m.static_kept = median_of_known(rows, &Summary::static_kept);
   m.total_ms = median_of_known(rows, &Summary::total_ms);
+  m.filters_ms = median_of_known(rows, &Summary::filters_ms);
   return m;
 }
 
@@ -109,6 +112,10 @@ std::vector<Medians> all_medians(const std::vector<Row>& rows) {
                  [&](const Row& row) { return row.summary.pipeline == name; });
     medians.push_back(medians_of(name, of_name));
   }
+  const auto oracle =
+      std::find_if(medians.begin(), medians.end(), [](const Medians& m) { return m.pipeline == "oracle"; });
+  if (oracle != medians.end())
+    for (Medians& m : medians) m.over_oracle = m.ate_median_m / oracle->ate_median_m;
   return medians;
 }
 
@@ -125,9 +132,11 @@ void print_json(const std::vector<Row>& rows) {
                                {"tracked_frames", m.tracked_frames},
                                {"ate_rmse_m", number_or_null(m.ate_median_m)},
                                {"ate_rmse_max_m", number_or_null(m.ate_max_m)},
+                               {"ate_over_oracle", number_or_null(m.over_oracle)},
                                {"recall", number_or_null(m.recall)},
                                {"static_kept", number_or_null(m.static_kept)},
-                               {"ms_total", number_or_null(m.total_ms)}});
+                               {"ms_total", number_or_null(m.total_ms)},
+                               {"ms_filters", number_or_null(m.filters_ms)}});
   }
   fmt::print("{}\n", json.dump(2));
 }
@@ -188,11 +197,13 @@ void print_text(const std::vector<Row>& rows) {
   print_table(table, 2);
   const std::vector<Medians> medians = all_medians(rows);
   if (medians.size() < rows.size()) {
-    Table summary{{"median of all runs", "runs", "tracked", "ATE m", "worst", "recall", "kept", "ms"}};
+    Table summary{{"median of all runs", "runs", "tracked", "ATE m", "worst", "/oracle", "recall", "kept",
+                   "ms", "filters ms"}};
     for (const Medians& m : medians) {
       summary.push_back({m.pipeline, std::to_string(m.runs), fmt::format("{}/{}", m.tracked_frames, m.frames),
-                         cell(m.ate_median_m, 4), cell(m.ate_max_m, 4), cell(m.recall, 3),
-                         cell(m.static_kept, 3), cell(m.total_ms, 1)});
+                         cell(m.ate_median_m, 4), cell(m.ate_max_m, 4), cell(m.over_oracle, 2),
+                         cell(m.recall, 3), cell(m.static_kept, 3), cell(m.total_ms, 1),
+                         cell(m.filters_ms, 2)});
     }
     fmt::print("\n");
     print_table(summary, 1);

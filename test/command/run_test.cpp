@@ -135,6 +135,11 @@ TEST_CASE("compare prints a row per pipeline, medians over variants, and JSON") 
   REQUIRE(json.exit_code == 0);
   CHECK(contains(json.out, "\"variant\": \"reverse from 10\""));
   CHECK(value_of(json.out, "runs") == "6");
+  CHECK(value_of(json.out, "ate_over_oracle") == "null");
+  const CommandResult oracle =
+      dynfilter("compare " + folder + " --pipelines oracle,none --variants --frames 3 --json");
+  REQUIRE(oracle.exit_code == 0);
+  CHECK(value_of(oracle.out, "ate_over_oracle") == "1.0");
   check_refused("compare " + folder, "--pipelines is required");
   check_refused("compare " + folder + " --pipelines none,nosuch", "presets: ");
 }
