@@ -213,6 +213,27 @@ TEST_CASE("a background of few points is mostly found among the far ones, withou
         }) >= 28);
 }
 
+// After smooth frames a jump of 40 mm (5 to 7 px) lies so far from what is expected that its log(1 + d^2)
+// costs more than covering the entire view is worth; six points that go on as expected must not win by that.
+TEST_CASE("a jump of the camera is not refused for the sake of a handful of points") {
+  RigidBackgroundEstimator estimator;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}) {
+    Parts parts(seed);
+    parts.add(300, {0, 0, 640, 480}, 3, 4, shift(0.01));
+    RigidBackgroundScene scene = parts.scene();
+    scene.expected = shift(0.01);
+    REQUIRE(estimator.estimate(scene).ok);
+  }
+  Parts parts(11);
+  parts.add(300, {0, 0, 640, 480}, 3, 4, shift(0.05));
+  parts.add(6, {0, 0, 640, 480}, 3.9, 4, shift(0.01));
+  RigidBackgroundScene scene = parts.scene();
+  scene.expected = shift(0.01);
+  const RigidMotion motion = estimator.estimate(scene);
+  REQUIRE(motion.ok);
+  CHECK(geometry_test::pose_error(motion.T_current_reference, shift(0.05)) < 0.004);
+}
+
 TEST_CASE("what was static before counts more") {
   const Pose camera = shift(0.02, 0, 0.01), mover = shift(-0.03, 0.01);
   Parts parts = crowd(camera, mover);

@@ -13,6 +13,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -51,10 +52,11 @@ struct MotionProposal {
 /// is then chosen not by head count but by
 ///   log(area) - log(1 + d^2) + 2.5 (order - 1/2),
 /// with area the share of image cells (square roots of what they hold, weighted by depth and by what was
-/// static before), d the distance in the image from the expected motion in units of how far off it usually
-/// is, and order the share of neighbours on other motions that lie in front: movers hide the background, the
-/// background hides movers less often. What moved lately is left out where the expected motion is refined:
-/// movers that slow down and set off again would drag it along otherwise.
+/// static before; a motion that explains less than 4 % of the points is chosen only if all do), d the
+/// distance in the image from the expected motion in units of how far off it usually is, and order the share
+/// of neighbours on other motions that lie in front: movers hide the background, the background hides movers
+/// less often. What moved lately is left out where the expected motion is refined: movers that slow down and
+/// set off again would drag it along otherwise.
 ///
 /// Works on at most four points per cell of a 16 x 12 grid, the far ones. Owns its scratch. Not for several
 /// threads at once. About 0.2 ms for 1000 features.
@@ -340,7 +342,6 @@ class RigidBackgroundEstimator {
   std::size_t choose() {
     measure_areas();
     measure_orders();
-    chosen_ = selected_.front();
     for (const std::size_t h : selected_) {
       MotionProposal& p = proposals_[h];
       p.score = std::log(p.area + 1e-6) + kOrderWeight * (p.order - 0.5);
@@ -349,9 +350,16 @@ class RigidBackgroundEstimator {
                          std::max(kLeastMiss_px, 2 * usual_miss_px_);
         p.score -= std::log1p(d * d);
       }
-      if (p.score > proposals_[chosen_].score) chosen_ = h;
     }
+    const auto rank = [&](std::size_t h) { return std::make_pair(explains_enough(h), proposals_[h].score); };
+    chosen_ = *std::max_element(selected_.begin(), selected_.end(),
+                                [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
     return chosen_;
+  }
+  /// A handful of points is not the background, as near to what was expected as it may move.
+  bool explains_enough(std::size_t h) const {
+    return static_cast<double>(std::count(owner_.begin(), owner_.end(), h)) >=
+           kMinGain * static_cast<double>(points_.size());
   }
 
   void measure_areas() {
