@@ -16,7 +16,7 @@ namespace dynfilter {
 
 /// Pyramidal Lucas-Kanade (Bouguet 2000) with the arithmetic of OpenCV's, but without its derivative images
 /// (the gradients come from the interpolated patch), with separable interpolation and without a scalar rest:
-/// a third of its time at the same accuracy.
+/// a third of its time with AVX2, less than half without, at the same accuracy.
 struct LucasKanade {
   int window_px = 21;
   int levels = 3;
