@@ -52,11 +52,11 @@ struct MotionProposal {
 /// is then chosen not by head count but by
 ///   log(area) - log(1 + d^2) + 2.5 (order - 1/2),
 /// with area the share of image cells (square roots of what they hold, weighted by depth and by what was
-/// static before; a motion that explains less than 4 % of the points is chosen only if all do), d the
-/// distance in the image from the expected motion in units of how far off it usually is, and order the share
-/// of neighbours on other motions that lie in front: movers hide the background, the background hides movers
-/// less often. What moved lately is left out where the expected motion is refined: movers that slow down and
-/// set off again would drag it along otherwise.
+/// static before; a motion that explains less than 4 % of the points is chosen only if none explains more), d
+/// the distance in the image from the expected motion in units of how far off it usually is, and order the
+/// share of neighbours on other motions that lie in front: movers hide the background, the background hides
+/// movers less often. What moved lately is left out where the expected motion is refined: movers that slow
+/// down and set off again would drag it along otherwise.
 ///
 /// Works on at most four points per cell of a 16 x 12 grid, the far ones. Owns its scratch. Not for several
 /// threads at once. About 0.2 ms for 1000 features.
@@ -120,7 +120,6 @@ class RigidBackgroundEstimator {
   static RigidMotionOptions rigid_options() {
     RigidMotionOptions options;
     options.min_inlier_share = 0.02;
-    options.max_iterations = kFirstSearch;
     options.refine_iterations = 5;
     return options;
   }
