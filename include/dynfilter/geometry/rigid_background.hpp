@@ -87,6 +87,7 @@ class RigidBackgroundEstimator {
   static constexpr double kWide_px = 0.8, kSupport_px = 0.25;
   static constexpr double kFit_px = 0.3;        ///< a fit is worth 1 / (1 + (miss / this)^2)
   static constexpr double kMinGain = 0.04;      ///< of the points: what a motion must explain to be kept
+  static constexpr float kExplained = 0.1F;     ///< a fit from which on a point is explained: 3 kFit_px
   static constexpr double kFarShare = 0.4;      ///< of the points: those at the back
   static constexpr int kFirstSearch = 150;      ///< samples; of what is expected to be left, or far
   static constexpr int kSearch = 75;            ///< of the searches from the beginning, which come on top
@@ -355,10 +356,13 @@ class RigidBackgroundEstimator {
                                 [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
     return chosen_;
   }
-  /// A handful of points is not the background, as near to what was expected as it may move.
+  /// A handful of points is not the background, as near to what was expected as it may move; nor is what owns
+  /// many points, all of them badly, because nobody explains them.
   bool explains_enough(std::size_t h) const {
-    return static_cast<double>(std::count(owner_.begin(), owner_.end(), h)) >=
-           kMinGain * static_cast<double>(points_.size());
+    int explained = 0;
+    for (std::size_t k = 0; k < points_.size(); ++k)
+      if (owner_[k] == h && fits_of(h)[k] >= kExplained) ++explained;
+    return explained >= kMinGain * static_cast<double>(points_.size());
   }
 
   void measure_areas() {
