@@ -26,27 +26,28 @@ class DepthSampler {
     if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
   }
 
-  float at(const cv::Point2f& px) const {
-    if (depth_.empty() || !(px.x >= -0.5F) || !(px.y >= -0.5F)) return kNone;
-    if (!(px.x < static_cast<float>(depth_.cols)) || !(px.y < static_cast<float>(depth_.rows))) return kNone;
-    const int x = std::min(cvRound(px.x), depth_.cols - 1), y = std::min(cvRound(px.y), depth_.rows - 1);
-    const float centre = read(x, y);
-    return valid_depth(centre) ? unless_edge(x, y, centre) : from_around(x, y);
-  }
+  float at(const cv::Point2f& px) const { return is_float() ? at<float>(px) : at<std::uint16_t>(px); }
 
   /// The depths at many pixels; `take(i, depth)` for each. Features lie far apart in memory: what is needed
   /// soon is fetched ahead.
   template <class Pixels, class Take>
   void at_all(const Pixels& px, const Take& take) const {
-    constexpr std::size_t kAhead = 8;
-    for (std::size_t i = 0; i < px.size(); ++i) {
-      if (i + kAhead < px.size()) fetch(px[i + kAhead]);
-      take(i, at(px[i]));
-    }
+    is_float() ? at_all_of<float>(px, take) : at_all_of<std::uint16_t>(px, take);
   }
 
  private:
-  static constexpr int kEdgeRadiusPx = 2;
+  static constexpr int kEdgeRadiusPx = 2, kRingRadiusPx = 4;
+
+  bool is_float() const { return depth_.type() == CV_32FC1; }
+
+  template <class T, class Pixels, class Take>
+  void at_all_of(const Pixels& px, const Take& take) const {
+    constexpr std::size_t kAhead = 8;
+    for (std::size_t i = 0; i < px.size(); ++i) {
+      if (i + kAhead < px.size()) fetch(px[i + kAhead]);
+      take(i, at<T>(px[i]));
+    }
+  }
 
   void fetch(const cv::Point2f& px) const {
     if (!(px.x >= 0) || !(px.y >= kEdgeRadiusPx) || !(px.x < static_cast<float>(depth_.cols)) ||
@@ -57,23 +58,44 @@ class DepthSampler {
       __builtin_prefetch(depth_.ptr(static_cast<int>(px.y) + dy) + x);
   }
 
+  template <class T>
+  float at(const cv::Point2f& px) const {
+    if (depth_.empty() || !(px.x >= -0.5F) || !(px.y >= -0.5F)) return kNone;
+    if (!(px.x < static_cast<float>(depth_.cols)) || !(px.y < static_cast<float>(depth_.rows))) return kNone;
+    const int x = std::min(cvRound(px.x), depth_.cols - 1), y = std::min(cvRound(px.y), depth_.rows - 1);
+    const auto inside = [](int at, int size) {
+      return at >= kRingRadiusPx && at < size - kRingRadiusPx;  // then nothing around needs a check
+    };
+    return inside(x, depth_.cols) && inside(y, depth_.rows) ? at_pixel<T, true>(x, y)
+                                                            : at_pixel<T, false>(x, y);
+  }
+
+  template <class T, bool kInside>
+  float at_pixel(int x, int y) const {
+    const float centre = read<T, kInside>(x, y, 0, 0);
+    return valid_depth(centre) ? unless_edge<T, kInside>(x, y, centre) : from_around<T, kInside>(x, y);
+  }
+
+  template <class T, bool kInside>
   float unless_edge(int x, int y, float centre) const {
     const float limit = max_edge_share_ * centre;
+    bool edge = false;
     for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-      const float other = read(x + dx * kEdgeRadiusPx, y + dy * kEdgeRadiusPx);
-      if (valid_depth(other) && std::abs(other - centre) > limit) return kNone;
+      const float other = read<T, kInside>(x, y, dx * kEdgeRadiusPx, dy * kEdgeRadiusPx);
+      edge |= valid_depth(other) && std::abs(other - centre) > limit;
     }
-    return centre;
+    return edge ? kNone : centre;
   }
 
   /// The mean of the ring around a hole, if most of it is there and agrees.
+  template <class T, bool kInside>
   float from_around(int x, int y) const {
     float sum = 0, nearest = std::numeric_limits<float>::infinity(), farthest = 0;
     int known = 0;
     constexpr std::pair<int, int> kRing[] = {{-2, 0}, {2, 0}, {0, -2}, {0, 2}, {-3, -3}, {3, -3},
                                              {-3, 3}, {3, 3}, {-4, 0}, {4, 0}, {0, -4},  {0, 4}};
     for (const auto& [dx, dy] : kRing) {
-      const float z = read(x + dx, y + dy);
+      const float z = read<T, kInside>(x, y, dx, dy);
       if (!valid_depth(z)) continue;
       sum += z;
       nearest = std::min(nearest, z);
@@ -84,10 +106,11 @@ class DepthSampler {
     return sum / static_cast<float>(known);
   }
 
-  float read(int x, int y) const {
-    if (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows) return kNone;
-    return depth_.type() == CV_16UC1 ? static_cast<float>(depth_.at<std::uint16_t>(y, x)) * unit_m_
-                                     : depth_.at<float>(y, x) * unit_m_;
+  template <class T, bool kInside>
+  float read(int x0, int y0, int dx, int dy) const {
+    const int x = x0 + dx, y = y0 + dy;
+    if (!kInside && (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows)) return kNone;
+    return static_cast<float>(depth_.ptr<T>(y)[x]) * unit_m_;
   }
 
   cv::Mat depth_;

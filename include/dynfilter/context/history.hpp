@@ -41,11 +41,11 @@ class History {
   /// The frame that is being judged: call with each view; a new id makes room for it.
   StoredFrame& current(std::int64_t id) {
     if (!frames_.empty() && frames_.back()->id == id) return *frames_.back();
-    frames_.push_back(take_spare());
-    if (frames_.size() > capacity_ + 1) {
+    if (frames_.size() > capacity_) {
       recycle(std::move(frames_.front()));
       frames_.erase(frames_.begin());
     }
+    frames_.push_back(take_spare());
     StoredFrame& frame = *frames_.back();
     frame.id = id;
     frame.pyramid.clear();

@@ -37,8 +37,9 @@ class PointGrid {
     entries_.clear();
     if (max.x < min_.x) return;
     cell_px_ = std::max({1.0F, cell_px, (max.x - min_.x) / kMaxCells, (max.y - min_.y) / kMaxCells});
-    columns_ = static_cast<int>((max.x - min_.x) / cell_px_) + 1;
-    rows_ = static_cast<int>((max.y - min_.y) / cell_px_) + 1;
+    per_px_ = 1 / cell_px_;
+    columns_ = static_cast<int>((max.x - min_.x) * per_px_) + 1;
+    rows_ = static_cast<int>((max.y - min_.y) * per_px_) + 1;
     fill(points);
   }
 
@@ -59,15 +60,16 @@ class PointGrid {
     const int x1 = cell(centre.x + radius_px - min_.x, columns_),
               y1 = cell(centre.y + radius_px - min_.y, rows_);
     for (int y = y0; y <= y1; ++y) {
-      const std::size_t row = static_cast<std::size_t>(y) * columns_;
-      if (begin_[row + x0] < begin_[row + x1 + 1]) f(begin_[row + x0], begin_[row + x1 + 1]);
+      const std::int32_t* row = begin_.data() + y * columns_;
+      if (row[x0] < row[x1 + 1]) f(static_cast<std::size_t>(row[x0]), static_cast<std::size_t>(row[x1 + 1]));
     }
   }
   /// f(begin, end) for the entries() of every cell.
   template <class F>
   void for_each_cell(const F& f) const {
     if (entries_.empty()) return;
-    for (std::size_t c = 0; c + 1 < begin_.size(); ++c) f(begin_[c], begin_[c + 1]);
+    for (std::size_t c = 0; c + 1 < begin_.size(); ++c)
+      f(static_cast<std::size_t>(begin_[c]), static_cast<std::size_t>(begin_[c + 1]));
   }
   /// The usable points, by cells.
   const std::vector<std::int32_t>& entries() const { return entries_; }
@@ -80,29 +82,34 @@ class PointGrid {
   static constexpr float kMaxCells = 256;
 
   int cell(float offset_px, int count) const {
-    const float at = offset_px / cell_px_;
+    const float at = offset_px * per_px_;
     return at > 0 ? static_cast<int>(std::min(at, static_cast<float>(count - 1))) : 0;  // 0 for NaN, too
   }
-  std::size_t cell_of(const cv::Point2f& p) const {
-    return static_cast<std::size_t>(cell(p.y - min_.y, rows_)) * columns_ + cell(p.x - min_.x, columns_);
+  std::int32_t cell_of(const cv::Point2f& p) const {
+    return cell(p.y - min_.y, rows_) * columns_ + cell(p.x - min_.x, columns_);
   }
   template <class P>
   void fill(Span<P> points) {
-    begin_.assign(static_cast<std::size_t>(columns_) * rows_ + 1, 0);
-    for (const auto& point : points)
-      if (usable(place_of(point))) ++begin_[cell_of(place_of(point)) + 1];
+    begin_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1, 0);
+    cells_.clear();
+    for (const auto& point : points) {
+      cells_.push_back(usable(place_of(point)) ? cell_of(place_of(point)) : -1);
+      if (cells_.back() >= 0) ++begin_[static_cast<std::size_t>(cells_.back()) + 1];
+    }
     for (std::size_t c = 1; c < begin_.size(); ++c) begin_[c] += begin_[c - 1];
-    entries_.resize(begin_.back());
+    entries_.resize(static_cast<std::size_t>(begin_.back()));
     next_.assign(begin_.begin(), begin_.end() - 1);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      if (usable(place_of(points[i])))
-        entries_[next_[cell_of(place_of(points[i]))]++] = static_cast<std::int32_t>(i);
+    for (std::size_t i = 0; i < cells_.size(); ++i)
+      if (cells_[i] >= 0)
+        entries_[static_cast<std::size_t>(next_[static_cast<std::size_t>(cells_[i])]++)] =
+            static_cast<std::int32_t>(i);
   }
 
   cv::Point2f min_;
-  float cell_px_ = 1;
+  float cell_px_ = 1, per_px_ = 1;
   int columns_ = 0, rows_ = 0;
-  std::vector<std::size_t> begin_, next_;
+  std::vector<std::int32_t> begin_, next_;  ///< of each cell in entries_
+  std::vector<std::int32_t> cells_;         ///< of each point, -1: none
   std::vector<std::int32_t> entries_;
 };
 
