@@ -128,8 +128,10 @@ class OrbSlam {
   template <class Frame>
   bool judge_first(const Frame& frame, const cv::Mat& grey, const cv::Mat& depth, bool map_exists,
                    const orb_slam::HostPose& pose) {
-    nothing_judged();
-    if (!params_.enabled) return false;
+    if (!params_.enabled) {
+      nothing_judged();
+      return false;
+    }
     note_restart(static_cast<std::int64_t>(frame.mnId));
     grey_ = grey, depth_ = depth;
     FrameView view = reader_.read(frame, grey_, depth_, depth_unit_m_);

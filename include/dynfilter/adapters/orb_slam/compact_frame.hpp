@@ -16,24 +16,17 @@ namespace detail {
 
 using Keep = std::vector<std::uint8_t>;
 
-/// Drops the entries whose `keep` is 0. An array of another length is not parallel to it and stays.
+/// Drops the entries whose `keep` is 0. An array of another length is not parallel to it and stays. Without
+/// branches: nobody can predict who goes.
 template <class T>
 void compact(std::vector<T>& values, const Keep& keep) {
   if (values.size() != keep.size()) return;
   std::size_t to = 0;
   for (std::size_t from = 0; from < keep.size(); ++from) {
-    if (keep[from] == 0) continue;
-    if (to != from) values[to] = std::move(values[from]);
-    ++to;
+    values[to] = static_cast<T>(values[from]);
+    to += keep[from];
   }
   values.erase(values.begin() + static_cast<std::ptrdiff_t>(to), values.end());
-}
-inline void compact(std::vector<bool>& values, const Keep& keep) {
-  if (values.size() != keep.size()) return;
-  std::size_t to = 0;
-  for (std::size_t from = 0; from < keep.size(); ++from)
-    if (keep[from] != 0) values[to++] = static_cast<bool>(values[from]);
-  values.resize(to);
 }
 /// Rows of a matrix. Whoever else holds the same rows keeps them as they were.
 inline void compact(cv::Mat& rows, const Keep& keep) {
@@ -42,9 +35,8 @@ inline void compact(cv::Mat& rows, const Keep& keep) {
   const std::size_t bytes = static_cast<std::size_t>(rows.cols) * rows.elemSize();
   int to = 0;
   for (int from = 0; from < rows.rows; ++from) {
-    if (keep[static_cast<std::size_t>(from)] == 0) continue;
-    if (to != from) std::memcpy(rows.ptr(to), rows.ptr(from), bytes);
-    ++to;
+    std::memmove(rows.ptr(to), rows.ptr(from), bytes);
+    to += keep[static_cast<std::size_t>(from)];
   }
   rows = rows.rowRange(0, to);
 }
