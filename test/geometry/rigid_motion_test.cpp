@@ -2,6 +2,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstring>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <dynfilter/geometry/sampling.hpp>
@@ -161,6 +162,28 @@ TEST_CASE("rigid motion: wider registers score to the same bits") {
     }
     CHECK(above_none > 20);
   }
+}
+
+TEST_CASE("rigid motion: wider registers add up to the same bits") {
+  using dynfilter::detail::RigidNormal;
+  const RigidScene scene(203, 0.3, 5, 1);
+  for (const RigidResidualKind kind : {RigidResidualKind::ImageDepth, RigidResidualKind::Point})
+    for (const RobustLoss loss :
+         {RobustLoss::None, RobustLoss::Huber, RobustLoss::Cauchy, RobustLoss::Tukey}) {
+      dynfilter::detail::RigidPoints wide, narrow;
+      narrow.wide = false;
+      for (auto* points : {&wide, &narrow})
+        points->pack(camera(), {kind, 1.0, DepthNoise()}, scene.reference, scene.current, scene.all());
+      for (const double off_m : {0.0, 0.01, 5.0, 1e3})
+        for (const std::size_t count : {std::size_t{64}, std::size_t{203}}) {
+          dynfilter::detail::RigidTransform T{scene.truth.R(), scene.truth.t()};
+          T.t += off_m * Eigen::Vector3d(1, -1, -1);
+          const RigidNormal a = accumulate_rigid(wide, loss, 12.25, count, T),
+                            b = accumulate_rigid(narrow, loss, 12.25, count, T);
+          CHECK(std::memcmp(&a, &b, sizeof a) == 0);
+          CHECK((off_m > 0 || a.weight_sum > 20));
+        }
+    }
 }
 
 TEST_CASE("rigid motion: the same twice, and after other work") {

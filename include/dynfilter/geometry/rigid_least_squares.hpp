@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
 #include <dynfilter/geometry/rigid_points.hpp>
+#include <dynfilter/geometry/rigid_sums_avx2.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 
 namespace dynfilter {
@@ -84,6 +85,9 @@ struct RigidSums {
   RigidNormal normal() const {
     double s[kCount];
     for (int k = 0; k < kCount; ++k) s[k] = sum[k].sum();
+    return normal_of(s);
+  }
+  static RigidNormal normal_of(const double (&s)[kCount]) {
     RigidNormal n;
     n.tt << s[0], 0, s[1], 0, s[2], s[3], s[1], s[3], s[4];
     n.tr = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(s + kTR);
@@ -95,13 +99,31 @@ struct RigidSums {
   }
 };
 
+#if defined(DYNFILTER_X86)
+DYNFILTER_AVX2 inline RigidNormal accumulate_rigid_avx2(const RigidSumsInput& in) {
+  static_assert(RigidSumsAvx2::kCount == RigidSums::kCount);
+  const RigidSumsAvx2 sums(in);
+  double s[RigidSums::kCount];
+  for (int k = 0; k < RigidSums::kCount; ++k) s[k] = static_cast<double>(sums[k]);
+  return RigidSums::normal_of(s);
+}
+#endif
+
 /// Over the first `count` points (they are in spread order).
 inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, double scale2,
                                     std::size_t count, const RigidTransform& T) {
   float m[12];
   RigidPoints::to_float(T, m);
-  RigidSums sums;
   const std::size_t end = std::min(count, points.count);
+#if defined(DYNFILTER_X86)
+  if (points.wide && cpu_has_avx2()) {
+    RigidSumsInput in{
+        points.data.data(), points.stride, end, points.image_depth, loss, static_cast<float>(scale2), {}};
+    std::copy(m, m + 12, in.m);
+    return accumulate_rigid_avx2(in);
+  }
+#endif
+  RigidSums sums;
   for (std::size_t i = 0; i < end; i += RigidPoints::kPack) {
     const Pack px = points.pack_of(RigidPoints::kPx, i), py = points.pack_of(RigidPoints::kPy, i);
     const Pack pz = points.pack_of(RigidPoints::kPz, i), wz = points.pack_of(RigidPoints::kWz, i);
