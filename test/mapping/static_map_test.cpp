@@ -41,9 +41,9 @@ MapFrame wall(std::int64_t id, double x_m, bool person) {
   return frame;
 }
 
-std::map<std::uint64_t, Voxel> content(const VoxelMap& map) {
-  std::map<std::uint64_t, Voxel> voxels;
-  for (std::size_t i = 0; i < map.size(); ++i) voxels[map.keys()[i]] = map.voxels()[i];
+std::map<std::uint64_t, std::pair<Voxel, VoxelVotes>> content(const VoxelMap& map) {
+  std::map<std::uint64_t, std::pair<Voxel, VoxelVotes>> voxels;
+  for (std::size_t i = 0; i < map.size(); ++i) voxels[map.keys()[i]] = {map.voxels()[i], map.votes()[i]};
   return voxels;
 }
 
@@ -213,14 +213,14 @@ TEST_CASE("what few keyframes saw goes with the neighbours that were seen throug
       const WorldPoint p{{cell(), cell(), cell()}, 1, 0, 0, 0, static_cast<std::uint8_t>(source() % 2U)};
       map.add(&p, 1);
     }
-    for (Voxel& v : map.voxels()) {
+    for (VoxelVotes& v : map.votes()) {
       v.seen = static_cast<std::uint16_t>(source() % 6U);
       v.through = source() % 8U == 0 ? 1 : 0;
     }
     std::vector<bool> gone(map.size());
     std::size_t begin = 0, end = 0;
     for (std::size_t i = 0; i < map.size(); ++i) {
-      const Voxel& v = map.voxels()[i];
+      const VoxelVotes& v = map.votes()[i];
       gone[i] = v.through >= params.min_views && v.seen < params.seen_per_through * v.through;
       begin += gone[i] ? 1 : 0;
     }
@@ -235,7 +235,7 @@ TEST_CASE("what few keyframes saw goes with the neighbours that were seen throug
           all += near ? 1 : 0;
           without += near && gone[j] ? 1 : 0;
         }
-        if (gone[i] || map.voxels()[i].seen > params.spread_max_seen) continue;
+        if (gone[i] || map.votes()[i].seen > params.spread_max_seen) continue;
         if (without == 0 || without < params.spread_share * all) continue;
         gone[i] = changed = true;
       }

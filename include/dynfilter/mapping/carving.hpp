@@ -23,7 +23,7 @@ class Carving {
     if (!params.enabled) return;
     std::vector<std::uint32_t> open;
     for (std::uint32_t i = 0; i < map.size(); ++i) {
-      gone_[i] = seen_through(map.voxels()[i]) ? 1 : 0;
+      gone_[i] = seen_through(map.votes()[i]) ? 1 : 0;
       if (gone_[i] != 0) open.push_back(i);
     }
     if (params.spread_max_seen > 0) spread(open);
@@ -32,8 +32,8 @@ class Carving {
   bool gone(std::size_t i) const { return gone_[i] != 0; }
 
  private:
-  static int seen(const Voxel& v) { return v.seen + v.old_seen; }
-  bool seen_through(const Voxel& v) const {
+  static int seen(const VoxelVotes& v) { return v.seen + v.old_seen; }
+  bool seen_through(const VoxelVotes& v) const {
     const int through = v.through + v.old_through;
     return through >= params_.min_views && seen(v) < params_.seen_per_through * through;
   }
@@ -41,7 +41,7 @@ class Carving {
   void spread(std::vector<std::uint32_t>& open) {
     for (std::size_t next = 0; next < open.size(); ++next)
       for_each_neighbour(open[next], [&](std::uint32_t i) {
-        if (gone_[i] != 0 || seen(map_.voxels()[i]) > params_.spread_max_seen || !outnumbered(i)) return;
+        if (gone_[i] != 0 || seen(map_.votes()[i]) > params_.spread_max_seen || !outnumbered(i)) return;
         gone_[i] = 1;
         open.push_back(i);
       });

@@ -391,12 +391,11 @@ class StaticMap {
     vote_in(key_map_, keyframe, key_begin, key_leaf_m(), sign);
   }
   static void vote_in(VoxelMap& map, const Keyframe& keyframe, std::size_t begin, double leaf_m, int sign) {
-    std::vector<Voxel>& voxels = map.voxels();
+    std::vector<VoxelVotes>& votes = map.votes();
     keyframe.view.visit(map.keys(), begin, map.size(), leaf_m, keyframe.T_world_camera,
-                        [&](std::size_t i, DepthView::Sight sight) {
-                          std::uint16_t& votes =
-                              sight == DepthView::Sight::Seen ? voxels[i].seen : voxels[i].through;
-                          votes = static_cast<std::uint16_t>(votes + sign);
+                        [&](std::size_t i, int seen, int through) {
+                          votes[i].seen = static_cast<std::uint16_t>(votes[i].seen + sign * seen);
+                          votes[i].through = static_cast<std::uint16_t>(votes[i].through + sign * through);
                         });
   }
   void vote_on_new(VoxelMap& map, std::size_t begin, double leaf_m) {
@@ -424,18 +423,19 @@ class StaticMap {
   void make_permanent(const Keyframe& keyframe) {
     if (!params_.carve.enabled) return;
     for (VoxelMap* map : {&map_, &key_map_}) {
-      std::vector<Voxel>& voxels = map->voxels();
+      std::vector<VoxelVotes>& votes = map->votes();
       const double leaf = map == &map_ ? leaf_m() : key_leaf_m();
       keyframe.view.visit(map->keys(), 0, map->size(), leaf, keyframe.T_world_camera,
-                          [&](std::size_t i, DepthView::Sight sight) {
-                            Voxel& v = voxels[i];
-                            const bool seen = sight == DepthView::Sight::Seen;
-                            std::uint16_t &live = seen ? v.seen : v.through,
-                                          &old = seen ? v.old_seen : v.old_through;
-                            --live;
-                            if (old < 65535) ++old;
+                          [&](std::size_t i, int seen, int through) {
+                            VoxelVotes& v = votes[i];
+                            make_vote_permanent(v.seen, v.old_seen, seen);
+                            make_vote_permanent(v.through, v.old_through, through);
                           });
     }
+  }
+  static void make_vote_permanent(std::uint16_t& live, std::uint16_t& old, int vote) {
+    live = static_cast<std::uint16_t>(live - vote);
+    old = static_cast<std::uint16_t>(std::min(65535, old + vote));
   }
 
   Shown shown_voxels() const {

@@ -26,13 +26,21 @@ struct Voxel {
   std::uint32_t weight = 0;                      ///< pixels
   std::uint32_t points = 0;                      ///< keyframe points; 0: the voxel goes
   std::array<std::uint32_t, 3> colour{};         ///< sums over points: blue, green, red
-  std::uint16_t seen = 0, through = 0;           ///< by how many stored views (depth_view.hpp)
-  std::uint16_t old_seen = 0, old_through = 0;   ///< by views that are permanent, at most 65535
 
   bool operator==(const Voxel& o) const {
     return weighted_units == o.weighted_units && weight == o.weight && points == o.points &&
-           colour == o.colour && seen == o.seen && through == o.through && old_seen == o.old_seen &&
-           old_through == o.old_through;
+           colour == o.colour;
+  }
+};
+
+/// How many views saw a surface in a voxel, and how many saw through it (depth_view.hpp). Beside the sums,
+/// not among them: a view votes on all voxels that it sees, and memory is what that costs.
+struct VoxelVotes {
+  std::uint16_t seen = 0, through = 0;          ///< views that are stored
+  std::uint16_t old_seen = 0, old_through = 0;  ///< views that are permanent, at most 65535
+
+  bool operator==(const VoxelVotes& o) const {
+    return seen == o.seen && through == o.through && old_seen == o.old_seen && old_through == o.old_through;
   }
 };
 
@@ -51,9 +59,12 @@ class VoxelMap {
   const std::vector<std::uint64_t>& keys() const { return keys_; }
   std::vector<Voxel>& voxels() { return voxels_; }
   const std::vector<Voxel>& voxels() const { return voxels_; }
+  /// One entry per voxel.
+  std::vector<VoxelVotes>& votes() { return votes_; }
+  const std::vector<VoxelVotes>& votes() const { return votes_; }
   std::size_t bytes() const {
     return keys_.capacity() * sizeof(keys_[0]) + voxels_.capacity() * sizeof(Voxel) +
-           table_.capacity() * sizeof(table_[0]);
+           votes_.capacity() * sizeof(VoxelVotes) + table_.capacity() * sizeof(table_[0]);
   }
 
   std::uint64_t key_of(const WorldPoint& p) const {
@@ -89,7 +100,8 @@ class VoxelMap {
   void coarsen() {
     VoxelMap coarse(level_ + 1);
     for (std::size_t i = 0; i < keys_.size(); ++i) {
-      Voxel& to = coarse.voxels_[coarse.find_or_make(VoxelKey::coarser(keys_[i], 1))];
+      const std::uint32_t at = coarse.find_or_make(VoxelKey::coarser(keys_[i], 1));
+      Voxel& to = coarse.voxels_[at];
       const Voxel& from = voxels_[i];
       for (std::size_t a = 0; a < 3; ++a) {
         to.weighted_units[a] += from.weighted_units[a];
@@ -97,8 +109,9 @@ class VoxelMap {
       }
       to.weight += from.weight;
       to.points += from.points;
-      to.old_seen = std::max(to.old_seen, from.old_seen);
-      to.old_through = std::max(to.old_through, from.old_through);
+      VoxelVotes& votes = coarse.votes_[at];
+      votes.old_seen = std::max(votes.old_seen, votes_[i].old_seen);
+      votes.old_through = std::max(votes.old_through, votes_[i].old_through);
     }
     *this = std::move(coarse);
   }
@@ -142,6 +155,7 @@ class VoxelMap {
       if (keys_[table_[place] - 1] == key) return table_[place] - 1;
     keys_.push_back(key);
     voxels_.emplace_back();
+    votes_.emplace_back();
     const auto made = static_cast<std::uint32_t>(keys_.size());
     table_[place] = made;
     if (keys_.size() * 2 > table_.size()) resize_table(bits_ + 1);
@@ -158,9 +172,11 @@ class VoxelMap {
       table_[place_of(last)] = i + 1;
       keys_[i] = keys_[last];
       voxels_[i] = voxels_[last];
+      votes_[i] = votes_[last];
     }
     keys_.pop_back();
     voxels_.pop_back();
+    votes_.pop_back();
     table_[hole] = 0;
     for (std::uint32_t next = (hole + 1) & mask; table_[next] != 0; next = (next + 1) & mask) {
       const std::uint32_t home = VoxelKey::place(keys_[table_[next] - 1], bits_);
@@ -190,6 +206,7 @@ class VoxelMap {
   int level_ = 0, bits_ = 0;
   std::vector<std::uint64_t> keys_;
   std::vector<Voxel> voxels_;
+  std::vector<VoxelVotes> votes_;
   std::vector<std::uint32_t> table_;  ///< index + 1, 0: free
 };
 
