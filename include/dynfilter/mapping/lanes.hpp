@@ -9,7 +9,6 @@ namespace dynfilter::mapping::detail {
 // Vectors of GCC and Clang, for what compilers do not vectorise by themselves: conversions that may trap.
 using FloatLane = float __attribute__((vector_size(16)));
 using IntLane = std::int32_t __attribute__((vector_size(16)));
-using DoubleLane = double __attribute__((vector_size(32)));
 
 template <class Lane, class T>
 Lane load_lane(const T* from) {

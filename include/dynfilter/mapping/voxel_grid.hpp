@@ -9,6 +9,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/mapping/depth_points.hpp>
+#include <dynfilter/mapping/lanes.hpp>
 #include <dynfilter/mapping/voxel_key.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -73,9 +74,6 @@ struct alignas(32) SumEntry {
   std::uint64_t key = 0;
 };
 
-using FloatLane = float __attribute__((vector_size(16)));
-using IntLane = std::int32_t __attribute__((vector_size(16)));
-
 /// One axis: cell and remainder of every point. Coordinates out of the keys' range, infinite or NaN make a
 /// point not ok. Four at a time by hand: compilers do not vectorise a conversion that may trap.
 inline void split_axis(const float* v, int n, float per_unit, int sub_bits, std::int32_t* cell,
@@ -83,19 +81,11 @@ inline void split_axis(const float* v, int n, float per_unit, int sub_bits, std:
   const float limit = static_cast<float>(VoxelKey::kOffset) * static_cast<float>(1 << sub_bits);
   const std::int32_t mask = (1 << sub_bits) - 1;
   for (int i = 0; i < n; i += 4) {
-    FloatLane units;
-    IntLane good;
-    std::memcpy(&units, v + i, sizeof units);
-    std::memcpy(&good, ok + i, sizeof good);
-    units *= per_unit;
+    const FloatLane units = load_lane<FloatLane>(v + i) * per_unit;
+    auto good = load_lane<IntLane>(ok + i);
     const IntLane inside = (units < limit) & (units >= -limit);
-    IntLane bits;
-    std::memcpy(&bits, &units, sizeof bits);
-    bits &= inside;
-    FloatLane safe;
-    std::memcpy(&safe, &bits, sizeof safe);
-    IntLane q = __builtin_convertvector(safe, IntLane);
-    q += __builtin_convertvector(q, FloatLane) > safe;  // floor: the conversion goes towards zero
+    IntLane q = truncate_inside(units, inside);
+    q += (__builtin_convertvector(q, FloatLane) > units) & inside;  // floor: that goes towards zero
     const IntLane whole = q >> sub_bits, left = q & mask;
     good &= inside;
     std::memcpy(cell + i, &whole, sizeof whole);
