@@ -174,53 +174,66 @@ class DepthCut {
     edges_.create(depth_m.size(), CV_8UC1);
     edges_.setTo(0);
     if (params_.max_step_share <= 0) return;
+    steps_.resize(static_cast<std::size_t>(depth_m.cols));
     for (int y = 0; y < depth_m.rows; ++y) {
       const float* z = depth_m.ptr<float>(y);
       std::uint8_t* edge = edges_.ptr<std::uint8_t>(y);
-      mark_steps(z, z + 1, depth_m.cols - 1, edge, edge + 1);
-      if (y + 1 < depth_m.rows)
-        mark_steps(z, depth_m.ptr<float>(y + 1), depth_m.cols, edge, edges_.ptr<std::uint8_t>(y + 1));
+      find_steps(z, z + 1, depth_m.cols - 1);
+      mark_steps(depth_m.cols - 1, edge);
+      mark_steps(depth_m.cols - 1, edge + 1);
+      if (y + 1 == depth_m.rows) break;
+      find_steps(z, depth_m.ptr<float>(y + 1), depth_m.cols);
+      mark_steps(depth_m.cols, edge);
+      mark_steps(depth_m.cols, edges_.ptr<std::uint8_t>(y + 1));
     }
     widen(edges_, params_.edge_px);
   }
-  void mark_steps(const float* a, const float* b, int n, std::uint8_t* edge_a, std::uint8_t* edge_b) const {
+  /// Between a[i] and b[i]. In loops of their own and without branches: compilers take many pixels at once.
+  void find_steps(const float* a, const float* b, int n) {
     const DepthNoise noise;
     const auto share = static_cast<float>(params_.max_step_share);
     const auto base = 3 * static_cast<float>(noise.base_m),
                quadratic = 3 * static_cast<float>(noise.quadratic_per_m);
+    std::uint8_t* __restrict step = steps_.data();
     for (int i = 0; i < n; ++i) {
-      const float nearer = std::min(a[i], b[i]);
+      const float nearer = a[i] < b[i] ? a[i] : b[i];
       const float limit = base + nearer * (share + quadratic * nearer);
-      if (static_cast<int>(nearer > 0) & static_cast<int>(std::abs(a[i] - b[i]) > limit))
-        edge_a[i] = edge_b[i] = 255;
+      const int is_step = static_cast<int>(nearer > 0) & static_cast<int>(std::abs(a[i] - b[i]) > limit);
+      step[i] = static_cast<std::uint8_t>(-is_step);
     }
+  }
+  void mark_steps(int n, std::uint8_t* __restrict edge) const {
+    const std::uint8_t* __restrict step = steps_.data();
+    for (int i = 0; i < n; ++i) edge[i] |= step[i];
   }
 
   void combine(const cv::Mat& depth_m, float max_depth_m) {
     usable_.create(depth_m.size(), CV_8UC1);
     pixels_ = cut_pixels_ = edge_pixels_ = 0;
-    for (int y = 0; y < depth_m.rows; ++y) {
-      const float* z = depth_m.ptr<float>(y);
-      const std::uint8_t* moves = moving_.ptr<std::uint8_t>(y);
-      const std::uint8_t* edge = edges_.ptr<std::uint8_t>(y);
-      std::uint8_t* usable = usable_.ptr<std::uint8_t>(y);
-      unsigned pixels = 0, cut = 0, left_out = 0;
-      for (int x = 0; x < depth_m.cols; ++x) {
-        const unsigned measured = (z[x] > 0 ? 1U : 0U) & (z[x] <= max_depth_m ? 1U : 0U),
-                       moving = moves[x] != 0 ? 1U : 0U, rim = edge[x] != 0 ? 1U : 0U;
-        pixels += measured;
-        cut += measured & moving;
-        left_out += measured & rim & (moving ^ 1U);
-        usable[x] = static_cast<std::uint8_t>(0U - (measured & (moving ^ 1U) & (rim ^ 1U)));
-      }
-      pixels_ += pixels, cut_pixels_ += cut, edge_pixels_ += left_out;
+    for (int y = 0; y < depth_m.rows; ++y)
+      combine_row(depth_m.ptr<float>(y), moving_.ptr<std::uint8_t>(y), edges_.ptr<std::uint8_t>(y),
+                  depth_m.cols, max_depth_m, usable_.ptr<std::uint8_t>(y));
+  }
+  void combine_row(const float* __restrict z, const std::uint8_t* __restrict moves,
+                   const std::uint8_t* __restrict edge, int n, float max_depth_m,
+                   std::uint8_t* __restrict usable) {
+    unsigned pixels = 0, cut = 0, left_out = 0;
+    for (int x = 0; x < n; ++x) {
+      const unsigned measured = (z[x] > 0 ? 1U : 0U) & (z[x] <= max_depth_m ? 1U : 0U),
+                     moving = moves[x] != 0 ? 1U : 0U, rim = edge[x] != 0 ? 1U : 0U;
+      pixels += measured;
+      cut += measured & moving;
+      left_out += measured & rim & (moving ^ 1U);
+      usable[x] = static_cast<std::uint8_t>(0U - (measured & (moving ^ 1U) & (rim ^ 1U)));
     }
+    pixels_ += pixels, cut_pixels_ += cut, edge_pixels_ += left_out;
   }
 
   CutParams params_;
   GridDbscan dbscan_;
   Clusters clusters_;
   cv::Mat moving_, usable_, edges_, grown_, scaled_;
+  std::vector<std::uint8_t> steps_;  ///< of a row
   std::vector<float> inverse_;
   std::vector<cv::Point2f> seeds_;
   Features moving_features_, still_features_;
