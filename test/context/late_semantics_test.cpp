@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
 #include <dynfilter/context/late_semantics.hpp>
+#include <limits>
 
 #include "doctest/doctest.h"
 
@@ -57,6 +59,32 @@ double overlap(const cv::Rect2f& a, const cv::Rect2f& b) {
 }
 
 }  // namespace
+
+TEST_CASE("a thinned depth image has every fourth pixel, whatever the image's size") {
+  for (const int type : {CV_32FC1, CV_16UC1})
+    for (int rows = 1; rows <= 10; ++rows)
+      for (int cols = 1; cols <= 14; ++cols) {
+        cv::Mat depth(rows, cols, type);
+        for (int y = 0; y < rows; ++y)
+          for (int x = 0; x < cols; ++x) {
+            const int z = (7 * y + 3 * x) % 5;  // 0: none
+            if (type == CV_32FC1)
+              depth.at<float>(y, x) = z == 4 ? std::numeric_limits<float>::infinity() : static_cast<float>(z);
+            else
+              depth.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(z);
+          }
+        cv::Mat thin;
+        MotionTrail::thin_depth(depth, 0.5, thin);
+        REQUIRE(thin.size() == cv::Size((cols + 3) / 4, (rows + 3) / 4));
+        for (int r = 0; r < thin.rows; ++r)
+          for (int c = 0; c < thin.cols; ++c) {
+            const int z = (7 * std::min(4 * r + 2, rows - 1) + 3 * std::min(4 * c + 2, cols - 1)) % 5;
+            const bool none = z == 0 || (z == 4 && type == CV_32FC1);
+            CHECK(std::isnan(thin.at<float>(r, c)) == none);
+            if (!none) CHECK(thin.at<float>(r, c) == 0.5F * static_cast<float>(z));
+          }
+      }
+}
 
 TEST_CASE("the trail leads from frame to frame, not past its beginning or over a gap") {
   const Walk walk;

@@ -102,12 +102,11 @@ class MotionTrail {
       const T *from = row(r), *next = row(r + 1);
       // The image is not in the cache, and three of four rows are left out: nothing else fetches ahead.
       for (int c = 0; c < depth.cols; c += kLine) __builtin_prefetch(next + c);
-      float* to = out.ptr<float>(r);
-      for (int c = 0; c < out.cols; ++c) {
-        const float z =
-            static_cast<float>(from[std::min(c * kCellPx + kCellPx / 2, depth.cols - 1)]) * unit_m;
-        to[c] = valid_depth(z) ? z : DepthSampler::kNone;
-      }
+      float* __restrict to = out.ptr<float>(r);
+      const int whole = (depth.cols + kCellPx / 2 - 1) / kCellPx;  // whose middle lies in the image
+      for (int c = 0; c < whole; ++c) to[c] = static_cast<float>(from[c * kCellPx + kCellPx / 2]) * unit_m;
+      if (whole < out.cols) to[whole] = static_cast<float>(from[depth.cols - 1]) * unit_m;
+      for (int c = 0; c < out.cols; ++c) to[c] = valid_depth(to[c]) ? to[c] : DepthSampler::kNone;
     }
   }
 
