@@ -47,7 +47,7 @@ struct VoxelVotes {
 /// Voxels of the world by key, in an open-addressing table. The leaf is 2^(kLeafBits + level) quanta: keys
 /// nest, so that the leaf can double without touching a sum. The set of voxels and their sums depend only on
 /// what is in the map, not on the order or on what was once there; the order of the lists does.
-/// 72 bytes a voxel and 8 to 16 bytes of table.
+/// 64 bytes a voxel and 8 to 16 bytes of table.
 class VoxelMap {
  public:
   static constexpr int kLeafBits = 12;  ///< quanta per leaf: 4096

@@ -7,7 +7,6 @@
 #include <dynfilter/adapters/orb_slam/traits.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <opencv2/core.hpp>
-#include <utility>
 #include <vector>
 
 namespace dynfilter::orb_slam {
