@@ -157,4 +157,20 @@ TEST_CASE("a view says nothing of what lies far beside it") {
   CHECK(votes == std::vector<int>{0, 0, 0, 0, 2});
 }
 
+TEST_CASE("a view of nothing says nothing") {
+  const std::vector<std::uint64_t> keys{VoxelKey::pack(0, 0, 100), VoxelKey::pack(0, 0, -100)};
+  DepthView never_built, tiny;
+  tiny.build(cv::Mat(3, 3, CV_32FC1, cv::Scalar(2)), cv::Mat::zeros(3, 3, CV_8UC1),
+             random_view(1, false).camera, CarveParams());
+  for (const DepthView* view : {&never_built, &tiny}) {
+    int visited = 0, votes = 0;
+    view->visit(keys, 0, keys.size(), 0.01, Pose(), [&](std::size_t, int seen, int through) {
+      ++visited;
+      votes += seen + through;
+    });
+    CHECK(visited == 2);
+    CHECK(votes == 0);
+  }
+}
+
 }  // namespace depth_view_test

@@ -26,6 +26,7 @@ namespace dynfilter::mapping {
 class DepthView {
  public:
   static constexpr int kBlockBits = 2, kBlockPx = 1 << kBlockBits;
+
   /// `depth_m`: CV_32FC1, 0 = none. `moving`: CV_8UC1 of its size, not 0 = moves: such pixels show free space
   /// in front of them, but no static surface.
   void build(const cv::Mat& depth_m, const cv::Mat& moving, const Camera& camera, const CarveParams& params) {
@@ -204,7 +205,7 @@ class DepthView {
   Camera camera_;
   CarveParams params_;
   int columns_ = 0, rows_ = 0;
-  std::vector<Block> blocks_;  ///< and one for what is out of view
+  std::vector<Block> blocks_ = std::vector<Block>(1);  ///< and one for what is out of view
 };
 
 }  // namespace dynfilter::mapping
