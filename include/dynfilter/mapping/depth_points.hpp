@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -69,24 +70,29 @@ struct DepthRange {
 namespace detail {
 
 /// Depths [m] of `n` pixels; 0 where there is none. Comparisons with NaN are false.
-inline void read_depths(const std::uint16_t* depth, int n, float unit_m, DepthRange range, float* z) {
+DYNFILTER_AS_CALLER inline void read_depths(const std::uint16_t* depth, int n, float unit_m, DepthRange range,
+                                            float* z) {
   for (int i = 0; i < n; ++i) {
     const float v = static_cast<float>(static_cast<int>(depth[i])) * unit_m;
     z[i] = static_cast<int>(v >= range.min_m) & static_cast<int>(v <= range.max_m) ? v : 0.0F;
   }
 }
-inline void read_depths(const float* depth, int n, float unit_m, DepthRange range, float* z) {
+DYNFILTER_AS_CALLER inline void read_depths(const float* depth, int n, float unit_m, DepthRange range,
+                                            float* z) {
   for (int i = 0; i < n; ++i) {
     const float v = depth[i] * unit_m;
     z[i] = static_cast<int>(v >= range.min_m) & static_cast<int>(v <= range.max_m) ? v : 0.0F;
   }
 }
 
-/// x, y, z of `n` pixels of row y from column x0 on.
-template <class T>
-void read_points(const cv::Mat& depth, float unit_m, DepthRange range, const PixelRays& rays, int y, int x0,
-                 int n, float* __restrict px, float* __restrict py, float* __restrict pz) {
-  read_depths(depth.ptr<T>(y) + x0, n, unit_m, range, pz);
+/// x, y, z of `n` pixels of row y from column x0 on; `depth`: CV_16UC1 or CV_32FC1.
+DYNFILTER_AS_CALLER inline void read_points(const cv::Mat& depth, float unit_m, DepthRange range,
+                                            const PixelRays& rays, int y, int x0, int n, float* __restrict px,
+                                            float* __restrict py, float* __restrict pz) {
+  if (depth.type() == CV_16UC1)
+    read_depths(depth.ptr<std::uint16_t>(y) + x0, n, unit_m, range, pz);
+  else
+    read_depths(depth.ptr<float>(y) + x0, n, unit_m, range, pz);
   const float* rx = rays.x_row(y) + x0;
   if (rays.is_table()) {
     const float* ry = rays.y_row(y) + x0;
@@ -113,14 +119,12 @@ inline bool back_project_depth(const cv::Mat& depth, double unit_m, const PixelR
   const std::size_t n = static_cast<std::size_t>(out.size.area());
   out.x.resize(n), out.y.resize(n), out.z.resize(n);
   const auto unit = static_cast<float>(unit_m);
-  for (int y = 0; y < out.size.height; ++y) {
-    const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(out.size.width);
-    float *px = out.x.data() + i, *py = out.y.data() + i, *pz = out.z.data() + i;
-    if (depth.type() == CV_16UC1)
-      detail::read_points<std::uint16_t>(depth, unit, range, rays, y, 0, out.size.width, px, py, pz);
-    else
-      detail::read_points<float>(depth, unit, range, rays, y, 0, out.size.width, px, py, pz);
-  }
+  dynfilter::detail::call_widest([&](auto) DYNFILTER_AS_CALLER {
+    for (int y = 0; y < out.size.height; ++y) {
+      const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(out.size.width);
+      detail::read_points(depth, unit, range, rays, y, 0, out.size.width, &out.x[i], &out.y[i], &out.z[i]);
+    }
+  });
   return n > 0;
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
@@ -120,14 +121,16 @@ class DepthView {
   /// One function for all callers: what it computes must be equal each time.
   __attribute__((noinline)) void look(const std::uint64_t* keys, std::size_t n, double leaf_m, const Pose& T,
                                       Projected& voxels) const {
-    transform(keys, n, static_cast<float>(leaf_m), T, voxels);
-    find_blocks((n + 3) / 4 * 4, voxels);
-    judge(n, leaf_m, voxels);
+    dynfilter::detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
+      transform(keys, n, static_cast<float>(leaf_m), T, voxels);
+      find_blocks<detail::Lanes<lanes()>>(n, voxels);
+      judge(n, leaf_m, voxels);
+    });
   }
 
   /// Centres of voxels in the camera frame.
-  static void transform(const std::uint64_t* keys, std::size_t n, float leaf_m, const Pose& T,
-                        Projected& out) {
+  DYNFILTER_AS_CALLER static void transform(const std::uint64_t* keys, std::size_t n, float leaf_m,
+                                            const Pose& T, Projected& out) {
     float m[12];
     for (std::size_t r = 0; r < 3; ++r) {
       for (std::size_t c = 0; c < 3; ++c) m[4 * r + c] = static_cast<float>(T.rotation[3 * r + c]);
@@ -141,26 +144,32 @@ class DepthView {
       out.y[k] = m[4] * wx + m[5] * wy + m[6] * wz + m[7];
       out.z[k] = m[8] * wx + m[9] * wy + m[10] * wz + m[11];
     }
-    for (std::size_t k = n; k < (n + 3) / 4 * 4; ++k) out.x[k] = out.y[k] = out.z[k] = 0;
+    std::fill(out.x + n, out.x + kAtOnce, 0.0F);
+    std::fill(out.y + n, out.y + kAtOnce, 0.0F);
+    std::fill(out.z + n, out.z + kAtOnce, 0.0F);
   }
 
   /// The block that each is seen in; the last one, which knows nothing, for those out of view.
-  void find_blocks(std::size_t n, Projected& voxels) const {
-    using detail::FloatLane, detail::IntLane;
+  template <class L>
+  DYNFILTER_AS_CALLER void find_blocks(std::size_t n, Projected& voxels) const {
     const auto fx = static_cast<float>(camera_.fx_px), fy = static_cast<float>(camera_.fy_px),
                cx = static_cast<float>(camera_.cx_px) + 0.5F, cy = static_cast<float>(camera_.cy_px) + 0.5F,
                width = static_cast<float>(columns_ * kBlockPx), height = static_cast<float>(rows_ * kBlockPx);
-    const IntLane none = IntLane{} + columns_ * rows_;
+    const typename L::Int none = typename L::Int{} + columns_ * rows_;
     if (camera_.distorted()) distort(n, voxels);
-    for (std::size_t k = 0; k < n; k += 4) {
-      const auto z = detail::load_lane<FloatLane>(voxels.z + k);
-      const FloatLane u = fx * detail::load_lane<FloatLane>(voxels.x + k) / z + cx;
-      const FloatLane v = fy * detail::load_lane<FloatLane>(voxels.y + k) / z + cy;
-      const IntLane inside = (z > 0) & (u >= 0) & (v >= 0) & (u < width) & (v < height);
-      const IntLane column = detail::truncate_inside(u, inside) >> kBlockBits,
-                    row = detail::truncate_inside(v, inside) >> kBlockBits;
-      const IntLane block = ((row * columns_ + column) & inside) | (none & ~inside);
-      std::memcpy(voxels.block + k, &block, sizeof block);
+    for (std::size_t k = 0; k < n; k += L::kCount) {
+      typename L::Float u, v, z;
+      typename L::Int column, row;
+      detail::load_lane(voxels.x + k, u);
+      detail::load_lane(voxels.y + k, v);
+      detail::load_lane(voxels.z + k, z);
+      u = fx * u / z + cx;
+      v = fy * v / z + cy;
+      const typename L::Int inside = (z > 0) & (u >= 0) & (v >= 0) & (u < width) & (v < height);
+      detail::truncate_inside<L>(u, inside, column);
+      detail::truncate_inside<L>(v, inside, row);
+      const typename L::Int block = (row >> kBlockBits) * columns_ + (column >> kBlockBits);
+      detail::store_lane(voxels.block + k, typename L::Int((block & inside) | (none & ~inside)));
     }
   }
   /// Moves the points to where a camera without distortion would see them at the same pixel. What lies a
@@ -180,7 +189,7 @@ class DepthView {
   }
 
   /// Without branches: nobody could predict them.
-  void judge(std::size_t n, double leaf_m, Projected& voxels) const {
+  DYNFILTER_AS_CALLER void judge(std::size_t n, double leaf_m, Projected& voxels) const {
     const auto unit_m = static_cast<float>(kUnitM),
                margin_m = static_cast<float>(params_.margin_m + kHalfDiagonal * leaf_m),
                sigmas = static_cast<float>(params_.noise_sigmas);

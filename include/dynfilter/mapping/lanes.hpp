@@ -3,26 +3,46 @@
 
 #include <cstdint>
 #include <cstring>
+#include <dynfilter/core/cpu.hpp>
 
 namespace dynfilter::mapping::detail {
 
-// Vectors of GCC and Clang, for what compilers do not vectorise by themselves: conversions that may trap.
-using FloatLane = float __attribute__((vector_size(16)));
-using IntLane = std::int32_t __attribute__((vector_size(16)));
+/// Vectors of GCC and Clang, for what compilers do not vectorise by themselves: conversions that may trap.
+/// Four lanes fit every processor, eight want AVX2. Wide ones go through references: by value they would
+/// change the calling convention.
+template <int kLanes>
+struct Lanes;
+template <>
+struct Lanes<4> {
+  using Float = float __attribute__((vector_size(16)));
+  using Int = std::int32_t __attribute__((vector_size(16)));
+  static constexpr int kCount = 4;
+};
+template <>
+struct Lanes<8> {
+  using Float = float __attribute__((vector_size(32)));
+  using Int = std::int32_t __attribute__((vector_size(32)));
+  static constexpr int kCount = 8;
+};
 
 template <class Lane, class T>
-Lane load_lane(const T* from) {
-  Lane lane;
+DYNFILTER_AS_CALLER inline void load_lane(const T* from, Lane& lane) {
   std::memcpy(&lane, from, sizeof lane);
-  return lane;
+}
+template <class Lane, class T>
+DYNFILTER_AS_CALLER inline void store_lane(T* to, const Lane& lane) {
+  std::memcpy(to, &lane, sizeof lane);
 }
 
 /// Towards zero where `inside` (all bits set), else 0.
-inline IntLane truncate_inside(const FloatLane& value, const IntLane& inside) {
-  IntLane bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  bits &= inside;
-  return __builtin_convertvector(load_lane<FloatLane>(&bits), IntLane);
+template <class L>
+DYNFILTER_AS_CALLER inline void truncate_inside(const typename L::Float& value, const typename L::Int& inside,
+                                                typename L::Int& whole) {
+  typename L::Float kept;
+  load_lane(&value, whole);
+  whole &= inside;
+  load_lane(&whole, kept);
+  whole = __builtin_convertvector(kept, typename L::Int);
 }
 
 }  // namespace dynfilter::mapping::detail

@@ -6,10 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/mapping/depth_points.hpp>
-#include <dynfilter/mapping/lanes.hpp>
+#include <dynfilter/mapping/point_block.hpp>
 #include <dynfilter/mapping/voxel_key.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -43,26 +44,6 @@ struct DepthSource {
 
 namespace detail {
 
-/// Points on their way into a grid: 256 at a time stay in the first cache.
-struct PointBlock {
-  static constexpr int kSize = 256;
-  int n = 0;
-  alignas(16) float x[kSize], y[kSize], z[kSize];  ///< what is beyond n counts for nothing
-  std::uint32_t colour[kSize];                     ///< b | g << 8 | r << 16
-  std::uint8_t label[kSize];
-  alignas(16) std::int32_t usable[kSize];  ///< 0 or 1
-};
-
-/// Keys, places and remainders of a block's points.
-struct KeyedBlock {
-  static constexpr int kAhead = 12;
-  alignas(16) std::uint64_t key[PointBlock::kSize];
-  std::uint32_t place[PointBlock::kSize + kAhead];
-  alignas(16) std::int32_t rest[3][PointBlock::kSize];  ///< within the voxel, in 1 / 2^sub_bits of the leaf
-  alignas(16) std::int32_t cell[3][PointBlock::kSize];
-  alignas(16) std::int32_t ok[PointBlock::kSize];
-};
-
 /// In a struct, because a template argument would lose the attribute.
 struct FourSums {
   using Four = std::uint32_t __attribute__((vector_size(16)));
@@ -74,41 +55,34 @@ struct alignas(32) SumEntry {
   std::uint64_t key = 0;
 };
 
-/// One axis: cell and remainder of every point. Coordinates out of the keys' range, infinite or NaN make a
-/// point not ok. Four at a time by hand: compilers do not vectorise a conversion that may trap.
-inline void split_axis(const float* v, int n, float per_unit, int sub_bits, std::int32_t* cell,
-                       std::int32_t* rest, std::int32_t* ok) {
-  const float limit = static_cast<float>(VoxelKey::kOffset) * static_cast<float>(1 << sub_bits);
-  const std::int32_t mask = (1 << sub_bits) - 1;
-  for (int i = 0; i < n; i += 4) {
-    const FloatLane units = load_lane<FloatLane>(v + i) * per_unit;
-    auto good = load_lane<IntLane>(ok + i);
-    const IntLane inside = (units < limit) & (units >= -limit);
-    IntLane q = truncate_inside(units, inside);
-    q += (__builtin_convertvector(q, FloatLane) > units) & inside;  // floor: that goes towards zero
-    const IntLane whole = q >> sub_bits, left = q & mask;
-    good &= inside;
-    std::memcpy(cell + i, &whole, sizeof whole);
-    std::memcpy(rest + i, &left, sizeof left);
-    std::memcpy(ok + i, &good, sizeof good);
-  }
-}
+/// A grid's quantum and the way back from sums of quanta to metres.
+struct CentroidScale {
+  double unit_m, units_per_leaf;
+};
 
-/// VoxelKey::pack of four points: its lower and its upper half.
-inline void pack_keys(const KeyedBlock& block, const std::uint8_t* label, int n, std::uint64_t* keys) {
-  static_assert(VoxelKey::kAxisBits == 18);
-  for (int i = 0; i < n; i += 4) {
-    IntLane x, y, z;
-    std::memcpy(&x, block.cell[0] + i, sizeof x);
-    std::memcpy(&y, block.cell[1] + i, sizeof y);
-    std::memcpy(&z, block.cell[2] + i, sizeof z);
-    x += VoxelKey::kOffset, y += VoxelKey::kOffset, z += VoxelKey::kOffset;
-    const IntLane classes{label[i], label[i + 1], label[i + 2], label[i + 3]};
-    const IntLane lower = x | y << 18, upper = y >> 14 | z << 4 | classes << 22;
-    for (int k = 0; k < 4; ++k)
-      keys[i + k] = static_cast<std::uint64_t>(static_cast<std::uint32_t>(lower[k])) |
-                    static_cast<std::uint64_t>(static_cast<std::uint32_t>(upper[k])) << 32;
-  }
+/// Half a quantum makes up for the floor that each coordinate went through.
+DYNFILTER_AS_CALLER inline void write_centroid(const SumEntry& entry, const CentroidScale& scale,
+                                               VoxelPoint& out) {
+  using FourInts = std::int32_t __attribute__((vector_size(16)));
+  using FourFloats = float __attribute__((vector_size(16)));
+  using FourDoubles = double __attribute__((vector_size(32)));
+  const FourInts cell{VoxelKey::axis(entry.key, 0), VoxelKey::axis(entry.key, 1),
+                      VoxelKey::axis(entry.key, 2), 0};
+  const FourInts sum = reinterpret_cast<FourInts>(entry.v) ^ INT32_MIN;  // conversions are of signed numbers
+  const double share = 1.0 / static_cast<double>(entry.v[3]);
+  const FourDoubles units = __builtin_convertvector(cell, FourDoubles) * scale.units_per_leaf +
+                            (__builtin_convertvector(sum, FourDoubles) + 2147483648.0) * share + 0.5;
+  auto words = reinterpret_cast<FourInts>(__builtin_convertvector(units * scale.unit_m, FourFloats));
+  words[3] = static_cast<std::int32_t>(0x808080U | std::uint32_t{VoxelKey::label(entry.key)} << 24);
+  static_assert(offsetof(VoxelPoint, b) == 12 && offsetof(VoxelPoint, label) == 15);
+  std::memcpy(&out, &words, sizeof words);
+  out.count = entry.v[3];
+}
+DYNFILTER_AS_CALLER inline void write_colour(const FourSums& sum, VoxelPoint& out) {
+  const std::uint32_t half = out.count / 2;
+  out.b = static_cast<std::uint8_t>((sum.v[0] + half) / out.count);
+  out.g = static_cast<std::uint8_t>((sum.v[1] + half) / out.count);
+  out.r = static_cast<std::uint8_t>((sum.v[2] + half) / out.count);
 }
 
 }  // namespace detail
@@ -139,12 +113,10 @@ class VoxelGrid {
     begin(points_m.size());
     const bool coloured = colours.size() == points_m.size();
     for (std::size_t i = 0; i < points_m.size(); i += detail::PointBlock::kSize) {
-      block_.n = static_cast<int>(std::min<std::size_t>(detail::PointBlock::kSize, points_m.size() - i));
-      for (int k = 0; k < block_.n; ++k) {
-        const cv::Point3f& p = points_m[i + static_cast<std::size_t>(k)];
-        block_.x[k] = p.x, block_.y[k] = p.y, block_.z[k] = p.z;
-        block_.usable[k] = 1;
-      }
+      const auto n = static_cast<int>(std::min<std::size_t>(detail::PointBlock::kSize, points_m.size() - i));
+      dynfilter::detail::call_widest(
+          [&](auto) DYNFILTER_AS_CALLER { detail::take_points(points_m.data() + i, n, block_); });
+      std::fill(block_.usable, block_.usable + n, 1);
       std::memset(block_.label, 0, sizeof block_.label);
       if (coloured) {
         for (int k = 0; k < block_.n; ++k)
@@ -169,7 +141,7 @@ class VoxelGrid {
     for (int y = area.y; y < area.y + area.height; y += kTileRows)
       for (int x = area.x; x < area.x + area.width; x += kTileColumns) {
         const cv::Rect tile = cv::Rect(x, y, kTileColumns, kTileRows) & area;
-        read_tile(source, tile, coloured);
+        dynfilter::detail::call_widest([&](auto) DYNFILTER_AS_CALLER { read_tile(source, tile, coloured); });
         add_block(coloured);
       }
     finish(coloured, out);
@@ -179,11 +151,12 @@ class VoxelGrid {
   std::size_t outside() const { return outside_; }
 
  private:
-  static constexpr int kTileColumns = 32, kTileRows = 8, kAhead = detail::KeyedBlock::kAhead;
+  static constexpr int kTileColumns = 32, kTileRows = 8;
+  static constexpr int kFar = detail::KeyedBlock::kFar, kNear = detail::KeyedBlock::kNear;
   static_assert(kTileColumns * kTileRows == detail::PointBlock::kSize);
   using Four = detail::FourSums::Four;
 
-  static std::uint32_t packed(const cv::Vec3b& c) {
+  DYNFILTER_AS_CALLER static std::uint32_t packed(const cv::Vec3b& c) {
     return static_cast<std::uint32_t>(c[0]) | static_cast<std::uint32_t>(c[1]) << 8 |
            static_cast<std::uint32_t>(c[2]) << 16;
   }
@@ -201,17 +174,13 @@ class VoxelGrid {
     reserve_block();
   }
 
-  void read_tile(const DepthSource& source, const cv::Rect& tile, bool coloured) {
+  DYNFILTER_AS_CALLER void read_tile(const DepthSource& source, const cv::Rect& tile, bool coloured) {
     const auto unit = static_cast<float>(source.unit_m);
     block_.n = 0;
     for (int y = tile.y; y < tile.y + tile.height; ++y) {
       const int n = tile.width, at = block_.n;
       float *px = block_.x + at, *py = block_.y + at, *pz = block_.z + at;
-      if (source.depth.type() == CV_16UC1)
-        detail::read_points<std::uint16_t>(source.depth, unit, source.range, *source.rays, y, tile.x, n, px,
-                                           py, pz);
-      else
-        detail::read_points<float>(source.depth, unit, source.range, *source.rays, y, tile.x, n, px, py, pz);
+      detail::read_points(source.depth, unit, source.range, *source.rays, y, tile.x, n, px, py, pz);
       for (int k = 0; k < n; ++k) block_.usable[at + k] = pz[k] > 0 ? 1 : 0;
       if (fits(source.usable, source.depth, CV_8UC1)) {
         const std::uint8_t* usable = source.usable.ptr<std::uint8_t>(y) + tile.x;
@@ -226,7 +195,7 @@ class VoxelGrid {
       block_.n += n;
     }
   }
-  static void read_colours(const cv::Mat& bgr, int y, int x0, int n, std::uint32_t* out) {
+  DYNFILTER_AS_CALLER static void read_colours(const cv::Mat& bgr, int y, int x0, int n, std::uint32_t* out) {
     if (bgr.type() == CV_8UC1) {
       const std::uint8_t* grey = bgr.ptr<std::uint8_t>(y) + x0;
       for (int k = 0; k < n; ++k) out[k] = grey[k] * 0x010101U;
@@ -239,20 +208,16 @@ class VoxelGrid {
   void add_block(bool coloured) {
     const int n = block_.n;
     detail::KeyedBlock& keyed = keyed_;
-    std::memcpy(keyed.ok, block_.usable, sizeof(std::int32_t) * static_cast<std::size_t>(n));
-    detail::split_axis(block_.x, n, per_unit_, sub_bits_, keyed.cell[0], keyed.rest[0], keyed.ok);
-    detail::split_axis(block_.y, n, per_unit_, sub_bits_, keyed.cell[1], keyed.rest[1], keyed.ok);
-    detail::split_axis(block_.z, n, per_unit_, sub_bits_, keyed.cell[2], keyed.rest[2], keyed.ok);
-    detail::pack_keys(keyed, block_.label, n, keyed.key);
-    for (int i = 0; i < n; ++i) {
-      keyed.place[i] = VoxelKey::place(keyed.key[i], bits_);
-      __builtin_prefetch(&table_[keyed.place[i]]);
-    }
+    const detail::GridScale scale{per_unit_, sub_bits_, bits_};
+    dynfilter::detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
+      detail::split_points<detail::Lanes<lanes()>>(block_, scale, keyed);
+    });
+    for (int i = 0; i < std::min(n, kFar); ++i) __builtin_prefetch(&table_[keyed.place[i]], 1);
     int outside = 0;
     for (int i = 0; i < n; ++i) outside += block_.usable[i] & ~keyed.ok[i];
     outside_ += static_cast<std::size_t>(outside);
     // What is looked at ahead beyond the block's end.
-    std::fill(keyed.place + n, keyed.place + n + kAhead, 0U);
+    std::fill(keyed.place + n, keyed.place + n + kFar, 0U);
     coloured ? insert<true>() : insert<false>();
     if (std::size_t{voxels_} * 5 > table_.size() * 2) resize_table(bits_ + 1);
     reserve_block();
@@ -266,16 +231,19 @@ class VoxelGrid {
     detail::FourSums* const colours = colours_.data();
     std::uint32_t voxels = voxels_;
     for (int i = 0; i < block_.n; ++i) {
-      __builtin_prefetch(&sums[table[keyed_.place[i + kAhead]]], 1);
+      __builtin_prefetch(&table[keyed_.place[i + kFar]], 1);
+      __builtin_prefetch(&sums[table[keyed_.place[i + kNear]]], 1);
       if (keyed_.ok[i] == 0) continue;
       const std::uint64_t key = keyed_.key[i];
       std::uint32_t place = keyed_.place[i], j = table[place];
       for (;;) {
-        const bool empty = j == 0;
-        voxels += empty ? 1 : 0;
-        j = empty ? voxels : j;
+        // 1 where there is none; written so that no compiler makes a branch of it.
+        const std::uint32_t made = (j - 1) >> 31;
+        voxels += made;
+        j |= voxels & (0 - made);
         table[place] = j;
-        const std::uint64_t there = empty ? key : sums[j].key;
+        const std::uint64_t new_key = 0 - std::uint64_t{made};
+        const std::uint64_t there = (key & new_key) | (sums[j].key & ~new_key);
         sums[j].key = there;
         if (__builtin_expect(there == key ? 1 : 0, 1) != 0) break;
         place = (place + 1) & mask;
@@ -314,32 +282,27 @@ class VoxelGrid {
 
   void finish(bool coloured, std::vector<VoxelPoint>& out) {
     out.resize(voxels_);
-    const double unit = leaf_m_ / (1 << sub_bits_), cell = static_cast<double>(1 << sub_bits_);
-    for (std::uint32_t j = 1; j <= voxels_; ++j) {
-      const Four sum = sums_[j].v;
-      const std::uint64_t key = sums_[j].key;
-      const double share = 1.0 / static_cast<double>(sum[3]);
-      // Half a quantum makes up for the floor that each coordinate went through.
-      const auto centroid = [&](int a) {
-        return static_cast<float>(
-            (VoxelKey::axis(key, a) * cell + static_cast<double>(sum[a]) * share + 0.5) * unit);
-      };
-      VoxelPoint& p = out[j - 1];
-      p = {centroid(0), centroid(1), centroid(2), 128, 128, 128, VoxelKey::label(key), sum[3]};
-      if (coloured) {
-        const Four c = colours_[j].v;
-        const std::uint32_t half = sum[3] / 2;
-        p.b = static_cast<std::uint8_t>((c[0] + half) / sum[3]);
-        p.g = static_cast<std::uint8_t>((c[1] + half) / sum[3]);
-        p.r = static_cast<std::uint8_t>((c[2] + half) / sum[3]);
-        colours_[j].v = Four{};
-      }
-      sums_[j].v = Four{};
-    }
+    dynfilter::detail::call_widest([&](auto) DYNFILTER_AS_CALLER { write_voxels(coloured, out.data()); });
     std::memset(table_.data(), 0, table_.size() * sizeof(table_[0]));
     const bool far_too_large = bits_ > 16 && std::size_t{voxels_} * 32 < table_.size();
     voxels_ = 0;
     if (far_too_large) resize_table(bits_ - 1);
+  }
+
+  /// Leaves zero sums behind.
+  DYNFILTER_AS_CALLER void write_voxels(bool coloured, VoxelPoint* out) {
+    const detail::CentroidScale scale{leaf_m_ / (1 << sub_bits_), static_cast<double>(1 << sub_bits_)};
+    detail::SumEntry* const sums = sums_.data();
+    const std::uint32_t voxels = voxels_;
+    for (std::uint32_t j = 1; j <= voxels; ++j) {
+      detail::write_centroid(sums[j], scale, out[j - 1]);
+      sums[j].v = Four{};
+    }
+    if (!coloured) return;
+    for (std::uint32_t j = 1; j <= voxels_; ++j) {
+      detail::write_colour(colours_[j], out[j - 1]);
+      colours_[j].v = Four{};
+    }
   }
 
   double leaf_m_ = 0.02;
