@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/span.hpp>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -24,6 +27,8 @@ class DepthGrowth {
  public:
   explicit DepthGrowth(const DepthGrowthParams& params = DepthGrowthParams()) : params_(params) {}
 
+  void set_max_reach_m(double reach_m) { params_.max_reach_m = reach_m; }
+
   /// `depth`: CV_32FC1 or CV_16UC1 of `unit_m` metres, anything else grows nothing; `seeds_px` in its pixels.
   /// Seeds outside the image or without depth are left out. `mask` becomes CV_8UC1 of the same size, 255
   /// where grown. Without a valid camera the reach is not limited; distortion is neglected.
@@ -34,7 +39,7 @@ class DepthGrowth {
     mask.create(depth.size(), CV_8UC1);
     mask.setTo(0);
     if (depth.empty()) return;
-    camera_ = camera;
+    set_rays(camera, depth.size());
     unit_m_ = static_cast<float>(unit_m);
     if (depth.type() == CV_32FC1)
       run<float>(depth, seeds_px, rivals_px, mask);
@@ -45,33 +50,48 @@ class DepthGrowth {
 
  private:
   static constexpr std::uint8_t kGrown = 255, kRival = 1;
-  struct Pixel {
-    int x, y;
-    cv::Point3f seed_m;
+  struct Seed {
+    cv::Point3f at_m;
     std::uint8_t label;
   };
+  struct Pixel {
+    int x, y;
+    std::uint32_t seed;
+  };
 
+  /// Without a valid camera the rays and the reach are 0: all points are one.
+  void set_rays(const Camera& camera, cv::Size size) {
+    const bool valid = camera.valid(), limited = valid && params_.max_reach_m > 0;
+    const auto reach_m = static_cast<float>(params_.max_reach_m);
+    reach2_m2_ = limited ? reach_m * reach_m : std::numeric_limits<float>::infinity();
+    const auto fill = [&](int n, double centre, double focal, std::vector<float>& rays) {
+      rays.assign(static_cast<std::size_t>(n), 0);
+      for (int i = 0; valid && i < n; ++i)
+        rays[static_cast<std::size_t>(i)] =
+            (static_cast<float>(i) - static_cast<float>(centre)) / static_cast<float>(focal);
+    };
+    fill(size.width, camera.cx_px, camera.fx_px, ray_x_);
+    fill(size.height, camera.cy_px, camera.fy_px, ray_y_);
+  }
+  cv::Point3f point_m(int x, int y, float z) const {
+    return {ray_x_[static_cast<std::size_t>(x)] * z, ray_y_[static_cast<std::size_t>(y)] * z, z};
+  }
   template <class T>
   float depth_m(const cv::Mat& depth, int x, int y) const {
     return static_cast<float>(depth.at<T>(y, x)) * unit_m_;
-  }
-  cv::Point3f point_m(int x, int y, float z) const {
-    if (!camera_.valid()) return {0, 0, 0};
-    return {
-        (static_cast<float>(x) - static_cast<float>(camera_.cx_px)) / static_cast<float>(camera_.fx_px) * z,
-        (static_cast<float>(y) - static_cast<float>(camera_.cy_px)) / static_cast<float>(camera_.fy_px) * z,
-        z};
   }
 
   template <class T>
   void run(const cv::Mat& depth, Span<const cv::Point2f> seeds_px, Span<const cv::Point2f> rivals_px,
            cv::Mat& mask) {
-    open_.clear();
+    // Every pixel is opened once; four may be written in vain.
+    open_.resize(depth.total() + 4);
+    end_ = 0;
+    seeds_.clear();
     add_seeds<T>(depth, seeds_px, kGrown, mask);
     add_seeds<T>(depth, rivals_px, kRival, mask);
     // First in, first out: a pixel belongs to about the nearest seed.
-    std::size_t next = 0;
-    while (next < open_.size()) spread<T>(depth, open_[next++], mask);
+    for (std::size_t next = 0; next < end_; ++next) spread<T>(depth, open_[next], mask);
   }
   template <class T>
   void add_seeds(const cv::Mat& depth, Span<const cv::Point2f> seeds_px, std::uint8_t label, cv::Mat& mask) {
@@ -82,33 +102,49 @@ class DepthGrowth {
       const float z = depth_m<T>(depth, x, y);
       if (!(z > 0 && std::isfinite(z))) continue;
       mask.at<std::uint8_t>(y, x) = label;
-      open_.push_back({x, y, point_m(x, y, z), label});
+      open_[end_++] = {x, y, static_cast<std::uint32_t>(seeds_.size())};
+      seeds_.push_back({point_m(x, y, z), label});
     }
   }
 
+  /// Four neighbours at a time and without branches: nobody could predict them.
   template <class T>
   void spread(const cv::Mat& depth, const Pixel from, cv::Mat& mask) {
-    constexpr int kSteps[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    using Four = float __attribute__((vector_size(16)));
+    // Beyond the image it looks at itself, which is taken.
+    const int xs[4] = {std::min(from.x + 1, depth.cols - 1), std::max(from.x - 1, 0), from.x, from.x};
+    const int ys[4] = {from.y, from.y, std::min(from.y + 1, depth.rows - 1), std::max(from.y - 1, 0)};
+    const Seed seed = seeds_[from.seed];
     const float z = depth_m<T>(depth, from.x, from.y);
     const float max_step_m = static_cast<float>(params_.max_step_share) * z;
-    for (const auto& [dx, dy] : kSteps) {
-      const int x = from.x + dx, y = from.y + dy;
-      if (x < 0 || y < 0 || x >= depth.cols || y >= depth.rows || mask.at<std::uint8_t>(y, x) != 0) continue;
-      const float there = depth_m<T>(depth, x, y);
-      if (!(there > 0 && std::abs(there - z) <= max_step_m) || !in_reach(from.seed_m, x, y, there)) continue;
-      mask.at<std::uint8_t>(y, x) = from.label;
-      open_.push_back({x, y, from.seed_m, from.label});
+    Four there, ray_x, ray_y;
+    for (int k = 0; k < 4; ++k) {
+      there[k] = depth_m<T>(depth, xs[k], ys[k]);
+      ray_x[k] = ray_x_[static_cast<std::size_t>(xs[k])];
+      ray_y[k] = ray_y_[static_cast<std::size_t>(ys[k])];
     }
-  }
-  bool in_reach(const cv::Point3f& seed_m, int x, int y, float z) const {
-    if (params_.max_reach_m <= 0 || !camera_.valid()) return true;
-    return cv::norm(point_m(x, y, z) - seed_m) <= params_.max_reach_m;
+    const Four step = there - z, away_x = ray_x * there - seed.at_m.x, away_y = ray_y * there - seed.at_m.y,
+               away_z = there - seed.at_m.z;
+    const auto reached = (there > 0) & (step <= max_step_m) & (step >= -max_step_m) &
+                         (away_x * away_x + away_y * away_y + away_z * away_z <= reach2_m2_);
+    std::size_t end = end_;
+    for (int k = 0; k < 4; ++k) {
+      std::uint8_t& label = mask.at<std::uint8_t>(ys[k], xs[k]);
+      const unsigned taken = static_cast<unsigned>(reached[k]) & (0U - static_cast<unsigned>(label == 0));
+      label = static_cast<std::uint8_t>(label | (seed.label & taken));
+      open_[end] = {xs[k], ys[k], from.seed};
+      end += taken & 1U;
+    }
+    end_ = end;
   }
 
   DepthGrowthParams params_;
-  Camera camera_;
+  float reach2_m2_ = 0;
   float unit_m_ = 1;
+  std::vector<float> ray_x_, ray_y_;  ///< (x - cx) / fx, (y - cy) / fy
+  std::vector<Seed> seeds_;
   std::vector<Pixel> open_;
+  std::size_t end_ = 0;  ///< of what is open
 };
 
 }  // namespace dynfilter

@@ -97,9 +97,8 @@ class DepthCut {
   void grow(const cv::Mat& depth_m, const Camera& camera, double reach_m,
             Span<const cv::Point2f> rivals = {}) {
     if (seeds_.empty()) return;
-    DepthGrowthParams params;
-    params.max_reach_m = reach_m;
-    DepthGrowth(params).grow(depth_m, 1, camera, seeds_, grown_, rivals);
+    growth_.set_max_reach_m(reach_m);
+    growth_.grow(depth_m, 1, camera, seeds_, grown_, rivals);
     moving_ |= grown_;
   }
 
@@ -231,6 +230,7 @@ class DepthCut {
   }
 
   CutParams params_;
+  DepthGrowth growth_;
   GridDbscan dbscan_;
   Clusters clusters_;
   cv::Mat moving_, usable_, edges_, grown_, scaled_;
