@@ -568,6 +568,31 @@ TEST_CASE("the host's buffers may be reused: what is kept is the library's") {
   CHECK(with_own.verdict().report.stages[1].unknown < 200);
 }
 
+TEST_CASE(
+    "a depth image that is handed over gives the same verdicts, and so does one that the host still has") {
+  const std::string pipeline =
+      "pipeline:\n  before_pose:\n    - flow_consistency: { gap_frames: 2 }\n    - background_motion\n";
+  OrbSlam copies(settings_from(pipeline), HostSensor::RgbD),
+      shares(settings_from(pipeline), HostSensor::RgbD), must_copy(settings_from(pipeline), HostSensor::RgbD);
+  cv::Mat big = noise(760, 480);
+  cv::GaussianBlur(big, big, cv::Size(0, 0), 2);
+  for (int k = 0; k < 8; ++k) {
+    cv::Mat image = big.colRange(6 * k, 6 * k + 640).clone(), depth(480, 640, CV_32FC1, cv::Scalar(2));
+    big.colRange(90, 250).copyTo(image.colRange(100 + 20 * k, 260 + 20 * k));
+    Host<host::v2::Frame> a(300, Sensor::RgbD, static_cast<long unsigned int>(k)),
+        b(300, Sensor::RgbD, a.frame.mnId), c(300, Sensor::RgbD, a.frame.mnId);
+    cv::Mat given = depth.clone(), held = depth.clone(), still_the_hosts = held;
+    copies.before_tracking(a.frame, image, depth, true);
+    shares.before_tracking(b.frame, image, std::move(given), true);
+    must_copy.before_tracking(c.frame, image, std::move(held), true);
+    CHECK(given.empty());
+    still_the_hosts.setTo(0);
+    CHECK(copies.verdict().suspicion == shares.verdict().suspicion);
+    CHECK(copies.verdict().suspicion == must_copy.verdict().suspicion);
+  }
+  CHECK(shares.verdict().report.stages[1].judged > 100);
+}
+
 TEST_CASE("what was rejected can be drawn and told in a line") {
   OrbSlam filter = make(kNoFloor);
   Host<host::v2::Frame> host(100);

@@ -100,6 +100,29 @@ TEST_CASE("what is kept does not depend on the host's buffers") {
   context.finish(false);
 }
 
+TEST_CASE(
+    "a depth image that was handed over is kept itself, and nobody else's memory is ever written into") {
+  Context context;
+  context.set_history(1);
+  const std::vector<cv::KeyPoint> keypoints{{{20, 20}, 1.0F}};
+  std::vector<cv::Mat> given;
+  for (int k = 0; k < 12; ++k) {
+    given.emplace_back(64, 64, CV_32FC1, cv::Scalar(1 + k));
+    FrameView frame;
+    frame.id = k;
+    frame.keypoints = keypoints;
+    frame.depth = given.back();
+    frame.depth_handed_over = k % 3 != 1;  // in turn, so that slots see both
+    context.begin(frame, CallPoint::BeforePose);
+    context.finish(false);
+    const StoredFrame* stored = context.history().find(k);
+    REQUIRE(stored != nullptr);
+    CHECK((stored->depth.data == given.back().data) == frame.depth_handed_over);
+    CHECK(cv::countNonZero(stored->depth != 1 + k) == 0);
+    for (int j = 0; j <= k; ++j) CHECK(cv::countNonZero(given[static_cast<std::size_t>(j)] != 1 + j) == 0);
+  }
+}
+
 TEST_CASE("a depth image gives no depth on silhouettes and fills holes inside of one surface") {
   cv::Mat depth(60, 60, CV_32FC1, cv::Scalar(3.0));
   depth(cv::Rect(30, 0, 30, 60)).setTo(cv::Scalar(1.5));  // a step at x = 30

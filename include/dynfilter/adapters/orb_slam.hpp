@@ -51,19 +51,22 @@ class OrbSlam {
   /// A: in the Frame's constructor, after the extraction and before `N` is set. Thins mvKeys and
   /// mDescriptors.
   template <class Frame>
-  const Verdict& after_extraction(Frame& frame, const cv::Mat& grey, const cv::Mat& depth, bool map_exists) {
-    if (!judge_first(frame, grey, depth, map_exists, {})) return verdict_;
+  const Verdict& after_extraction(Frame& frame, const cv::Mat& grey, cv::Mat depth, bool map_exists) {
+    if (!judge_first(frame, grey, std::move(depth), map_exists, {})) return verdict_;
     orb_slam::compact_extracted(frame.mvKeys, frame.mDescriptors, verdict_);
     return verdict_;
   }
 
   /// B: in GrabImage..., after the Frame is made and before Track(). `grey`: CV_8UC1. `depth`: CV_32FC1 in
-  /// metres or CV_16UC1 with `depth_unit_m`; empty for one camera or two. `map_exists`: the host is past its
-  /// initialisation (`mState >= OK`). `pose`: orb_slam::predicted_pose(mVelocity, mLastFrame), or nothing.
+  /// metres or CV_16UC1 with `depth_unit_m`; empty for one camera or two; with
+  /// std::move() it is handed over and, if nobody else has its memory, kept without a copy. `map_exists`: the
+  /// host is past its initialisation (`mState >= OK`). `pose`: orb_slam::predicted_pose(mVelocity,
+  /// mLastFrame), or nothing.
   template <class Frame>
-  const Verdict& before_tracking(Frame& frame, const cv::Mat& grey, const cv::Mat& depth, bool map_exists,
+  const Verdict& before_tracking(Frame& frame, const cv::Mat& grey, cv::Mat depth, bool map_exists,
                                  const orb_slam::HostPose& pose = {}) {
-    if (judge_first(frame, grey, depth, map_exists, pose)) orb_slam::compact_frame(frame, verdict_);
+    if (judge_first(frame, grey, std::move(depth), map_exists, pose))
+      orb_slam::compact_frame(frame, verdict_);
     return verdict_;
   }
 
@@ -126,15 +129,17 @@ class OrbSlam {
   }
 
   template <class Frame>
-  bool judge_first(const Frame& frame, const cv::Mat& grey, const cv::Mat& depth, bool map_exists,
+  bool judge_first(const Frame& frame, const cv::Mat& grey, cv::Mat&& depth, bool map_exists,
                    const orb_slam::HostPose& pose) {
     if (!params_.enabled) {
       nothing_judged();
       return false;
     }
     note_restart(static_cast<std::int64_t>(frame.mnId));
-    grey_ = grey, depth_ = depth;
+    grey_ = grey, depth_ = std::move(depth);
+    const bool handed_over = has_sole_owner(depth_);
     FrameView view = reader_.read(frame, grey_, depth_, depth_unit_m_);
+    view.depth_handed_over = handed_over;
     if (pose.has_last)
       pipeline_.update_pose(pose.last_frame_id, pose.last_T_world_camera, PoseProvenance::Estimated);
     if (pose.has_prediction)

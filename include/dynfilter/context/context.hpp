@@ -490,10 +490,21 @@ class Context {
           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     }
     if (!seen_before) {
-      frame_.depth.copyTo(stored.depth);
+      keep_depth(stored.depth);
       stored.depth_unit_m = frame_.depth_unit_m;
       if (semantics_used_) thin_depth();  // while the image is in the cache: the flow will drive it out
     }
+  }
+
+  /// The slot's own image is written into only where no one else has it: a host may still hold the last one
+  /// that it handed over.
+  void keep_depth(cv::Mat& stored) {
+    if (frame_.depth_handed_over) {
+      stored = frame_.depth;
+      return;
+    }
+    if (!has_sole_owner(stored)) stored.release();
+    frame_.depth.copyTo(stored);
   }
 
   ContextParams params_;

@@ -42,8 +42,9 @@ struct KeyframeView {
 };
 
 /// One frame as the host sees it. Non-owning, cheap to fill, valid for one call: the toolkit deep-copies what
-/// it keeps. Only `keypoints` is required; a filter says what else it needs (core/needs.hpp) and abstains
-/// without it. All per-feature arrays have one entry per keypoint or are empty.
+/// it keeps, but for a depth image that was handed over. Only `keypoints` is required; a filter says what
+/// else it needs (core/needs.hpp) and abstains without it. All per-feature arrays have one entry per keypoint
+/// or are empty.
 struct FrameView {
   std::int64_t id = 0;  ///< grows from frame to frame
   double timestamp_s = 0;
@@ -53,9 +54,10 @@ struct FrameView {
   cv::Mat descriptors;                             ///< one row per keypoint, CV_8U (binary)
   Span<const float> depth_m;                       ///< along the optical axis; NaN, zero and negative: none
 
-  cv::Mat grey;             ///< CV_8UC1
-  cv::Mat depth;            ///< CV_32FC1 or CV_16UC1, same size as `grey`; 0 and NaN: none
-  double depth_unit_m = 1;  ///< metres per unit of `depth`: 1 for metres, 1/5000 for TUM's uint16
+  cv::Mat grey;                    ///< CV_8UC1
+  cv::Mat depth;                   ///< CV_32FC1 or CV_16UC1, same size as `grey`; 0 and NaN: none
+  double depth_unit_m = 1;         ///< metres per unit of `depth`: 1 for metres, 1/5000 for TUM's uint16
+  bool depth_handed_over = false;  ///< nobody writes into `depth` after the call: it is kept without a copy
 
   std::optional<Camera> camera;
   Pose T_world_camera;
@@ -71,6 +73,12 @@ struct FrameView {
 
   std::size_t size() const { return keypoints.size(); }
 };
+
+/// Nobody else refers to the image's memory, as far as cv::Mat knows: not the caller of whoever moved it
+/// here, and no buffer that it was made around.
+inline bool has_sole_owner(const cv::Mat& image) {
+  return image.u != nullptr && image.u->refcount == 1;
+}
 
 /// NaN, zero, negative and infinite depths all mean "none".
 inline bool valid_depth(float depth_m) {
