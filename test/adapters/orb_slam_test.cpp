@@ -581,11 +581,11 @@ TEST_CASE(
     big.colRange(90, 250).copyTo(image.colRange(100 + 20 * k, 260 + 20 * k));
     Host<host::v2::Frame> a(300, Sensor::RgbD, static_cast<long unsigned int>(k)),
         b(300, Sensor::RgbD, a.frame.mnId), c(300, Sensor::RgbD, a.frame.mnId);
-    cv::Mat given = depth.clone(), held = depth.clone(), still_the_hosts = held;
+    cv::Mat given = depth.clone(), held = depth.clone();
+    cv::Mat still_the_hosts = held;
     copies.before_tracking(a.frame, image, depth, true);
     shares.before_tracking(b.frame, image, std::move(given), true);
     must_copy.before_tracking(c.frame, image, std::move(held), true);
-    CHECK(given.empty());
     still_the_hosts.setTo(0);
     CHECK(copies.verdict().suspicion == shares.verdict().suspicion);
     CHECK(copies.verdict().suspicion == must_copy.verdict().suspicion);

@@ -165,7 +165,7 @@ TEST_CASE("depths become the same points with and without wide vectors") {
       float x_m[61], y_m[61], z_m[61];
       detail::read_points(depth, 0.0002F, {0.1F, 10}, rays, y, 0, depth.cols, x_m, y_m, z_m);
       for (int x = 0; x < depth.cols; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y * depth.cols + x);
+        const auto i = static_cast<std::size_t>(y) * 61 + static_cast<std::size_t>(x);
         REQUIRE(found.x[i] == x_m[x]);
         REQUIRE(found.y[i] == y_m[x]);
         REQUIRE(found.z[i] == z_m[x]);
