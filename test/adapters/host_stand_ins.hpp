@@ -59,8 +59,8 @@ struct Frame : FrameParts<MapPoint> {
 
 struct KeyFrame {
   long unsigned int mnId = 0;
-  const std::vector<cv::KeyPoint> mvKeysUn;
-  const std::vector<float> mvDepth;
+  const std::vector<cv::KeyPoint> mvKeysUn{};
+  const std::vector<float> mvDepth{};
   std::vector<MapPoint*> points;
   cv::Mat Tcw;
   bool bad = false;
@@ -114,8 +114,8 @@ class Frame : public FrameParts<MapPoint> {
 
 struct KeyFrame {
   long unsigned int mnId = 0;
-  const std::vector<cv::KeyPoint> mvKeysUn;
-  const std::vector<float> mvDepth;
+  const std::vector<cv::KeyPoint> mvKeysUn{};
+  const std::vector<float> mvDepth{};
   std::vector<MapPoint*> points;
   SE3f Tcw;
   bool bad = false;

@@ -55,7 +55,7 @@ struct Host {
     frame.mvDepth.push_back(has_depth ? depth_of(i) : -1);
     frame.mvuRight.push_back(has_depth ? key.pt.x - 40 / depth_of(i) : -1);
     auto& point = points[static_cast<std::size_t>(i)];
-    point.mnId = static_cast<long unsigned int>(1000 + i);
+    point.mnId = 1000 + static_cast<long unsigned int>(i);
     frame.mvpMapPoints.push_back(i % 2 == 0 ? &point : nullptr);
     frame.mvbOutlier.push_back(i % 3 == 0);
   }
