@@ -55,11 +55,12 @@ reduction() {  # PREFIX
 }
 
 thin() {
-  local grid="$work/grid.yaml" ours="$work/ours.yaml"
+  local grid="$work/grid.yaml" equal="$work/equal.yaml" ours="$work/ours.yaml"
   echo "== thinning: walking_xyz, true poses, every 5th frame, what moves cut out by the labels (oracle)"
   echo "| map | r_v | N_w | points | fewer | MB | ms a keyframe |"
   echo "|---|---|---|---|---|---|---|"
   printf 'mapping: { carve: false, key_window: 0, key_classes: [ none ] }\n' > "$grid"
+  printf 'mapping: { key_window: 5, key_divisor: 1 }\n' > "$equal"
   printf 'mapping: { key_window: 5 }\n' > "$ours"
   for leaf in 0.01 0.02 0.04; do
     build TRUE walking_xyz "grid-$leaf" --pipeline oracle --keyframes every:5 --map-leaf-m $leaf --map-config "$grid" \
@@ -67,10 +68,14 @@ thin() {
     [ $leaf != 0.01 ] || thin_row "full cloud" - - map.full. map.full.bytes
     thin_row "voxel grid" "$leaf m" - map. map.cloud_bytes
   done
+  thin_ours "key objects at r_v" "$equal"
+  thin_ours "key objects at r_v / 4" "$ours"
+}
+thin_ours() {  # LABEL CONFIG
   for leaf in 0.01 0.02 0.04; do
-    build TRUE walking_xyz "ours-$leaf" --pipeline oracle --keyframes every:5 --map-leaf-m $leaf --map-config "$ours" \
+    build TRUE walking_xyz "ours-$leaf" --pipeline oracle --keyframes every:5 --map-leaf-m $leaf --map-config "$2" \
       --map-full "$maps/full.ply"
-    thin_row "ours, key objects at r_v / 4" "$leaf m" 5 map. map.cloud_bytes
+    thin_row "ours, $1" "$leaf m" 5 map. map.cloud_bytes
   done
 }
 
