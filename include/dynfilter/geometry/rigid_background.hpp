@@ -91,6 +91,8 @@ class RigidBackgroundEstimator {
   static constexpr double kFarShare = 0.4;      ///< of the points: those at the back
   static constexpr int kFirstSearch = 150;      ///< samples; of what is expected to be left, or far
   static constexpr int kSearch = 75;            ///< of the searches from the beginning, which come on top
+  static constexpr double kPoorShare = 0.15;    ///< of the points: when the best motion explains less ...
+  static constexpr int kPatientSearch = 600;    ///< ... the search goes on with so many samples
   static constexpr double kSettled = 0.7;       ///< explained by the expected motion: no search
   static constexpr double kOrderWeight = 2.5;   ///< of who hides whom against who covers more
   static constexpr double kNeighbour_px = 50;   ///< whose depths are compared
@@ -111,6 +113,7 @@ class RigidBackgroundEstimator {
     propose_by_support();
     if (proposals_.empty()) return {};
     measure_fits();
+    if (most_explained() < kPoorShare * static_cast<double>(points_.size())) search_patiently();
     select();
     assign();
     const RigidMotion motion = refine_background(choose());
@@ -280,6 +283,21 @@ class RigidBackgroundEstimator {
                  [&](std::size_t k, float chi2) { row[k] = 1 / (1 + chi2); });
       row += points_.size();
     }
+  }
+
+  int most_explained() const {
+    std::ptrdiff_t most = 0;
+    for (std::size_t h = 0; h < proposals_.size(); ++h)
+      most = std::max(most, std::count_if(fits_of(h), fits_of(h) + points_.size(),
+                                          [](float fit) { return fit >= kExplained; }));
+    return static_cast<int>(most);
+  }
+  /// A blurred frame: few points can be explained at all, and three of them are drawn together too rarely.
+  void search_patiently() {
+    rigid_.options().max_iterations = kPatientSearch;
+    for (const double sigma_px : {kSupport_px, kWide_px})
+      propose(MotionProposal::From::Support, points_, sigma_px, std::nullopt);
+    measure_fits();
   }
 
   float gain(std::size_t h) const {
