@@ -254,6 +254,24 @@ TEST_CASE("a jump of the camera is not refused for the sake of points that nobod
   });
 }
 
+// Three of the sharp points are drawn together once in 2500 samples: the usual search finds them in 11 of 20 views.
+TEST_CASE("in a blurred frame the few sharp points are found, although the motion is not as expected") {
+  const Pose camera = shift(0.03, 0.01);
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Parts parts(seed);
+    parts.add(20, {0, 0, 640, 480}, 1.5, 4, camera);
+    parts.noise_px = 8;
+    parts.add(250, {0, 0, 640, 480}, 1.5, 4, camera);
+    RigidBackgroundScene scene = parts.scene();
+    scene.expected = shift(0.06, -0.02);
+    RigidBackgroundEstimator estimator;
+    const RigidMotion motion = estimator.estimate(scene);
+    if (motion.ok && median_miss_px(parts, 0, 20, motion.T_current_reference) < 0.5) ++found;
+  }
+  CHECK(found >= 16);
+}
+
 TEST_CASE("what was static before counts more") {
   const Pose camera = shift(0.02, 0, 0.01), mover = shift(-0.03, 0.01);
   Parts parts = crowd(camera, mover);
