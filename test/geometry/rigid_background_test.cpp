@@ -254,7 +254,8 @@ TEST_CASE("a jump of the camera is not refused for the sake of points that nobod
   });
 }
 
-// Three of the sharp points are drawn together once in 2500 samples: the usual search finds them in 11 of 20 views.
+// Three of the sharp points are drawn together once in 2500 samples: the usual search finds them in 11 of 20
+// views.
 TEST_CASE("in a blurred frame the few sharp points are found, although the motion is not as expected") {
   const Pose camera = shift(0.03, 0.01);
   int found = 0;
