@@ -46,7 +46,8 @@ struct MotionProposal {
 ///
 /// Several motions are proposed: from what the camera did before (refined at three widths), from the host,
 /// and from support (RANSAC on all points, then on the rest; where nothing is expected yet on the far points
-/// first, where movers are few). A small set of them that explains all points is kept (greedy with pruning),
+/// first, where movers are few; and on, with more samples, where nobody explains 15 % of the points, as in a
+/// blurred frame). A small set of them that explains all points is kept (greedy with pruning),
 /// so that a compromise between background and mover, which explains everything a little, loses against the
 /// pair that explains everything well; each point belongs to the motion that explains it best. The background
 /// is then chosen not by head count but by
