@@ -59,7 +59,7 @@ class DepthGrowth {
     std::uint32_t seed;
   };
 
-  /// Without a valid camera the rays and the reach are 0: all points are one.
+  /// Without a valid camera the rays are 0 and the reach has no limit.
   void set_rays(const Camera& camera, cv::Size size) {
     const bool valid = camera.valid(), limited = valid && params_.max_reach_m > 0;
     const auto reach_m = static_cast<float>(params_.max_reach_m);
