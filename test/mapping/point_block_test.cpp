@@ -84,6 +84,10 @@ TEST_CASE("the cell, remainder, key and place of a point are the floor of its co
       }
       CHECK(keyed->key[i] == VoxelKey::pack(cells[0], cells[1], cells[2], block.label[i]));
       CHECK(keyed->place[i] == VoxelKey::place(keyed->key[i], kScale.table_bits));
+      std::uint16_t summand[4];
+      std::memcpy(summand, &keyed->summand[i], sizeof summand);
+      for (std::size_t a = 0; a < 3; ++a) CHECK(summand[a] == keyed->rest[a][i]);
+      CHECK(summand[3] == 1);
     }
   }
 }
@@ -103,6 +107,7 @@ TEST_CASE("four lanes and eight split points into the same numbers") {
       REQUIRE(narrow->key[i] == wide->key[i]);
       REQUIRE(narrow->place[i] == wide->place[i]);
       REQUIRE(narrow->ok[i] == wide->ok[i]);
+      REQUIRE(narrow->summand[i] == wide->summand[i]);
       for (std::size_t a = 0; a < 3; ++a) REQUIRE(narrow->rest[a][i] == wide->rest[a][i]);
     }
   }

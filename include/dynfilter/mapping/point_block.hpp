@@ -36,6 +36,8 @@ struct KeyedBlock {
   alignas(32) std::int32_t rest[3][PointBlock::kSize];  ///< within the voxel, in quanta
   alignas(32) std::int32_t cell[3][PointBlock::kSize];
   alignas(32) std::int32_t ok[PointBlock::kSize];  ///< 0 or 1
+  /// What the point adds to its voxel, 16 bits each from the lowest on: x, y, z of rest, and 1.
+  alignas(32) std::uint64_t summand[PointBlock::kSize];
 };
 
 /// One axis: cell and remainder of every point. Coordinates out of the keys' range, infinite or NaN make a
@@ -62,7 +64,7 @@ DYNFILTER_AS_CALLER inline void split_axis(const float* v, int n, const GridScal
   }
 }
 
-/// Keys and places of a block's points. Compilers vectorise this by themselves.
+/// Keys, places and summands of a block's points. Compilers vectorise this by themselves.
 DYNFILTER_AS_CALLER inline void make_keys(const std::uint8_t* label, int n, int table_bits,
                                           KeyedBlock& keyed) {
   for (int i = 0; i < n; ++i) {
@@ -70,6 +72,9 @@ DYNFILTER_AS_CALLER inline void make_keys(const std::uint8_t* label, int n, int 
         VoxelKey::halves(keyed.cell[0][i], keyed.cell[1][i], keyed.cell[2][i], label[i]);
     keyed.key[i] = VoxelKey::whole(key);
     keyed.place[i] = VoxelKey::place(key, table_bits);
+    const auto xy = static_cast<std::uint32_t>(keyed.rest[0][i] | keyed.rest[1][i] << 16);
+    const auto z_and_one = static_cast<std::uint32_t>(keyed.rest[2][i] | 1 << 16);
+    keyed.summand[i] = xy | static_cast<std::uint64_t>(z_and_one) << 32;
   }
 }
 

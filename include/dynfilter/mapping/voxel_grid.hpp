@@ -48,10 +48,17 @@ namespace detail {
 struct FourSums {
   using Four = std::uint32_t __attribute__((vector_size(16)));
   Four v{};
+
+  /// Four numbers of 16 bits.
+  void add(std::uint64_t summand) {
+    using FourShort = std::uint16_t __attribute__((vector_size(8)));
+    FourShort four;
+    std::memcpy(&four, &summand, sizeof four);
+    v += __builtin_convertvector(four, Four);
+  }
 };
 /// A voxel's sums and its key in half a cache line.
-struct alignas(32) SumEntry {
-  FourSums::Four v{};
+struct alignas(32) SumEntry : FourSums {
   std::uint64_t key = 0;
 };
 
@@ -239,19 +246,15 @@ class VoxelGrid {
       for (;;) {
         // 1 where there is none; written so that no compiler makes a branch of it.
         const std::uint32_t made = (j - 1) >> 31;
+        sums[voxels + 1].key = key;
         voxels += made;
         j |= voxels & (0 - made);
         table[place] = j;
-        const std::uint64_t new_key = 0 - std::uint64_t{made};
-        const std::uint64_t there = (key & new_key) | (sums[j].key & ~new_key);
-        sums[j].key = there;
-        if (__builtin_expect(there == key ? 1 : 0, 1) != 0) break;
+        if (__builtin_expect(sums[j].key == key ? 1 : 0, 1) != 0) break;
         place = (place + 1) & mask;
         j = table[place];
       }
-      sums[j].v +=
-          Four{static_cast<std::uint32_t>(keyed_.rest[0][i]), static_cast<std::uint32_t>(keyed_.rest[1][i]),
-               static_cast<std::uint32_t>(keyed_.rest[2][i]), 1};
+      sums[j].add(keyed_.summand[i]);
       if constexpr (kColoured) {
         const std::uint32_t c = block_.colour[i];
         colours[j].v += Four{c & 255U, c >> 8 & 255U, c >> 16, 0};
