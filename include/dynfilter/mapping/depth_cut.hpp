@@ -8,8 +8,8 @@
 #include <dynfilter/cluster/cell_grid.hpp>
 #include <dynfilter/cluster/dbscan.hpp>
 #include <dynfilter/cluster/depth_growth.hpp>
-#include <dynfilter/cluster/depth_split.hpp>
-#include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/mapping/box_body.hpp>
+#include <dynfilter/mapping/depth_jump.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>
 #include <opencv2/core.hpp>
@@ -65,32 +65,21 @@ class DepthCut {
     if (params_.boxes == BoxCut::All)
       moving_(box).setTo(255);
     else
-      add_foreground(depth_m, camera, box);
+      add_body(depth_m, camera, box);
   }
 
-  /// The nearer surface of the middle of the box, all that is as near in the box, and from there on without a
-  /// depth jump: an arm leaves the box.
-  void add_foreground(const cv::Mat& depth_m, const Camera& camera, const cv::Rect& box) {
-    inverse_.clear();
-    for (int y = box.y; y < box.y + box.height; y += 4)
-      for (int x = box.x; x < box.x + box.width; x += 4)
-        if (depth_m.at<float>(y, x) > 0) inverse_.push_back(1 / depth_m.at<float>(y, x));
-    const double split_m = nearer_surface_m(inverse_);
-    if (std::isinf(split_m)) {
-      moving_(box).setTo(255);
-      return;
-    }
-    const auto farthest = static_cast<float>(split_m);
+  /// From the rim of the box on without a depth jump, too: an arm leaves the box. Not from below: there the
+  /// floor begins.
+  void add_body(const cv::Mat& depth_m, const Camera& camera, const cv::Rect& box) {
+    body_.run(depth_m, box, in_box_);
+    moving_(box) |= in_box_;
     seeds_.clear();
-    for (int y = box.y; y < box.y + box.height; ++y)
-      for (int x = box.x; x < box.x + box.width; ++x) {
-        const float z = depth_m.at<float>(y, x);
-        if (z > farthest) continue;  // pixels without depth go, too
-        moving_.at<std::uint8_t>(y, x) = 255;
-        const bool rim =
-            x == box.x || y == box.y || x == box.x + box.width - 1 || y == box.y + box.height - 1;
-        if (rim && z > 0) seeds_.emplace_back(static_cast<float>(x), static_cast<float>(y));
-      }
+    const auto seed = [&](int x, int y) {
+      if (in_box_.at<std::uint8_t>(y, x) != 0)
+        seeds_.emplace_back(static_cast<float>(box.x + x), static_cast<float>(box.y + y));
+    };
+    for (int x = 0; x < box.width; ++x) seed(x, 0);
+    for (int y = 1; y < box.height; ++y) seed(0, y), seed(box.width - 1, y);
     grow(depth_m, camera, 0.15);
   }
 
@@ -169,7 +158,6 @@ class DepthCut {
     if (px > 0) cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_RECT, {2 * px + 1, 2 * px + 1}));
   }
 
-  /// A step larger than a share of the depth and than three standard deviations of its noise.
   void find_edges(const cv::Mat& depth_m) {
     edges_.create(depth_m.size(), CV_8UC1);
     edges_.setTo(0);
@@ -188,19 +176,10 @@ class DepthCut {
     }
     widen(edges_, params_.edge_px);
   }
-  /// Between a[i] and b[i]. In loops of their own and without branches: compilers take many pixels at once.
   void find_steps(const float* a, const float* b, int n) {
-    const DepthNoise noise;
-    const auto share = static_cast<float>(params_.max_step_share);
-    const auto base = 3 * static_cast<float>(noise.base_m),
-               quadratic = 3 * static_cast<float>(noise.quadratic_per_m);
+    const DepthJump jump(params_.max_step_share);
     std::uint8_t* __restrict step = steps_.data();
-    for (int i = 0; i < n; ++i) {
-      const float nearer = a[i] < b[i] ? a[i] : b[i];
-      const float limit = base + nearer * (share + quadratic * nearer);
-      const int is_step = static_cast<int>(nearer > 0) & static_cast<int>(std::abs(a[i] - b[i]) > limit);
-      step[i] = static_cast<std::uint8_t>(-is_step);
-    }
+    for (int i = 0; i < n; ++i) step[i] = static_cast<std::uint8_t>(-static_cast<int>(jump(a[i], b[i])));
   }
   void mark_steps(int n, std::uint8_t* __restrict edge) const {
     const std::uint8_t* __restrict step = steps_.data();
@@ -231,11 +210,11 @@ class DepthCut {
 
   CutParams params_;
   DepthGrowth growth_;
+  BoxBody body_;
   GridDbscan dbscan_;
   Clusters clusters_;
-  cv::Mat moving_, usable_, edges_, grown_, scaled_;
+  cv::Mat moving_, usable_, edges_, grown_, scaled_, in_box_;
   std::vector<std::uint8_t> steps_;  ///< of a row
-  std::vector<float> inverse_;
   std::vector<cv::Point2f> seeds_;
   Features moving_features_, still_features_;
   dynfilter::detail::CellGrid neighbours_;

@@ -11,7 +11,7 @@ namespace dynfilter::mapping {
 /// What is done with the boxes of things that may move, where they come without a mask.
 enum class BoxCut {
   Ignore,      ///< nothing: masks and dynamic features only
-  Foreground,  ///< the nearer of the two surfaces in the box, and what it goes on to without a depth jump
+  Foreground,  ///< the body in the box (box_body.hpp), and what it goes on to without a depth jump
   All,         ///< the entire box
 };
 

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/cluster/depth_split.hpp>
+#include <dynfilter/mapping/depth_jump.hpp>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter::mapping {
+
+/// The pixels of what a detector drew a box around, from depth alone.
+///
+/// The nearer side of the box (nearer_surface_m) falls into parts where the depth jumps. Of these the body is
+/// the part that fills most of the middle of the box, and all whose mean depth is within 0.5 m of that one's:
+/// legs below a desk, an arm in front of the chest. Pixels of the farther side belong to it up to 0.5 m
+/// behind that depth: a hand. What is farther before or behind (a desk, a chair, a shelf) does not, though it
+/// is in the box. Where no part fills a tenth of the middle, something stands before the body: the farther
+/// side is split in turn, until one does or it splits no more; then the body is all of the first nearer side.
+///
+/// Blind to what touches the body without a jump, and to somebody who stands behind.
+/// Cost: linear in the box, about 5 ns a pixel, per split. Buffers are kept.
+class BoxBody {
+ public:
+  /// `depth_m`: CV_32FC1, 0 = none; `box` within it. `body` becomes CV_8UC1 of the box's size, 255: body.
+  void run(const cv::Mat& depth_m, const cv::Rect& box, cv::Mat& body) {
+    const cv::Mat depth = depth_m(box);
+    const float behind_m = find_body(depth);
+    body.create(box.size(), CV_8UC1);
+    for (int y = 0; y < box.height; ++y) {
+      const std::uint32_t* part = &part_[index(0, y)];
+      const float* z = depth.ptr<float>(y);
+      std::uint8_t* out = body.ptr<std::uint8_t>(y);
+      for (int x = 0; x < box.width; ++x) {
+        const bool farther = part[x] == 0 && z[x] > 0 && z[x] <= behind_m;
+        out[x] = parts_[part[x]].body || farther ? 255 : 0;
+      }
+    }
+  }
+
+ private:
+  static constexpr double kReachM = 0.5;
+  static constexpr double kMinMiddleShare = 0.1;
+  static constexpr double kMaxStepShare = 0.02;
+  struct Part {
+    std::uint32_t parent;  ///< a smaller number, or its own
+    std::size_t pixels, in_the_middle;
+    double sum_m;
+    bool body;
+
+    double mean_m() const { return sum_m / static_cast<double>(pixels); }
+  };
+
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  }
+
+  /// Marks the body's parts. Up to what depth pixels of the farther side belong to it, too; 0: none does.
+  float find_body(const cv::Mat& depth) {
+    const float nearer_side_m = nearer_side_from(depth, 0);
+    for (float farthest_m = nearer_side_m;;) {
+      find_parts(depth, farthest_m);
+      if (const std::size_t core = core_part()) return choose_parts(core);
+      const float next_m = nearer_side_from(depth, farthest_m);
+      if (std::isinf(next_m)) break;
+      farthest_m = next_m;
+    }
+    find_parts(depth, nearer_side_m);
+    for (std::size_t p = 1; p < parts_.size(); ++p) parts_[p].body = true;
+    return 0;
+  }
+  /// How far the nearer side reaches of what is farther than this.
+  float nearer_side_from(const cv::Mat& depth, float beyond_m) {
+    inverse_.clear();
+    for (int y = 0; y < depth.rows; y += 4)
+      for (int x = 0; x < depth.cols; x += 4)
+        if (depth.at<float>(y, x) > beyond_m) inverse_.push_back(1 / depth.at<float>(y, x));
+    return static_cast<float>(nearer_surface_m(inverse_));
+  }
+
+  /// Part 0 is everything else: no depth, or on the farther side.
+  void find_parts(const cv::Mat& depth, float farthest_m) {
+    width_ = depth.cols;
+    middle_ = cv::Rect(depth.cols / 4, depth.rows / 10, depth.cols - 2 * (depth.cols / 4), depth.rows / 2);
+    part_.assign(depth.total(), 0);
+    parts_.assign(1, {0, 0, 0, 0, false});
+    for (int y = 0; y < depth.rows; ++y) {
+      const float* z = depth.ptr<float>(y);
+      const float* above = depth.ptr<float>(y > 0 ? y - 1 : 0);
+      for (int x = 0; x < depth.cols; ++x)
+        if (z[x] > 0 && z[x] <= farthest_m) part_[index(x, y)] = part_of(z, above, x, y);
+    }
+    add_up(depth);
+  }
+  std::uint32_t part_of(const float* z, const float* above, int x, int y) {
+    const std::uint32_t left = x > 0 && !jump_(z[x], z[x - 1]) ? part_[index(x - 1, y)] : 0;
+    const std::uint32_t up = y > 0 && !jump_(z[x], above[x]) ? part_[index(x, y - 1)] : 0;
+    if (left != 0 && up != 0) return left == up ? left : join(root(left), root(up));
+    if (left != 0 || up != 0) return left | up;
+    const auto made = static_cast<std::uint32_t>(parts_.size());
+    parts_.push_back({made, 0, 0, 0, false});
+    return made;
+  }
+  std::uint32_t root(std::uint32_t part) {
+    while (parts_[part].parent != part) part = parts_[part].parent = parts_[parts_[part].parent].parent;
+    return part;
+  }
+  std::uint32_t join(std::uint32_t a, std::uint32_t b) {
+    return a < b ? parts_[b].parent = a : parts_[a].parent = b;
+  }
+  void add_up(const cv::Mat& depth) {
+    for (int y = 0; y < depth.rows; ++y) {
+      const float* z = depth.ptr<float>(y);
+      for (int x = 0; x < depth.cols; ++x) {
+        std::uint32_t& part = part_[index(x, y)];
+        if (part == 0) continue;
+        part = root(part);
+        ++parts_[part].pixels;
+        parts_[part].in_the_middle += middle_.contains({x, y}) ? 1 : 0;
+        parts_[part].sum_m += static_cast<double>(z[x]);
+      }
+    }
+  }
+
+  /// The part that fills most of the middle of the box; 0: none fills enough of it.
+  std::size_t core_part() const {
+    std::size_t core = 0;
+    for (std::size_t p = 1; p < parts_.size(); ++p)
+      if (parts_[p].in_the_middle > parts_[core].in_the_middle) core = p;
+    const auto middle = static_cast<double>(middle_.area());
+    return static_cast<double>(parts_[core].in_the_middle) >= kMinMiddleShare * middle ? core : 0;
+  }
+  float choose_parts(std::size_t core) {
+    const double core_m = parts_[core].mean_m();
+    for (Part& part : parts_) part.body = part.pixels > 0 && std::abs(part.mean_m() - core_m) <= kReachM;
+    return static_cast<float>(core_m + kReachM);
+  }
+
+  DepthJump jump_{kMaxStepShare};
+  int width_ = 0;
+  cv::Rect middle_;
+  std::vector<float> inverse_;
+  std::vector<std::uint32_t> part_;  ///< of each pixel
+  std::vector<Part> parts_;
+};
+
+}  // namespace dynfilter::mapping
