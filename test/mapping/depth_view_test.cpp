@@ -108,7 +108,7 @@ TEST_CASE("what a view says of voxels is what its pixels say, to the letter") {
     Pose T_world_camera;
     T_world_camera.translation_m = {0.3, -0.2, 0.1};
     std::mt19937 source(9);
-    std::vector<std::uint64_t> keys;
+    KeyList keys;
     const auto cell = [&](double low_m, double high_m) {
       const double at_m = low_m + (high_m - low_m) * static_cast<double>(source() % 65536U) / 65536;
       return static_cast<std::int32_t>(std::floor(at_m / leaf_m));
@@ -116,7 +116,7 @@ TEST_CASE("what a view says of voxels is what its pixels say, to the letter") {
     for (int k = 0; k < 40001; ++k) keys.push_back(VoxelKey::pack(cell(-3, 3), cell(-3, 3), cell(-0.5, 4.5)));
     std::vector<Sight> found(keys.size(), Sight::Nothing);
     std::size_t visited = 0;
-    summary.visit(keys, 5, keys.size(), leaf_m, T_world_camera, [&](std::size_t i, int seen, int through) {
+    summary.visit(keys, 5, leaf_m, T_world_camera, [&](std::size_t i, int seen, int through) {
       CHECK(i == 5 + visited++);
       CHECK(seen + through <= 1);
       if (seen + through > 0) found[i] = seen > 0 ? Sight::Seen : Sight::Through;
@@ -147,30 +147,105 @@ TEST_CASE("a view says nothing of what lies far beside it") {
   DepthView summary;
   summary.build(view.depth_m, view.moving, view.camera, view.params);
   const double leaf_m = 0.01;
-  std::vector<std::uint64_t> keys;
+  KeyList keys;
   for (const double tangent : {1.74, 1.76, 1.8, 1.82})  // x (1 - 0.3 x^2) is 0.16, 0.12, 0.05 and 0.01 there
     keys.push_back(VoxelKey::pack(static_cast<std::int32_t>(tangent * 100), 0, 100));
   keys.push_back(VoxelKey::pack(5, 0, 100));
   std::vector<int> votes;
-  summary.visit(keys, 0, keys.size(), leaf_m, Pose(),
+  summary.visit(keys, 0, leaf_m, Pose(),
                 [&](std::size_t, int seen, int through) { votes.push_back(seen + 2 * through); });
   CHECK(votes == std::vector<int>{0, 0, 0, 0, 2});
 }
 
 TEST_CASE("a view of nothing says nothing") {
-  const std::vector<std::uint64_t> keys{VoxelKey::pack(0, 0, 100), VoxelKey::pack(0, 0, -100)};
+  KeyList keys;
+  keys.push_back(VoxelKey::pack(0, 0, 100));
+  keys.push_back(VoxelKey::pack(0, 0, -100));
   DepthView never_built, tiny;
   tiny.build(cv::Mat(3, 3, CV_32FC1, cv::Scalar(2)), cv::Mat::zeros(3, 3, CV_8UC1),
              random_view(1, false).camera, CarveParams());
   for (const DepthView* view : {&never_built, &tiny}) {
-    int visited = 0, votes = 0;
-    view->visit(keys, 0, keys.size(), 0.01, Pose(), [&](std::size_t, int seen, int through) {
-      ++visited;
-      votes += seen + through;
-    });
-    CHECK(visited == 2);
+    int votes = 0;
+    view->visit(keys, 0, 0.01, Pose(), [&](std::size_t, int seen, int through) { votes += seen + through; });
     CHECK(votes == 0);
   }
+}
+
+// The twin: the same keys, each batch with one that makes its box hold the entire scene.
+TEST_CASE("batches that a view does not look at are those it says nothing of") {
+  for (const bool distorted : {false, true}) {
+    const View view = random_view(distorted ? 6 : 7, distorted);
+    DepthView summary;
+    summary.build(view.depth_m, view.moving, view.camera, view.params);
+    std::mt19937 source(8);
+    const auto below = [&](int n) { return static_cast<std::int32_t>(source() % static_cast<unsigned>(n)); };
+    KeyList keys, anywhere;
+    for (int batch = 0; batch < 2000; ++batch) {
+      const std::int32_t corner[] = {below(800) - 400, below(800) - 400, below(1000) - 300};
+      const int side = 1 + below(40);
+      for (std::size_t k = 0; k < KeyList::kBatch; ++k)
+        keys.push_back(
+            VoxelKey::pack(corner[0] + below(side), corner[1] + below(side), corner[2] + below(side)));
+    }
+    for (const std::uint64_t key : keys.keys()) anywhere.push_back(key);
+    for (std::size_t i = 0; i < keys.size(); i += KeyList::kBatch)
+      for (const std::int32_t far : {-30000, 30000}) {
+        anywhere.replace(i, VoxelKey::pack(far, far, far));
+        anywhere.replace(i, keys[i]);
+      }
+    std::size_t voted = 0;
+    for (int round = 0; round < 10; ++round) {
+      const double turn = 0.15 * round, leaf_m = round % 2 == 0 ? 0.01 : 0.02;
+      Pose T_world_camera;
+      T_world_camera.rotation = {std::cos(turn),  0, std::sin(turn), 0, 1, 0,
+                                 -std::sin(turn), 0, std::cos(turn)};
+      T_world_camera.translation_m = {0.1 * round, 0.2, -0.3};
+      std::vector<int> votes(keys.size(), 0), expected(keys.size(), 0);
+      std::size_t visited = 0, all = 0;
+      summary.visit(keys, 3, leaf_m, T_world_camera, [&](std::size_t i, int seen, int through) {
+        ++visited;
+        votes[i] = seen + 2 * through;
+      });
+      summary.visit(anywhere, 3, leaf_m, T_world_camera, [&](std::size_t i, int seen, int through) {
+        ++all;
+        expected[i] = seen + 2 * through;
+      });
+      CHECK(all == keys.size() - 3);
+      CHECK(visited * 2 < all);
+      CHECK(votes == expected);
+      voted += expected.size() - static_cast<std::size_t>(std::count(expected.begin(), expected.end(), 0));
+    }
+    CHECK(voted > 10000);
+  }
+}
+
+TEST_CASE("the box of a batch holds its keys, whatever was replaced") {
+  std::mt19937 source(10);
+  const auto key = [&] {
+    const auto cell = [&] { return static_cast<std::int32_t>(source() % 2000U) - 1000; };
+    return VoxelKey::pack(cell(), cell(), cell());
+  };
+  KeyList list;
+  std::vector<std::uint64_t> keys;
+  for (int round = 0; round < 5000; ++round) {
+    if (source() % 3 != 0 || keys.empty()) {
+      keys.push_back(key());
+      list.push_back(keys.back());
+    } else if (source() % 2 == 0) {
+      const std::size_t i = source() % keys.size();
+      keys[i] = key();
+      list.replace(i, keys[i]);
+    } else {
+      keys.pop_back();
+      list.pop_back();
+    }
+  }
+  REQUIRE(list.keys() == keys);
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    for (int a = 0; a < 3; ++a) {
+      CHECK(list.box_of(i).low[static_cast<std::size_t>(a)] <= VoxelKey::axis(keys[i], a));
+      CHECK(list.box_of(i).high[static_cast<std::size_t>(a)] >= VoxelKey::axis(keys[i], a));
+    }
 }
 
 }  // namespace depth_view_test

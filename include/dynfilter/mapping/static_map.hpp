@@ -392,7 +392,7 @@ class StaticMap {
   }
   static void vote_in(VoxelMap& map, const Keyframe& keyframe, std::size_t begin, double leaf_m, int sign) {
     std::vector<VoxelVotes>& votes = map.votes();
-    keyframe.view.visit(map.keys(), begin, map.size(), leaf_m, keyframe.T_world_camera,
+    keyframe.view.visit(map.key_list(), begin, leaf_m, keyframe.T_world_camera,
                         [&](std::size_t i, int seen, int through) {
                           votes[i].seen = static_cast<std::uint16_t>(votes[i].seen + sign * seen);
                           votes[i].through = static_cast<std::uint16_t>(votes[i].through + sign * through);
@@ -425,7 +425,7 @@ class StaticMap {
     for (VoxelMap* map : {&map_, &key_map_}) {
       std::vector<VoxelVotes>& votes = map->votes();
       const double leaf = map == &map_ ? leaf_m() : key_leaf_m();
-      keyframe.view.visit(map->keys(), 0, map->size(), leaf, keyframe.T_world_camera,
+      keyframe.view.visit(map->key_list(), 0, leaf, keyframe.T_world_camera,
                           [&](std::size_t i, int seen, int through) {
                             VoxelVotes& v = votes[i];
                             make_vote_permanent(v.seen, v.old_seen, seen);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/mapping/key_list.hpp>
 #include <dynfilter/mapping/voxel_key.hpp>
 #include <utility>
 #include <vector>
@@ -56,15 +57,16 @@ class VoxelMap {
 
   int level() const { return level_; }
   std::size_t size() const { return keys_.size(); }
-  const std::vector<std::uint64_t>& keys() const { return keys_; }
+  const std::vector<std::uint64_t>& keys() const { return keys_.keys(); }
+  const KeyList& key_list() const { return keys_; }
   std::vector<Voxel>& voxels() { return voxels_; }
   const std::vector<Voxel>& voxels() const { return voxels_; }
   /// One entry per voxel.
   std::vector<VoxelVotes>& votes() { return votes_; }
   const std::vector<VoxelVotes>& votes() const { return votes_; }
   std::size_t bytes() const {
-    return keys_.capacity() * sizeof(keys_[0]) + voxels_.capacity() * sizeof(Voxel) +
-           votes_.capacity() * sizeof(VoxelVotes) + table_.capacity() * sizeof(table_[0]);
+    return keys_.bytes() + voxels_.capacity() * sizeof(Voxel) + votes_.capacity() * sizeof(VoxelVotes) +
+           table_.capacity() * sizeof(table_[0]);
   }
 
   std::uint64_t key_of(const WorldPoint& p) const {
@@ -141,7 +143,7 @@ class VoxelMap {
       for (std::size_t k = 0; k < count; ++k) {
         const std::uint32_t i = table_[VoxelKey::place(keys[k], bits_)];
         if (i == 0) continue;
-        __builtin_prefetch(&keys_[i - 1]);
+        __builtin_prefetch(&keys_.keys()[i - 1]);
         __builtin_prefetch(&voxels_[i - 1]);
       }
       for (std::size_t k = 0; k < count; ++k) f(keys[k], points[begin + k]);
@@ -170,7 +172,7 @@ class VoxelMap {
     const auto last = static_cast<std::uint32_t>(keys_.size()) - 1;
     if (i != last) {
       table_[place_of(last)] = i + 1;
-      keys_[i] = keys_[last];
+      keys_.replace(i, keys_[last]);
       voxels_[i] = voxels_[last];
       votes_[i] = votes_[last];
     }
@@ -204,7 +206,7 @@ class VoxelMap {
   }
 
   int level_ = 0, bits_ = 0;
-  std::vector<std::uint64_t> keys_;
+  KeyList keys_;
   std::vector<Voxel> voxels_;
   std::vector<VoxelVotes> votes_;
   std::vector<std::uint32_t> table_;  ///< index + 1, 0: free
