@@ -85,14 +85,20 @@ DYNFILTER_AS_CALLER inline void read_depths(const float* depth, int n, float uni
   }
 }
 
-/// x, y, z of `n` pixels of row y from column x0 on; `depth`: CV_16UC1 or CV_32FC1.
+/// Of `n` pixels of row y from column x0 on; `depth`: CV_16UC1 or CV_32FC1.
+DYNFILTER_AS_CALLER inline void read_depths(const cv::Mat& depth, int y, int x0, int n, float unit_m,
+                                            DepthRange range, float* z) {
+  if (depth.type() == CV_16UC1)
+    read_depths(depth.ptr<std::uint16_t>(y) + x0, n, unit_m, range, z);
+  else
+    read_depths(depth.ptr<float>(y) + x0, n, unit_m, range, z);
+}
+
+/// x, y, z of these pixels.
 DYNFILTER_AS_CALLER inline void read_points(const cv::Mat& depth, float unit_m, DepthRange range,
                                             const PixelRays& rays, int y, int x0, int n, float* __restrict px,
                                             float* __restrict py, float* __restrict pz) {
-  if (depth.type() == CV_16UC1)
-    read_depths(depth.ptr<std::uint16_t>(y) + x0, n, unit_m, range, pz);
-  else
-    read_depths(depth.ptr<float>(y) + x0, n, unit_m, range, pz);
+  read_depths(depth, y, x0, n, unit_m, range, pz);
   const float* rx = rays.x_row(y) + x0;
   if (rays.is_table()) {
     const float* ry = rays.y_row(y) + x0;

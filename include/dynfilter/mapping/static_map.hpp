@@ -247,13 +247,8 @@ class StaticMap {
     depth_m_.create(frame.depth.size(), CV_32FC1);
     const DepthRange range{static_cast<float>(params_.min_depth_m), kFarthestM};
     const auto unit = static_cast<float>(frame.depth_unit_m);
-    for (int y = 0; y < depth_m_.rows; ++y) {
-      float* to = depth_m_.ptr<float>(y);
-      if (frame.depth.type() == CV_16UC1)
-        detail::read_depths(frame.depth.ptr<std::uint16_t>(y), depth_m_.cols, unit, range, to);
-      else
-        detail::read_depths(frame.depth.ptr<float>(y), depth_m_.cols, unit, range, to);
-    }
+    for (int y = 0; y < depth_m_.rows; ++y)
+      detail::read_depths(frame.depth, y, 0, depth_m_.cols, unit, range, depth_m_.ptr<float>(y));
     cut_.run(depth_m_, frame, static_cast<float>(params_.max_depth_m));
   }
   DepthSource source(const MapFrame& frame, const cv::Mat& usable) const {
