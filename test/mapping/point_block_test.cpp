@@ -120,18 +120,18 @@ TEST_CASE("a centroid is the cell's corner and the mean remainder, to the last b
     const auto count = static_cast<std::uint32_t>(1 + source() % (round % 2 == 0 ? 8 : 900000));
     const auto cell = [&] { return static_cast<std::int32_t>(source() % 262144) - 131072; };
     const std::int32_t cells[] = {cell(), cell(), cell()};
-    detail::SumEntry entry;
-    for (int a = 0; a < 3; ++a) entry.v[a] = static_cast<std::uint32_t>(source() % (count * 4095ULL + 1));
-    entry.v[3] = count;
-    entry.key = VoxelKey::pack(cells[0], cells[1], cells[2], static_cast<std::uint8_t>(round));
+    detail::FourSums sums;
+    for (int a = 0; a < 3; ++a) sums.v[a] = static_cast<std::uint32_t>(source() % (count * 4095ULL + 1));
+    sums.v[3] = count;
+    const std::uint64_t key = VoxelKey::pack(cells[0], cells[1], cells[2], static_cast<std::uint8_t>(round));
     VoxelPoint plain{}, wide{};
-    detail::write_centroid(entry, scale, plain);
-    call_widest([&](auto) DYNFILTER_AS_CALLER { detail::write_centroid(entry, scale, wide); });
+    detail::write_centroid(sums, key, scale, plain);
+    call_widest([&](auto) DYNFILTER_AS_CALLER { detail::write_centroid(sums, key, scale, wide); });
     REQUIRE(plain == wide);
     const float found[] = {plain.x, plain.y, plain.z};
     for (int a = 0; a < 3; ++a) {
       const double units =
-          cells[a] * 4096.0 + static_cast<double>(entry.v[a]) * (1.0 / static_cast<double>(count)) + 0.5;
+          cells[a] * 4096.0 + static_cast<double>(sums.v[a]) * (1.0 / static_cast<double>(count)) + 0.5;
       REQUIRE(found[a] == static_cast<float>(units * scale.unit_m));
     }
     REQUIRE(plain.count == count);

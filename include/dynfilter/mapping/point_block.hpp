@@ -30,7 +30,7 @@ struct GridScale {
 
 /// Keys, places and remainders of a block's points.
 struct KeyedBlock {
-  static constexpr int kFar = 64, kNear = 12;  ///< entries of the table, then sums, are fetched so far ahead
+  static constexpr int kFar = 64, kNear = 12;  ///< entries of the table, then keys, are fetched so far ahead
   alignas(32) std::uint64_t key[PointBlock::kSize];
   alignas(32) std::uint32_t place[PointBlock::kSize + kFar];
   alignas(32) std::int32_t rest[3][PointBlock::kSize];  ///< within the voxel, in quanta

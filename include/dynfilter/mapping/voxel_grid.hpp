@@ -57,33 +57,27 @@ struct FourSums {
     v += __builtin_convertvector(four, Four);
   }
 };
-/// A voxel's sums and its key in half a cache line.
-struct alignas(32) SumEntry : FourSums {
-  std::uint64_t key = 0;
-};
-
 /// A grid's quantum and the way back from sums of quanta to metres.
 struct CentroidScale {
   double unit_m, units_per_leaf;
 };
 
 /// Half a quantum makes up for the floor that each coordinate went through.
-DYNFILTER_AS_CALLER inline void write_centroid(const SumEntry& entry, const CentroidScale& scale,
-                                               VoxelPoint& out) {
+DYNFILTER_AS_CALLER inline void write_centroid(const FourSums& sums, std::uint64_t key,
+                                               const CentroidScale& scale, VoxelPoint& out) {
   using FourInts = std::int32_t __attribute__((vector_size(16)));
   using FourFloats = float __attribute__((vector_size(16)));
   using FourDoubles = double __attribute__((vector_size(32)));
-  const FourInts cell{VoxelKey::axis(entry.key, 0), VoxelKey::axis(entry.key, 1),
-                      VoxelKey::axis(entry.key, 2), 0};
-  const FourInts sum = reinterpret_cast<FourInts>(entry.v) ^ INT32_MIN;  // conversions are of signed numbers
-  const double share = 1.0 / static_cast<double>(entry.v[3]);
+  const FourInts cell{VoxelKey::axis(key, 0), VoxelKey::axis(key, 1), VoxelKey::axis(key, 2), 0};
+  const FourInts sum = reinterpret_cast<FourInts>(sums.v) ^ INT32_MIN;  // conversions are of signed numbers
+  const double share = 1.0 / static_cast<double>(sums.v[3]);
   const FourDoubles units = __builtin_convertvector(cell, FourDoubles) * scale.units_per_leaf +
                             (__builtin_convertvector(sum, FourDoubles) + 2147483648.0) * share + 0.5;
   auto words = reinterpret_cast<FourInts>(__builtin_convertvector(units * scale.unit_m, FourFloats));
-  words[3] = static_cast<std::int32_t>(0x808080U | std::uint32_t{VoxelKey::label(entry.key)} << 24);
+  words[3] = static_cast<std::int32_t>(0x808080U | std::uint32_t{VoxelKey::label(key)} << 24);
   static_assert(offsetof(VoxelPoint, b) == 12 && offsetof(VoxelPoint, label) == 15);
   std::memcpy(&out, &words, sizeof words);
-  out.count = entry.v[3];
+  out.count = sums.v[3];
 }
 DYNFILTER_AS_CALLER inline void write_colour(const FourSums& sum, VoxelPoint& out) {
   const std::uint32_t half = out.count / 2;
@@ -234,23 +228,24 @@ class VoxelGrid {
   void insert() {
     const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
     std::uint32_t* const table = table_.data();
-    detail::SumEntry* const sums = sums_.data();
+    std::uint64_t* const keys = keys_.data();
+    detail::FourSums* const sums = sums_.data();
     detail::FourSums* const colours = colours_.data();
     std::uint32_t voxels = voxels_;
     for (int i = 0; i < block_.n; ++i) {
       __builtin_prefetch(&table[keyed_.place[i + kFar]], 1);
-      __builtin_prefetch(&sums[table[keyed_.place[i + kNear]]], 1);
+      __builtin_prefetch(&keys[table[keyed_.place[i + kNear]]], 1);
       if (keyed_.ok[i] == 0) continue;
       const std::uint64_t key = keyed_.key[i];
       std::uint32_t place = keyed_.place[i], j = table[place];
       for (;;) {
         // 1 where there is none; written so that no compiler makes a branch of it.
         const std::uint32_t made = (j - 1) >> 31;
-        sums[voxels + 1].key = key;
+        keys[voxels + 1] = key;
         voxels += made;
         j |= voxels & (0 - made);
         table[place] = j;
-        if (__builtin_expect(sums[j].key == key ? 1 : 0, 1) != 0) break;
+        if (__builtin_expect(keys[j] == key ? 1 : 0, 1) != 0) break;
         place = (place + 1) & mask;
         j = table[place];
       }
@@ -269,6 +264,7 @@ class VoxelGrid {
     const std::size_t needed = std::size_t{voxels_} + detail::PointBlock::kSize + 1;
     if (needed <= sums_.size()) return;
     const std::size_t size = needed + needed / 2;
+    keys_.resize(size);
     sums_.resize(size);
     colours_.resize(size);
   }
@@ -277,7 +273,7 @@ class VoxelGrid {
     table_.assign(std::size_t{1} << bits, 0);
     const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
     for (std::uint32_t j = 1; j <= voxels_; ++j) {
-      std::uint32_t place = VoxelKey::place(sums_[j].key, bits_);
+      std::uint32_t place = VoxelKey::place(keys_[j], bits_);
       while (table_[place] != 0) place = (place + 1) & mask;
       table_[place] = j;
     }
@@ -295,16 +291,16 @@ class VoxelGrid {
   /// Leaves zero sums behind.
   DYNFILTER_AS_CALLER void write_voxels(bool coloured, VoxelPoint* out) {
     const detail::CentroidScale scale{leaf_m_ / (1 << sub_bits_), static_cast<double>(1 << sub_bits_)};
-    detail::SumEntry* const sums = sums_.data();
+    detail::FourSums* const sums = sums_.data();
     const std::uint32_t voxels = voxels_;
     for (std::uint32_t j = 1; j <= voxels; ++j) {
-      detail::write_centroid(sums[j], scale, out[j - 1]);
-      sums[j].v = Four{};
+      detail::write_centroid(sums[j], keys_[j], scale, out[j - 1]);
+      sums[j] = {};
     }
     if (!coloured) return;
     for (std::uint32_t j = 1; j <= voxels_; ++j) {
       detail::write_colour(colours_[j], out[j - 1]);
-      colours_[j].v = Four{};
+      colours_[j] = {};
     }
   }
 
@@ -314,8 +310,8 @@ class VoxelGrid {
   std::uint32_t voxels_ = 0;
   std::size_t outside_ = 0;
   std::vector<std::uint32_t> table_;  ///< index of a voxel, 0: free
-  std::vector<detail::SumEntry> sums_;
-  std::vector<detail::FourSums> colours_;
+  std::vector<std::uint64_t> keys_;   ///< of the voxels, from 1 on
+  std::vector<detail::FourSums> sums_, colours_;
   detail::PointBlock block_;
   detail::KeyedBlock keyed_;
 };
