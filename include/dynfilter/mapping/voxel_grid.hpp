@@ -239,9 +239,12 @@ class VoxelGrid {
       const std::uint64_t key = keyed_.key[i];
       std::uint32_t place = keyed_.place[i], j = table[place];
       for (;;) {
-        // 1 where there is none; written so that no compiler makes a branch of it.
+        // 1 where there is none; written so that no compiler makes a branch of it. The next voxel is made
+        // ready before it is known whether it is wanted.
         const std::uint32_t made = (j - 1) >> 31;
         keys[voxels + 1] = key;
+        sums[voxels + 1] = {};
+        if constexpr (kColoured) colours[voxels + 1] = {};
         voxels += made;
         j |= voxels & (0 - made);
         table[place] = j;
@@ -258,8 +261,7 @@ class VoxelGrid {
     voxels_ = voxels;
   }
 
-  /// Room for the voxels that one block may add; what is beyond voxels_ holds zero sums. Entry 0 means
-  /// "none".
+  /// Room for the voxels that one block may add. Entry 0 means "none".
   void reserve_block() {
     const std::size_t needed = std::size_t{voxels_} + detail::PointBlock::kSize + 1;
     if (needed <= sums_.size()) return;
@@ -288,20 +290,12 @@ class VoxelGrid {
     if (far_too_large) resize_table(bits_ - 1);
   }
 
-  /// Leaves zero sums behind.
-  DYNFILTER_AS_CALLER void write_voxels(bool coloured, VoxelPoint* out) {
+  DYNFILTER_AS_CALLER void write_voxels(bool coloured, VoxelPoint* out) const {
     const detail::CentroidScale scale{leaf_m_ / (1 << sub_bits_), static_cast<double>(1 << sub_bits_)};
-    detail::FourSums* const sums = sums_.data();
-    const std::uint32_t voxels = voxels_;
-    for (std::uint32_t j = 1; j <= voxels; ++j) {
-      detail::write_centroid(sums[j], keys_[j], scale, out[j - 1]);
-      sums[j] = {};
-    }
+    for (std::uint32_t j = 1; j <= voxels_; ++j)
+      detail::write_centroid(sums_[j], keys_[j], scale, out[j - 1]);
     if (!coloured) return;
-    for (std::uint32_t j = 1; j <= voxels_; ++j) {
-      detail::write_colour(colours_[j], out[j - 1]);
-      colours_[j] = {};
-    }
+    for (std::uint32_t j = 1; j <= voxels_; ++j) detail::write_colour(colours_[j], out[j - 1]);
   }
 
   double leaf_m_ = 0.02;
