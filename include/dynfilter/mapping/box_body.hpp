@@ -20,8 +20,8 @@ namespace dynfilter::mapping {
 /// is in the box. Where no part fills a tenth of the middle, something stands before the body: the farther
 /// side is split in turn, until one does or it splits no more; then the body is all of the first nearer side.
 ///
-/// The masks of semantic/box_masks.hpp are of the one thing that a box is around; here what is missed stays in
-/// the map as a ghost, so all that may belong to it goes.
+/// The masks of semantic/box_masks.hpp are of the one thing that a box is around; here what is missed stays
+/// in the map as a ghost, so all that may belong to it goes.
 ///
 /// Blind to what touches the body without a jump, and to somebody who stands behind.
 /// Cost: linear in the box, about 5 ns a pixel, per split. Buffers are kept.

@@ -27,7 +27,8 @@ struct CellBox {
 
 /// Keys in the order in which they came, in batches of 256 with a box around each. Voxels that came together
 /// mostly lie together, so a view need not look at most batches of a large map (DepthView). A box holds all
-/// keys that were in its batch, also those that were replaced since.
+/// keys that were in its batch, also those that were replaced since: the more is taken out of a map, the less
+/// is left out.
 class KeyList {
  public:
   static constexpr std::size_t kBatch = 256;

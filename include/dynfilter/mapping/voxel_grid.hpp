@@ -57,6 +57,7 @@ struct FourSums {
     v += __builtin_convertvector(four, Four);
   }
 };
+
 /// A grid's quantum and the way back from sums of quanta to metres.
 struct CentroidScale {
   double unit_m, units_per_leaf;
