@@ -81,12 +81,12 @@ class Twin {
   cv::Mat with_what_is_near() const {
     cv::Mat out = cv::Mat::zeros(depth_.size(), CV_8UC1);
     for (std::size_t p = 0; p < parts_.size(); ++p)
-      if (std::abs(mean_m(p) - mean_m(core_)) <= 0.5)
+      if (std::abs(mean_m(p) - mean_m(core_)) <= 0.6)
         for (const cv::Point& at : parts_[p]) out.at<std::uint8_t>(at) = 255;
     for (int y = 0; y < depth_.rows; ++y)
       for (int x = 0; x < depth_.cols; ++x) {
         const auto z = static_cast<double>(depth_.at<float>(y, x));
-        if (part_.at<int>(y, x) == 0 && z > 0 && z <= mean_m(core_) + 0.5) out.at<std::uint8_t>(y, x) = 255;
+        if (part_.at<int>(y, x) == 0 && z > 0 && z <= mean_m(core_) + 0.6) out.at<std::uint8_t>(y, x) = 255;
       }
     return out;
   }

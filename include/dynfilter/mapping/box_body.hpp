@@ -14,8 +14,8 @@ namespace dynfilter::mapping {
 /// The pixels of what a detector drew a box around, from depth alone.
 ///
 /// The nearer side of the box (nearer_surface_m) falls into parts where the depth jumps. Of these the body is
-/// the part that fills most of the middle of the box, and all whose mean depth is within 0.5 m of that one's:
-/// legs below a desk, an arm in front of the chest. Pixels of the farther side belong to it up to 0.5 m
+/// the part that fills most of the middle of the box, and all whose mean depth is within 0.6 m of that one's:
+/// legs below a desk, an arm in front of the chest. Pixels of the farther side belong to it up to 0.6 m
 /// behind that depth: a hand. What is farther before or behind (a desk, a chair, a shelf) does not, though it
 /// is in the box. Where no part fills a tenth of the middle, something stands before the body: the farther
 /// side is split in turn, until one does or it splits no more; then the body is all of the first nearer side.
@@ -44,7 +44,7 @@ class BoxBody {
   }
 
  private:
-  static constexpr double kReachM = 0.5;
+  static constexpr double kReachM = 0.6;  ///< of an arm
   static constexpr double kMinMiddleShare = 0.1;
   static constexpr double kMaxStepShare = 0.02;
   struct Part {

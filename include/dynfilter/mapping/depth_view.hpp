@@ -94,8 +94,8 @@ class DepthView {
       bottom_ = view.tallest(), top_ = -bottom_;
     }
 
-    /// Never false for a box with a voxel that look() says something of: all that is rounded is given a
-    /// hundred times what rounding can do.
+    /// Never false for a box with a voxel that look() says something of: slack_m is far more than rounding
+    /// can do.
     bool may_reach(const CellBox& box) const {
       Eigen::Vector3d centre, half;
       for (int a = 0; a < 3; ++a) {
