@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/context/context.hpp>
@@ -13,6 +12,8 @@
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/filters/neighbour_field.hpp>
+#include <dynfilter/geometry/moving_odds.hpp>
+#include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_background.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <optional>
@@ -22,31 +23,31 @@
 namespace dynfilter {
 
 struct BackgroundMotionParams {
-  double max_chi2 = 30.0;
-  double depth_sigma_factor = 2.0;
-  double memory = 0.4;
-  double mobility_memory = 0.95;
+  double slow_mps = 0.05;
+  double fast_mps = 1.0;
+  double moving_share = 0.05;
+  double memory_s = 0.036;
+  double mobility_s = 0.65;
   double neighbour_px = 25;
   double neighbour_m = 0.12;
-  double neighbour_weight = 1.0;
-  double prior_suspicion = 0.05;
+  double prior_suspicion = 0.1;
 
   static const FieldTable<BackgroundMotionParams>& fields() {
     using P = BackgroundMotionParams;
     static const FieldTable<P> table{
-        real("max_chi2", &P::max_chi2, "", {0.1, 1e6},
-             "a miss beyond this speaks for motion; 3 degrees of freedom, noise as measured in the sequence"),
-        real("depth_sigma_factor", &P::depth_sigma_factor, "", {0.01, 100},
-             "the depth camera's noise against the model's"),
-        real("memory", &P::memory, "", {0, 0.99}, "share of a track's belief that the next frame takes over"),
-        real("mobility_memory", &P::mobility_memory, "", {0, 0.999},
-             "share of having moved that a feature keeps per frame: who stands still for a while is not yet "
-             "background"),
-        real("neighbour_px", &P::neighbour_px, "px", {1, 1000}, "features this near are asked too ..."),
-        real("neighbour_m", &P::neighbour_m, "m", {0, 10}, "... if their depth differs by no more than this"),
-        real("neighbour_weight", &P::neighbour_weight, "", {0, 10}, "their mean evidence against one's own"),
-        real("prior_suspicion", &P::prior_suspicion, "", {0, 10},
-             "evidence for motion that being a prior suspect counts as; 1: a miss of twice max_chi2"),
+        real("slow_mps", &P::slow_mps, "m/s", {0.001, 100}, "speed of slow movers, standard deviation"),
+        real("fast_mps", &P::fast_mps, "m/s", {0.001, 100}, "speed of fast movers, standard deviation"),
+        real("moving_share", &P::moving_share, "", {1e-6, 0.5},
+             "share of features that move, before anything was measured"),
+        real("memory_s", &P::memory_s, "s", {0.001, 10}, "time constant of a track's belief"),
+        real("mobility_s", &P::mobility_s, "s", {0.001, 100},
+             "time constant of having moved: a mover that stops is not yet background"),
+        real("neighbour_px", &P::neighbour_px, "px", {1, 1000},
+             "radius of the neighbourhood whose evidence is averaged"),
+        real("neighbour_m", &P::neighbour_m, "m", {0, 10},
+             "largest difference in depth within a neighbourhood"),
+        real("prior_suspicion", &P::prior_suspicion, "nats", {0, 20},
+             "log-odds of motion that a prior suspect has in addition"),
     };
     return table;
   }
@@ -55,22 +56,22 @@ struct BackgroundMotionParams {
 /// Features that do not follow the background. The default rejector: needs no detector.
 ///
 /// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp); prior suspects
-///           take part once it is known what the camera does. Against it a feature's evidence is
-///           chi2 / max_chi2 - 1, at most 3, of the larger of two misses in (u, v, depth): since the last
-///           frame and over its track (context/feature_tracks.hpp), up to 6 frames back, where slow motion
-///           shows. Noise is measured: about the median miss of each gap, over features that did not move
-///           lately. Belief = evidence + memory * belief in the last frame, within [-2, 5]; plus
-///           neighbour_weight * its mean over neighbours at a like depth; plus prior_suspicion for prior
-///           suspects. Dynamic above 0. Features that moved lately (1 - exp(-2 belief), fading by
-///           mobility_memory a frame, taken over by features that appear beside them) count less when the
-///           background is chosen, and the expected motion is refined without them.
+///           take part once it is known what the camera does. Each feature's miss against it, in (u, v,
+///           depth), since the last frame and over its track (up to 0.2 s), gives log-odds of motion
+///           (geometry/moving_odds.hpp); the larger one counts. The noise is measured in every frame and for
+///           both gaps: from the differences between neighbours (geometry/neighbour_noise.hpp), times a ratio
+///           for errors that neighbours share (calibration, clock, blur), which is the median miss of the
+///           features that follow the background, within 1.5 times what is usual for this camera. Belief =
+///           odds + memory * belief in the last frame, plus the mean over neighbours at a like depth, plus
+///           prior_suspicion for prior suspects. Dynamic above 0, if a core is near: a feature with evidence
+///           of motion among others with evidence of motion.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
-/// Abstains: on the first frame, without any motion, and on features that have neither evidence nor
-///           neighbours with some (suspects with a depth are dynamic then).
-/// Blind to: motion within the noise over 6 frames; everything, when a mover is taken for the background: the
-///           report says what was chosen among what.
-/// State:    the camera's last motions, noise per gap, belief and mobility per track. Cost: about 0.4 ms for
-///           1000 features.
+/// Abstains: on the first frame, without any motion, on features with neither evidence nor neighbours with
+///           some, and on features that move alone: these are mismatches.
+/// Blind to: motion within the noise over 0.2 s; movers with fewer than three features; everything, when a
+///           mover is taken for the background: the report says what was chosen among what.
+/// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. Cost: see the
+///           card.
 class BackgroundMotionFilter final : public Filter {
  public:
   using Params = BackgroundMotionParams;
@@ -94,34 +95,67 @@ class BackgroundMotionFilter final : public Filter {
     mobility_.clear();
     moved_.clear();
     estimator_.reset();
-    noise_px_.fill(kFirstNoise_px);
+    match_noise_px_.clear();
+    stamps_s_.clear();
+    step_ratio_ = kFirstStepRatio;
+    track_ratio_ = kFirstTrackRatio;
   }
 
   void apply(Context& context, Votes& votes) override {
     const Match& match = context.match({});
     tracks_.follow(context.frame().id, match, context.pixels(), context.undistorted_pixels(),
                    context.depths_m());
+    keep_time(context.frame().timestamp_s);
     recall(context, match);
     judge(context, match, votes);
     remember_mobility(context);
   }
 
  private:
-  static constexpr int kFrames = 6;  ///< that a track goes back
-  static constexpr double kFirstNoise_px = 0.5, kLeastNoise_px = 0.05, kMostNoise_px = 1.0;
-  static constexpr float kLeastBelief = -2, kMostBelief = 5;
-  static constexpr float kUnseenReach = 1.5F;    ///< features without evidence ask farther away ...
-  static constexpr float kUnseenDoubt = 0.3F;    ///< ... and need more of it
+  static constexpr std::size_t kMaxFrames = 12;                ///< that a track goes back, at most ...
+  static constexpr double kWindow_s = 0.2;                     ///< ... and in time
+  static constexpr double kUnknownStep_s = 1.0 / 30;           ///< where stamps do not increase
+  static constexpr float kLeastOdds = -3, kMostOdds = 6;       ///< of one frame [nats]
+  static constexpr float kLeastBelief = -4, kMostBelief = 10;  ///< [nats]
+  static constexpr double kFirstStepRatio = 1.5, kFirstTrackRatio = 3;  ///< before any was measured
+  static constexpr double kLeastRatio = 1.0, kMostStepRatio = 4, kMostTrackRatio = 8;
+  static constexpr double kRatioSlack = 1.5;  ///< a frame may exceed what is usual by this factor
+  static constexpr double kRatioFalls = 0.3, kRatioRises = 0.03;  ///< share learned per frame
+  static constexpr double kLeastMatchNoise_px = 0.05;             ///< flow is not more exact
+  static constexpr double kMedianOfRayleigh = 1.18;  ///< median of a miss in two axes over its sigma
+  static constexpr double kDepthFactor = 2;  ///< the depth camera's noise against the model's, at least
+  static constexpr std::size_t kMinMeasured = 20;
+  static constexpr float kNoiseReach_px = 30;
+  static constexpr float kUnseenReach = 1.5F;    ///< neighbourhood of features without evidence
+  static constexpr float kUnseenDoubt = 0.6F;    ///< belief that they must exceed [nats]
   static constexpr float kMobilityReach = 1.2F;  ///< features that appear take mobility from as far
+  static constexpr float kBlindTrust = 0.3F;     ///< of neighbours, for a feature without depth
+  static constexpr float kOwnWeight = 0.5F;      ///< of zero evidence in the mean over neighbours
+  static constexpr float kSupportReach_px = 40, kSupportReach_m = 0.25F;  ///< neighbours of a core
+  static constexpr float kMinSupport = 2, kMinSupportShare = 0.5F;        ///< of them that must move, too
+  static constexpr float kCoreReach_px = 120, kCoreReach_m = 0.4F;  ///< from a core to its object's features
   static constexpr int kMinSeeds = 30;
 
   void judge(Context& context, const Match& match, Votes& votes) {
     if (match.reference == nullptr) return context.note("no earlier frame");
     if (!follow_background(context, match)) return;
-    weigh_misses(context, match);
-    ask_neighbours(context);
+    measure_misses(context, match);
+    measure_noise(context);
+    weigh_misses(context);
+    add_neighbours(context);
+    find_cores(context);
     for (std::size_t i = 0; i < context.size(); ++i)
       if (context.judged(i)) cast(context, i, votes);
+  }
+
+  /// Stamps of this frame and the last ones, newest first.
+  void keep_time(double timestamp_s) {
+    stamps_s_.insert(stamps_s_.begin(), timestamp_s);
+    if (stamps_s_.size() > kMaxFrames + 1) stamps_s_.pop_back();
+  }
+  double elapsed_s(std::size_t frames) const {
+    const double elapsed = frames < stamps_s_.size() ? stamps_s_[0] - stamps_s_[frames] : 0;
+    return elapsed > 0 ? elapsed : static_cast<double>(frames) * kUnknownStep_s;
   }
 
   // ---- what is known from earlier frames
@@ -138,7 +172,7 @@ class BackgroundMotionFilter final : public Filter {
       if (known) remembered_[i] = last_belief_[from];
       mobility_[i] = known ? last_mobility_[from] : mobility_around(context, match, i);
       const float still = 1 - mobility_[i];
-      static_belief_[i] = still * still / (1 + std::exp(remembered_[i]));
+      static_belief_[i] = still * still / (1 + std::exp(remembered_[i] / 2));
     }
     belief_.assign(n, 0);
   }
@@ -155,9 +189,10 @@ class BackgroundMotionFilter final : public Filter {
 
   void remember_mobility(Context& context) {
     moved_.clear();
+    const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.mobility_s));
     for (std::size_t i = 0; i < context.size(); ++i) {
-      const float now = belief_[i] > 0 ? 1 - std::exp(-2 * belief_[i]) : 0.0F;
-      mobility_[i] = std::max(static_cast<float>(params_.mobility_memory) * mobility_[i], now);
+      const float now = belief_[i] > 0 ? 1 - std::exp(-belief_[i]) : 0.0F;
+      mobility_[i] = std::max(kept * mobility_[i], now);
       moved_.add(context.pixels()[i], context.depths_m()[i], mobility_[i]);
     }
     moved_.build(static_cast<float>(params_.neighbour_px));
@@ -178,11 +213,12 @@ class BackgroundMotionFilter final : public Filter {
     scene.seeds = seeds_;
     scene.predicted = context.host_motion(match);
     if (known) scene.expected = usual_step();
-    scene.noise_px = std::clamp(0.8 * noise_px_[1], kLeastNoise_px, 0.3);
+    scene.noise_ratio = step_ratio_;
     motion_ = estimator_.estimate(scene);
     note_motion(context);
     if (!motion_.ok) {
       trail_.clear();
+      match_noise_px_.clear();
       return false;
     }
     extend_trail();
@@ -207,7 +243,14 @@ class BackgroundMotionFilter final : public Filter {
     // Made a rotation again in every step: otherwise rounding grows with the chain.
     const Eigen::Matrix3d R = Eigen::Quaterniond(T.R()).normalized().toRotationMatrix();
     trail_.insert(trail_.begin(), Pose::from(R, T.t()));
-    if (trail_.size() > kFrames + 1) trail_.pop_back();
+    match_noise_px_.insert(match_noise_px_.begin(), estimator_.match_noise_px());
+    // As many as lie within the window, two at least.
+    std::size_t keep = 2;
+    while (keep < trail_.size() - 1 && keep < kMaxFrames &&
+           elapsed_s(keep + 1) < kWindow_s + kUnknownStep_s / 2)
+      ++keep;
+    if (trail_.size() > keep + 1) trail_.resize(keep + 1);
+    if (match_noise_px_.size() > keep) match_noise_px_.resize(keep);
   }
   /// The motion from frame to frame, over the last few: a mover that sets off slowly drags it away less.
   Pose usual_step() const {
@@ -221,130 +264,203 @@ class BackgroundMotionFilter final : public Filter {
   /// From the camera `then` frames back to that of `now` frames back.
   Pose between(std::size_t now, std::size_t then) const { return inverse(trail_[now]) * trail_[then]; }
 
-  // ---- evidence
-  void weigh_misses(Context& context, const Match& match) {
+  // ---- misses
+  struct Measured {
+    int gap = 0;  ///< frames; 0: none
+    RigidResidual residual;
+    cv::Point3f then_m;
+    float image_px = 0;
+  };
+  void measure_misses(Context& context, const Match& match) {
     const Camera& camera = *context.frame().camera;
-    residuals_.clear();
-    for (std::size_t gap = 1; gap < trail_.size(); ++gap) {
-      residuals_.emplace_back(camera, between(0, gap), noise(noise_px_[gap]));
-      misses_px_[gap].clear();
-      calm_misses_px_[gap].clear();
-    }
-    seen_.assign(context.size(), 0);
-    own_.resize(context.size());
+    models_.clear();
+    for (std::size_t gap = 1; gap < trail_.size(); ++gap)
+      models_.emplace_back(camera, between(0, gap), noise(chained_noise_px(gap)));
+    step_.assign(context.size(), {});
+    track_.assign(context.size(), {});
+    step_misses_.clear();
+    track_misses_.clear();
     for (std::size_t i = 0; i < context.size(); ++i) {
-      own_[i] = static_cast<float>(params_.memory) * remembered_[i];
       if (!match.found(i)) continue;
-      const cv::Point3f& now = context.points_m()[i];
-      const bool calm = mobility_[i] < RigidBackgroundEstimator::kMobile;
-      double chi2 = miss(1, match.reference_points_m[i], now, calm);
-      const int longest = std::min(tracks_.length(i), static_cast<int>(residuals_.size()));
+      measure(context, i, 1, match.reference_points_m[i], step_[i], step_misses_);
+      const int longest = std::min(tracks_.length(i), static_cast<int>(models_.size()));
       if (longest > 1)
-        chi2 = std::max(
-            chi2, miss(longest, back_project(camera, tracks_.at(i, longest), tracks_.depth_m(i, longest)),
-                       now, calm));
-      if (chi2 < 0) continue;
-      seen_[i] = 1;
-      own_[i] = std::clamp(own_[i] + evidence(chi2), kLeastBelief, kMostBelief);
+        measure(context, i, longest,
+                back_project(camera, tracks_.at(i, longest), tracks_.depth_m(i, longest)), track_[i],
+                track_misses_);
     }
-    measure_noise();
   }
-
+  void measure(Context& context, std::size_t i, int gap, const cv::Point3f& then_m, Measured& out,
+               std::vector<Miss>& misses) {
+    const cv::Point3f& now_m = context.points_m()[i];
+    const RigidResidual r = models_[static_cast<std::size_t>(gap - 1)](then_m, now_m);
+    if (!r.valid) return;
+    out = {gap, r, then_m, r.image_px};
+    misses.push_back({context.pixels()[i], now_m.z, context.undistorted_pixels()[i] - r.predicted_px,
+                      static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
+  }
+  /// Noise that neighbours do not share, summed over the frames of a track.
+  double chained_noise_px(std::size_t gap) const {
+    double sum2 = 0;
+    for (std::size_t k = 0; k < gap && k < match_noise_px_.size(); ++k)
+      sum2 += match_noise_px_[k] * match_noise_px_[k] + kLeastMatchNoise_px * kLeastMatchNoise_px;
+    return std::sqrt(sum2);
+  }
   RigidResidualNoise noise(double pixel_sigma_px) const {
     RigidResidualNoise noise;
+    const double factor = std::max(kDepthFactor, estimator_.depth_factor());
     noise.pixel_sigma_px = pixel_sigma_px;
-    noise.depth_noise.base_m *= params_.depth_sigma_factor;
-    noise.depth_noise.quadratic_per_m *= params_.depth_sigma_factor;
+    noise.depth_noise.base_m *= factor;
+    noise.depth_noise.quadratic_per_m *= factor;
     return noise;
   }
 
-  /// chi2 against the background over `gap` frames; negative where it cannot be said. `calm`: it did not move
-  /// lately.
-  double miss(int gap, const cv::Point3f& then, const cv::Point3f& now, bool calm) {
-    const RigidResidual r = residuals_[static_cast<std::size_t>(gap - 1)](then, now);
-    if (!r.valid) return -1;
-    misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
-    if (calm) calm_misses_px_[static_cast<std::size_t>(gap)].push_back(r.image_px);
-    return static_cast<double>(r.chi2);
+  // ---- noise
+  /// What a static feature's miss is, in units of chained_noise_px(): over one frame, and over a track.
+  void measure_noise(Context& context) {
+    ratios_.clear();
+    const double noise_px = chained_noise_px(1);
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (step_[i].gap > 0 && calm(i) &&
+          static_cast<double>(step_[i].image_px) < 3 * kMostStepRatio * noise_px)
+        ratios_.push_back(static_cast<float>(static_cast<double>(step_[i].image_px) / noise_px));
+    step_scale_ = usual(1, kMostStepRatio, step_ratio_);
+    const double shared = std::clamp(neighbour_noise_.scale(track_misses_, kNoiseReach_px).value_or(1),
+                                     kLeastTrackScale, kMostTrackScale);
+    ratios_.clear();
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (track_[i].gap > 0 && step_[i].gap > 0 && calm(i) &&
+          static_cast<double>(step_[i].image_px) < 2 * step_scale_ * noise_px)
+        ratios_.push_back(static_cast<float>(static_cast<double>(track_[i].image_px) /
+                                             chained_noise_px(static_cast<std::size_t>(track_[i].gap))));
+    track_scale_ = usual(shared, kMostTrackRatio, track_ratio_);
   }
-  float evidence(double chi2) const { return static_cast<float>(std::min(3.0, chi2 / params_.max_chi2 - 1)); }
+  static constexpr double kLeastTrackScale = 0.5, kMostTrackScale = 3;
+  bool calm(std::size_t i) const { return mobility_[i] < RigidBackgroundEstimator::kMobile; }
+  /// From the median in ratios_, in units of what neighbours do not share. Down fast, up slowly: a majority
+  /// that sets off must not become noise.
+  double usual(double base, double most, double& ratio) {
+    if (ratios_.size() < kMinMeasured) return std::min(ratio, most) * base;
+    const double now = std::clamp(static_cast<double>(median_in_place(ratios_)) / kMedianOfRayleigh / base,
+                                  kLeastRatio, most);
+    ratio += (now > ratio ? kRatioRises : kRatioFalls) * (now - ratio);
+    return std::min(now, kRatioSlack * ratio) * base;
+  }
 
-  /// The median of the static features' misses, 1.18 sigma for two coordinates; half as much again, since
-  /// they have longer tails. Who is static? Nearly all that did not move lately; and the better 70 % of all,
-  /// which holds until movers have the majority. Slow movers that nobody found yet spoil the first, so the
-  /// smaller of the two.
-  void measure_noise() {
-    constexpr double kRate = 0.3, kScale = 1.3;
-    for (std::size_t gap = 1; gap < misses_px_.size(); ++gap) {
-      std::vector<float>&all = misses_px_[gap], &calm = calm_misses_px_[gap];
-      if (all.size() < 30) continue;
-      float typical_px = quantile_in_place(all, 35);
-      if (calm.size() >= 30) typical_px = std::min(typical_px, median_in_place(calm));
-      const double sigma =
-          std::clamp(kScale * static_cast<double>(typical_px), kLeastNoise_px, kMostNoise_px);
-      noise_px_[gap] += kRate * (sigma - noise_px_[gap]);
-      all.clear();
-      calm.clear();
+  // ---- evidence
+  void weigh_misses(Context& context) {
+    const Camera& camera = *context.frame().camera;
+    models_.clear();
+    for (std::size_t gap = 1; gap < trail_.size(); ++gap)
+      models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
+    const MovingOdds odds({params_.slow_mps, params_.fast_mps, params_.moving_share});
+    const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.memory_s));
+    seen_.assign(context.size(), 0);
+    own_.resize(context.size());
+    for (std::size_t i = 0; i < context.size(); ++i) {
+      own_[i] = kept * remembered_[i];
+      if (step_[i].gap == 0 && track_[i].gap == 0) continue;
+      seen_[i] = 1;
+      const float now = std::max(odds_of(context, i, step_[i], odds), odds_of(context, i, track_[i], odds));
+      own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
     }
+  }
+  double sigma_px(int gap) const {
+    return (gap == 1 ? step_scale_ : track_scale_) * chained_noise_px(static_cast<std::size_t>(gap));
+  }
+  float odds_of(Context& context, std::size_t i, const Measured& measured, const MovingOdds& odds) const {
+    if (measured.gap == 0) return kLeastOdds;
+    const cv::Point3f& now_m = context.points_m()[i];
+    const RigidResidual r = models_[static_cast<std::size_t>(measured.gap - 1)](measured.then_m, now_m);
+    if (!r.valid) return kLeastOdds;
+    MovingOddsInput in;
+    in.chi2 = static_cast<double>(r.chi2);
+    in.miss_px = static_cast<double>(r.image_px);
+    in.sigma_px = sigma_px(measured.gap);
+    in.sigma_depth_m = noise(1).depth_noise.sigma_m(static_cast<double>(now_m.z));
+    in.px_per_m = context.frame().camera->fx_px / static_cast<double>(now_m.z);
+    in.elapsed_s = elapsed_s(static_cast<std::size_t>(measured.gap));
+    return std::clamp(static_cast<float>(odds(in)), kLeastOdds, kMostOdds);
   }
 
   // ---- neighbours
-  void ask_neighbours(Context& context) {
-    lay_out_witnesses(context);
+  void add_neighbours(Context& context) {
+    evidence_.clear();
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (seen_[i] != 0) evidence_.add(context.pixels()[i], context.depths_m()[i], own_[i]);
+    evidence_.build(static_cast<float>(params_.neighbour_px));
     for (std::size_t i = 0; i < context.size(); ++i) {
-      belief_[i] = own_[i] + static_cast<float>(params_.neighbour_weight) * mean_around(context, i);
+      belief_[i] = own_[i] + mean_around(context, i);
       if (context.prior(i)) belief_[i] += static_cast<float>(params_.prior_suspicion);
     }
   }
-
-  void lay_out_witnesses(Context& context) {
-    witnesses_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (seen_[i] != 0) witnesses_.add(context.pixels()[i], context.depths_m()[i], own_[i]);
-    witnesses_.build(static_cast<float>(params_.neighbour_px));
-  }
-
-  /// Mean evidence of the neighbours, the near ones first; features without depth are asked with less trust.
+  /// Mean evidence of the neighbours, near ones first.
   float mean_around(Context& context, std::size_t i) const {
     const cv::Point2f& px = context.pixels()[i];
     const float depth_m = context.depths_m()[i];
-    const bool blind = std::isnan(depth_m);
     const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : kUnseenReach);
-    NeighbourField::Sum sum = witnesses_.around(px, depth_m, reach, static_cast<float>(params_.neighbour_m));
+    NeighbourField::Sum sum = evidence_.around(px, depth_m, reach, static_cast<float>(params_.neighbour_m));
     if (seen_[i] != 0 && PointGrid::usable(px)) sum.values -= own_[i], sum.weights -= 1;  // itself
-    const float trust = blind ? 0.3F : 1.0F;
-    return trust * sum.values / (trust * sum.weights + 0.5F);
+    const float trust = std::isnan(depth_m) ? kBlindTrust : 1.0F;
+    return trust * sum.values / (trust * sum.weights + kOwnWeight);
+  }
+
+  /// A core moves, and so do most of its neighbours: a mismatch is alone.
+  void find_cores(Context& context) {
+    moving_.clear();
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (seen_[i] != 0) moving_.add(context.pixels()[i], context.depths_m()[i], own_[i] > 0 ? 1.0F : 0.0F);
+    moving_.build(kSupportReach_px);
+    cores_.clear();
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (seen_[i] != 0 && belief_[i] > 0 && supported(context, i))
+        cores_.add(context.pixels()[i], context.depths_m()[i], 1);
+    cores_.build(kCoreReach_px);
+  }
+  bool supported(Context& context, std::size_t i) const {
+    const NeighbourField::Sum sum =
+        moving_.around(context.pixels()[i], context.depths_m()[i], kSupportReach_px, kSupportReach_m);
+    const float moving = sum.values - (own_[i] > 0 ? 1.0F : 0.0F), all = sum.weights - 1;  // without itself
+    return moving >= kMinSupport && moving >= kMinSupportShare * all;
+  }
+  bool near_core(Context& context, std::size_t i) const {
+    return cores_.around(context.pixels()[i], context.depths_m()[i], kCoreReach_px, kCoreReach_m).weights > 0;
   }
 
   void cast(Context& context, std::size_t i, Votes& votes) const {
-    const float score = 1 / (1 + std::exp(-belief_[i]));
-    if (seen_[i] != 0)
-      votes.cast(i, belief_[i] > 0 ? Vote::Dynamic : Vote::Static, score);
-    else
-      votes.cast(i, belief_[i] > doubt(context, i) ? Vote::Dynamic : Vote::Unknown, score);
+    const float score = 1 / (1 + std::exp(-belief_[i] / 2));
+    const float limit = seen_[i] != 0 ? 0 : doubt(context, i);
+    if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score);
+    const bool accused = context.prior(i) || near_core(context, i);
+    votes.cast(i, accused ? Vote::Dynamic : Vote::Unknown, score);
   }
 
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
-  /// suspects it can look at; without one the neighbours must lean towards motion.
+  /// suspects it can look at; without one the neighbours must speak for motion.
   float doubt(Context& context, std::size_t i) const {
     if (!context.prior(i)) return kUnseenDoubt;
     return std::isnan(context.depths_m()[i]) ? static_cast<float>(params_.prior_suspicion) : 0.0F;
   }
 
   Params params_;
-  FeatureTracks tracks_{kFrames, 3.0};
+  FeatureTracks tracks_{static_cast<int>(kMaxFrames), 3.0};
   RigidBackgroundEstimator estimator_;
+  NeighbourNoise neighbour_noise_;
   RigidMotion motion_;
   std::vector<Pose> trail_;
-  std::array<double, kFrames + 1> noise_px_{};
-  std::array<std::vector<float>, kFrames + 1> misses_px_, calm_misses_px_;
-  std::vector<RigidResidualModel> residuals_;  ///< [g - 1]: over g frames
+  std::vector<double> stamps_s_, match_noise_px_;  ///< newest first
+  double step_ratio_ = kFirstStepRatio, track_ratio_ = kFirstTrackRatio;
+  double step_scale_ = 1, track_scale_ = 1;  ///< of chained_noise_px(), in this frame
+  std::vector<RigidResidualModel> models_;   ///< [g - 1]: over g frames
+  std::vector<Measured> step_, track_;
+  std::vector<Miss> step_misses_, track_misses_;
+  std::vector<float> ratios_;
   std::vector<int> seeds_;
   std::vector<float> remembered_, static_belief_, own_;
   std::vector<float> belief_, last_belief_;
   std::vector<std::uint8_t> seen_;
   std::vector<float> mobility_, last_mobility_;
-  NeighbourField witnesses_, moved_;  ///< evidence of this frame, mobility of the last
+  NeighbourField evidence_, moving_, cores_, moved_;  ///< of this frame; mobility of the last
 };
 
 }  // namespace dynfilter

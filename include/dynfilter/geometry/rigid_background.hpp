@@ -6,9 +6,12 @@
 #include <array>
 #include <cmath>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/motion_selection.hpp>
+#include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -28,7 +31,7 @@ struct RigidBackgroundScene {
   Span<const int> seeds;                           ///< features that may be used, ascending
   std::optional<Pose> expected;                    ///< T_current_reference, if the camera goes on as it went
   std::optional<Pose> predicted;                   ///< T_current_reference, as the host says
-  double noise_px = 0.12;                          ///< of the correspondences, per axis
+  double noise_ratio = 1.5;  ///< whole error of a static match over the noise that neighbours do not share
 };
 
 /// One rigid motion that some of the points follow.
@@ -44,23 +47,25 @@ struct MotionProposal {
 
 /// The motion of the background between two frames, when most points may lie on movers.
 ///
-/// Several motions are proposed: from what the camera did before (refined at three widths), from the host,
-/// and from support (RANSAC on all points, then on the rest; where nothing is expected yet on the far points
-/// first, where movers are few; and on, with more samples, where nobody explains 15 % of the points, as in a
-/// blurred frame). A small set of them that explains all points is kept (greedy with pruning),
-/// so that a compromise between background and mover, which explains everything a little, loses against the
-/// pair that explains everything well; each point belongs to the motion that explains it best. The background
-/// is then chosen not by head count but by
-///   log(area) - log(1 + d^2) + 2.5 (order - 1/2),
-/// with area the share of image cells (square roots of what they hold, weighted by depth and by what was
-/// static before; a motion that explains less than 4 % of the points is chosen only if none explains more), d
-/// the distance in the image from the expected motion in units of how far off it usually is, and order the
-/// share of neighbours on other motions that lie in front: movers hide the background, the background hides
-/// movers less often. What moved lately is left out where the expected motion is refined: movers that slow
-/// down and set off again would drag it along otherwise.
+/// 1. The noise of this frame: a motion is fitted to all points with a shrinking reach (graduated), weakly
+///    tied to depth. Neighbours' differences give the noise of the matches (neighbour_noise.hpp), the median
+///    miss in depth says how far the depth camera's model can be trusted in this frame: colour and depth are
+///    not taken at the same time.
+/// 2. Motions are proposed: the graduated one, what the camera did before (refined at three widths), the
+///    host's, and by support (RANSAC on all points, then on the rest; first on the far points while nothing
+///    is expected). Widths follow the noise.
+/// 3. The set of motions with the shortest description is kept (motion_selection.hpp); each point belongs to
+///    the motion that explains it best.
+/// 4. The background is the motion with the largest
+///      log(area) - log(1 + d^2) + 2.5 (order - 1/2),
+///    area: share of image cells (square roots of what they hold, weighted by depth and by what was static
+///    before), d: distance in the image from the expected motion in units of the usual distance, order: share
+///    of neighbours on other motions that are in front. A motion that explains less than 4 % of the points is
+///    never the background: then there is no motion.
 ///
-/// Works on at most four points per cell of a 16 x 12 grid, the far ones. Owns its scratch. Not for several
-/// threads at once. About 0.2 ms for 1000 features.
+/// Features that moved lately do not take part where the expected motion is refined. Works on at most four
+/// points per cell of a 16 x 12 grid, the far ones. Owns its scratch. Not for several threads at once. About
+/// 0.3 ms for 1000 features.
 class RigidBackgroundEstimator {
  public:
   static constexpr float kMobile = 0.5F;  ///< a mobility from which on a point counts as having moved
@@ -79,26 +84,37 @@ class RigidBackgroundEstimator {
   std::size_t chosen() const { return chosen_; }
   /// Points that were looked at.
   std::size_t points() const { return points_.size(); }
+  /// Noise of this frame's matches that neighbours do not share [px per axis].
+  double match_noise_px() const { return match_noise_px_; }
+  /// Error of this frame's depths in units of the sensor's model, at least 1.
+  double depth_factor() const { return depth_factor_; }
   /// Forgets how smoothly the camera moves.
   void reset() { usual_miss_px_ = kUnknownMiss_px; }
 
  private:
   static constexpr int kColumns = 16, kRows = 12;
   static constexpr std::size_t kPerCell = 4, kMinSettled = 30;
-  static constexpr double kWide_px = 0.8, kSupport_px = 0.25;
-  static constexpr double kFit_px = 0.3;        ///< a fit is worth 1 / (1 + (miss / this)^2)
-  static constexpr double kMinGain = 0.04;      ///< of the points: what a motion must explain to be kept
-  static constexpr float kExplained = 0.1F;     ///< a fit from which on a point is explained: 3 kFit_px
-  static constexpr double kFarShare = 0.4;      ///< of the points: those at the back
-  static constexpr int kFirstSearch = 150;      ///< samples; of what is expected to be left, or far
-  static constexpr int kSearch = 75;            ///< of the searches from the beginning, which come on top
-  static constexpr double kPoorShare = 0.15;    ///< of the points: when the best motion explains less ...
-  static constexpr int kPatientSearch = 600;    ///< ... the search goes on with so many samples
-  static constexpr double kSettled = 0.7;       ///< explained by the expected motion: no search
-  static constexpr double kOrderWeight = 2.5;   ///< of who hides whom against who covers more
-  static constexpr double kNeighbour_px = 50;   ///< whose depths are compared
-  static constexpr float kDepthStep = 1.08F;    ///< farther by this factor lies behind
-  static constexpr double kUnknownMiss_px = 3;  ///< before anything is known of the camera's smoothness
+  static constexpr double kWide_px = 0.8, kSupport_px = 0.25, kFit_px = 0.3, kNarrow_px = 0.05;  ///< at least
+  static constexpr double kFirstNoise_px = 0.3;  ///< where there are too few neighbours to measure it
+  static constexpr double kMinShare = 0.04;      ///< of the points: what the background must explain
+  static constexpr float kExplained = 0.1F;      ///< a fit from which on a point is explained: 3 fit widths
+  static constexpr double kGraduated_px[] = {12, 5, 2, 1};  ///< noise assumed by one fit after the other
+  static constexpr double kLooseDepth = 10;                 ///< depth factor of these fits
+  static constexpr double kGraduatedReach_px = 3;  ///< misses below this tell how exact the depths are
+  static constexpr float kNeighbourReach_px = 40;  ///< a cell of the grid
+  static constexpr double kSupportWidth = 0.7;     ///< of the noise: RANSAC finds the sharper points
+  static constexpr float kPrice_nats = 15;  ///< six parameters, each to one part in exp(2.5) of its range
+  static constexpr float kFirstPrice_nats =
+      8;  ///< before anything was followed, that several things move is likely
+  static constexpr double kFarShare = 0.4;         ///< of the points: those at the back
+  static constexpr int kFirstSearch = 150;         ///< samples; of what is expected to be left, or far
+  static constexpr int kSearch = 75;               ///< of the searches from the beginning, which come on top
+  static constexpr double kSettled = 0.7;          ///< explained by the expected motion: no search
+  static constexpr double kOrderWeight = 2.5;      ///< of who hides whom against who covers more
+  static constexpr double kNeighbour_px = 50;      ///< whose depths are compared
+  static constexpr float kDepthStep = 1.08F;       ///< farther by this factor lies behind
+  static constexpr double kUnknownMiss_px = 3;     ///< before anything is known of the camera's smoothness
+  static constexpr double kLeastRefined_px = 0.1;  ///< narrower, a fit loses good points
   static constexpr double kLeastMiss_px = 0.15, kDepthCap_m = 4;
 
   struct Candidate {
@@ -110,14 +126,15 @@ class RigidBackgroundEstimator {
     proposals_.clear();
     chosen_ = 0;
     sample_evenly();
+    measure_noise();
     propose_known();
     propose_by_support();
     if (proposals_.empty()) return {};
-    measure_fits();
-    if (most_explained() < kPoorShare * static_cast<double>(points_.size())) search_patiently();
+    measure_misses();
     select();
     assign();
-    const RigidMotion motion = refine_background(choose());
+    if (!explains_enough(choose())) return {};
+    const RigidMotion motion = refine_background(chosen_);
     if (motion.ok && scene_->expected) learn_smoothness(motion.T_current_reference);
     return motion;
   }
@@ -177,10 +194,69 @@ class RigidBackgroundEstimator {
     return key(a.index) < key(b.index);
   }
 
+  // ---- the noise of this frame
+  void measure_noise() {
+    graduated_ = fit_gradually();
+    const Pose start = graduated_.ok ? graduated_.T_current_reference : scene_->expected.value_or(Pose());
+    collect_misses(start);
+    rigid_.options().depth_noise = scaled(depth_factor_);
+    match_noise_px_ = neighbour_noise_.scale(misses_, kNeighbourReach_px).value_or(kFirstNoise_px);
+    noise_px_ = std::max(kNarrow_px, scene_->noise_ratio * match_noise_px_);
+  }
+  /// A fit to all points whose reach shrinks: it follows most of them, wherever it begins.
+  RigidMotion fit_gradually() {
+    RigidMotion motion;
+    Pose start = scene_->expected.value_or(Pose());
+    rigid_.options().depth_noise = scaled(kLooseDepth);
+    for (const double sigma_px : kGraduated_px) {
+      rigid_.options().pixel_sigma_px = sigma_px;
+      const RigidMotion finer =
+          rigid_.refine(scene_->camera, scene_->reference_m, scene_->current_m, points_, start);
+      if (!finer.ok) break;
+      motion = finer;
+      start = finer.T_current_reference;
+    }
+    return motion;
+  }
+  void collect_misses(const Pose& T) {
+    const Eigen::Matrix3d R = T.R();
+    const DepthNoise sensor;
+    misses_.clear();
+    depth_misses_.clear();
+    for (const int i : points_) {
+      const auto k = static_cast<std::size_t>(i);
+      const cv::Point3f &p = scene_->reference_m[k], &c = scene_->current_m[k];
+      const Eigen::Vector3d q = R * Eigen::Vector3d(p.x, p.y, p.z) + T.t();
+      const double x_px = scene_->camera.fx_px * (c.x / c.z - q.x() / q.z()),
+                   y_px = scene_->camera.fy_px * (c.y / c.z - q.y() / q.z());
+      misses_.push_back({scene_->pixels[k], c.z, {static_cast<float>(x_px), static_cast<float>(y_px)}, 1});
+      if (!(norm(x_px, y_px) < kGraduatedReach_px)) continue;
+      const double then_m = sensor.sigma_m(p.z), now_m = sensor.sigma_m(c.z);
+      depth_misses_.push_back(static_cast<float>(std::abs(q.z() - c.z) / norm(then_m, now_m)));
+    }
+    constexpr double kMedianOfSigma = 0.6745;
+    depth_factor_ = depth_misses_.size() < kMinSettled
+                        ? 1
+                        : std::clamp(median_in_place(depth_misses_) / kMedianOfSigma, 1.0, kLooseDepth);
+  }
+  static DepthNoise scaled(double factor) {
+    DepthNoise noise;
+    noise.base_m *= factor;
+    noise.quadratic_per_m *= factor;
+    return noise;
+  }
+  double support_px() const { return std::max(kSupport_px, kSupportWidth * match_noise_px_); }
+  double wide_px() const { return std::max(kWide_px, 3 * noise_px_); }
+  double fit_px() const { return std::max(kFit_px, 2 * noise_px_); }
+
   void propose_known() {
-    if (scene_->predicted) propose(MotionProposal::From::Predicted, points_, kSupport_px, scene_->predicted);
+    if (graduated_.ok)
+      propose(MotionProposal::From::Support, points_, std::max(kSupport_px, 2 * noise_px_),
+              graduated_.T_current_reference);
+    if (scene_->predicted) propose(MotionProposal::From::Predicted, points_, support_px(), scene_->predicted);
     if (!scene_->expected) return;
-    for (const double sigma_px : {scene_->noise_px, 2.5 * scene_->noise_px, kWide_px})
+    const double narrow_px = std::max(kNarrow_px, 0.8 * noise_px_);
+    for (const double sigma_px : {narrow_px, 2.5 * narrow_px, wide_px()})
       propose(MotionProposal::From::Expected, settled(), sigma_px, scene_->expected);
   }
 
@@ -202,11 +278,11 @@ class RigidBackgroundEstimator {
       drop_explained(narrow_expected().motion);
       if (static_cast<double>(rest_.size()) < (1 - kSettled) * static_cast<double>(points_.size())) return;
       if (10 * rest_.size() > points_.size())
-        propose(MotionProposal::From::Support, rest_, kSupport_px, std::nullopt);
+        propose(MotionProposal::From::Support, rest_, support_px(), std::nullopt);
     }
     if (!scene_->expected) propose_from_afar();
     rigid_.options().max_iterations = kSearch;
-    for (const double sigma_px : {kSupport_px, kWide_px}) {
+    for (const double sigma_px : {support_px(), wide_px()}) {
       rest_ = points_;
       for (int k = 0; k < 3 && rest_.size() >= 12 && 10 * rest_.size() > points_.size(); ++k) {
         if (!propose(MotionProposal::From::Support, rest_, sigma_px, std::nullopt)) break;
@@ -221,7 +297,7 @@ class RigidBackgroundEstimator {
   void propose_from_afar() {
     const auto far = static_cast<std::ptrdiff_t>(kFarShare * static_cast<double>(points_.size()));
     rest_.assign(points_.begin(), points_.begin() + far);
-    if (rest_.size() >= 12) propose(MotionProposal::From::Support, rest_, kSupport_px, std::nullopt);
+    if (rest_.size() >= 12) propose(MotionProposal::From::Support, rest_, support_px(), std::nullopt);
   }
 
   /// Proposed first of the expected ones; without it, whatever comes first.
@@ -244,14 +320,13 @@ class RigidBackgroundEstimator {
     return proposal.motion.ok;
   }
 
-  /// visit(k, chi2 at a noise of `sigma_px`) for the k-th of `points`.
+  /// visit(k, squared miss in the image [px^2], squared miss in depth [sigma^2]) for the k-th of `points`.
   template <class Visit>
-  void for_misses(const std::vector<int>& points, const Pose& T, double sigma_px, const Visit& visit) const {
+  void for_misses(const std::vector<int>& points, const Pose& T, const Visit& visit) const {
     const Eigen::Matrix3f R = T.R().cast<float>();
     const Eigen::Vector3f t = T.t().cast<float>();
-    const auto fx = static_cast<float>(scene_->camera.fx_px / sigma_px),
-               fy = static_cast<float>(scene_->camera.fy_px / sigma_px);
-    const DepthNoise noise;
+    const auto fx = static_cast<float>(scene_->camera.fx_px), fy = static_cast<float>(scene_->camera.fy_px);
+    const DepthNoise noise = scaled(depth_factor_);
     for (std::size_t k = 0; k < points.size(); ++k) {
       const cv::Point3f &p = scene_->reference_m[static_cast<std::size_t>(points[k])],
                         &c = scene_->current_m[static_cast<std::size_t>(points[k])];
@@ -259,94 +334,62 @@ class RigidBackgroundEstimator {
       const float u = fx * (q.x() / q.z() - c.x / c.z), v = fy * (q.y() / q.z() - c.y / c.z);
       const auto s1 = static_cast<float>(noise.sigma_m(c.z)), s2 = static_cast<float>(noise.sigma_m(p.z));
       const float w2 = (q.z() - c.z) * (q.z() - c.z) / (s1 * s1 + s2 * s2);
-      visit(k, q.z() > 0 ? u * u + v * v + w2 : 1e9F);
+      visit(k, q.z() > 0 ? u * u + v * v : kBehind, w2);
     }
   }
+  static constexpr float kBehind = 1e9F;
 
   void drop_explained(const RigidMotion& motion) {
+    const auto limit = static_cast<float>(rigid_.options().inlier_chi2);
+    const auto per_s2 =
+        static_cast<float>(1 / (rigid_.options().pixel_sigma_px * rigid_.options().pixel_sigma_px));
     std::size_t left = 0;
     scratch_ = rest_;
-    for_misses(scratch_, motion.T_current_reference, rigid_.options().pixel_sigma_px,
-               [&](std::size_t k, float chi2) {
-                 if (!(chi2 < static_cast<float>(rigid_.options().inlier_chi2))) rest_[left++] = scratch_[k];
-               });
+    for_misses(scratch_, motion.T_current_reference, [&](std::size_t k, float image2, float depth2) {
+      if (!(image2 * per_s2 + depth2 < limit)) rest_[left++] = scratch_[k];
+    });
     rest_.resize(left);
   }
 
   // ---- which motions are needed
   const float* fits_of(std::size_t h) const { return fit_.data() + h * points_.size(); }
 
-  void measure_fits() {
-    fit_.resize(proposals_.size() * points_.size());
-    float* row = fit_.data();
-    for (const MotionProposal& p : proposals_) {
-      for_misses(points_, p.motion.T_current_reference, kFit_px,
-                 [&](std::size_t k, float chi2) { row[k] = 1 / (1 + chi2); });
-      row += points_.size();
-    }
-  }
-
-  int most_explained() const {
-    std::ptrdiff_t most = 0;
+  void measure_misses() {
+    image2_px2_.resize(proposals_.size() * points_.size());
+    depth2_.resize(image2_px2_.size());
     for (std::size_t h = 0; h < proposals_.size(); ++h)
-      most = std::max(most, std::count_if(fits_of(h), fits_of(h) + points_.size(),
-                                          [](float fit) { return fit >= kExplained; }));
-    return static_cast<int>(most);
-  }
-  /// A blurred frame: few points can be explained at all, and three of them are drawn together too rarely.
-  void search_patiently() {
-    rigid_.options().max_iterations = kPatientSearch;
-    for (const double sigma_px : {kSupport_px, kWide_px})
-      propose(MotionProposal::From::Support, points_, sigma_px, std::nullopt);
+      for_misses(points_, proposals_[h].motion.T_current_reference,
+                 [&](std::size_t k, float image2, float depth2) {
+                   image2_px2_[h * points_.size() + k] = image2;
+                   depth2_[h * points_.size() + k] = depth2;
+                 });
     measure_fits();
   }
-
-  float gain(std::size_t h) const {
-    float sum = 0;
-    const float* row = fits_of(h);
-    for (std::size_t k = 0; k < points_.size(); ++k) sum += std::max(0.0F, row[k] - best_fit_[k]);
-    return sum;
-  }
-  void explain(std::size_t h) {
-    const float* row = fits_of(h);
-    for (std::size_t k = 0; k < points_.size(); ++k) best_fit_[k] = std::max(best_fit_[k], row[k]);
+  void measure_fits() {
+    fit_.resize(image2_px2_.size());
+    const auto per_fit2 = static_cast<float>(1 / (fit_px() * fit_px()));
+    for (std::size_t k = 0; k < fit_.size(); ++k)
+      fit_[k] = 1 / (1 + (image2_px2_[k] * per_fit2 + depth2_[k]));
   }
 
-  /// The narrow expected motion always takes part: few static points may be left of a crowded view.
   void select() {
-    selected_.clear();
-    best_fit_.assign(points_.size(), 0);
-    for (std::size_t h = 0; h < proposals_.size() && selected_.empty(); ++h)
-      if (proposals_[h].from == MotionProposal::From::Expected) take(h);
-    const std::size_t fixed = selected_.size();
-    const float least = static_cast<float>(kMinGain) * static_cast<float>(points_.size());
-    while (selected_.size() < proposals_.size()) {
-      std::size_t best = 0;
-      float most = -1;
-      for (std::size_t h = 0; h < proposals_.size(); ++h)
-        if (const float more = gain(h); more > most) most = more, best = h;
-      if (most < least && !selected_.empty()) break;
-      take(best);
-    }
-    while (selected_.size() > std::max<std::size_t>(1, fixed) && prune(fixed, least)) {
-    }
+    weigh_points();
+    prices_.assign(proposals_.size(), scene_->expected ? kPrice_nats : kFirstPrice_nats);
+    selected_ = selection_.select(
+        {proposals_.size(), points_.size(), image2_px2_, depth2_, weights_, prices_, noise_px_});
+    noise_px_ = selection_.noise_px();
+    measure_fits();
   }
-  void take(std::size_t h) {
-    selected_.push_back(h);
-    explain(h);
-  }
-  /// Drops the motion that is missed least, if it is missed too little.
-  bool prune(std::size_t fixed, float least) {
-    std::size_t worst = selected_.size();
-    for (std::size_t s = fixed; s < selected_.size(); ++s) {
-      best_fit_.assign(points_.size(), 0);
-      for (std::size_t other = 0; other < selected_.size(); ++other)
-        if (other != s) explain(selected_[other]);
-      if (const float missed = gain(selected_[s]); missed < least) least = missed, worst = s;
-    }
-    if (worst == selected_.size()) return false;
-    selected_.erase(selected_.begin() + static_cast<std::ptrdiff_t>(worst));
-    return true;
+  /// Two by two cells are one witness: errors are correlated that far.
+  void weigh_points() {
+    const auto patch = [&](int i) {
+      const std::size_t cell = cell_of(i);
+      return cell / kColumns / 2 * (kColumns / 2) + cell % kColumns / 2;
+    };
+    std::array<int, kColumns * kRows / 4> held{};
+    for (const int i : points_) ++held[patch(i)];
+    weights_.clear();
+    for (const int i : points_) weights_.push_back(1 / static_cast<float>(held[patch(i)]));
   }
 
   /// Each point belongs to the selected motion that explains it best.
@@ -381,7 +424,7 @@ class RigidBackgroundEstimator {
     int explained = 0;
     for (std::size_t k = 0; k < points_.size(); ++k)
       if (owner_[k] == h && fits_of(h)[k] >= kExplained) ++explained;
-    return explained >= kMinGain * static_cast<double>(points_.size());
+    return explained >= kMinShare * static_cast<double>(points_.size());
   }
 
   void measure_areas() {
@@ -448,12 +491,12 @@ class RigidBackgroundEstimator {
     usual_miss_px_ += kRate * (std::min(kMost_px, distance_px(T, *scene_->expected)) - usual_miss_px_);
   }
 
-  /// On the points that it explains best, as narrowly as it was found.
+  /// On the points that it explains best, as narrowly as the noise allows.
   RigidMotion refine_background(std::size_t h) {
     rest_.clear();
     for (std::size_t k = 0; k < points_.size(); ++k)
       if (owner_[k] == h) rest_.push_back(points_[k]);
-    rigid_.options().pixel_sigma_px = proposals_[h].sigma_px;
+    rigid_.options().pixel_sigma_px = std::max(kLeastRefined_px, noise_px_);
     const RigidMotion motion = rigid_.refine(scene_->camera, scene_->reference_m, scene_->current_m, rest_,
                                              proposals_[h].motion.T_current_reference);
     return motion.ok ? motion : proposals_[h].motion;
@@ -465,11 +508,18 @@ class RigidBackgroundEstimator {
   std::vector<Candidate> candidates_;
   std::vector<int> points_, settled_, rest_, scratch_, behind_, front_;
   std::vector<MotionProposal> proposals_;
-  std::vector<float> fit_, best_fit_;  ///< proposals x points; points
+  RigidMotion graduated_;
+  NeighbourNoise neighbour_noise_;
+  MotionSelection selection_;
+  std::vector<Miss> misses_;
+  std::vector<float> depth_misses_;
+  std::vector<float> image2_px2_, depth2_, fit_;  ///< proposals x points
+  std::vector<float> weights_, prices_;
   std::vector<std::size_t> selected_, owner_;
   std::vector<cv::Point2f> places_;
   PointGrid grid_;
   std::size_t chosen_ = 0;
+  double match_noise_px_ = kFirstNoise_px, noise_px_ = kFirstNoise_px, depth_factor_ = 1;
   double usual_miss_px_ = kUnknownMiss_px;
 };
 
