@@ -137,6 +137,14 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
         "pipeline.floor.min_share: expected 0 to 1, got `2`");
 }
 
+TEST_CASE("a call point has at most as many stages as a verdict has reasons") {
+  std::string stages = "pipeline:\n  before_pose:\n";
+  for (int i = 0; i < 63; ++i) stages += "    - limit\n";  // and the list itself
+  CHECK(error_of(stages) == "no error");
+  CHECK(error_of(stages + "    - limit\n") ==
+        "pipeline.before_pose[63]: expected at most 64 stages, combinators counted");
+}
+
 TEST_CASE("a file's name stands before the error") {
   CHECK_THROWS_WITH_AS(pipeline_from_file("/no/such/file.yaml", registry()),
                        "/no/such/file.yaml: cannot be read", ConfigError);
