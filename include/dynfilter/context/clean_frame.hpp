@@ -99,12 +99,13 @@ class FrameCleaner {
     detections_.clear();
     for (const Detection& detection : given) {
       Detection box = detection;
-      box.box = clipped(detection.box);
       if (!box.mask.empty() && box.mask.type() != CV_8UC1) box.mask = cv::Mat();
+      if (!sound(box)) box.box = clipped(box.box);
       if (sound(box)) detections_.push_back(box);
     }
-    notes_.push_back(std::to_string(given.size() - detections_.size()) + " of " +
-                     std::to_string(given.size()) + " boxes cannot be used");
+    if (detections_.size() < given.size())
+      notes_.push_back(std::to_string(given.size() - detections_.size()) + " of " +
+                       std::to_string(given.size()) + " boxes cannot be used");
     given = detections_;
   }
   static bool sound(const Detection& detection) {
@@ -114,12 +115,12 @@ class FrameCleaner {
   }
   /// A box that reaches far beyond the image, to infinity even, still has its part in the image.
   static cv::Rect2f clipped(const cv::Rect2f& box) {
-    const auto within = [](float x) {
+    const auto within = [](float px) {
       constexpr float kMost = kMaxPixel / 2;
-      return std::isnan(x) ? x : std::clamp(x, -kMost, kMost);
+      return std::isnan(px) ? px : std::clamp(px, -kMost, kMost);
     };
-    const cv::Point2f from(within(box.x), within(box.y));
-    return {from, cv::Point2f(within(box.x + box.width), within(box.y + box.height))};
+    const float x = within(box.x), y = within(box.y);
+    return {x, y, within(box.x + box.width) - x, within(box.y + box.height) - y};
   }
 
   static bool sound(const Camera& camera) {
