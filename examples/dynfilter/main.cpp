@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/version.hpp>
 #include <exception>
+#include <iostream>
 #include <string>
 
 #include "command.hpp"
@@ -57,14 +61,32 @@ int dispatch(int argc, char** argv) {
   return action();
 }
 
-}  // namespace
+// Where a standard stream is closed, the next file that is opened would take its number, and results would be
+// printed into it. This one cannot be written to.
+void occupy_closed_streams() {
+  for (int opened = 0; opened >= 0 && opened <= STDERR_FILENO;) {
+    opened = ::open("/dev/null", O_RDONLY);
+    if (opened > STDERR_FILENO) ::close(opened);
+  }
+}
 
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   try {
     return dispatch(argc, argv);
   } catch (const dynfilter::Error& error) {
     return complain(error.what(), kBadInput);
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return kFailed;  // main() says so
     return complain(std::string("internal error: ") + error.what(), kFailed);
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  occupy_closed_streams();
+  const int exit_code = run(argc, argv);
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout) return exit_code;
+  return complain("standard output cannot be written: it is closed, or its device is full", kFailed);
 }
