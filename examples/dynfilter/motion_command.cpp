@@ -189,7 +189,7 @@ void print_json(const std::vector<Clip>& clips, const std::string& pipeline) {
                   {"precision", totals_json(totals_of(clips, &Clip::precision))},
                   {"recall", totals_json(totals_of(clips, &Clip::recall))},
                   {"f1", totals_json(totals_of(clips, &Clip::f1))}};
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}", json_text(json));
 }
 
 void print_text(const std::vector<Clip>& clips) {
