@@ -33,6 +33,13 @@ class YamlNode {
 
   [[noreturn]] void fail(const std::string& message) const { throw ConfigError(path_, message); }
 
+  /// As they are written, even twice.
+  std::vector<std::string> keys() const {
+    std::vector<std::string> result;
+    if (is_map())
+      for (const auto& child : value_->children) result.push_back(child.first);
+    return result;
+  }
   /// Keys and values in the order of the file; only the keys that begin with `prefix`. Throws when one of
   /// them is written twice.
   std::vector<std::pair<std::string, YamlNode>> entries(const std::string& prefix = "") const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <functional>
@@ -94,7 +95,8 @@ class StageReader {
     if (entry == nullptr) {
       std::vector<std::string> known = registry_.names();
       for (const CombinatorEntry& combinator : combinators_) known.push_back(combinator.card.name);
-      value.fail("unknown filter `" + name + "`; known: " + detail::joined(known));
+      value.fail("unknown filter `" + name + "`" + did_you_mean(name, known) +
+                 "; known: " + detail::joined(known));
     }
     return std::make_unique<FilterStage>(entry->make(value), value.path());
   }
