@@ -113,7 +113,8 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
         "initialisation, before_pose, "
         "after_pose, at_keyframe");
   CHECK(error_of(head + "    - limt\n") ==
-        "pipeline.before_pose[0]: unknown filter `limt` (did you mean `limit`?); known: limit, mark, " + combinator_names());
+        "pipeline.before_pose[0]: unknown filter `limt` (did you mean `limit`?); known: limit, mark, " +
+            combinator_names());
   CHECK(error_of(head + "    - limit: { limit_px: 11 }\n") ==
         "pipeline.before_pose[0].limit.limit_px: expected 0 to 10, got `11`");
   CHECK(error_of(head + "    - any:\n        - limit: { limit: 1 }\n") ==
