@@ -105,9 +105,9 @@ TEST_CASE("numbers go through the protocol with a point, whatever the locale of 
   REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0);
   MessageStream host(ends[0], ends[0]), provider(ends[1], ends[1]);
   SemanticImage image = image_of(1234567, kColour);
-  image.timestamp_s = 1305031102.175304;
+  image.timestamp_s = 1305031102.25;  // exact in binary
   protocol::write_image(host, image);
-  CHECK(provider.read_line() == "image 1234567 1305031102.175304174 2 2 3");
+  CHECK(provider.read_line() == "image 1234567 1305031102.250000000 2 2 3");
   unsigned char pixels[12];
   provider.read_bytes(pixels, sizeof(pixels));
 
