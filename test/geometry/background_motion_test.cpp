@@ -204,11 +204,45 @@ TEST_CASE("two moving planes among mismatches: the mismatches are what is left")
   const std::vector<int>& label = sequential.fit(matches);
   CHECK(sequential.models() == 2);
   for (std::size_t i = 0; i < 100; ++i) CHECK(label[i] >= 0);
-  int agreeing = 0;  // 80 matches x 2 models x a disc of 7 px in 640 x 480: 0.08 by chance
+  int agreeing = 0;  // 80 matches x 2 models x 0.003: 0.5 by chance
   for (std::size_t i = 100; i < 180; ++i) agreeing += label[i] >= 0 ? 1 : 0;
   CHECK(agreeing <= 2);
+  // A disc of this radius has 0.003 of the area, 640 x 480.
+  CHECK(sequential.max_distance_px() ==
+        doctest::Approx(std::sqrt(0.003 * 640 * 480 / 3.14159)).epsilon(0.05));
   CHECK(sequential.fit({}).empty());
   CHECK(sequential.models() == 0);
+}
+
+TEST_CASE("wrong matches alone make no homography") {
+  for (const int n : {10, 50, 200, 500}) {
+    CAPTURE(n);
+    int models = 0;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      Rng rng(seed);
+      std::vector<ImageMatch> matches;
+      for (int i = 0; i < n; ++i)
+        matches.push_back(
+            {rng.uniform(0, 640), rng.uniform(0, 480), rng.uniform(0, 640), rng.uniform(0, 480)});
+      SequentialHomographies sequential;
+      sequential.fit(matches);
+      models += static_cast<int>(sequential.models());
+    }
+    CHECK(models <= 5);  // fewer than one expected each
+  }
+}
+
+TEST_CASE("homographies do not depend on the unit of length") {
+  Rng rng(9);
+  std::vector<ImageMatch> matches, larger;
+  for (int i = 0; i < 100; ++i) {
+    const double x = rng.uniform(20, 600), y = rng.uniform(20, 460);
+    matches.push_back({x, y, i < 60 ? x + 10 : rng.uniform(0, 640), i < 60 ? y - 5 : rng.uniform(0, 480)});
+    const ImageMatch& m = matches.back();
+    larger.push_back({4 * m.x, 4 * m.y, 4 * m.rx, 4 * m.ry});
+  }
+  SequentialHomographies small, large;
+  CHECK(small.fit(matches) == large.fit(larger));
 }
 
 }  // namespace background_motion_test
