@@ -13,6 +13,7 @@
 #include <dynfilter/geometry/view_motion.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace dynfilter {
@@ -86,6 +87,7 @@ class FlowConsistencyFilter final : public Filter {
     follow(context);
     set_view(context);
     choose_gaps();
+    sort_features();
     for (const int gap : gaps_) {
       if (!somebody_needs(gap) || !measure(context, gap)) continue;
       group();
@@ -123,6 +125,10 @@ class FlowConsistencyFilter final : public Filter {
       for (double& w : scaled.rotation_rad) w *= other_s / gap_s;
       return scaled;
     }
+  };
+  struct PlacedFeature {
+    ImageNeighbours::Point now;
+    std::size_t feature;
   };
   /// A feature that can be judged over the present gap.
   struct Point {
@@ -270,22 +276,30 @@ class FlowConsistencyFilter final : public Filter {
     return {static_cast<double>(px.x) - centre_.x, (static_cast<double>(px.y) - centre_.y) * y_scale_};
   }
 
-  /// In an order that does not depend on the features'.
+  /// By place now, so that what follows does not depend on the features' order.
+  void sort_features() {
+    order_.clear();
+    for (std::size_t i = 0; i < tracks_.size(); ++i)
+      if (tracks_.length(i) > 0 && within(tracks_.at(i, 0))) order_.push_back({centred(tracks_.at(i, 0)), i});
+    std::sort(order_.begin(), order_.end(), [](const PlacedFeature& a, const PlacedFeature& b) {
+      return std::tie(a.now.x, a.now.y, a.feature) < std::tie(b.now.x, b.now.y, b.feature);
+    });
+  }
+
   void collect_points(const Context& context, int gap) {
     points_.clear();
-    for (std::size_t i = 0; i < tracks_.size(); ++i) {
-      if (tracks_.length(i) < gap) continue;
-      const cv::Point2f &now = tracks_.at(i, 0), &then = tracks_.at(i, gap);
-      if (!within(now) || !within(then)) continue;
-      const ImageNeighbours::Point a = centred(then), b = centred(now);
-      points_.push_back({static_cast<int>(i), {a.x, a.y, b.x, b.y}, {}, 0, context.seed(i)});
+    for (const auto& [now, i] : order_) {
+      if (tracks_.length(i) < gap || !within(tracks_.at(i, gap))) continue;
+      const ImageNeighbours::Point then = centred(tracks_.at(i, gap));
+      points_.push_back({static_cast<int>(i), {then.x, then.y, now.x, now.y}, {}, 0, context.seed(i)});
     }
-    std::stable_sort(points_.begin(), points_.end(), [](const Point& p, const Point& q) {
-      if (p.pair.x != q.pair.x) return p.pair.x < q.pair.x;
-      if (p.pair.y != q.pair.y) return p.pair.y < q.pair.y;
-      if (p.pair.reference_x != q.pair.reference_x) return p.pair.reference_x < q.pair.reference_x;
-      return p.pair.reference_y < q.pair.reference_y;
-    });
+    const auto before = [](const Point& p, const Point& q) {
+      return std::tie(p.pair.x, p.pair.y, p.pair.reference_x, p.pair.reference_y) <
+             std::tie(q.pair.x, q.pair.y, q.pair.reference_x, q.pair.reference_y);
+    };
+    // Only features at the very same place may still be out of order.
+    if (!std::is_sorted(points_.begin(), points_.end(), before))
+      std::stable_sort(points_.begin(), points_.end(), before);
   }
 
   /// Neighbours are alike whose flows a common depth and a common miss of the epipolar line explain.
@@ -489,6 +503,7 @@ class FlowConsistencyFilter final : public Filter {
   cv::Point2d centre_, focus_;
   double focal_px_ = 1, y_scale_ = 1;
   std::vector<Evidence> evidence_, last_evidence_;
+  std::vector<PlacedFeature> order_;
   std::vector<Point> points_;
   std::vector<ViewPair> pairs_;
   std::vector<ImageNeighbours::Point> places_;
