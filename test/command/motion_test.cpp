@@ -21,7 +21,7 @@ std::string judged(const char* folder, const char* pipeline, const char* more = 
     return "";
   }
   const CommandResult result =
-      dynfilter("motion '" + data.string() + "' --json --pipeline " + std::string(pipeline));
+      dynfilter("motion '" + data.string() + "' --json --pipeline " + pipeline + more);
   CAPTURE(result.err);
   CHECK(result.exit_code == 0);
   return result.out;

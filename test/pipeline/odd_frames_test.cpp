@@ -207,4 +207,19 @@ TEST_CASE("cameras and units of depth that are none are left out") {
   for (const double unit : {0.0, -1.0, kInf, kNan}) CHECK(inputs(500, 0.1, 640, unit) == Input::Camera);
 }
 
+TEST_CASE("a camera of which only the image's size is known keeps it, without a distortion") {
+  FrameView frame;
+  frame.camera.emplace();
+  frame.camera->width_px = 640, frame.camera->height_px = 480;
+  Context context;
+  context.begin(frame, CallPoint::BeforePose);
+  REQUIRE(context.frame().camera.has_value());
+  CHECK(context.frame().camera->width_px == 640);
+  CHECK(context.inputs() == Input::None);
+  CHECK(context.input_notes().empty());
+  frame.camera->distortion[0] = 0.1;
+  context.begin(frame, CallPoint::BeforePose);
+  CHECK_FALSE(context.frame().camera.has_value());
+}
+
 }  // namespace odd_frames_test

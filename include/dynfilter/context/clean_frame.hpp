@@ -15,8 +15,9 @@
 namespace dynfilter {
 
 /// Leaves of a host's frame what can be computed with, so that filters need no checks of their own: arrays
-/// are as long as the keypoints or empty, images have a type that is read, a camera has a focal length, a
-/// pose is rigid, boxes have an area, and places are NaN or within a million pixels. What cannot be used is
+/// are as long as the keypoints or empty, images have a type that is read, a camera has a focal length or is
+/// one of which only the image's size is known (focal lengths 0, no distortion), a pose is rigid, boxes have
+/// an area, and places are NaN or within a million pixels. What cannot be used is
 /// left out, with a note. The frame is changed only where it is odd; then it refers to memory of this object
 /// until the next call.
 class FrameCleaner {
@@ -125,10 +126,12 @@ class FrameCleaner {
 
   static bool sound(const Camera& camera) {
     const auto within = [](double value, double least) { return value >= least && value <= 1e6; };
+    const bool only_size = camera.fx_px == 0 && camera.fy_px == 0 && !camera.distorted();
     // A focal length of less than a pixel belongs to no image.
-    bool all = within(camera.fx_px, 1) && within(camera.fy_px, 1) && within(camera.cx_px, -1e6) &&
-               within(camera.cy_px, -1e6) && within(camera.baseline_fx_px_m, -1e6) &&
-               within(camera.width_px, 0) && within(camera.height_px, 0);
+    bool all = (only_size || (within(camera.fx_px, 1) && within(camera.fy_px, 1))) &&
+               within(camera.cx_px, -1e6) && within(camera.cy_px, -1e6) &&
+               within(camera.baseline_fx_px_m, -1e6) && within(camera.width_px, 0) &&
+               within(camera.height_px, 0);
     for (const double k : camera.distortion) all = all && within(k, -1e6);
     return all;
   }

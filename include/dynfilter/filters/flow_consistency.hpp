@@ -313,7 +313,8 @@ class FlowConsistencyFilter final : public Filter {
                                      (line_length(p.flow) + line_length(q.flow))
                                : p.flow.along_px - q.flow.along_px;
       const double limit = kAlike_px + kAlikeOfFlow * 0.5 * (p.length_px + q.length_px);
-      return std::hypot(along, p.flow.across_px - q.flow.across_px) < limit;
+      const double across = p.flow.across_px - q.flow.across_px;
+      return along * along + across * across < limit * limit;
     });
   }
   static double line_length(const ViewFlow& flow) {

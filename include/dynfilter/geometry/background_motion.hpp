@@ -71,6 +71,8 @@ class BackgroundMotionEstimator {
   static constexpr int kSample = 6, kScoredPerCell = 4, kLeastSamples = 10;
   static constexpr double kLeastParallax_px = 0.02;  ///< where there is no noise to measure
   static constexpr double kMissed = 0.01;            ///< probability that no sample was of inliers only
+  static constexpr double kHopeless = 0.8;           ///< share of the support needed: a better fit is no use
+  static constexpr double kRounding = 1e-9;
   static constexpr std::uint64_t kSeed = 0x6d6f6e6f;
 
   /// RANSAC's stopping rule for the best support so far.
@@ -114,7 +116,7 @@ class BackgroundMotionEstimator {
   void attempt(const std::vector<ViewPair>& pairs, ViewMotion motion) {
     const ViewFlowModel model(motion);
     const double inverse = 1 / (options_.max_distance_px * options_.max_distance_px);
-    double forward = 0, backward = 0;
+    double forward = 0, backward = 0, left = votes_;
     for (const int index : scored_) {
       const auto i = static_cast<std::size_t>(index);
       const ViewFlow flow = model(pairs[i]);
@@ -123,6 +125,8 @@ class BackgroundMotionEstimator {
       const double across2 = flow.across_px * flow.across_px;
       forward += score_weights_[i] * std::max(0.0, 1 - (across2 + ahead * ahead) * inverse);
       backward += score_weights_[i] * std::max(0.0, 1 - (across2 + back * back) * inverse);
+      left -= score_weights_[i];
+      if (std::max(forward, backward) + left < best_support_ - kRounding) return;  // it cannot win any more
     }
     if (!(std::max(forward, backward) > best_support_)) return;
     best_support_ = std::max(forward, backward);
@@ -184,6 +188,8 @@ class BackgroundMotionEstimator {
     rotation.direction = {};
     best_support_ = -1;
     attempt(pairs, rotation);
+    attempt(pairs, refine_view_motion(rotation, pairs, scored_, score_weights_, 1.0, 8));
+    if (best_support_ < kHopeless * options_.rotation_share * support) return with_baseline;
     attempt(pairs, refine_view_motion(rotation, pairs, seeds, weights_, 1.0, 8));
     attempt(pairs, refine_view_motion(best_, pairs, seeds, weights_, 0.3, 6));
     const bool turn_will_do = best_support_ >= options_.rotation_share * support &&

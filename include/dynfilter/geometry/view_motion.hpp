@@ -31,7 +31,7 @@ struct ViewFlow {
   /// Length of the camera's step over the depth; 0 without a baseline.
   double inverse_depth = 0;
 
-  double length_px() const { return std::hypot(across_px, along_px); }
+  double length_px() const { return std::sqrt(across_px * across_px + along_px * along_px); }
 };
 
 /// Splits flows by a motion. With q the current point turned back, a the reference point, f the focal length
