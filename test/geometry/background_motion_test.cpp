@@ -59,6 +59,54 @@ TEST_CASE("a static point's flow has nothing across its line, and its inverse de
   CHECK(model({p.x, p.y, p.reference_x, p.reference_y}).along_px < 0);
 }
 
+TEST_CASE("derivatives of flows by the camera's motion are those of differences") {
+  constexpr double kStep = 1e-6;
+  const ViewPair pair{210, -90, 260, -40};
+  const auto turned = [](const std::array<double, 3>& by, const ViewFlowModel::Gradient& g) {
+    return by[0] * g.turn[0] + by[1] * g.turn[1] + by[2] * g.turn[2];
+  };
+  for (const double turn : {0.0, 0.3})
+    for (const bool baseline : {false, true}) {
+      ViewMotion motion;
+      motion.focal_px = kFocal;
+      motion.rotation_rad = {turn, -0.7 * turn, 0.5 * turn};
+      motion.direction = {};
+      if (baseline) motion.direction = {0.48, -0.6, 0.64};
+      const auto difference = [&](int k, double ViewFlow::*member) {
+        double there[5] = {}, back[5] = {};
+        there[k] = kStep, back[k] = -kStep;
+        const ViewFlowModel more(detail::stepped(motion, there)), less(detail::stepped(motion, back));
+        return (more(pair).*member - less(pair).*member) / (2 * kStep);
+      };
+      const ViewFlowModel model(motion);
+      const auto turns = detail::turns_by_step(motion.rotation_rad);
+      if (baseline) {
+        double across_px = 0;
+        ViewFlowModel::Gradient g;
+        REQUIRE(model.across(pair, across_px, g));
+        CHECK(across_px == doctest::Approx(model(pair).across_px));
+        for (int k = 0; k < 3; ++k)
+          CHECK(turned(turns[static_cast<std::size_t>(k)], g) ==
+                doctest::Approx(difference(k, &ViewFlow::across_px)).epsilon(1e-6));
+        const auto tangents = detail::tangents(motion.direction);
+        for (int k = 0; k < 2; ++k) {
+          const auto& t = tangents[static_cast<std::size_t>(k)];
+          CHECK(t[0] * g.direction[0] + t[1] * g.direction[1] + t[2] * g.direction[2] ==
+                doctest::Approx(difference(3 + k, &ViewFlow::across_px)).epsilon(1e-6));
+        }
+      } else {
+        double rest_px[2];
+        ViewFlowModel::Gradient g[2];
+        REQUIRE(model.rest(pair, rest_px, g));
+        for (int k = 0; k < 3; ++k) {
+          const auto& by = turns[static_cast<std::size_t>(k)];
+          CHECK(turned(by, g[0]) == doctest::Approx(difference(k, &ViewFlow::across_px)).epsilon(1e-6));
+          CHECK(turned(by, g[1]) == doctest::Approx(difference(k, &ViewFlow::along_px)).epsilon(1e-6));
+        }
+      }
+    }
+}
+
 TEST_CASE("the camera's motion is found from nothing, exactly where there is no noise") {
   for (const double turn : {0.0, 0.03, -0.08})
     for (const double tx : {0.0, 0.5, -2.0}) {
