@@ -110,17 +110,17 @@ inline void refuse_near_misses(const YamlNode& root, const std::string& prefix) 
     return result;
   };
   const std::string ours = letters(prefix);
+  const auto refuse = [](const std::string& key, const std::string& hint) {
+    throw ConfigError("", "unknown key `" + key + "`: " + hint);
+  };
+  const std::string in_lines = "expected keys as `" + prefix + "pipeline: NAME`, each in a line of its own",
+                    capitals = "expected `" + prefix + "...`, with these capitals and a point";
   for (const std::string& key : root.keys()) {
     const bool nearly_prefix = key.rfind(prefix, 0) != 0 && letters(key).rfind(ours, 0) == 0;
-    if (nearly_prefix && letters(key) == ours)
-      throw ConfigError("", "unknown key `" + key + "`: expected keys as `" + prefix +
-                                "pipeline: NAME`, each in a line of its own");
-    if (nearly_prefix)
-      throw ConfigError(
-          "", "unknown key `" + key + "`: expected `" + prefix + "...`, with these capitals and a point");
+    if (nearly_prefix) refuse(key, letters(key) == ours ? in_lines : capitals);
     const bool nearly_pipeline =
         key != "pipeline" && lower_case(key.substr(0, 1)) == "p" && edit_distance(key, "pipeline") <= 2;
-    if (nearly_pipeline) throw ConfigError("", "unknown key `" + key + "`: did you mean `pipeline`?");
+    if (nearly_pipeline) refuse(key, "did you mean `pipeline`?");
   }
 }
 
