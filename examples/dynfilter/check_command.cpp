@@ -92,7 +92,7 @@ void print_json(const Pipeline& pipeline, const std::string& file) {
                   {"optional", to_string(needs.optional)},
                   {"history_frames", needs.history_frames},
                   {"stages", stages}};
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}", json_text(json));
 }
 
 }  // namespace

@@ -40,6 +40,17 @@ struct Medians {
   double total_ms = NAN, filters_ms = NAN;
 };
 
+/// `a, b` as a shell hands it over: `a,` and `b`, or ` b` after the comma.
+std::vector<std::string> without_blanks(const std::vector<std::string>& words) {
+  std::vector<std::string> names;
+  for (const std::string& word : words) {
+    const std::size_t from = word.find_first_not_of(" \t"), to = word.find_last_not_of(" \t");
+    if (from != std::string::npos) names.push_back(word.substr(from, to - from + 1));
+  }
+  if (names.empty()) throw Error("--pipelines: expected at least one name");
+  return names;
+}
+
 std::vector<RunOptions> runs_of(const CompareOptions& options, const std::string& sequence,
                                 const std::string& pipeline) {
   RunOptions run = options.run;
@@ -138,7 +149,7 @@ void print_json(const std::vector<Row>& rows) {
                                {"ms_total", number_or_null(m.total_ms)},
                                {"ms_filters", number_or_null(m.filters_ms)}});
   }
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}", json_text(json));
 }
 
 std::string cell(double value, int digits) {
@@ -229,6 +240,7 @@ void add_compare(CLI::App& app, Action& action) {
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options, &action] {
     action = [options] {
+      options->pipelines = without_blanks(options->pipelines);
       const std::vector<Row> rows = run_all(*options);
       options->json ? print_json(rows) : print_text(rows);
       const bool all_lost = std::any_of(rows.begin(), rows.end(),

@@ -179,7 +179,7 @@ class DetectOutput {
                      [](const auto& a, const auto& b) { return a.timestamp_s < b.timestamp_s; });
     if (report.with_boxes > 0) io::write_detections(folder_.path() / "detections.txt", boxes_);
     io::write_file_atomically(folder_.path() / "summary.json",
-                              [&](std::ostream& out) { out << to_json(report).dump(2) << "\n"; });
+                              [&](std::ostream& out) { out << json_text(to_json(report)); });
     folder_.commit();
   }
 
@@ -233,7 +233,7 @@ Report detect(const DetectOptions& options) {
 int run(const DetectOptions& options) {
   const Report report = detect(options);
   if (options.json)
-    fmt::print("{}\n", to_json(report).dump(2));
+    fmt::print("{}", json_text(to_json(report)));
   else
     print_text(report, options.out);
   if (report.with_boxes + report.with_mask > 0) return kDone;

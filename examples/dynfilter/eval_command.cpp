@@ -57,7 +57,7 @@ void print_json(const Evaluation& e, bool scale) {
     json["rpe_rot_deg"]["median"] = e.rpe->rotation_deg.median * kRadPerDeg;
     json["rpe_rot_deg"]["median_deg"] = e.rpe->rotation_deg.median;
   }
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}", json_text(json));
 }
 
 void print_lines(const char* name, const char* unit, const eval::ErrorStatistics& s) {

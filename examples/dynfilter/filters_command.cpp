@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/pipeline/yaml.hpp>
 #include <memory>
 #include <string>
@@ -100,25 +101,25 @@ void print_list_json(const Registry& registry) {
     json["filters"].push_back(card_json(registry.find(name)->card));
   for (const CombinatorEntry& entry : combinator_table())
     json["combinators"].push_back(combinator_json(entry.card));
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}", json_text(json));
 }
 
 int print_one(const Registry& registry, const FiltersOptions& options) {
   if (const Registry::Entry* entry = registry.find(options.name)) {
-    options.json ? fmt::print("{}\n", card_json(entry->card).dump(2)) : print_card(entry->card);
+    options.json ? fmt::print("{}", json_text(card_json(entry->card))) : print_card(entry->card);
     return kDone;
   }
-  std::string known;
-  for (const std::string& name : registry.names()) known += name + ", ";
+  std::vector<std::string> known = registry.names();
   for (const CombinatorEntry& entry : combinator_table()) {
     const CombinatorCard& card = entry.card;
     if (card.name == options.name) {
-      options.json ? fmt::print("{}\n", combinator_json(card).dump(2)) : print_combinator(card);
+      options.json ? fmt::print("{}", json_text(combinator_json(card))) : print_combinator(card);
       return kDone;
     }
-    known += (known.empty() || known.back() == ' ' ? "" : ", ") + card.name;
+    known.push_back(card.name);
   }
-  throw ConfigError("", "unknown filter `" + options.name + "`; known: " + known);
+  throw ConfigError("", "unknown filter `" + options.name + "`" + did_you_mean(options.name, known) +
+                            "; known: " + detail::joined(known));
 }
 
 }  // namespace

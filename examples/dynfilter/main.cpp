@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: MIT
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/near_miss.hpp>
+#include <dynfilter/core/parameters.hpp>
 #include <dynfilter/version.hpp>
 #include <exception>
+#include <iostream>
 #include <string>
+#include <vector>
 
 #include "command.hpp"
 
@@ -23,12 +30,20 @@ int complain(std::string message, int exit_code) {
 // CLI11 would say only that one is missing.
 void check_subcommand(const CLI::App& app, const std::string& name) {
   if (name.empty() || name[0] == '-') return;
-  std::string known;
-  for (const CLI::App* sub : app.get_subcommands({})) {
-    if (sub->get_name() == name) return;
-    known += (known.empty() ? "" : ", ") + sub->get_name();
-  }
-  throw dynfilter::Error("unknown subcommand '" + name + "'; there are: " + known);
+  std::vector<std::string> known;
+  for (const CLI::App* sub : app.get_subcommands({})) known.push_back(sub->get_name());
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  throw dynfilter::Error("unknown subcommand '" + name + "'" + dynfilter::did_you_mean(name, known) +
+                         "; there are: " + dynfilter::detail::joined(known));
+}
+
+// `help X` is `X --help`.
+std::vector<std::string> words_of(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (words.empty() || words.front() != "help") return words;
+  words.erase(words.begin());
+  words.emplace_back("--help");
+  return words;
 }
 
 int dispatch(int argc, char** argv) {
@@ -39,6 +54,7 @@ int dispatch(int argc, char** argv) {
   Action action;
   add_filters(app, action);
   add_check(app, action);
+  add_presets(app, action);
   add_synth(app, action);
   add_run(app, action);
   add_compare(app, action);
@@ -47,9 +63,11 @@ int dispatch(int argc, char** argv) {
   add_detect(app, action);
   add_motion(app, action);
   add_serve(app, action);
-  check_subcommand(app, argc > 1 ? argv[1] : "");
+  std::vector<std::string> words = words_of(argc, argv);
+  check_subcommand(app, words.empty() ? "" : words.front());
+  std::reverse(words.begin(), words.end());  // the last one first, as CLI11 takes them
   try {
-    app.parse(argc, argv);
+    app.parse(words);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     return complain(std::string(error.what()) + " (see dynfilter --help)", kBadInput);
@@ -57,14 +75,32 @@ int dispatch(int argc, char** argv) {
   return action();
 }
 
-}  // namespace
+// Where a standard stream is closed, the next file that is opened would take its number, and results would be
+// printed into it. This one cannot be written to.
+void occupy_closed_streams() {
+  for (int opened = 0; opened >= 0 && opened <= STDERR_FILENO;) {
+    opened = ::open("/dev/null", O_RDONLY);
+    if (opened > STDERR_FILENO) ::close(opened);
+  }
+}
 
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   try {
     return dispatch(argc, argv);
   } catch (const dynfilter::Error& error) {
     return complain(error.what(), kBadInput);
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return kFailed;  // main() says so
     return complain(std::string("internal error: ") + error.what(), kFailed);
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  occupy_closed_streams();
+  const int exit_code = run(argc, argv);
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout) return exit_code;
+  return complain("standard output cannot be written: it is closed, or its device is full", kFailed);
 }

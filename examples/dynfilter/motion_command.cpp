@@ -28,7 +28,7 @@ enum class Positive { Auto, Movers, Mismatches, Others };
 struct MotionOptions {
   std::vector<std::string> tracks, plugins;
   std::string pipeline, positive = "auto";
-  double focal_px = 0;
+  double focal_px = 0, rate_hz = 0;
   bool json = false;
 };
 
@@ -82,6 +82,11 @@ Positive positive_of(const std::string& word, const io::PointTracks& tracks) {
   return Positive::Movers;
 }
 
+/// KITTI's rate is 10 Hz; the clips of Hopkins155 were filmed at 15 to 30 Hz.
+double rate_of(double given_hz, const io::PointTracks& tracks) {
+  return given_hz > 0 ? given_hz : tracks.title == "Hopkins155" ? 20.0 : 10.0;
+}
+
 /// The points that are visible in a frame, as a host would hand them over.
 struct TrackFrame {
   std::vector<int> points;  ///< of the file, per feature
@@ -115,7 +120,9 @@ Camera camera_of(const io::PointTracks& tracks, double focal_px) {
 }
 
 /// Per point: was it called dynamic in the last frame that shows it?
-std::vector<bool> judge_tracks(Pipeline& pipeline, const io::PointTracks& tracks, double focal_px) {
+std::vector<bool> judge_tracks(Pipeline& pipeline, const io::PointTracks& tracks,
+                               const MotionOptions& options) {
+  const double rate_hz = rate_of(options.rate_hz, tracks);
   std::vector<bool> dynamic(static_cast<std::size_t>(tracks.points), false);
   std::vector<std::int32_t> feature_of(dynamic.size(), -1);
   TrackFrame now;
@@ -123,9 +130,9 @@ std::vector<bool> judge_tracks(Pipeline& pipeline, const io::PointTracks& tracks
     now.fill(tracks, f, feature_of);
     FrameView view;
     view.id = f;
-    view.timestamp_s = 0.1 * f;
+    view.timestamp_s = f / rate_hz;
     view.keypoints = now.keypoints;
-    view.camera = camera_of(tracks, focal_px);
+    view.camera = camera_of(tracks, options.focal_px);
     view.matches = HostMatches{f - 1, now.reference};
     const Verdict& verdict = pipeline.before_pose(view);
     for (std::size_t i = 0; i < now.points.size(); ++i)
@@ -140,7 +147,7 @@ Clip judge_file(const fs::path& file, const MotionOptions& options, const Regist
   Task task{positive_of(options.positive, tracks), 1};
   if (task.positive == Positive::Others) task.background = io::widest_label(tracks);
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<bool> dynamic = judge_tracks(pipeline, tracks, options.focal_px);
+  const std::vector<bool> dynamic = judge_tracks(pipeline, tracks, options);
   const double ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   eval::Classification counts;
@@ -189,7 +196,7 @@ void print_json(const std::vector<Clip>& clips, const std::string& pipeline) {
                   {"precision", totals_json(totals_of(clips, &Clip::precision))},
                   {"recall", totals_json(totals_of(clips, &Clip::recall))},
                   {"f1", totals_json(totals_of(clips, &Clip::f1))}};
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}", json_text(json));
 }
 
 void print_text(const std::vector<Clip>& clips) {
@@ -238,6 +245,10 @@ void add_motion(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({"auto", "movers", "mismatches", "others"}));
   command->add_option("--focal-px", options->focal_px, "the camera's focal length, where it is known")
       ->check(CLI::Range(1.0, 1e6));
+  command
+      ->add_option("--rate-hz", options->rate_hz,
+                   "frames per second; without it 20 for Hopkins155 and 10 for everything else")
+      ->check(CLI::Range(0.01, 1e4));
   command->add_option("--plugin", options->plugins, "a module with more filters; may be repeated");
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options, &action] { action = [options] { return run_motion(*options); }; });

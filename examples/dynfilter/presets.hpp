@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/near_miss.hpp>
+#include <dynfilter/core/parameters.hpp>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -49,10 +51,10 @@ inline std::filesystem::path find_preset(const std::string& name, const PresetKi
     if (!is_path && std::filesystem::is_regular_file(preset, error)) return preset;
   }
   if (std::filesystem::is_regular_file(name, error)) return name;
-  if (is_path) throw ConfigError(name, std::string("no such ") + kind.what + " file");
-  std::string known;
-  for (const std::string& preset : preset_names(kind)) known += (known.empty() ? "" : ", ") + preset;
-  throw ConfigError(name, "neither a file nor a preset; presets: " + known);
+  const std::vector<std::string> known = preset_names(kind);
+  const std::string meant = did_you_mean(std::filesystem::path(name).stem().string(), known);
+  if (is_path) throw ConfigError(name, std::string("no such ") + kind.what + " file" + meant);
+  throw ConfigError(name, "neither a file nor a preset" + meant + "; presets: " + detail::joined(known));
 }
 
 inline std::filesystem::path find_pipeline(const std::string& name) {

@@ -19,7 +19,7 @@ Summary run_and_print(const RunOptions& options, bool json, const PrintText& pri
     summary = run_sequence(options, [&](std::size_t done, std::size_t total) { bar.at(done, total); });
   }
   if (json)
-    fmt::print("{}\n", named_json(summary).dump(2));
+    fmt::print("{}", json_text(named_json(summary)));
   else
     print_text(summary);
   return summary;

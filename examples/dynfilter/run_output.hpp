@@ -46,7 +46,7 @@ class RunOutput {
     io::write_tum_trajectory(folder_.path() / "trajectory.txt", trajectory);
     write("frames.csv", frames_csv(rows));
     write("verdicts.csv", "frame,x_px,y_px,verdict,restored,reasons\n" + verdicts_);
-    write("summary.json", to_json(summary).dump(2) + "\n");
+    write("summary.json", json_text(to_json(summary)));
     folder_.commit();
   }
 

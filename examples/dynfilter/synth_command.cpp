@@ -46,7 +46,7 @@ int write(SynthOptions options) {
                     {"folder", options.folder},
                     {"frames", options.sequence.frames},
                     {"seed", options.sequence.seed}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}", json_text(json));
   } else {
     fmt::print("{}: {} frames, seed {}, in {}\n", options.sequence.scene, options.sequence.frames,
                options.sequence.seed, options.folder);

@@ -494,6 +494,26 @@ TEST_CASE("settings: where the pipeline comes from, and what is wrong") {
   CHECK(error(std::string("DynFilter.pipeline: rts_slam\n") + kBoxes).find("both") != std::string::npos);
   CHECK(error("pipeline:\n  before_pose:\n    - nonsense\n").find("settings.yaml") != std::string::npos);
   CHECK_THROWS_AS(read_orb_slam_settings("/nowhere/settings.yaml", HostSensor::RgbD), ConfigError);
+  // The host's own part of the file is the host's business ...
+  CHECK(read("Camera.fps: 30\nCamera.fps: 30\nViewer.PointSize:2\nbaseline: 1\n").pipeline.name ==
+        "dynfilter");
+  CHECK(error("DynFilter.enabled: 1\nDynFilter.enabled: 0\n").find("`DynFilter.enabled` is written twice") !=
+        std::string::npos);
+  // ... but what nearly is ours must not be ignored.
+  for (const char* key : {"Dynfilter.pipeline", "dynfilter.pipeline", "DynFilter_pipeline", "DynFilter"})
+    CHECK(error(std::string(key) + ": rts_slam\n").find(std::string("unknown key `") + key + "`: expected") !=
+          std::string::npos);
+  CHECK(error("DynFilter:\n  pipeline: rts_slam\n").find("unknown key `DynFilter`: expected keys as") !=
+        std::string::npos);
+  for (const char* key : {"pipelin", "pipelines", "Pipeline", "piepline"})
+    CHECK(error(std::string(key) + ": { before_pose: [] }\n").find("did you mean `pipeline`?") !=
+          std::string::npos);
+  CHECK(read("DynFilter.pipeline: rts_slam.yaml\n").pipeline.name == "rts_slam");
+  CHECK(error("DynFilter.pipeline: rts_slm\n").find("(did you mean `rts_slam`?)") != std::string::npos);
+  CHECK(error("DynFilter.pipeline: nowhere\n").find("or one of coeb_slam, des_slam, ") != std::string::npos);
+  CHECK(error("DynFilter.pipeline: nowhere\n").find("oracle") == std::string::npos);
+  CHECK(error("DynFilter.pipeline: oracle\n").find("only the command `dynfilter` can run it") !=
+        std::string::npos);
   CHECK(host_sensor(0) == HostSensor::Monocular);
   CHECK(host_sensor(4) == HostSensor::Stereo);
   CHECK(host_sensor(5) == HostSensor::RgbD);

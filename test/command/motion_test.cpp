@@ -14,14 +14,14 @@ double total_f1(const std::string& json, const std::string& what) {
 }
 
 /// JSON text; empty: there is no such data.
-std::string judged(const char* folder, const char* pipeline) {
+std::string judged(const char* folder, const char* pipeline, const char* more = "") {
   const fs::path data = fs::path(DYNFILTER_DATA_DIR) / "motion" / folder;
   if (!fs::exists(data)) {
     MESSAGE("skipped: no ../shared/data");
     return "";
   }
   const CommandResult result =
-      dynfilter("motion '" + data.string() + "' --json --pipeline " + std::string(pipeline));
+      dynfilter("motion '" + data.string() + "' --json --pipeline " + pipeline + more);
   CAPTURE(result.err);
   CHECK(result.exit_code == 0);
   return result.out;
@@ -61,16 +61,34 @@ TEST_CASE("motion refuses bad input with one line") {
 TEST_CASE("dynfilter_mono on the KT3DMoSeg clips, movers against background: the goals") {
   const std::string json = judged("kt3dmoseg", "dynfilter_mono");
   if (json.empty()) return;
-  CHECK(total_f1(json, "mean") >= 0.90);
-  CHECK(total_f1(json, "median") >= 0.90);
-  CHECK(total_f1(json, "min") >= 0.60);         // no clip where the background is taken for the mover
+  CHECK(total_f1(json, "mean") >= 0.93);
+  CHECK(total_f1(json, "median") >= 0.93);
+  CHECK(total_f1(json, "min") >= 0.85);         // no clip where the background is taken for the mover
   CHECK(f1_of(json, "seq028_clip02") >= 0.85);  // 14 of 187 points move
   CHECK(f1_of(json, "seq095_clip01") >= 0.90);  // 81 % of the points move
+}
+
+// Gaps are times: a clip of KITTI's that is said to be filmed at half or twice the rate is judged over half
+// or twice as many frames.
+TEST_CASE("dynfilter_mono on the KT3DMoSeg clips does not hang on the frame rate") {
+  for (const char* rate : {" --rate-hz 5", " --rate-hz 7", " --rate-hz 14", " --rate-hz 20"}) {
+    CAPTURE(rate);
+    const std::string json = judged("kt3dmoseg", "dynfilter_mono", rate);
+    if (json.empty()) return;
+    CHECK(total_f1(json, "mean") >= 0.90);
+  }
+}
+
+TEST_CASE("dynfilter_mono on the Hopkins155 clips, all but the widest motion: the goals") {
+  const std::string json = judged("hopkins155", "dynfilter_mono");
+  if (json.empty()) return;
+  CHECK(total_f1(json, "mean") >= 0.80);
+  CHECK(total_f1(json, "median") >= 0.90);
 }
 
 TEST_CASE("mismatch on the AdelaideRMF pairs: the goals") {
   const std::string json = judged("adelaide_rmf", "mismatch");
   if (json.empty()) return;
-  CHECK(total_f1(json, "mean") >= 0.95);
-  CHECK(total_f1(json, "min") >= 0.90);
+  CHECK(total_f1(json, "mean") >= 0.97);
+  CHECK(total_f1(json, "min") >= 0.93);
 }

@@ -20,7 +20,8 @@ TEST_CASE("filters lists rejectors and combinators, and prints a card") {
   CHECK(contains(card.out, "min_score"));
   CHECK(contains(card.out, "[0 to 1]"));
   CHECK(contains(dynfilter("filters --json").out, "\"combinators\""));
-  check_refused("filters semantic_bo", "unknown filter `semantic_bo`; known: ");
+  check_refused("filters semantic_bo",
+                "unknown filter `semantic_bo` (did you mean `semantic_box`?); known: ");
   check_refused("filters --plugin nowhere.so", "nowhere.so");
 }
 
@@ -60,7 +61,8 @@ TEST_CASE("check refuses bad pipelines with one line that says where and what") 
   refused("\x01\x02\xff\xfe", "p.yaml");
   refused("", "p.yaml");
   refused("%YAML:1.0\n---\nother: 1\n", "expected the key `pipeline`");
-  refused(head + "  before_pose:\n    - epipolarr\n", "unknown filter `epipolarr`");
+  refused(head + "  before_pose:\n    - epipolarr\n",
+          "unknown filter `epipolarr` (did you mean `epipolar`?)");
   refused(head + "  before_pos:\n    - epipolar\n", "unknown key `before_pos`");
   refused(head + "  before_pose:\n    - epipolar: { max_distance: 1.0 }\n", "unknown key `max_distance`");
   refused(head + "  before_pose:\n    - epipolar: { max_distance_px: wide }\n", "max_distance_px");
@@ -69,5 +71,16 @@ TEST_CASE("check refuses bad pipelines with one line that says where and what") 
           "expected one of prior, reject, got `maybe`");
   check_refused("check nowhere.yaml", "nowhere.yaml: no such pipeline file");
   check_refused("check nosuchpreset", "presets: ");
+  check_refused("check rtsslam", "neither a file nor a preset (did you mean `rts_slam`?); presets: ");
+  check_refused("check dynfiltr.yaml", "no such pipeline file (did you mean `dynfilter`?)");
   check_refused("check", "PIPELINE is required");
+}
+
+TEST_CASE("presets are listed with what they are about") {
+  const CommandResult result = dynfilter("presets");
+  CHECK(result.exit_code == 0);
+  CHECK(contains(result.out, "\n  rts_slam\n    "));
+  CHECK(contains(result.out, "\n  yolo_fastest\n"));
+  CHECK(contains(result.out, "The default: what does not follow the background"));
+  CHECK(contains(dynfilter("presets --json").out, "\"name\": \"dynfilter\""));
 }

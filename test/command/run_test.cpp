@@ -148,6 +148,8 @@ TEST_CASE("compare prints a row per pipeline, medians over variants, and JSON") 
   CHECK(std::abs(ratio - 1) > 1e-3);
   check_refused("compare " + folder, "--pipelines is required");
   check_refused("compare " + folder + " --pipelines none,nosuch", "presets: ");
+  check_refused("compare " + folder + " --pipelines ' nosuch , none'", "dynfilter: nosuch: neither a file");
+  check_refused("compare " + folder + " --pipelines ' , '", "--pipelines: expected at least one name");
 }
 
 TEST_CASE("bad usage of run") {

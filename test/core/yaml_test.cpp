@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <cstdint>
 #include <dynfilter/core/yaml.hpp>
+#include <filesystem>
+#include <iterator>
+#include <opencv2/core.hpp>
 
 #include "doctest/doctest.h"
 
@@ -44,7 +48,7 @@ TEST_CASE("what OpenCV would silently misread is an error that names the path") 
   CHECK(error_of("x: 3.7", [](const Node& n) { n.find("x")->integer(); }) ==
         "x: expected a whole number, got `3.7`");
   CHECK(error_of("x: .inf", [](const Node& n) { n.find("x")->real(); }) ==
-        "x: expected a finite number, got `inf`");
+        "x: expected a finite number, got `.inf`");
   CHECK(error_of("x: maybe", [](const Node& n) { n.find("x")->flag(); }) ==
         "x: expected true or false, got `maybe`");
   CHECK(error_of("x: 2", [](const Node& n) { n.find("x")->flag(); }) == "x: expected true or false, got `2`");
@@ -65,4 +69,178 @@ TEST_CASE("a text that is not YAML is an error that names the file and the line"
   CHECK(error_of("- a\n- b\n", nothing) == "file.yaml: expected `key: value` pairs, found none");
   CHECK(error_of(std::string("\x89PNG\r\n\x1a\n\0\0", 10), nothing).find("file.yaml: ") == 0);
   CHECK_THROWS_AS(YamlDocument::from_file("/does/not/exist.yaml"), ConfigError);
+}
+
+namespace {
+
+const auto kNothing = [](const dynfilter::YamlNode&) {};
+
+/// The error of a text without its "file.yaml: not valid YAML: ".
+std::string syntax_error(const std::string& text) {
+  const std::string error = error_of(text, kNothing), begin = "file.yaml: not valid YAML: ";
+  return error.rfind(begin, 0) == 0 ? error.substr(begin.size()) : error;
+}
+
+void check_equal(const dynfilter::YamlNode& ours, const cv::FileNode& theirs) {
+  CAPTURE(ours.path());
+  REQUIRE(ours.is_map() == theirs.isMap());
+  REQUIRE(ours.is_sequence() == theirs.isSeq());
+  if (ours.is_map()) {
+    const auto entries = ours.entries();
+    REQUIRE(entries.size() == theirs.size());
+    for (const auto& [key, value] : entries) check_equal(value, theirs[key]);
+  } else if (ours.is_sequence()) {
+    const auto items = ours.items();
+    REQUIRE(items.size() == theirs.size());
+    for (std::size_t i = 0; i < items.size(); ++i) check_equal(items[i], theirs[static_cast<int>(i)]);
+  } else if (theirs.isString()) {
+    const std::string text = theirs.string();  // which keeps a comment
+    CHECK(ours.text() == text.substr(0, text.find_last_not_of(' ', text.find(" #")) + 1));
+  } else {
+    CHECK(ours.real() == theirs.real());
+  }
+}
+
+std::string integer_of(const std::string& number) {
+  const YamlDocument document = YamlDocument::from_text("x: " + number);
+  try {
+    return std::to_string(document.root().find("x")->integer());
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a settings file of ORB-SLAM reads as OpenCV reads it") {
+  const auto document = YamlDocument::from_text(
+      "\xEF\xBB\xBF%YAML:1.0\r\n\r\n# a comment: with a colon\t\r\n---\r\nCamera.fx: 535.4\t\r\n"
+      "Viewer.PointSize:2\nCamera.type: \"PinHole\"  # quoted # twice\nTbc: !!opencv-matrix\n   rows: 2\n"
+      "   dt: f\n   data: [1.0, -2e-3,\n     .5, 4.] # rows\nList:\n- a # one\n-\n  b\n- c: 1\n  d: [\n]\n"
+      "- - x\n  - \"y\"\nurl: file:///a#b\nsaid: 'it''s {here}, [there]'\n...\n# the end\n");
+  const auto root = document.root();
+  CHECK(root.find("Camera.fx")->real() == 535.4);
+  CHECK(root.find("Viewer.PointSize")->integer() == 2);
+  CHECK(root.find("Camera.type")->text() == "PinHole");
+  CHECK(root.find("Tbc")->find("rows")->integer() == 2);
+  CHECK(root.find("Tbc")->find("data")->reals() == std::vector<double>{1, -0.002, 0.5, 4});
+  const auto list = root.find("List")->items();
+  REQUIRE(list.size() == 4);
+  CHECK(list[0].text() == "a");
+  CHECK(list[1].text() == "b");
+  CHECK(list[2].find("c")->integer() == 1);
+  CHECK(list[2].find("d")->items().empty());
+  CHECK(list[3].texts() == std::vector<std::string>{"x", "y"});
+  CHECK(root.find("url")->text() == "file:///a#b");
+  CHECK(root.find("said")->text() == "it's {here}, [there]");
+}
+
+TEST_CASE("every file of ours reads as OpenCV's own parser reads it") {
+  std::size_t files = 0;
+  for (const char* folder : {"/examples/pipelines", "/examples/detectors"})
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + folder)) {
+      CAPTURE(entry.path());
+      const auto document = YamlDocument::from_file(entry.path().string());
+      check_equal(document.root(), cv::FileStorage(entry.path().string(), cv::FileStorage::READ).root());
+      ++files;
+    }
+  CHECK(files > 20);
+}
+
+TEST_CASE("texts that kept OpenCV's parser for ever or broke it are errors") {
+  CHECK(syntax_error("pipeline:\n  before_pose: semantic_box\n...\n- epipolar\n") ==
+        "line 4, text after the end of the document");
+  CHECK(syntax_error(" L:0\n--\n#\n-") == "line 2, unexpected indentation");
+  CHECK(syntax_error("  : x") == "line 1, an empty key");
+  CHECK(syntax_error("a: { : x }") == "line 1, an empty key");
+  CHECK(syntax_error("a: 1\n---\nb: 2\n") == "line 2, a second document");
+  CHECK(syntax_error("---\n---\n") == "line 2, a second document");
+  CHECK(syntax_error(std::string("a: 1\n\0b: 2\n", 11)) == "line 2, a byte that is no text (0)");
+}
+
+TEST_CASE("depth and size are limited, whatever the nesting is made of") {
+  const auto nested = [](const std::string& open, std::size_t n, const std::string& close) {
+    std::string text = "a: ";
+    for (std::size_t i = 0; i < n; ++i) text += open;
+    text += "1";
+    for (std::size_t i = 0; i < n; ++i) text += close;
+    return syntax_error(text);
+  };
+  const std::string too_deep = "line 1, nested more than 64 deep";
+  for (const std::size_t n : {std::size_t{65}, std::size_t{9600}}) {
+    CHECK(nested("[", n, "]") == too_deep);
+    CHECK(nested("{b: ", n, "}") == too_deep);
+  }
+  CHECK(nested("[", 60, "]") == "no error");
+  std::string dashes = "a:\n  ", maps;
+  for (int i = 0; i < 9600; ++i) dashes += "- ";
+  CHECK(syntax_error(dashes + "x") == "line 2, nested more than 64 deep");
+  for (int i = 0; i < 100; ++i) maps += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
+  CHECK(syntax_error(maps) == "line 65, nested more than 64 deep");
+  CHECK(syntax_error("a: " + std::string(300000, 'x')) == "expected at most 256 kB");
+}
+
+TEST_CASE("whole numbers are checked before they wrap") {
+  CHECK(integer_of("2147483647") == "2147483647");
+  CHECK(integer_of("-2147483648") == "-2147483648");
+  CHECK(integer_of("+7") == "7");
+  CHECK(integer_of("2147483648") == "x: expected a whole number of 32 bits, got `2147483648`");
+  CHECK(integer_of("4294967346") == "x: expected a whole number of 32 bits, got `4294967346`");
+  CHECK(integer_of("99999999999999999999999") ==
+        "x: expected a whole number of 32 bits, got `99999999999999999999999`");
+  for (const char* other : {"010", "0x10", "1e3", "1.0", "--1", "1_000", "\"1\"", "[1]"}) {
+    CAPTURE(other);
+    CHECK(integer_of(other).rfind("x: expected a whole number, got ", 0) == 0);
+  }
+  CHECK(error_of("x: 1e999", [](const dynfilter::YamlNode& n) { n.find("x")->real(); }) ==
+        "x: expected a finite number, got `1e999`");
+}
+
+TEST_CASE("other mistakes: one line that names the line") {
+  CHECK(syntax_error("a: 1\n  b: 2\n") == "line 2, unexpected indentation");
+  CHECK(syntax_error("a:\n    b: 1\n  c: 2\n") == "line 3, unexpected indentation");
+  CHECK(syntax_error("a:\nb: 1\n") == "line 1, expected a value after the key");
+  CHECK(syntax_error("a:\n  -\nb: 1\n") == "line 2, expected a value after `-`");
+  CHECK(syntax_error("a: b: c\n") == "line 1, a value with `: ` in it needs quotes");
+  CHECK(syntax_error("a: - b\n") == "line 1, a list begins in a line of its own, or in brackets");
+  CHECK(syntax_error("a:\n\tb: 1\n") == "line 2, a tab in the indentation");
+  CHECK(syntax_error("a: \"b\n") == "line 1, a quote that is not closed in its line");
+  CHECK(syntax_error("a: \"b\" c\n") == "line 1, unexpected text after the value");
+  CHECK(syntax_error("a: [1\nb: 2\n") == "line 2, expected `,` or `]`");
+  CHECK(syntax_error("\na: [1, {b: 2}\n\n") == "line 2, a bracket that is not closed");
+  CHECK(syntax_error("a: {b: 1]\n") == "line 1, expected `,` or `}`");
+  CHECK(syntax_error("a: |\n  text\n") == "line 1, a value that begins with `|` needs quotes");
+  CHECK(syntax_error("a: *b\n") == "line 1, a value that begins with `*` needs quotes");
+}
+
+TEST_CASE("any bytes are a document or a ConfigError") {
+  const std::string pieces[] = {"a",  ":",  " ", "\n", "- ",   "[",   "]",    "{",  "}",
+                                ",",  "\"", "'", "#",  "...",  "---", "!",    "\\", "%",
+                                "\t", "\r", "0", ".",  "\xFF", "a: ", "\n  ", "1"};
+  std::uint32_t state = 1;
+  const auto next = [&](std::size_t n) {
+    state = state * 1664525U + 1013904223U;
+    return static_cast<std::size_t>(state >> 8U) % n;
+  };
+  int documents = 0;
+  for (int k = 0; k < 50000; ++k) {
+    std::string text = k % 2 == 0 ? "a: " : "";
+    for (std::size_t i = next(12); i > 0; --i) text += pieces[next(std::size(pieces))];
+    try {
+      const YamlDocument document = YamlDocument::from_text(text);
+      ++documents;
+    } catch (const ConfigError&) {  // all else ends the test
+    }
+  }
+  CHECK(documents > 500);
+  CHECK(documents < 45000);
+}
+
+TEST_CASE("keys that nobody asks for may repeat") {
+  const auto document = YamlDocument::from_text("Camera.fps: 30\nmine.a: 1\nCamera.fps: 30\nmine.b: 2\n");
+  CHECK(document.root().find("mine.b")->integer() == 2);
+  CHECK(document.root().entries("mine.").size() == 2);
+  CHECK_THROWS_WITH_AS(document.root().entries(), "key `Camera.fps` is written twice", ConfigError);
+  CHECK_THROWS_WITH_AS(document.root().find("Camera.fps"), "key `Camera.fps` is written twice", ConfigError);
 }

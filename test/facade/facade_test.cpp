@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/facade/dynfilter.h>
 
+#include <cmath>
 #include <cstring>
 #include <dynfilter/facade/facade.hpp>
 #include <dynfilter/filters/builtin.hpp>
@@ -10,6 +11,7 @@
 #include <dynfilter/pipeline/yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <opencv2/features2d.hpp>
 
@@ -209,4 +211,29 @@ TEST_CASE("real frames through the C++11 and the C interface: the verdicts of th
     }
     CHECK(rejected > 100);
   }
+}
+
+TEST_CASE("keypoints at infinity through the C interface are kept, whatever the floor asks for") {
+  const char* yaml =
+      "pipeline:\n  floor: { min_features: 0, min_grid_coverage: 0.5 }\n  before_pose:\n"
+      "    - semantic_box: { role: reject }\n";
+  const std::unique_ptr<dynfilter_filter, void (*)(dynfilter_filter*)> filter(
+      dynfilter_create_from_text(yaml, nullptr, 0), dynfilter_destroy);
+  REQUIRE(filter);
+  const float inf = std::numeric_limits<float>::infinity();
+  const dynfilter_keypoint keypoints[] = {{1e30F, 5, 1, 0, 1, 0},
+                                          {inf, -inf, 1, 0, 1, 0},
+                                          {NAN, 5, 1, 0, 1, 0},
+                                          {20, 20, 1, 0, 1, 0},
+                                          {300, 200, 1, 0, 1, 0}};
+  const dynfilter_box box{10, 10, 1000, 1000, 0.9F, 0, -1, "person"};
+  dynfilter_frame frame;
+  dynfilter_frame_init(&frame);
+  frame.keypoints = keypoints, frame.keypoint_count = 5;
+  frame.has_boxes = 1, frame.boxes = &box, frame.box_count = 1;
+  dynfilter_verdicts verdicts;
+  REQUIRE(dynfilter_process(filter.get(), &frame, DYNFILTER_BEFORE_POSE, &verdicts) == 0);
+  REQUIRE(verdicts.count == 5);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(verdicts.decision[i] == 0);
+  CHECK(std::string(verdicts.notes).find("3 keypoints are in no image") != std::string::npos);
 }

@@ -33,39 +33,39 @@ bool all_unknown(const Votes& votes) {
   return votes.count(Vote::Unknown) == votes.size();
 }
 
-/// A camera that looks ahead from 1.5 m above a road and drives 0.8 m a frame; the road, walls on both sides,
-/// and a car's front of 30 points on the oncoming lane which drives at `speed` m a frame towards it.
+/// A camera that looks ahead from 1.5 m above a road and drives 8 m/s; the road, walls on both sides, and a
+/// car's front of 30 points on the oncoming lane which drives at `speed_m_s` towards it.
 class Road {
  public:
-  explicit Road(double speed) : speed_(speed) {}
+  explicit Road(double speed_m_s, double rate_hz = 10) : speed_m_s_(speed_m_s), rate_hz_(rate_hz) {}
 
-  std::vector<cv::Point3d> at(int frame) const {
+  std::vector<cv::Point3d> at(double time_s) const {
     Rng rng(1);
     std::vector<cv::Point3d> points;
-    const double driven = 0.8 * frame;
+    const double driven = 8 * time_s;
     for (int i = 0; i < 150; ++i) points.emplace_back(rng.uniform(-6, 6), 1.5, rng.uniform(16, 40) - driven);
     for (int i = 0; i < 200; ++i)
       points.emplace_back(i % 2 == 0 ? -9 : 9, rng.uniform(-4, 1.5), rng.uniform(20, 50) - driven);
     for (int i = 0; i < 30; ++i)
-      points.emplace_back(rng.uniform(-4, -2.4), rng.uniform(0.1, 1.45), 26 - driven - speed_ * frame);
+      points.emplace_back(rng.uniform(-4, -2.4), rng.uniform(0.1, 1.45), 26 - driven - speed_m_s_ * time_s);
     return points;
   }
-  /// Votes after nine frames, in the order of the points.
+  /// Votes after 0.8 s, in the order of the points.
   Votes judge(const FlowConsistencyParams& params) const {
     FlowConsistencyFilter filter(params);
     Context context;
     Votes votes;
-    for (int k = 0; k < 9; ++k) {
+    for (int k = 0; k <= 0.8 * rate_hz_ + 0.5; ++k) {
       std::vector<cv::KeyPoint> keypoints;
       std::vector<std::int32_t> reference;
-      for (const cv::Point3d& p : at(k)) {
+      for (const cv::Point3d& p : at(k / rate_hz_)) {
         keypoints.emplace_back(static_cast<float>(620 + 700 * p.x / p.z),
                                static_cast<float>(190 + 700 * p.y / p.z), 7.0F);
         reference.push_back(k == 0 ? -1 : static_cast<std::int32_t>(reference.size()));
       }
       FrameView view;
       view.id = k;
-      view.timestamp_s = 0.1 * k;
+      view.timestamp_s = k / rate_hz_;
       view.keypoints = keypoints;
       view.camera = Camera();
       view.camera->width_px = 1240, view.camera->height_px = 380;
@@ -84,7 +84,7 @@ class Road {
   }
 
  private:
-  double speed_;
+  double speed_m_s_, rate_hz_;
 };
 
 }  // namespace
@@ -117,13 +117,77 @@ TEST_CASE("flow_consistency: movers off their epipolar line are found, with nois
 
 // The car's own speed doubles its flow, but along the lines on which static points flow.
 TEST_CASE("flow_consistency: an oncoming car is found by its foot above the ground only") {
-  const Road road(0.8);
+  const Road road(8);
   const Votes with_ground = road.judge({}), without = road.judge(without_ground());
   CHECK(road.found(with_ground, 350, 380) >= 28);
   CHECK(road.found(with_ground, 0, 350) <= 7);
   CHECK(road.found(without, 350, 380) == 0);
   const Road parked(0);
   CHECK(parked.found(parked.judge({}), 0, 380) <= 4);
+}
+
+TEST_CASE("flow_consistency: gaps are times, not frames") {
+  for (const double rate_hz : {5.0, 10.0, 20.0, 30.0}) {
+    CAPTURE(rate_hz);
+    const Road road(8, rate_hz);
+    const Votes votes = road.judge({});
+    CHECK(road.found(votes, 350, 380) >= 28);
+    CHECK(road.found(votes, 0, 350) <= 7);
+  }
+}
+
+// The flow of one frame (0.1 px) drowns in noise; that of a second does not.
+TEST_CASE("flow_consistency: slow movers are found over a long gap") {
+  constexpr double kRate_hz = 20;
+  FlowConsistencyFilter filter;
+  Context context;
+  Votes votes;
+  for (int k = 0; k < 40; ++k) {
+    Rng rng(1), noise(static_cast<std::uint64_t>(k) + 2);
+    std::vector<cv::KeyPoint> keypoints;
+    std::vector<std::int32_t> reference;
+    for (int i = 0; i < 240; ++i) {
+      const bool moves = i < 40;
+      const double x = moves ? rng.uniform(280, 360) : rng.uniform(0, 640), y = rng.uniform(100, 380);
+      const double shift = moves ? 0.1 * k : 0;
+      keypoints.emplace_back(static_cast<float>(x + shift + 0.2 * noise.normal()),
+                             static_cast<float>(y + 0.2 * noise.normal()), 7.0F);
+      reference.push_back(k == 0 ? -1 : i);
+    }
+    FrameView view;
+    view.id = k;
+    view.timestamp_s = k / kRate_hz;
+    view.keypoints = keypoints;
+    view.camera = Camera();
+    view.camera->width_px = 640, view.camera->height_px = 480;
+    view.matches = HostMatches{k - 1, reference};
+    context.begin(view, CallPoint::BeforePose);
+    votes.reset(keypoints.size());
+    filter.apply(context, votes);
+    context.finish(false);
+  }
+  int found = 0, lost = 0;
+  for (std::size_t i = 0; i < votes.size(); ++i) (i < 40 ? found : lost) += votes[i] == Vote::Dynamic ? 1 : 0;
+  CHECK(found >= 32);  // static points shine through it
+  CHECK(lost <= 10);
+}
+
+// A track of one frame has no long gap; it is judged over the one that it has.
+TEST_CASE("flow_consistency: young tracks are judged too") {
+  const ExactScene scene = synth::preset(Preset::General).mono();
+  FlowConsistencyFilter filter;
+  Context context;
+  Votes votes;
+  for (int k = 0; k < 8; ++k) {
+    auto frame = scene.frame(k);
+    for (std::size_t i = 0; i < frame.reference_index.size(); ++i)
+      if (k < 7 && frame.point[i] % 3 == 0) frame.reference_index[i] = -1;
+    context.begin(frame.view(), CallPoint::BeforePose);
+    votes.reset(frame.size());
+    filter.apply(context, votes);
+    context.finish(false);
+  }
+  CHECK(votes.count(Vote::Unknown) <= votes.size() / 10);
 }
 
 TEST_CASE("flow_consistency: the last frame's votes follow the features' order") {
@@ -260,7 +324,7 @@ TEST_CASE("flow_consistency: parameters out of range are refused") {
   params.gap_frames = 0;
   CHECK_THROWS_AS(FlowConsistencyFilter{params}, ConfigError);
   params = {};
-  params.memory = 1;
+  params.max_gap_s = -1;
   CHECK_THROWS_AS(FlowConsistencyFilter{params}, ConfigError);
 }
 

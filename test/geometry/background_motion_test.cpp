@@ -59,6 +59,54 @@ TEST_CASE("a static point's flow has nothing across its line, and its inverse de
   CHECK(model({p.x, p.y, p.reference_x, p.reference_y}).along_px < 0);
 }
 
+TEST_CASE("derivatives of flows by the camera's motion are those of differences") {
+  constexpr double kStep = 1e-6;
+  const ViewPair pair{210, -90, 260, -40};
+  const auto turned = [](const std::array<double, 3>& by, const ViewFlowModel::Gradient& g) {
+    return by[0] * g.turn[0] + by[1] * g.turn[1] + by[2] * g.turn[2];
+  };
+  for (const double turn : {0.0, 0.3})
+    for (const bool baseline : {false, true}) {
+      ViewMotion motion;
+      motion.focal_px = kFocal;
+      motion.rotation_rad = {turn, -0.7 * turn, 0.5 * turn};
+      motion.direction = {};
+      if (baseline) motion.direction = {0.48, -0.6, 0.64};
+      const auto difference = [&](int k, double ViewFlow::*member) {
+        double there[5] = {}, back[5] = {};
+        there[k] = kStep, back[k] = -kStep;
+        const ViewFlowModel more(detail::stepped(motion, there)), less(detail::stepped(motion, back));
+        return (more(pair).*member - less(pair).*member) / (2 * kStep);
+      };
+      const ViewFlowModel model(motion);
+      const auto turns = detail::turns_by_step(motion.rotation_rad);
+      if (baseline) {
+        double across_px = 0;
+        ViewFlowModel::Gradient g;
+        REQUIRE(model.across(pair, across_px, g));
+        CHECK(across_px == doctest::Approx(model(pair).across_px));
+        for (int k = 0; k < 3; ++k)
+          CHECK(turned(turns[static_cast<std::size_t>(k)], g) ==
+                doctest::Approx(difference(k, &ViewFlow::across_px)).epsilon(1e-6));
+        const auto tangents = detail::tangents(motion.direction);
+        for (int k = 0; k < 2; ++k) {
+          const auto& t = tangents[static_cast<std::size_t>(k)];
+          CHECK(t[0] * g.direction[0] + t[1] * g.direction[1] + t[2] * g.direction[2] ==
+                doctest::Approx(difference(3 + k, &ViewFlow::across_px)).epsilon(1e-6));
+        }
+      } else {
+        double rest_px[2];
+        ViewFlowModel::Gradient g[2];
+        REQUIRE(model.rest(pair, rest_px, g));
+        for (int k = 0; k < 3; ++k) {
+          const auto& by = turns[static_cast<std::size_t>(k)];
+          CHECK(turned(by, g[0]) == doctest::Approx(difference(k, &ViewFlow::across_px)).epsilon(1e-6));
+          CHECK(turned(by, g[1]) == doctest::Approx(difference(k, &ViewFlow::along_px)).epsilon(1e-6));
+        }
+      }
+    }
+}
+
 TEST_CASE("the camera's motion is found from nothing, exactly where there is no noise") {
   for (const double turn : {0.0, 0.03, -0.08})
     for (const double tx : {0.0, 0.5, -2.0}) {
@@ -204,11 +252,45 @@ TEST_CASE("two moving planes among mismatches: the mismatches are what is left")
   const std::vector<int>& label = sequential.fit(matches);
   CHECK(sequential.models() == 2);
   for (std::size_t i = 0; i < 100; ++i) CHECK(label[i] >= 0);
-  int agreeing = 0;  // 80 matches x 2 models x a disc of 7 px in 640 x 480: 0.08 by chance
+  int agreeing = 0;  // 80 matches x 2 models x 0.003: 0.5 by chance
   for (std::size_t i = 100; i < 180; ++i) agreeing += label[i] >= 0 ? 1 : 0;
   CHECK(agreeing <= 2);
+  // A disc of this radius has 0.003 of the area, 640 x 480.
+  CHECK(sequential.max_distance_px() ==
+        doctest::Approx(std::sqrt(0.003 * 640 * 480 / 3.14159)).epsilon(0.05));
   CHECK(sequential.fit({}).empty());
   CHECK(sequential.models() == 0);
+}
+
+TEST_CASE("wrong matches alone make no homography") {
+  for (const int n : {10, 50, 200, 500}) {
+    CAPTURE(n);
+    int models = 0;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      Rng rng(seed);
+      std::vector<ImageMatch> matches;
+      for (int i = 0; i < n; ++i)
+        matches.push_back(
+            {rng.uniform(0, 640), rng.uniform(0, 480), rng.uniform(0, 640), rng.uniform(0, 480)});
+      SequentialHomographies sequential;
+      sequential.fit(matches);
+      models += static_cast<int>(sequential.models());
+    }
+    CHECK(models <= 5);  // fewer than one expected each
+  }
+}
+
+TEST_CASE("homographies do not depend on the unit of length") {
+  Rng rng(9);
+  std::vector<ImageMatch> matches, larger;
+  for (int i = 0; i < 100; ++i) {
+    const double x = rng.uniform(20, 600), y = rng.uniform(20, 460);
+    matches.push_back({x, y, i < 60 ? x + 10 : rng.uniform(0, 640), i < 60 ? y - 5 : rng.uniform(0, 480)});
+    const ImageMatch& m = matches.back();
+    larger.push_back({4 * m.x, 4 * m.y, 4 * m.rx, 4 * m.ry});
+  }
+  SequentialHomographies small, large;
+  CHECK(small.fit(matches) == large.fit(larger));
 }
 
 }  // namespace background_motion_test

@@ -113,7 +113,8 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
         "initialisation, before_pose, "
         "after_pose, at_keyframe");
   CHECK(error_of(head + "    - limt\n") ==
-        "pipeline.before_pose[0]: unknown filter `limt`; known: limit, mark, " + combinator_names());
+        "pipeline.before_pose[0]: unknown filter `limt` (did you mean `limit`?); known: limit, mark, " +
+            combinator_names());
   CHECK(error_of(head + "    - limit: { limit_px: 11 }\n") ==
         "pipeline.before_pose[0].limit.limit_px: expected 0 to 10, got `11`");
   CHECK(error_of(head + "    - any:\n        - limit: { limit: 1 }\n") ==
@@ -135,6 +136,14 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
             .find("pipeline.correspondence: unknown key `sauce`; known keys: source, ") == 0);
   CHECK(error_of("pipeline:\n  floor: { min_share: 2 }\n") ==
         "pipeline.floor.min_share: expected 0 to 1, got `2`");
+}
+
+TEST_CASE("a call point has at most as many stages as a verdict has reasons") {
+  std::string stages = "pipeline:\n  before_pose:\n";
+  for (int i = 0; i < 63; ++i) stages += "    - limit\n";  // and the list itself
+  CHECK(error_of(stages) == "no error");
+  CHECK(error_of(stages + "    - limit\n") ==
+        "pipeline.before_pose[63]: expected at most 64 stages, combinators counted");
 }
 
 TEST_CASE("a file's name stands before the error") {

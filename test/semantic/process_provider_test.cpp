@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/semantic/process_provider.hpp>
+#include <dynfilter/semantic/runner.hpp>
 #include <fstream>
 #include <numeric>
 #include <sstream>
@@ -7,6 +8,7 @@
 
 #include "doctest/doctest.h"
 #include "scripted_provider.hpp"
+#include "support/comma_locale.hpp"
 
 namespace process_provider_test {
 
@@ -94,6 +96,45 @@ TEST_CASE("a result goes through the protocol unchanged, both ways") {
   ::shutdown(ends[0], SHUT_WR);
   server.join();
   ::close(ends[0]);
+}
+
+TEST_CASE("numbers go through the protocol with a point, whatever the locale of either side") {
+  const dynfilter_test::CommaLocale locale;
+  if (!locale.in_c()) MESSAGE("no locale with a comma for printf and strtod here: streams only");
+  int ends[2];
+  REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0);
+  MessageStream host(ends[0], ends[0]), provider(ends[1], ends[1]);
+  SemanticImage image = image_of(1234567, kColour);
+  image.timestamp_s = 1305031102.25;  // exact in binary
+  protocol::write_image(host, image);
+  CHECK(provider.read_line() == "image 1234567 1305031102.250000000 2 2 3");
+  unsigned char pixels[12];
+  provider.read_bytes(pixels, sizeof(pixels));
+
+  protocol::write_image(host, image);
+  SemanticImage seen;
+  protocol::read_image(provider, seen);
+  CHECK(seen.frame_id == 1234567);
+  CHECK(seen.timestamp_s == image.timestamp_s);
+
+  SemanticResult result;
+  Detection d;
+  d.box = cv::Rect2f(-1.25F, 1003.5F, 100.125F, 20);
+  d.class_id = 1062, d.class_name = "tv monitor", d.score = 0.1F;
+  result.detections = {d};
+  protocol::write_result(provider, result);
+  CHECK(host.read_line() == "detections 1");
+  CHECK(host.read_line() == "1062 0.100000001 -1.25 1003.5 98.875 1023.5 tv monitor");
+  CHECK(host.read_line() == "end");
+  protocol::write_result(provider, result);
+  const std::optional<SemanticResult> back = protocol::read_result(host);
+  REQUIRE(back);
+  CHECK(back->detections->front().box == d.box);
+  CHECK(back->detections->front().score == d.score);
+  CHECK(parse_runner_mode("rate:2.5").rate_hz == 2.5);
+  CHECK_THROWS_AS(parse_runner_mode("rate:2,5"), ConfigError);
+  ::close(ends[0]);
+  ::close(ends[1]);
 }
 
 TEST_CASE("a program says what it found, nothing, or no word") {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/context/clean_frame.hpp>
 #include <dynfilter/context/context_params.hpp>
 #include <dynfilter/context/depth_sampler.hpp>
 #include <dynfilter/context/history.hpp>
@@ -217,7 +218,7 @@ class Context {
     call_point_ = call_point;
     correspondence_ms_ = 0;
     note_.clear();
-    drop_unusable_inputs();
+    cleaner_.clean(frame_);
     inputs_ = inputs_of(frame_);
     const std::size_t n = frame_.size();
     state_.judged.assign(n, 1);
@@ -225,7 +226,10 @@ class Context {
     state_.seed.assign(n, 1);
     state_.dynamic.assign(n, 0);
     pixels_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) pixels_[i] = frame_.keypoints[i].pt;
+    for (std::size_t i = 0; i < n; ++i) {
+      pixels_[i] = frame_.keypoints[i].pt;
+      if (std::isnan(pixels_[i].x)) state_.judged[i] = state_.seed[i] = 0;
+    }
     undistorted_ready_ = depths_ready_ = points_ready_ = thin_depth_ready_ = false;
     for (Match& match : matches_) match.valid = false;
     for (auto& slot : two_views_) slot.valid = false;
@@ -255,7 +259,7 @@ class Context {
 
   double correspondence_ms() const { return correspondence_ms_; }
   /// Inputs that were there but cannot be used, e.g. "depth_m: 3 values for 1000 features".
-  const std::vector<std::string>& input_notes() const { return input_notes_; }
+  const std::vector<std::string>& input_notes() const { return cleaner_.notes(); }
 
  private:
   template <class Model>
@@ -371,12 +375,18 @@ class Context {
   // best.
   void correspond(const StoredFrame& stored, Correspondences& out) {
     if (uses_host_matches() && frame_.matches->reference_frame_id == stored.id)
-      correspondences_from_host(*frame_.matches, stored.keypoints, size(), out);
+      host_matches(stored, out);
     else if (uses_flow())
       flow_.track(history_.find(frame_.id)->pyramid, stored.pyramid, pixels_, {}, out);
     else
       descriptors_.match({frame_.keypoints, frame_.descriptors}, {stored.keypoints, stored.descriptors}, {},
                          out);
+  }
+
+  void host_matches(const StoredFrame& stored, Correspondences& out) const {
+    correspondences_from_host(*frame_.matches, stored.keypoints, size(), out);
+    for (std::size_t i = 0; i < size(); ++i)
+      if (std::isnan(pixels_[i].x)) out.drop(i);
   }
 
   template <class Correspond>
@@ -439,38 +449,6 @@ class Context {
     depths_ready_ = true;
   }
 
-  /// Arrays of another length than the keypoints, and images of odd type or size, are left out.
-  void drop_unusable_inputs() {
-    input_notes_.clear();
-    const std::size_t n = frame_.size();
-    const auto drop = [&](bool unusable, const char* what, auto& member) {
-      if (!unusable) return;
-      input_notes_.push_back(std::string(what) + " cannot be used: wrong size or type");
-      member = std::decay_t<decltype(member)>();
-    };
-    const auto wrong_size = [n](const auto& span) { return !span.empty() && span.size() != n; };
-    const auto image_size_differs = [&](const cv::Mat& image) {
-      return !image.empty() && !frame_.grey.empty() && image.size() != frame_.grey.size();
-    };
-    drop(wrong_size(frame_.depth_m), "depth_m", frame_.depth_m);
-    drop(wrong_size(frame_.keypoints_undistorted), "keypoints_undistorted", frame_.keypoints_undistorted);
-    drop(wrong_size(frame_.map_point_ids), "map_point_ids", frame_.map_point_ids);
-    drop(wrong_size(frame_.map_points_world_m), "map_points_world_m", frame_.map_points_world_m);
-    drop(!frame_.descriptors.empty() && static_cast<std::size_t>(frame_.descriptors.rows) != n, "descriptors",
-         frame_.descriptors);
-    drop(!frame_.grey.empty() && frame_.grey.type() != CV_8UC1, "grey", frame_.grey);
-    drop(!frame_.depth.empty() && frame_.depth.type() != CV_16UC1 && frame_.depth.type() != CV_32FC1, "depth",
-         frame_.depth);
-    drop(image_size_differs(frame_.depth), "depth", frame_.depth);
-    drop(frame_.mask && (frame_.mask->labels.empty() || frame_.mask->labels.type() != CV_8UC1), "mask",
-         frame_.mask);
-    drop(frame_.matches && frame_.matches->reference_index.size() != n, "matches", frame_.matches);
-    if (frame_.pose_provenance != PoseProvenance::None && !is_rigid(frame_.T_world_camera)) {
-      input_notes_.emplace_back("pose cannot be used: not rigid");
-      frame_.pose_provenance = PoseProvenance::None;
-    }
-  }
-
   /// Deep copies, since hosts reuse buffers. The pyramid is the copy of the grey image.
   void keep(StoredFrame& stored) {
     const bool seen_before = !stored.pyramid.empty();
@@ -514,12 +492,12 @@ class Context {
   TwoViewEstimator two_view_;
   RigidMotionEstimator rigid_motion_;
 
+  FrameCleaner cleaner_;
   FrameView frame_;
   CallPoint call_point_ = CallPoint::BeforePose;
   Input inputs_ = Input::None;
   State state_;
   std::string note_;
-  std::vector<std::string> input_notes_;
   double correspondence_ms_ = 0;
   LateSemantics late_;
   std::vector<Detection> carried_;

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <functional>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,9 +37,7 @@ struct Range {
 namespace detail {
 
 inline std::string shown(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
+  return number_text(value);
 }
 
 inline std::string joined(const std::vector<std::string>& words) {

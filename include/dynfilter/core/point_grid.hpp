@@ -76,7 +76,8 @@ class PointGrid {
   bool empty() const { return entries_.empty(); }
   void clear() { entries_.clear(); }
 
-  static bool usable(const cv::Point2f& p) { return std::abs(p.x) < 1e6F && std::abs(p.y) < 1e6F; }
+  static constexpr float kMaxPixel = 1e6F;  ///< no image is larger; cells and sums of such places fit an int
+  static bool usable(const cv::Point2f& p) { return std::abs(p.x) < kMaxPixel && std::abs(p.y) < kMaxPixel; }
 
  private:
   static constexpr float kMaxCells = 256;

@@ -4,90 +4,101 @@
 #include <climits>
 #include <cmath>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/numbers.hpp>
+#include <dynfilter/core/yaml_text.hpp>
 #include <fstream>
+#include <ios>
 #include <memory>
-#include <opencv2/core.hpp>
 #include <optional>
-#include <sstream>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace dynfilter {
 
-/// A strict view of OpenCV's YAML, and the only code that touches cv::FileNode. OpenCV reads `flag: false` as
-/// true, "abc" as 1.8e308, 3.7 as 4, a missing key as 0 and the first of two equal keys: here each of these
-/// throws ConfigError with the path of the node and what was expected.
+/// A strict view of a value of a YAML text. Nothing is guessed: a wrong type, a number that does not fit and
+/// a key that is written twice throw ConfigError with the path of the node and what was expected.
 class YamlNode {
  public:
-  YamlNode() = default;
-  YamlNode(const cv::FileNode& node, std::string path) : node_(node), path_(std::move(path)) {}
+  /// Nothing is written at this path.
+  explicit YamlNode(std::string path = "") : path_(std::move(path)) {}
+  YamlNode(const YamlValue& value, std::string path) : value_(&value), path_(std::move(path)) {}
 
   const std::string& path() const { return path_; }
-  bool is_map() const { return node_.isMap(); }
-  bool is_sequence() const { return node_.isSeq(); }
-  bool is_text() const { return node_.isString(); }
-  bool is_none() const { return node_.empty() || node_.isNone(); }
+  bool is_map() const { return is(YamlValue::Kind::Map); }
+  bool is_sequence() const { return is(YamlValue::Kind::List); }
+  bool is_text() const { return is(YamlValue::Kind::Quoted) || (is(YamlValue::Kind::Plain) && !is_number()); }
+  bool is_none() const { return value_ == nullptr; }
 
   [[noreturn]] void fail(const std::string& message) const { throw ConfigError(path_, message); }
 
-  /// Keys and values in the order of the file. Throws on a key that is written twice.
-  std::vector<std::pair<std::string, YamlNode>> entries() const {
+  /// As they are written, even twice.
+  std::vector<std::string> keys() const {
+    std::vector<std::string> result;
+    if (is_map())
+      for (const auto& child : value_->children) result.push_back(child.first);
+    return result;
+  }
+  /// Keys and values in the order of the file; only the keys that begin with `prefix`. Throws when one of
+  /// them is written twice.
+  std::vector<std::pair<std::string, YamlNode>> entries(const std::string& prefix = "") const {
     if (is_none()) return {};
     if (!is_map()) fail("expected `key: value` pairs, got " + shown());
     std::vector<std::pair<std::string, YamlNode>> result;
-    for (const auto& child : node_) {
-      const std::string key = child.name();
-      for (const auto& [known, value] : result)
-        if (known == key) fail("key `" + key + "` is written twice");
-      result.emplace_back(key, YamlNode(child, child_path(key)));
+    std::set<std::string> known;
+    for (const auto& [key, value] : value_->children) {
+      if (key.rfind(prefix, 0) != 0) continue;
+      if (!known.insert(key).second) fail("key `" + key + "` is written twice");
+      result.emplace_back(key, YamlNode(value, child_path(key)));
     }
     return result;
   }
   std::vector<YamlNode> items() const {
     if (!is_sequence()) fail("expected a list, got " + shown());
     std::vector<YamlNode> result;
-    std::size_t i = 0;
-    for (auto it = node_.begin(); it != node_.end(); ++it, ++i)
-      result.emplace_back(*it, path_ + "[" + std::to_string(i) + "]");
+    for (const auto& child : value_->children)
+      result.emplace_back(child.second, path_ + "[" + std::to_string(result.size()) + "]");
     return result;
   }
+  /// Throws when this key is written twice; the other keys are not looked at.
   std::optional<YamlNode> find(const std::string& key) const {
-    for (auto& [name, value] : entries())
-      if (name == key) return value;
-    return std::nullopt;
+    if (is_none()) return std::nullopt;
+    if (!is_map()) fail("expected `key: value` pairs, got " + shown());
+    std::optional<YamlNode> found;
+    for (const auto& [name, value] : value_->children) {
+      if (name != key) continue;
+      if (found) fail("key `" + key + "` is written twice");
+      found.emplace(value, child_path(key));
+    }
+    return found;
   }
 
   double real() const {
-    if (node_.isInt()) return static_cast<int>(node_);
-    if (!node_.isReal()) fail("expected a number, got " + shown());
-    const auto value = static_cast<double>(node_);
-    if (!std::isfinite(value)) fail("expected a finite number, got " + shown());
-    return value;
+    if (!is_number()) fail("expected a number, got " + shown());
+    const std::optional<double> value = parse_number(value_->text);
+    if (!value || !std::isfinite(*value)) fail("expected a finite number, got " + shown());
+    return *value;
   }
   int integer() const {
-    if (!node_.isInt()) fail("expected a whole number, got " + shown());
-    return static_cast<int>(node_);
+    if (!is_number() || value_->text.find_first_not_of("+-0123456789") != std::string::npos)
+      fail("expected a whole number, got " + shown());
+    const std::optional<double> value = parse_number(value_->text);
+    if (!value || *value < INT_MIN || *value > INT_MAX)
+      fail("expected a whole number of 32 bits, got " + shown());
+    return static_cast<int>(*value);
   }
   bool flag() const {
-    if (node_.isString()) {
-      const std::string word = text();
-      if (word == "true") return true;
-      if (word == "false") return false;
-    } else if (node_.isInt()) {
-      const int value = static_cast<int>(node_);
-      if (value == 0 || value == 1) return value == 1;
+    if (is_text() || is_number()) {
+      const std::string& word = value_->text;
+      if (word == "true" || word == "1") return true;
+      if (word == "false" || word == "0") return false;
     }
     fail("expected true or false, got " + shown());
   }
-  /// OpenCV keeps a trailing comment as part of an unquoted text: it is cut here.
   std::string text() const {
-    if (!node_.isString()) fail("expected a word, got " + shown());
-    std::string value = node_.string();
-    const auto comment = value.find(" #");
-    if (comment != std::string::npos) value.erase(comment);
-    while (!value.empty() && (value.back() == ' ' || value.back() == '\t')) value.pop_back();
-    return value;
+    if (!is_text()) fail("expected a word, got " + shown());
+    return value_->text;
   }
   std::vector<std::string> texts() const {
     std::vector<std::string> result;
@@ -117,17 +128,25 @@ class YamlNode {
     if (is_none()) return "nothing";
     if (is_map()) return "a map";
     if (is_sequence()) return "a list";
-    if (is_text()) return "`" + node_.string() + "`";
-    std::ostringstream out;
-    out << '`' << (node_.isInt() ? static_cast<double>(static_cast<int>(node_)) : static_cast<double>(node_))
-        << '`';
-    return out.str();
+    return "`" + value_->text + "`";
   }
 
  private:
+  bool is(YamlValue::Kind kind) const { return value_ != nullptr && value_->kind == kind; }
+  /// Written as a number and not in quotes. 010 is 8 for some readers and 10 for others: for us it is none.
+  bool is_number() const {
+    if (!is(YamlValue::Kind::Plain)) return false;
+    const std::string& text = value_->text;
+    const std::size_t first = text.find_first_not_of("+-");
+    if (first == std::string::npos) return false;
+    const bool leading_zero =
+        text[first] == '0' && first + 1 < text.size() && detail::is_digit(text[first + 1]);
+    return (detail::has_number_syntax(text) && !leading_zero) || text.substr(first) == ".inf" ||
+           text == ".nan";
+  }
   std::string child_path(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
 
-  cv::FileNode node_;
+  const YamlValue* value_ = nullptr;
   std::string path_;
 };
 
@@ -135,45 +154,32 @@ class YamlNode {
 class YamlDocument {
  public:
   /// Throws ConfigError naming `source` and, for a syntax error, the line.
-  static YamlDocument from_text(std::string text, const std::string& source = "") {
-    if (text.rfind("%YAML", 0) != 0) text.insert(0, "%YAML:1.0\n---\n");
+  static YamlDocument from_text(const std::string& text, const std::string& source = "") {
     YamlDocument document;
     document.source_ = source;
     try {
-      document.storage_ = std::make_shared<cv::FileStorage>(
-          text, cv::FileStorage::READ | cv::FileStorage::FORMAT_YAML | cv::FileStorage::MEMORY);
-    } catch (const cv::Exception& error) {
-      throw ConfigError(source, "not valid YAML: " + message_of(error));
+      document.root_ = std::make_shared<const YamlValue>(YamlText::read(text));
+    } catch (const ConfigError& error) {
+      throw ConfigError(source, error.what());
     }
-    if (!document.storage_->isOpened()) throw ConfigError(source, "not valid YAML");
-    if (!document.root().is_map()) throw ConfigError(source, "expected `key: value` pairs, found none");
+    if (!document.root().is_map() || document.root_->children.empty())
+      throw ConfigError(source, "expected `key: value` pairs, found none");
     return document;
   }
   static YamlDocument from_file(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    if (!file || !(text << file.rdbuf())) throw ConfigError(path, "cannot be read");
-    return from_text(text.str(), path);
+    std::string text(YamlText::kMaxBytes + 1, '\0');  // one byte too many tells that it is too long
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (file.bad() || (file.fail() && !file.eof())) throw ConfigError(path, "cannot be read");
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    return from_text(text, path);
   }
 
-  YamlNode root() const { return {storage_->root(), ""}; }
+  YamlNode root() const { return {*root_, ""}; }
   const std::string& source() const { return source_; }
 
  private:
-  static std::string message_of(const cv::Exception& error) {
-    // OpenCV names the line as "(21): Incorrect indentation" inside the text it calls the function's name.
-    const std::string text = error.what();
-    const auto from = text.rfind("'(");
-    const auto to = text.rfind('\'');
-    if (from == std::string::npos || to <= from) return "a syntax error";
-    std::string found = text.substr(from + 2, to - from - 2);
-    const auto bracket = found.find("): ");
-    return bracket == std::string::npos
-               ? found
-               : "line " + found.substr(0, bracket) + ", " + found.substr(bracket + 3);
-  }
-
-  std::shared_ptr<cv::FileStorage> storage_;
+  std::shared_ptr<const YamlValue> root_;
   std::string source_;
 };
 

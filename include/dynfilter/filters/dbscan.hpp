@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cmath>
-#include <cstdio>
 #include <dynfilter/cluster/adaptive_dbscan.hpp>
 #include <dynfilter/cluster/dbscan.hpp>
 #include <dynfilter/cluster/kd_tree.hpp>
 #include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <optional>
 #include <string>
@@ -119,10 +119,9 @@ class DbscanFilter final : public Filter {
   }
 
   void note(Context& context, const DbscanParams& params) const {
-    char text[96];
-    std::snprintf(text, sizeof text, "%d objects of %zu features, eps %.3f m, min_points %d", clusters_.count,
-                  seeds_.size(), params.eps_m, params.min_points);
-    context.note(text);
+    context.note(std::to_string(clusters_.count) + " objects of " + std::to_string(seeds_.size()) +
+                 " features, eps " + fixed_text(params.eps_m, 3) + " m, min_points " +
+                 std::to_string(params.min_points));
   }
 
   Params params_;

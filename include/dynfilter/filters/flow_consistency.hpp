@@ -13,23 +13,20 @@
 #include <dynfilter/geometry/view_motion.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace dynfilter {
 
 struct FlowConsistencyParams {
   double limit = 2.0;
-  int gap_frames = 4;
-  double max_distance_px = 1.0;
+  double max_gap_s = 1.0;
+  int gap_frames = 30;
+  double memory_s = 0.5;
   double noise_px = 0.15;
-  double noise_of_flow = 0.004;
-  double memory = 0.65;
-  int neighbours = 6;
-  double reach = 0.05;
-  double alike_px = 0.4;
-  double alike_of_flow = 0.06;
+  double noise_of_flow = 0.01;
+  double max_distance_px = 1.0;
   bool ground = true;
-  double ground_ratio = 1.2;
   double focal_of_width = 0.8;
 
   static const FieldTable<FlowConsistencyParams>& fields() {
@@ -37,20 +34,16 @@ struct FlowConsistencyParams {
     static const FieldTable<P> table{
         real("limit", &P::limit, "sigma", {0, 1e6},
              "dynamic beyond: how far a flow is from a static point's"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30},
-                "flow over so many frames, over fewer while most tracks are younger"),
-        real("max_distance_px", &P::max_distance_px, "px", {0.01, 100},
-             "from its epipolar line, for a point to support a camera motion"),
+        real("max_gap_s", &P::max_gap_s, "s", {0, 100},
+             "flow over at most this time, over less while most tracks are younger"),
+        integer("gap_frames", &P::gap_frames, "frames", {1, 300}, "flow over at most so many frames"),
+        real("memory_s", &P::memory_s, "s", {0, 1000}, "time constant of a track's evidence"),
         real("noise_px", &P::noise_px, "px", {0.001, 100}, "of a flow at least; more is measured"),
         real("noise_of_flow", &P::noise_of_flow, "px/px", {0, 1}, "more noise per pixel of flow"),
-        real("memory", &P::memory, "", {0, 0.999}, "share of a track's evidence that outlives a frame"),
-        integer("neighbours", &P::neighbours, "features", {1, 100}, "judged together if they flow alike"),
-        real("reach", &P::reach, "widths", {0, 1}, "how far neighbours are, in widths of the image"),
-        real("alike_px", &P::alike_px, "px", {0, 100}, "flows that differ by no more are alike"),
-        real("alike_of_flow", &P::alike_of_flow, "px/px", {0, 10}, "the same per pixel of flow"),
-        flag("ground", &P::ground, "a group that hangs above the ground moves: for cameras that drive"),
-        real("ground_ratio", &P::ground_ratio, "", {1, 100},
-             "a group hangs if its foot seems nearer than the ground there by this factor"),
+        real("max_distance_px", &P::max_distance_px, "px", {0.01, 100},
+             "from its epipolar line, for a point to support a camera motion"),
+        flag("ground", &P::ground,
+             "a group that hangs above the ground moves; used only while the camera drives ahead"),
         real("focal_of_width", &P::focal_of_width, "widths", {0.1, 10},
              "the focal length where no camera is known"),
     };
@@ -58,22 +51,22 @@ struct FlowConsistencyParams {
   }
 };
 
-/// Mono: features whose flow over several frames is not that of the static scene. Of our own making; the card
-/// has the derivation.
+/// Mono: features whose flow over several gaps of time is not that of the static scene. Of our own making;
+/// the card has the derivation.
 ///
-/// Formula:  the camera's turn and direction from flow over gap_frames frames, as the motion that covers most
-/// of the
-///           image (geometry/background_motion.hpp). Per feature, over itself and the neighbours that flow
-///           alike: median distance from the epipolar line, median flow against the direction in which
-///           static points flow, in sigmas; averaged over the track's life and with its group. Beside it:
-///           groups whose foot hangs above the ground, as what comes along the epipolar line does.
+/// Formula:  the camera's turn and direction from flow over a gap, as the motion that covers most of the
+/// image
+///           (geometry/background_motion.hpp). Per feature, over itself and the neighbours that flow alike:
+///           median distance from the epipolar line, median flow against the direction in which static points
+///           flow, in sigmas; averaged over time and with its group. Each feature is judged over the longest
+///           gap that its track has. Beside it: groups whose foot hangs above the ground, as what comes along
+///           the epipolar line does.
 /// Needs:    correspondences frame to frame. Optional: a camera (else a focal length is assumed).
 /// Abstains: on features without a past, with fewer than 12 of them or on less than 5 of 72 cells of the
 ///           image.
 /// Blind to: movers that keep to their epipolar line and show no foot (or with `ground: false`); whatever
 ///           covers more of the image than the background does.
-/// State:    the tracks' last gap_frames places and their evidence, the last motion and ground. Cost: about
-///           3.3 ms for 1150 features, flow not included.
+/// State:    the tracks' places over the longest gap and their evidence, the last motion and ground.
 class FlowConsistencyFilter final : public Filter {
  public:
   using Params = FlowConsistencyParams;
@@ -91,32 +84,53 @@ class FlowConsistencyFilter final : public Filter {
   Needs needs() const override { return {Input::Correspondence, Input::Camera, 1}; }
 
   void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({false, 1});
-    tracks_.follow(context.frame().id, match, context.pixels(), context.undistorted_pixels());
-    take_over_evidence();
-    if (!measure(context)) return;
-    group();
-    weigh_flows();
-    find_ground();
-    weigh_groups();
+    follow(context);
+    set_view(context);
+    choose_gaps();
+    sort_features();
+    for (const int gap : gaps_) {
+      if (!somebody_needs(gap) || !measure(context, gap)) continue;
+      group();
+      weigh_flows();
+      weigh_groups();
+      if (gap == ground_gap_) weigh_ground();
+    }
     vote(context, votes);
   }
 
   void reset() override {
     tracks_.reset();
     evidence_.clear();
+    ages_s_.clear();
     motion_.reset();
+    main_motion_.reset();
     ground_.reset();
     extent_ = {};
   }
 
  private:
-  /// What a track was told so far: a mean that forgets, and one about hanging above the ground.
+  /// What a track was told so far: means that forget, of its flow and of hanging above the ground.
   struct Evidence {
-    double flow = 0, flow_weight = 0, hanging = 0;
-    bool hanging_known = false;
+    double flow = 0, hanging = 0;
+    bool flow_known = false, hanging_known = false;
   };
-  /// A feature that can be judged in this frame.
+  /// A motion and the time that it took.
+  struct TimedMotion {
+    ViewMotion motion;
+    double gap_s;
+
+    /// The motion of another time at the same speed.
+    ViewMotion over(double other_s) const {
+      ViewMotion scaled = motion;
+      for (double& w : scaled.rotation_rad) w *= other_s / gap_s;
+      return scaled;
+    }
+  };
+  struct PlacedFeature {
+    ImageNeighbours::Point now;
+    std::size_t feature;
+  };
+  /// A feature that can be judged over the present gap.
   struct Point {
     int feature;
     ViewPair pair;
@@ -124,7 +138,26 @@ class FlowConsistencyFilter final : public Filter {
     double length_px;
     bool seed;
   };
-  static constexpr double kMaxSigmas = 6;
+  static constexpr double kUnknown_s = 1.0 / 30;  ///< between frames whose stamps tell nothing
+  static constexpr double kMostTracks = 0.5;      ///< share of the tracks that reach over the longest gap
+  static constexpr double kGroundGap_s = 0.2;     ///< what is near on the road leaves the view sooner
+  static constexpr double kMaxSigmas = 6;         ///< one frame's say is limited
+  static constexpr int kNeighbours = 6;           ///< judged together if they flow alike
+  static constexpr double kReach = 0.05;          ///< [image widths] of neighbours
+  static constexpr double kAlike_px = 0.4, kAlikeOfFlow = 0.06;  ///< flows that differ by less are alike
+  static constexpr std::size_t kGroup = 4;                       ///< points at least
+
+  void follow(Context& context) {
+    const Match& match = context.match({false, 1});
+    tracks_.follow(context.frame().id, match, context.pixels(), context.undistorted_pixels());
+    double passed_s = match.reference ? context.frame().timestamp_s - match.reference->timestamp_s : 0;
+    if (!(passed_s > 0)) passed_s = kUnknown_s;
+    for (double& age_s : ages_s_) age_s += passed_s;
+    ages_s_.insert(ages_s_.begin(), 0);
+    ages_s_.resize(std::min(ages_s_.size(), static_cast<std::size_t>(params_.gap_frames) + 1));
+    keep_ = params_.memory_s > 0 ? std::exp(-passed_s / params_.memory_s) : 0;
+    take_over_evidence();
+  }
 
   void take_over_evidence() {
     std::swap(evidence_, last_evidence_);
@@ -135,14 +168,48 @@ class FlowConsistencyFilter final : public Filter {
       if (previous >= 0 && static_cast<std::size_t>(previous) < last_evidence_.size())
         evidence_[i] = last_evidence_[static_cast<std::size_t>(previous)];
     }
+    judged_.assign(n, false);
+    suspicion_.assign(n, 0);
   }
 
-  /// The camera's motion and every flow against it. False: there is none.
-  bool measure(Context& context) {
-    const int gap = choose_gap();
-    if (ground_) ground_->scale *= static_cast<double>(gap) / last_gap_;  // of the camera's step, which grows
-    last_gap_ = gap;
-    set_view(context);
+  double gap_s(int gap) const { return ages_s_[static_cast<std::size_t>(gap)]; }
+
+  /// The longest gap that most tracks with any past have, its half, quarter ... for the younger ones, and the
+  /// ground's; longest first.
+  void choose_gaps() {
+    counts_.assign(ages_s_.size() + 1, 0);
+    for (std::size_t i = 0; i < tracks_.size(); ++i)
+      for (int k = 1; k <= tracks_.length(i) && k < static_cast<int>(ages_s_.size()); ++k)
+        ++counts_[static_cast<std::size_t>(k)];
+    gaps_.clear();
+    ground_gap_ = 0;
+    if (ages_s_.size() < 2 || counts_[1] == 0) return;
+    const auto within = [&](int gap, double limit_s) {
+      return gap < static_cast<int>(ages_s_.size()) && gap_s(gap) <= limit_s * (1 + 1e-6);
+    };
+    int longest = 1;
+    while (within(longest + 1, params_.max_gap_s) &&
+           counts_[static_cast<std::size_t>(longest) + 1] >= kMostTracks * counts_[1])
+      ++longest;
+    for (int gap = longest; gap > 0; gap /= 2) gaps_.push_back(gap);
+    if (!params_.ground) return;
+    ground_gap_ = 1;
+    while (ground_gap_ < longest && within(ground_gap_ + 1, kGroundGap_s)) ++ground_gap_;
+    gaps_.push_back(ground_gap_);
+    std::sort(gaps_.rbegin(), gaps_.rend());
+    gaps_.erase(std::unique(gaps_.begin(), gaps_.end()), gaps_.end());
+  }
+
+  bool somebody_needs(int gap) const {
+    if (gap == gaps_.front() || gap == ground_gap_) return true;
+    for (std::size_t i = 0; i < tracks_.size(); ++i)
+      if (!judged_[i] && tracks_.length(i) >= gap) return true;
+    return false;
+  }
+
+  /// The camera's motion over the gap and every flow against it. False: there is none.
+  bool measure(Context& context, int gap) {
+    gap_s_ = gap_s(gap);
     collect_points(context, gap);
     seeds_.clear();
     pairs_.clear();
@@ -150,30 +217,32 @@ class FlowConsistencyFilter final : public Filter {
       pairs_.push_back(points_[k].pair);
       if (points_[k].seed) seeds_.push_back(static_cast<int>(k));
     }
-    motion_ = estimator_.estimate(pairs_, seeds_, cells_, focal_px_, motion_);
-    if (!motion_) {
-      context.note("model: none, " + std::to_string(seeds_.size()) + " seeds with a past");
-      return false;
+    const bool main = gap == gaps_.front();
+    if (main) motion_ = main_motion_;
+    std::optional<ViewMotion> guess;
+    if (motion_) guess = motion_->over(gap_s_);
+    const std::optional<ViewMotion> found = estimator_.estimate(pairs_, seeds_, cells_, focal_px_, guess);
+    if (main) {
+      main_motion_.reset();
+      if (found) main_motion_ = TimedMotion{*found, gap_s_};
+      note(context, gap, found);
     }
-    const ViewFlowModel model(*motion_);
+    if (!found) return false;
+    motion_ = TimedMotion{*found, gap_s_};
+    const ViewFlowModel model(*found);
     for (Point& p : points_) {
       p.flow = model(p.pair);
       p.length_px = p.flow.length_px();
     }
-    gap_weight_ = static_cast<double>(gap) * gap;
-    context.note(std::string("model: ") + (motion_->has_baseline() ? "turn and direction" : "turn") +
-                 " over " + std::to_string(gap) + " frames, " + std::to_string(points_.size()) + " features");
+    noise_px_ = measured_noise_px();
     return true;
   }
 
-  /// The longest that at least half of the tracks with any past have.
-  int choose_gap() {
-    counts_.assign(static_cast<std::size_t>(params_.gap_frames) + 1, 0);
-    for (std::size_t i = 0; i < tracks_.size(); ++i)
-      for (int k = 1; k <= tracks_.length(i); ++k) ++counts_[static_cast<std::size_t>(k)];
-    int gap = 1;
-    while (gap < params_.gap_frames && 2 * counts_[static_cast<std::size_t>(gap) + 1] >= counts_[1]) ++gap;
-    return gap;
+  void note(Context& context, int gap, const std::optional<ViewMotion>& found) const {
+    context.note(!found ? "model: none, " + std::to_string(seeds_.size()) + " seeds with a past"
+                        : std::string("model: ") + (found->has_baseline() ? "turn and direction" : "turn") +
+                              " over " + std::to_string(gap) + " frames, " + std::to_string(points_.size()) +
+                              " features");
   }
 
   /// Principal point, focal length and size of the image; without a camera or an image what the features
@@ -207,37 +276,46 @@ class FlowConsistencyFilter final : public Filter {
     return {static_cast<double>(px.x) - centre_.x, (static_cast<double>(px.y) - centre_.y) * y_scale_};
   }
 
-  /// In an order that does not depend on the features'.
+  /// By place now, so that what follows does not depend on the features' order.
+  void sort_features() {
+    order_.clear();
+    for (std::size_t i = 0; i < tracks_.size(); ++i)
+      if (tracks_.length(i) > 0 && within(tracks_.at(i, 0))) order_.push_back({centred(tracks_.at(i, 0)), i});
+    std::sort(order_.begin(), order_.end(), [](const PlacedFeature& a, const PlacedFeature& b) {
+      return std::tie(a.now.x, a.now.y, a.feature) < std::tie(b.now.x, b.now.y, b.feature);
+    });
+  }
+
   void collect_points(const Context& context, int gap) {
     points_.clear();
-    for (std::size_t i = 0; i < tracks_.size(); ++i) {
-      if (tracks_.length(i) < gap) continue;
-      const cv::Point2f &now = tracks_.at(i, 0), &then = tracks_.at(i, gap);
-      if (!within(now) || !within(then)) continue;
-      const ImageNeighbours::Point a = centred(then), b = centred(now);
-      points_.push_back({static_cast<int>(i), {a.x, a.y, b.x, b.y}, {}, 0, context.seed(i)});
+    for (const auto& [now, i] : order_) {
+      if (tracks_.length(i) < gap || !within(tracks_.at(i, gap))) continue;
+      const ImageNeighbours::Point then = centred(tracks_.at(i, gap));
+      points_.push_back({static_cast<int>(i), {then.x, then.y, now.x, now.y}, {}, 0, context.seed(i)});
     }
-    std::stable_sort(points_.begin(), points_.end(), [](const Point& p, const Point& q) {
-      if (p.pair.x != q.pair.x) return p.pair.x < q.pair.x;
-      if (p.pair.y != q.pair.y) return p.pair.y < q.pair.y;
-      if (p.pair.reference_x != q.pair.reference_x) return p.pair.reference_x < q.pair.reference_x;
-      return p.pair.reference_y < q.pair.reference_y;
-    });
+    const auto before = [](const Point& p, const Point& q) {
+      return std::tie(p.pair.x, p.pair.y, p.pair.reference_x, p.pair.reference_y) <
+             std::tie(q.pair.x, q.pair.y, q.pair.reference_x, q.pair.reference_y);
+    };
+    // Only features at the very same place may still be out of order.
+    if (!std::is_sorted(points_.begin(), points_.end(), before))
+      std::stable_sort(points_.begin(), points_.end(), before);
   }
 
   /// Neighbours are alike whose flows a common depth and a common miss of the epipolar line explain.
   void group() {
     places_.clear();
     for (const Point& p : points_) places_.push_back({p.pair.x, p.pair.y});
-    groups_.build(
-        places_, params_.reach * cells_.width_px, params_.neighbours, [&](std::size_t i, std::size_t j) {
-          const Point &p = points_[i], &q = points_[j];
-          const double along = motion_->has_baseline() ? (p.flow.inverse_depth - q.flow.inverse_depth) * 0.5 *
-                                                             (line_length(p.flow) + line_length(q.flow))
-                                                       : p.flow.along_px - q.flow.along_px;
-          const double limit = params_.alike_px + params_.alike_of_flow * 0.5 * (p.length_px + q.length_px);
-          return std::hypot(along, p.flow.across_px - q.flow.across_px) < limit;
-        });
+    groups_.build(places_, kReach * cells_.width_px, kNeighbours, [&](std::size_t i, std::size_t j) {
+      const Point &p = points_[i], &q = points_[j];
+      const double along = motion_->motion.has_baseline()
+                               ? (p.flow.inverse_depth - q.flow.inverse_depth) * 0.5 *
+                                     (line_length(p.flow) + line_length(q.flow))
+                               : p.flow.along_px - q.flow.along_px;
+      const double limit = kAlike_px + kAlikeOfFlow * 0.5 * (p.length_px + q.length_px);
+      const double across = p.flow.across_px - q.flow.across_px;
+      return along * along + across * across < limit * limit;
+    });
   }
   static double line_length(const ViewFlow& flow) {
     return flow.inverse_depth != 0 ? flow.along_px / flow.inverse_depth : 0;
@@ -260,8 +338,8 @@ class FlowConsistencyFilter final : public Filter {
   }
 
   void weigh_flows() {
-    const double noise = measured_noise_px();
     for (std::size_t k = 0; k < points_.size(); ++k) {
+      if (judged(k)) continue;
       values_.assign(1, points_[k].flow.across_px);
       along_.assign(1, points_[k].flow.along_px);
       for (const int j : groups_.linked(k)) {
@@ -270,30 +348,63 @@ class FlowConsistencyFilter final : public Filter {
       }
       const double across = median_of(values_);
       double wrong_way = median_of(along_);
-      if (motion_->has_baseline()) wrong_way = std::min(0.0, wrong_way);
-      const double of_flow = params_.noise_of_flow * points_[k].length_px;
-      const double sigmas = std::hypot(across, wrong_way) / std::hypot(noise, of_flow);
-      // Without company it may be a bad track.
-      const double alone = groups_.linked(k).size() < 2 ? 0.5 : 1;
-      remember(evidence_of(k), alone * std::min(sigmas, kMaxSigmas));
+      if (motion_->motion.has_baseline()) wrong_way = std::min(0.0, wrong_way);
+      const double sigma_px = std::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
+      Evidence& evidence = evidence_of(k);
+      remember(std::min(std::hypot(across, wrong_way) / sigma_px, kMaxSigmas), evidence.flow,
+               evidence.flow_known);
     }
   }
 
   Evidence& evidence_of(std::size_t k) { return evidence_[static_cast<std::size_t>(points_[k].feature)]; }
+  bool judged(std::size_t k) const { return judged_[static_cast<std::size_t>(points_[k].feature)]; }
 
-  void remember(Evidence& evidence, double sigmas) const {
-    const double old = params_.memory * evidence.flow_weight;
-    const double fresh = evidence.flow_weight > 0 ? (1 - params_.memory) * gap_weight_ : gap_weight_;
-    evidence.flow = (old * evidence.flow + fresh * sigmas) / (old + fresh);
-    evidence.flow_weight = old + fresh;
+  void remember(double sigmas, double& mean, bool& known) const {
+    mean += (known ? 1 - keep_ : 1) * (sigmas - mean);
+    known = true;
   }
 
-  /// Where the camera goes: its step seen in the image. None for a camera that goes sideways.
-  bool focus_of_expansion(double& x, double& y) const {
-    const auto& c = motion_->direction;
-    if (!(std::abs(c[2]) > 0.5)) return false;
-    x = motion_->focal_px * c[0] / c[2];
-    y = motion_->focal_px * c[1] / c[2];
+  /// A feature of a group is as suspicious as the group; one that flows like few others as far as its
+  /// neighbours are suspects: alone it is likely a bad track.
+  void weigh_groups() {
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const std::vector<int>& members = groups_.group(g);
+      values_.clear();
+      for (const int m : members) values_.push_back(evidence_of(static_cast<std::size_t>(m)).flow);
+      const double together = median_of(values_);
+      for (const int m : members) {
+        const auto k = static_cast<std::size_t>(m), i = static_cast<std::size_t>(points_[k].feature);
+        if (judged_[i]) continue;
+        suspicion_[i] = members.size() >= kGroup ? together : evidence_[i].flow * share_of_suspects(k);
+      }
+    }
+    for (const Point& p : points_) judged_[static_cast<std::size_t>(p.feature)] = true;
+  }
+
+  double share_of_suspects(std::size_t k) {
+    const std::vector<int>& near = groups_.near(k);
+    const auto suspects = std::count_if(near.begin(), near.end(), [&](int j) {
+      return evidence_of(static_cast<std::size_t>(j)).flow > params_.limit;
+    });
+    return near.empty() ? 0 : static_cast<double>(suspects) / static_cast<double>(near.size());
+  }
+
+  static constexpr double kAhead = 0.97;           ///< cosine: drives where it looks, within 14 degrees
+  static constexpr double kGroundSmoothing = 0.5;  ///< of a new frame's ground
+  static constexpr double kGroundBelow = 0.08;     ///< [heights] below the horizon: shows the ground
+  static constexpr double kGroupBelow = 0.04;      ///< [heights] below the horizon: can be compared with it
+  static constexpr double kEdge = 0.03;            ///< [heights] a foot so near to the lower edge is cut off
+  static constexpr double kFlat = 0.5;             ///< inverse depth ~ rows^slope: upright 0, ground 1
+  static constexpr double kFoot = 0.1;             ///< quantile of a group's ratios
+  static constexpr double kGroundRatio = 1.2;      ///< nearer than the ground by so much hangs
+  static constexpr double kRatioSigma = 0.15;      ///< of the logarithm of a foot's ratio
+
+  /// Only a camera that drives ahead has its motion's horizon in the image and a ground below it.
+  bool find_focus() {
+    const auto& c = motion_->motion.direction;
+    if (!motion_->motion.has_baseline() || !(c[2] > kAhead)) return false;
+    focus_.x = static_cast<float>(motion_->motion.focal_px * c[0] / c[2]);
+    focus_.y = static_cast<float>(motion_->motion.focal_px * c[1] / c[2]);
     return true;
   }
 
@@ -302,61 +413,39 @@ class FlowConsistencyFilter final : public Filter {
             cells_.of(p.pair.x, p.pair.y)};
   }
 
-  void find_ground() {
-    ground_usable_ = params_.ground && focus_of_expansion(focus_.x, focus_.y);
-    if (!ground_usable_) return;
+  bool find_ground() {
+    if (!find_focus()) return false;
     ground_points_.clear();
     for (std::size_t k = 0; k < points_.size(); ++k)
       if (evidence_of(k).flow < params_.limit) ground_points_.push_back(ground_point(points_[k]));
     GroundPlaneFinder::Options options;
-    options.min_below_px = 0.08 * cells_.height_px;
+    options.min_below_px = kGroundBelow * cells_.height_px;
     const std::optional<GroundPlane> found = ground_finder_.find(ground_points_, options);
-    if (found && ground_) {
-      ground_->scale += 0.5 * (found->scale - ground_->scale);
-      ground_->tilt += 0.3 * (found->tilt - ground_->tilt);
-    } else if (found) {
-      ground_ = GroundPlane{found->scale, 0.3 * found->tilt};
-    }
-    ground_usable_ = ground_.has_value();
+    if (ground_) ground_->scale *= gap_s_ / ground_s_;  // in units of the camera's step
+    ground_s_ = gap_s_;
+    if (!found) return ground_.has_value();
+    if (!ground_) ground_ = GroundPlane{found->scale, 0};
+    ground_->scale += kGroundSmoothing * (found->scale - ground_->scale);
+    ground_->tilt += kGroundSmoothing * (found->tilt - ground_->tilt);
+    return true;
   }
 
-  void weigh_groups() {
-    suspicion_.resize(points_.size());
+  void weigh_ground() {
+    if (!find_ground()) return;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
-      const std::vector<int>& members = groups_.group(g);
-      const std::optional<double> hanging = hanging_sigmas(members);
-      values_.clear();
-      for (const int m : members) values_.push_back(evidence_of(static_cast<std::size_t>(m)).flow);
-      const double together = median_of(values_);
-      for (const int m : members) {
-        const auto k = static_cast<std::size_t>(m);
-        Evidence& evidence = evidence_of(k);
-        if (hanging) {
-          const double share = evidence.hanging_known ? 1 - params_.memory : 1;
-          evidence.hanging += share * (*hanging - evidence.hanging);
-          evidence.hanging_known = true;
-        }
-        const double flow =
-            members.size() >= 4 ? 0.5 * (together + evidence.flow) : evidence.flow * trust_in_few(k);
-        suspicion_[k] = std::hypot(flow, evidence.hanging);
+      const std::optional<double> hanging = hanging_sigmas(groups_.group(g));
+      if (!hanging) continue;
+      for (const int m : groups_.group(g)) {
+        Evidence& evidence = evidence_of(static_cast<std::size_t>(m));
+        remember(*hanging, evidence.hanging, evidence.hanging_known);
       }
     }
-  }
-
-  /// A feature that flows like few others counts in full among suspects only.
-  double trust_in_few(std::size_t k) {
-    int suspects = 0, all = 0;
-    for (const int j : groups_.near(k)) {
-      ++all;
-      suspects += evidence_of(static_cast<std::size_t>(j)).flow > params_.limit ? 1 : 0;
-    }
-    return std::min(1.0, 0.3 + (all > 0 ? static_cast<double>(suspects) / all : 0));
   }
 
   /// Is this group's foot nearer than the ground below it? Only of upright groups, below the horizon, whose
   /// foot is in the image; else nothing is said.
   std::optional<double> hanging_sigmas(const std::vector<int>& members) {
-    if (!ground_usable_ || members.size() < 4) return std::nullopt;
+    if (members.size() < kGroup) return std::nullopt;
     values_.clear();
     double lowest_px = -1e9, sx = 0, sy = 0, sxx = 0, sxy = 0;
     int n = 0;
@@ -365,38 +454,36 @@ class FlowConsistencyFilter final : public Filter {
       const GroundPoint at = ground_point(p);
       const double below = ground_->below(at.x, at.y);
       lowest_px = std::max(lowest_px, p.pair.y);
-      if (!(below > 0.04 * cells_.height_px)) continue;
+      if (!(below > kGroupBelow * cells_.height_px)) continue;
       values_.push_back(at.inverse_depth / below);
       if (!(at.inverse_depth > 0)) continue;
       const double x = std::log(below), y = std::log(at.inverse_depth);
       sx += x, sy += y, sxx += x * x, sxy += x * y, ++n;
     }
-    const auto size = static_cast<double>(members.size()), count = static_cast<double>(n);
-    if (static_cast<double>(values_.size()) < 0.7 * size || n < 3) return std::nullopt;
-    if (lowest_px > (0.5 - 0.03) * cells_.height_px) return std::nullopt;
+    const auto count = static_cast<double>(n);
+    if (2 * values_.size() < members.size() || n < 3) return std::nullopt;
+    if (lowest_px > (0.5 - kEdge) * cells_.height_px) return std::nullopt;
     const double spread = sxx - sx * sx / count;
-    if (!(spread > 0.01 * count)) return std::nullopt;
-    if ((sxy - sx * sy / count) / spread > 0.5) return std::nullopt;  // lies like the ground does: slope 1
+    if (sxy - sx * sy / count > kFlat * spread) return std::nullopt;
     return sigmas_above_ground();
   }
 
-  /// From the ratios in values_: the foot is their 10 % quantile; few points show it badly.
+  /// From the ratios in values_; few points show the foot badly.
   double sigmas_above_ground() {
     const auto count = static_cast<double>(values_.size());
-    const auto foot = values_.begin() + static_cast<std::ptrdiff_t>(values_.size() / 10);
+    const auto foot = values_.begin() + static_cast<std::ptrdiff_t>(kFoot * count);
     std::nth_element(values_.begin(), foot, values_.end());
     const double ratio = *foot / ground_->scale;
     if (!(ratio > 0)) return 0;
-    const double limit = params_.ground_ratio * (1 + 1 / count);
-    return std::clamp(params_.limit + std::log(ratio / limit) / 0.15, 0.0, kMaxSigmas);
+    const double limit = kGroundRatio * (1 + 1 / count);
+    return std::clamp(params_.limit + std::log(ratio / limit) / kRatioSigma, 0.0, kMaxSigmas);
   }
 
   void vote(const Context& context, Votes& votes) const {
-    for (std::size_t k = 0; k < points_.size(); ++k) {
-      const auto i = static_cast<std::size_t>(points_[k].feature);
-      if (!context.judged(i)) continue;
-      votes.cast(i, suspicion_[k] > params_.limit ? Vote::Dynamic : Vote::Static,
-                 suspicion(suspicion_[k], params_.limit));
+    for (std::size_t i = 0; i < judged_.size(); ++i) {
+      if (!judged_[i] || !context.judged(i)) continue;
+      const double sigmas = std::hypot(suspicion_[i], evidence_[i].hanging);
+      votes.cast(i, sigmas > params_.limit ? Vote::Dynamic : Vote::Static, suspicion(sigmas, params_.limit));
     }
   }
 
@@ -405,21 +492,25 @@ class FlowConsistencyFilter final : public Filter {
   BackgroundMotionEstimator estimator_;
   FlowGroups groups_;
   GroundPlaneFinder ground_finder_;
-  std::optional<ViewMotion> motion_;
+  std::optional<TimedMotion> motion_, main_motion_;  ///< over the present gap; over the last frame's longest
   std::optional<GroundPlane> ground_;
-  bool ground_usable_ = false;
-  int last_gap_ = 1;
+  std::vector<double> ages_s_;  ///< of the last frames
+  std::vector<int> gaps_;       ///< [frames]
+  int ground_gap_ = 0;
+  double gap_s_ = 0, ground_s_ = 0, keep_ = 0, noise_px_ = 0;
 
   cv::Size2d extent_;
   ImageCells cells_;
   cv::Point2d centre_, focus_;
-  double focal_px_ = 1, y_scale_ = 1, gap_weight_ = 1;
+  double focal_px_ = 1, y_scale_ = 1;
   std::vector<Evidence> evidence_, last_evidence_;
+  std::vector<PlacedFeature> order_;
   std::vector<Point> points_;
   std::vector<ViewPair> pairs_;
   std::vector<ImageNeighbours::Point> places_;
   std::vector<GroundPoint> ground_points_;
   std::vector<int> seeds_, counts_;
+  std::vector<bool> judged_;
   std::vector<double> suspicion_, values_, along_;
 };
 

@@ -13,8 +13,7 @@
 namespace dynfilter {
 
 struct MultiModelParams {
-  double max_distance_px = 7.0;
-  int min_support = 6;
+  double chance = 0.003;
   int max_models = 20;
   int iterations = 500;
   int neighbours = 8;
@@ -24,10 +23,8 @@ struct MultiModelParams {
   static const FieldTable<MultiModelParams>& fields() {
     using P = MultiModelParams;
     static const FieldTable<P> table{
-        real("max_distance_px", &P::max_distance_px, "px", {0.01, 1000},
-             "a match that is farther from where every homography puts it is a mismatch"),
-        integer("min_support", &P::min_support, "matches", {4, 100000},
-                "that must agree for a homography to count"),
+        real("chance", &P::chance, "", {1e-6, 0.5},
+             "a wrong match agrees with a homography by chance with this probability"),
         integer("max_models", &P::max_models, "homographies", {1, 1000}, "at most"),
         integer("iterations", &P::iterations, "samples", {1, 1000000}, "per homography"),
         integer("neighbours", &P::neighbours, "matches", {2, 1000}, "a sample is a match and two of these"),
@@ -41,8 +38,10 @@ struct MultiModelParams {
 /// Mismatches: matches that no piece of any surface explains, moving or not. Sequential RANSAC (as Vincent
 /// and Laganiere 2001 use it for planes) with samples of neighbouring matches.
 ///
-/// Formula:  homographies H_1, H_2, ... from what the earlier ones left over, while min_support matches agree
-///           within max_distance_px; dynamic if |p1 - H_k p2| > max_distance_px for every k.
+/// Formula:  homographies H_1, H_2, ... from what the earlier ones left over, while more matches agree within
+/// d
+///           than wrong ones would by chance (number of false alarms below one); dynamic if |p1 - H_k p2| > d
+///           for every k. d: a match that ends anywhere in the image agrees with probability `chance`.
 /// Needs:    correspondences.
 /// Abstains: without correspondence, and where no homography finds support.
 /// Blind to: movers, on purpose; mismatches that agree with each other (repeated texture).
@@ -68,14 +67,15 @@ class MultiModelFilter final : public Filter {
     matches_.clear();
     for (const Entry& e : entries_) matches_.push_back(e.match);
     models_.fit(matches_);
+    const double limit_px = models_.max_distance_px();
     context.note(std::to_string(models_.models()) + " homographies for " + std::to_string(matches_.size()) +
-                 " matches");
+                 " matches, within " + std::to_string(std::lround(limit_px)) + " px");
     if (models_.models() == 0) return;
     for (std::size_t k = 0; k < entries_.size(); ++k) {
       const double distance = models_.distance_px(k);
       if (context.judged(entries_[k].feature))
-        votes.cast(entries_[k].feature, distance > params_.max_distance_px ? Vote::Dynamic : Vote::Static,
-                   std::isfinite(distance) ? suspicion(distance, params_.max_distance_px) : 1.0F);
+        votes.cast(entries_[k].feature, distance > limit_px ? Vote::Dynamic : Vote::Static,
+                   std::isfinite(distance) ? suspicion(distance, limit_px) : 1.0F);
     }
   }
 
@@ -87,8 +87,7 @@ class MultiModelFilter final : public Filter {
 
   static SequentialHomographiesOptions options(const Params& p) {
     SequentialHomographiesOptions o;
-    o.max_distance_px = p.max_distance_px;
-    o.min_support = p.min_support;
+    o.chance = p.chance;
     o.max_models = p.max_models;
     o.iterations = p.iterations;
     o.neighbours = p.neighbours;

@@ -10,7 +10,7 @@
 namespace dynfilter {
 
 /// The nearest points of points in an image, by a uniform grid. All points finite. Cost: building O(n), a
-/// query looks at the points of nine cells of `radius_px`.
+/// query looks at the cells that the k nearest so far leave within reach: about 0.1 us for 6 of 1000 points.
 class ImageNeighbours {
  public:
   struct Point {
@@ -18,7 +18,6 @@ class ImageNeighbours {
   };
 
   void build(const std::vector<Point>& points, double radius_px) {
-    points_ = &points;
     radius_px_ = radius_px;
     double right = 0, bottom = 0;
     left_ = top_ = 0;
@@ -28,35 +27,43 @@ class ImageNeighbours {
       top_ = i == 0 ? points[i].y : std::min(top_, points[i].y);
       bottom = i == 0 ? points[i].y : std::max(bottom, points[i].y);
     }
-    cell_px_ = std::max(radius_px, std::max(right - left_, bottom - top_) / kMaxCells);
+    cell_px_ = std::max(radius_px / kCellsOfRadius, std::max(right - left_, bottom - top_) / kMaxCells);
     columns_ = cell(right - left_) + 1;
     rows_ = cell(bottom - top_) + 1;
-    fill();
+    fill(points);
   }
 
   /// Up to `k` nearest other points within the radius of (x, y), nearest first, those at the same distance by
   /// their index. `self` is left out (-1: none is).
   void nearest(double x, double y, int self, int k, std::vector<int>& out) {
-    found_.clear();
-    const int column = cell(x - left_), row = cell(y - top_);
-    for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r)
-      for (int c = std::max(0, column - 1); c <= std::min(columns_ - 1, column + 1); ++c) {
-        const std::size_t at = index(r, c);
-        for (int m = start_[at]; m < start_[at + 1]; ++m)
-          consider(x, y, members_[static_cast<std::size_t>(m)], self);
-      }
-    const std::size_t n = std::min(found_.size(), static_cast<std::size_t>(std::max(0, k)));
-    std::partial_sort(found_.begin(), found_.begin() + static_cast<std::ptrdiff_t>(n), found_.end());
     out.clear();
-    for (std::size_t i = 0; i < n; ++i) out.push_back(found_[i].second);
+    if (k <= 0) return;
+    found_.clear();
+    query_ = {{x, y}, self, static_cast<std::size_t>(k), radius_px_ * radius_px_};
+    const int column = cell(x - left_), row = cell(y - top_);
+    look(row, column, column);  // the nearest first: few others are in reach then
+    look_along(row, column);
+    for (int away = 1; away <= kCellsOfRadius; ++away) {
+      if (within_reach(y - top_ - (row - away + 1) * cell_px_)) look_along(row - away, kNoColumn);
+      if (within_reach((row + away) * cell_px_ - (y - top_))) look_along(row + away, kNoColumn);
+    }
+    for (const auto& near : found_) out.push_back(near.second);
   }
 
  private:
-  static constexpr int kMaxCells = 256;
+  static constexpr int kMaxCells = 256, kCellsOfRadius = 2, kNoColumn = -1000;
+  static constexpr double kRounding = 1 + 1e-9;
+
+  struct Query {
+    Point at;
+    int self = -1;
+    std::size_t wanted = 0;
+    double reach2 = 0;  ///< [px^2] farther points are not among the nearest
+  };
 
   int cell(double offset_px) const {
     const double at = cell_px_ > 0 ? std::floor(offset_px / cell_px_) : 0;
-    return static_cast<int>(std::clamp(at, -2.0, kMaxCells + 2.0));
+    return static_cast<int>(std::clamp(at, -3.0, kMaxCells + 3.0));
   }
 
   std::size_t index(int row, int column) const {
@@ -64,31 +71,65 @@ class ImageNeighbours {
            static_cast<std::size_t>(column);
   }
 
-  void consider(double x, double y, int index, int self) {
-    if (index == self) return;
-    const Point& p = (*points_)[static_cast<std::size_t>(index)];
-    const double squared = (p.x - x) * (p.x - x) + (p.y - y) * (p.y - y);
-    if (squared <= radius_px_ * radius_px_) found_.emplace_back(squared, index);
+  bool within_reach(double gap_px) const {
+    return gap_px <= 0 || gap_px * gap_px <= query_.reach2 * kRounding;
+  }
+
+  /// The columns of a row within reach, but for one.
+  void look_along(int row, int but) {
+    const double reach_px = std::sqrt(query_.reach2) * kRounding, offset_px = query_.at.x - left_;
+    const int first = cell(offset_px - reach_px), last = cell(offset_px + reach_px);
+    look(row, first, but == kNoColumn ? last : but - 1);
+    if (but != kNoColumn) look(row, but + 1, last);
+  }
+
+  void look(int row, int first, int last) {
+    first = std::max(0, first);
+    last = std::min(columns_ - 1, last);
+    if (row < 0 || row >= rows_ || first > last) return;
+    const int end = start_[index(row, last) + 1];
+    for (int m = start_[index(row, first)]; m < end; ++m) {
+      const auto at = static_cast<std::size_t>(m);
+      const double dx = places_[at].x - query_.at.x, dy = places_[at].y - query_.at.y,
+                   squared = dx * dx + dy * dy;
+      if (squared <= query_.reach2 && members_[at] != query_.self) insert({squared, members_[at]});
+    }
+  }
+
+  void insert(const std::pair<double, int>& near) {
+    if (found_.size() == query_.wanted) {
+      if (!(near < found_.back())) return;
+      found_.pop_back();
+    }
+    found_.push_back(near);
+    for (std::size_t i = found_.size() - 1; i > 0 && near < found_[i - 1]; --i)
+      std::swap(found_[i], found_[i - 1]);
+    if (found_.size() == query_.wanted) query_.reach2 = found_.back().first;
   }
 
   // A counting sort of the points by cell.
-  void fill() {
+  void fill(const std::vector<Point>& points) {
     const std::size_t cells = index(rows_, 0);
     start_.assign(cells + 1, 0);
     const auto cell_of = [&](const Point& p) { return index(cell(p.y - top_), cell(p.x - left_)); };
-    for (const Point& p : *points_) ++start_[cell_of(p) + 1];
+    for (const Point& p : points) ++start_[cell_of(p) + 1];
     for (std::size_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];
     next_.assign(start_.begin(), start_.end());
-    members_.resize(points_->size());
-    for (std::size_t i = 0; i < points_->size(); ++i)
-      members_[static_cast<std::size_t>(next_[cell_of((*points_)[i])]++)] = static_cast<int>(i);
+    members_.resize(points.size());
+    places_.resize(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto at = static_cast<std::size_t>(next_[cell_of(points[i])]++);
+      members_[at] = static_cast<int>(i);
+      places_[at] = points[i];
+    }
   }
 
-  const std::vector<Point>* points_ = nullptr;
   double radius_px_ = 0, cell_px_ = 1, left_ = 0, top_ = 0;
   int columns_ = 1, rows_ = 1;
   std::vector<int> start_, next_, members_;
-  std::vector<std::pair<double, int>> found_;
+  std::vector<Point> places_;  ///< of members_
+  Query query_;
+  std::vector<std::pair<double, int>> found_;  ///< squared distance, index
 };
 
 }  // namespace dynfilter

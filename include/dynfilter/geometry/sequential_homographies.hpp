@@ -19,8 +19,7 @@ struct ImageMatch {
 };
 
 struct SequentialHomographiesOptions {
-  double max_distance_px = 7.0;  ///< of a match that agrees, in the reference image
-  int min_support = 6;           ///< matches that must agree for a homography to count
+  double chance = 0.003;  ///< a wrong match agrees with a homography by chance with this probability
   int max_models = 20;
   int iterations = 500;  ///< samples per model
   int neighbours = 8;    ///< a sample is a match and two of its so many nearest
@@ -29,8 +28,13 @@ struct SequentialHomographiesOptions {
 /// Explains matches by one homography after another, each fitted by RANSAC on what the earlier ones left
 /// over: a piece of a surface each, whether it moves or not. Samples are three neighbouring matches (an
 /// affinity: the homography of a small piece), grown and refined by least squares. What no homography with
-/// enough support explains is a mismatch. Cost: about 0.8 ms a model for 300 matches, growing with their
-/// number. Deterministic; bring the matches in an order of their own.
+/// enough support explains is a mismatch.
+///
+/// Both thresholds are a contrario. A wrong match ends anywhere in the reference image, of area A: it agrees
+/// within d with probability pi d^2 / A, so `chance` sets d. A homography counts if among as many samples
+/// of wrong matches less than one would find its support (Desolneux, Moisan, Morel 2000). Cost: about 0.8 ms
+/// a model for 300 matches, growing with their number. Deterministic; bring the matches in an order of their
+/// own.
 class SequentialHomographies {
  public:
   using Options = SequentialHomographiesOptions;
@@ -43,6 +47,7 @@ class SequentialHomographies {
     label_.assign(matches.size(), -1);
     rng_ = Rng(0x6d6f6465ULL);
     normalise();
+    max_distance_px_ = std::sqrt(options_.chance * reference_area_px2() / kPi);
     models_.clear();
     while (static_cast<int>(models_.size()) < options_.max_models) {
       left_.clear();
@@ -54,6 +59,8 @@ class SequentialHomographies {
   }
 
   std::size_t models() const { return models_.size(); }
+  /// Of a match that agrees, in the reference image.
+  double max_distance_px() const { return max_distance_px_; }
   /// Distance of match i to the model that fits it best [px]; infinite without a model.
   double distance_px(std::size_t i) const {
     double best = HUGE_VAL;
@@ -63,6 +70,37 @@ class SequentialHomographies {
 
  private:
   using Homography = std::array<double, 9>;  // row by row, from now to the reference, in pixels about centre_
+
+  static constexpr double kPi = 3.14159265358979323846;
+  static constexpr int kLeastSupport = 4;
+  static constexpr double kTail = 0.025;  ///< of the places on either side may lie anywhere
+
+  /// Of the box that holds the reference image's places.
+  double reference_area_px2() {
+    const auto side = [&](double ImageMatch::*member) {
+      values_.clear();
+      for (const ImageMatch& m : *matches_) values_.push_back(m.*member);
+      if (values_.empty()) return 0.0;
+      std::sort(values_.begin(), values_.end());
+      const auto tail = static_cast<std::size_t>(kTail * static_cast<double>(values_.size()));
+      return (values_[values_.size() - 1 - tail] - values_[tail]) / (1 - 2 * kTail);
+    };
+    return side(&ImageMatch::rx) * side(&ImageMatch::ry);
+  }
+
+  /// The least support for which the expected number of false alarms is below one: every sample of n matches
+  /// is a test, three of its supporters are the sample itself, and the others agree by chance.
+  int support_needed(std::size_t n) const {
+    const double others = static_cast<double>(n) - 3, near = options_.neighbours;
+    double log_alarms = std::log(static_cast<double>(n) * near * (near - 1) / 2);
+    int support = 3;
+    while (log_alarms >= 0 && support < static_cast<int>(n)) {
+      ++support;
+      const double k = support - 3;
+      log_alarms += std::log((others - k + 1) / k * options_.chance);
+    }
+    return std::max(support, kLeastSupport);
+  }
 
   void normalise() {
     double sx = 0, sy = 0;
@@ -86,7 +124,8 @@ class SequentialHomographies {
   }
 
   bool next_model() {
-    if (static_cast<int>(left_.size()) < options_.min_support) return false;
+    const int needed = support_needed(left_.size());
+    if (static_cast<int>(left_.size()) < needed) return false;
     places_.clear();
     for (const int i : left_) {
       const ImageMatch& m = (*matches_)[static_cast<std::size_t>(i)];
@@ -97,7 +136,7 @@ class SequentialHomographies {
     for (int k = 0; k < options_.iterations; ++k) try_sample();
     for (int k = 0; k < 4; ++k) grow(k < 2);
     collect_support(best_, 1);
-    if (static_cast<int>(support_.size()) < options_.min_support) return false;
+    if (static_cast<int>(support_.size()) < needed) return false;
     for (const int i : support_) label_[static_cast<std::size_t>(i)] = static_cast<int>(models_.size());
     models_.push_back(best_);
     return true;
@@ -141,7 +180,7 @@ class SequentialHomographies {
   }
 
   void attempt(const Homography& h) {
-    const double limit = options_.max_distance_px * options_.max_distance_px;
+    const double limit = max_distance_px_ * max_distance_px_;
     double score = 0;
     for (const int i : left_) {
       const double d = squared_distance(h, (*matches_)[static_cast<std::size_t>(i)]);
@@ -154,7 +193,7 @@ class SequentialHomographies {
 
   /// What agrees within `factor` times the distance, of what is left.
   void collect_support(const Homography& h, double factor) {
-    const double limit = factor * factor * options_.max_distance_px * options_.max_distance_px;
+    const double limit = factor * factor * max_distance_px_ * max_distance_px_;
     support_.clear();
     if (!(best_score_ > 0)) return;
     for (const int i : left_)
@@ -199,12 +238,13 @@ class SequentialHomographies {
   Options options_;
   Rng rng_{0};
   const std::vector<ImageMatch>* matches_ = nullptr;
-  double centre_x_ = 0, centre_y_ = 0, scale_px_ = 1, best_score_ = 0;
+  double centre_x_ = 0, centre_y_ = 0, scale_px_ = 1, max_distance_px_ = 0, best_score_ = 0;
   Homography best_{};
   std::vector<Homography> models_;
   ImageNeighbours grid_;
   std::vector<ImageNeighbours::Point> places_;
   std::vector<int> label_, left_, near_, support_;
+  std::vector<double> values_;
 };
 
 }  // namespace dynfilter

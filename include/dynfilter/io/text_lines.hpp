@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <charconv>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/numbers.hpp>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace dynfilter::io {
@@ -39,14 +37,7 @@ inline std::vector<TextLine> read_text_lines(const std::filesystem::path& path) 
   return lines;
 }
 
-/// A number in full ("1.5x" is none), the decimal point whatever the locale; "nan" and "inf" are numbers.
-inline std::optional<double> parse_number(std::string_view text) {
-  if (!text.empty() && text[0] == '+') text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
+using dynfilter::parse_number;
 
 /// For messages: `path:line`.
 inline std::string at_line(const std::filesystem::path& path, int line) {

@@ -57,11 +57,17 @@ class Floor {
       if (!verdict.keep(i)) ranked_.push_back(i);
     std::sort(ranked_.begin(), ranked_.end(), [&](std::size_t a, std::size_t b) {
       if (verdict.suspicion[a] != verdict.suspicion[b]) return verdict.suspicion[a] < verdict.suspicion[b];
-      const cv::Point2f &pa = frame.keypoints[a].pt, &pb = frame.keypoints[b].pt;
+      const cv::Point2f pa = place_of(frame, a), pb = place_of(frame, b);
       if (pa.y != pb.y) return pa.y < pb.y;
       if (pa.x != pb.x) return pa.x < pb.x;
       return a < b;
     });
+  }
+
+  /// Features that are nowhere (NaN) count as one place: they cannot be compared.
+  static cv::Point2f place_of(const FrameView& frame, std::size_t i) {
+    const cv::Point2f& pt = frame.keypoints[i].pt;
+    return std::isnan(pt.x) || std::isnan(pt.y) ? cv::Point2f() : pt;
   }
 
   void raise_count(const FrameView& frame, Verdict& verdict) {
@@ -119,8 +125,7 @@ class Floor {
     const cv::Point2f& pt = frame.keypoints[i].pt;
     const auto place = [](float x, float size, int cells) {
       const float at = size > 0 ? x / size * static_cast<float>(cells) : 0;
-      return static_cast<std::size_t>(at > 0 ? std::min(static_cast<int>(at), cells - 1)
-                                             : 0);  // NaN goes to 0 too
+      return static_cast<std::size_t>(at > 0 ? std::min(at, static_cast<float>(cells - 1)) : 0);  // 0 for NaN
     };
     return place(pt.y, height_px_, params_.grid_rows) * static_cast<std::size_t>(params_.grid_columns) +
            place(pt.x, width_px_, params_.grid_columns);

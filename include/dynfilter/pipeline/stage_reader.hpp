@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <functional>
@@ -32,13 +33,16 @@ struct CombinatorEntry {
 /// Builds the tree of stages that a YAML node describes; every error names its path.
 class StageReader {
  public:
+  /// Of one call point: the reasons of a verdict have a bit for each of them.
+  static constexpr int kMaxStages = 64;
+
   StageReader(const Registry& registry, const std::vector<CombinatorEntry>& combinators)
       : registry_(registry), combinators_(combinators) {}
 
   /// `name`, `name: parameters`, or a list (a sequence).
   std::unique_ptr<Stage> stage(const YamlNode& node) const {
     if (node.is_sequence()) return named("sequence", node);
-    if (node.is_text()) return named(node.text(), YamlNode(cv::FileNode(), node.path()));
+    if (node.is_text()) return named(node.text(), YamlNode(node.path()));
     const auto entries = node.entries();
     if (entries.size() != 1) node.fail("expected one stage, `name` or `name: { parameters }`");
     return named(entries[0].first, entries[0].second);
@@ -83,19 +87,23 @@ class StageReader {
   }
 
   std::unique_ptr<Stage> named(const std::string& name, const YamlNode& value) const {
+    if (++stages_ > kMaxStages)
+      value.fail("expected at most " + std::to_string(kMaxStages) + " stages, combinators counted");
     for (const CombinatorEntry& combinator : combinators_)
       if (combinator.card.name == name) return combinator.make(value, *this);
     const Registry::Entry* entry = registry_.find(name);
     if (entry == nullptr) {
       std::vector<std::string> known = registry_.names();
       for (const CombinatorEntry& combinator : combinators_) known.push_back(combinator.card.name);
-      value.fail("unknown filter `" + name + "`; known: " + detail::joined(known));
+      value.fail("unknown filter `" + name + "`" + did_you_mean(name, known) +
+                 "; known: " + detail::joined(known));
     }
     return std::make_unique<FilterStage>(entry->make(value), value.path());
   }
 
   const Registry& registry_;
   const std::vector<CombinatorEntry>& combinators_;
+  mutable int stages_ = 0;  ///< made so far
 };
 
 }  // namespace dynfilter

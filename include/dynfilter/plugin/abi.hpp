@@ -17,7 +17,7 @@
 namespace dynfilter {
 
 /// Grows by one whenever a boundary type or the meaning of a call changes, even where no size does.
-inline constexpr std::uint32_t kAbiNumber = 1;
+inline constexpr std::uint32_t kAbiNumber = 2;
 
 /// What the host and a plugin must agree on before one may call C++ code of the other. Plain 32-bit numbers:
 /// readable whatever the other side was built with. `tag_bytes` stays first for ever.

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstring>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/numbers.hpp>
 #include <string>
 #include <utility>
 
@@ -103,12 +104,7 @@ class MessageStream {
       if (ready < 0 && errno != EINTR) throw EndOfStream();
     }
   }
-  std::string shown_seconds() const {
-    std::string text = std::to_string(seconds_);
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.back() == '.') text.pop_back();
-    return text + " s";
-  }
+  std::string shown_seconds() const { return number_text(seconds_) + " s"; }
 
   int in_, out_;
   double seconds_ = kForever;

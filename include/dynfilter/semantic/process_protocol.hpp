@@ -3,8 +3,8 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/semantic/message_stream.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <exception>
@@ -51,16 +51,16 @@ inline void read_rows(MessageStream& stream, cv::Mat& image) {
 inline void write_image(MessageStream& stream, const SemanticImage& image) {
   if (image.pixels.type() != CV_8UC1 && image.pixels.type() != CV_8UC3)
     throw Error("an image must have 1 or 3 channels of 8 bits");
-  char line[160];
-  std::snprintf(line, sizeof(line), "image %lld %.9f %d %d %d\n", static_cast<long long>(image.frame_id),
-                image.timestamp_s, image.pixels.cols, image.pixels.rows, image.pixels.channels());
-  stream.write_text(line);
+  std::ostringstream line = classic_output();
+  line << "image " << image.frame_id << ' ' << fixed_text(image.timestamp_s, 9) << ' ' << image.pixels.cols
+       << ' ' << image.pixels.rows << ' ' << image.pixels.channels() << '\n';
+  stream.write_text(line.str());
   write_rows(stream, image.pixels);
 }
 
 inline void read_image(MessageStream& stream, SemanticImage& image) {
   const std::string line = stream.read_line();
-  std::istringstream in(line);
+  std::istringstream in = classic_input(line);
   std::string word;
   int width = 0, height = 0, channels = 0;
   in >> word >> image.frame_id >> image.timestamp_s >> width >> height >> channels;
@@ -77,11 +77,11 @@ inline void write_result(MessageStream& stream, const std::optional<SemanticResu
   if (result && result->detections) {
     stream.write_text("detections " + std::to_string(result->detections->size()) + "\n");
     for (const Detection& d : *result->detections) {
-      char numbers[200];
-      std::snprintf(numbers, sizeof(numbers), "%d %.9g %.9g %.9g %.9g %.9g ", d.class_id,
-                    static_cast<double>(d.score), static_cast<double>(d.box.x), static_cast<double>(d.box.y),
-                    static_cast<double>(d.box.x + d.box.width), static_cast<double>(d.box.y + d.box.height));
-      stream.write_text(numbers + d.class_name + "\n");
+      std::ostringstream numbers = classic_output();
+      numbers.precision(9);  // enough for every float
+      numbers << d.class_id << ' ' << d.score << ' ' << d.box.x << ' ' << d.box.y << ' '
+              << d.box.x + d.box.width << ' ' << d.box.y + d.box.height << ' ';
+      stream.write_text(numbers.str() + d.class_name + "\n");
     }
   }
   if (result && result->labels) {
@@ -93,7 +93,7 @@ inline void write_result(MessageStream& stream, const std::optional<SemanticResu
 }
 
 inline Detection read_detection(const std::string& line) {
-  std::istringstream in(line);
+  std::istringstream in = classic_input(line);
   Detection d;
   float x1 = 0, y1 = 0, x2 = 0, y2 = 0;
   in >> d.class_id >> d.score >> x1 >> y1 >> x2 >> y2 >> std::ws;
@@ -107,7 +107,7 @@ inline std::optional<SemanticResult> read_result(MessageStream& stream) {
   SemanticResult result;
   for (;;) {
     const std::string line = stream.read_line();
-    std::istringstream in(line);
+    std::istringstream in = classic_input(line);
     std::string word;
     in >> word;
     if (line == "end") break;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdlib>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <exception>
@@ -52,18 +52,11 @@ inline RunnerParams parse_runner_mode(const std::string& text) {
   const std::size_t colon = text.find(':');
   const std::string word = text.substr(0, colon);
   RunnerParams params;
-  double value = 0;
-  bool ok = false;
-  if (colon != std::string::npos) {
-    const std::string number = text.substr(colon + 1);
-    char* end = nullptr;
-    value = std::strtod(number.c_str(), &end);
-    ok = !number.empty() && *end == '\0';
-  }
-  if (word == "late" && ok && value >= 0 && value <= 1000 && value == static_cast<int>(value)) {
+  const double value = colon == std::string::npos ? -1 : parse_number(text.substr(colon + 1)).value_or(-1);
+  if (word == "late" && value >= 0 && value <= 1000 && value == static_cast<int>(value)) {
     params.mode = RunnerMode::Late;
     params.late_frames = static_cast<int>(value);
-  } else if (word == "rate" && ok && value >= 0.001 && value <= 1000) {
+  } else if (word == "rate" && value >= 0.001 && value <= 1000) {
     params.mode = RunnerMode::Rate;
     params.rate_hz = value;
   } else if (text == "sync" || text == "async") {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cctype>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/yaml.hpp>
@@ -9,7 +11,9 @@
 #include <dynfilter/pipeline/yaml.hpp>
 #include <filesystem>
 #include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 namespace dynfilter {
 
@@ -68,18 +72,56 @@ inline std::string pipelines_folder() {
 #endif
 }
 
-/// A file, beside the settings file or as given, or the name of an installed pipeline.
+/// The names of the installed pipelines that a host can run: not `oracle`, which knows the labels of a
+/// synthetic sequence.
+inline std::vector<std::string> preset_names() {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(pipelines_folder(), error)) {
+    const std::string name = entry.path().stem().string();
+    if (entry.path().extension() == ".yaml" && name != "oracle") names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// A file, beside the settings file or as given, or an installed pipeline, with `.yaml` or without.
 inline std::string find_pipeline(const std::string& name, const std::string& settings_file,
                                  const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
-  const fs::path beside = fs::path(settings_file).parent_path() / name;
-  for (const fs::path& candidate : {beside, fs::path(name), fs::path(pipelines_folder()) / (name + ".yaml")})
+  const fs::path installed = pipelines_folder();
+  for (const fs::path& candidate : {fs::path(settings_file).parent_path() / name, fs::path(name),
+                                    installed / (name + ".yaml"), installed / name})
     if (fs::is_regular_file(candidate, error)) return candidate.string();
-  throw ConfigError(path, "no pipeline `" + name +
-                              "`: expected a file beside the settings file, a path, or " +
-                              (pipelines_folder().empty() ? std::string("(built without CMake) nothing else")
-                                                          : "a name in " + pipelines_folder()));
+  const std::vector<std::string> known = preset_names();
+  throw ConfigError(path, "no pipeline `" + name + "`" + did_you_mean(fs::path(name).stem().string(), known) +
+                              ": expected a file beside the settings file, a path" +
+                              (known.empty() ? std::string(" (no presets are installed)")
+                                             : ", or one of " + dynfilter::detail::joined(known)));
+}
+
+/// Keys that nearly are ours would be ignored without a word, and the default would run instead.
+inline void refuse_near_misses(const YamlNode& root, const std::string& prefix) {
+  const auto letters = [](const std::string& text) {
+    std::string result;
+    for (const char c : lower_case(text))
+      if (std::isalnum(static_cast<unsigned char>(c)) != 0) result += c;
+    return result;
+  };
+  const std::string ours = letters(prefix);
+  const auto refuse = [](const std::string& key, const std::string& hint) {
+    throw ConfigError("", "unknown key `" + key + "`: " + hint);
+  };
+  const std::string in_lines = "expected keys as `" + prefix + "pipeline: NAME`, each in a line of its own",
+                    capitals = "expected `" + prefix + "...`, with these capitals and a point";
+  for (const std::string& key : root.keys()) {
+    const bool nearly_prefix = key.rfind(prefix, 0) != 0 && letters(key).rfind(ours, 0) == 0;
+    if (nearly_prefix) refuse(key, letters(key) == ours ? in_lines : capitals);
+    const bool nearly_pipeline =
+        key != "pipeline" && lower_case(key.substr(0, 1)) == "p" && edit_distance(key, "pipeline") <= 2;
+    if (nearly_pipeline) refuse(key, "did you mean `pipeline`?");
+  }
 }
 
 /// The keys `prefix...` of a flat file over `p`. `text_key` after the prefix is not a parameter: its text is
@@ -88,8 +130,7 @@ template <class P>
 std::string read_prefixed(const YamlNode& root, const std::string& prefix, const std::string& text_key,
                           P& p) {
   std::string text;
-  for (const auto& [key, value] : root.entries()) {
-    if (key.rfind(prefix, 0) != 0) continue;
+  for (const auto& [key, value] : root.entries(prefix)) {
     const std::string name = key.substr(prefix.size());
     const auto& table = P::fields();
     const auto field =
@@ -97,9 +138,10 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
     if (name == text_key) {
       text = value.text();
     } else if (field == table.end()) {
-      std::string known = prefix + text_key;
-      for (const auto& f : table) known.append(", ").append(prefix).append(f.info.name);
-      throw ConfigError("", std::string("unknown key `").append(key).append("`; known keys: ").append(known));
+      std::vector<std::string> known{prefix + text_key};
+      for (const auto& f : table) known.push_back(prefix + f.info.name);
+      throw ConfigError("", "unknown key `" + key + "`" + did_you_mean(key, known) +
+                                "; known keys: " + dynfilter::detail::joined(known));
     } else {
       field->read(p, value);
       field->check(p, value.path());
@@ -112,13 +154,15 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
 
 /// Reads a host's own settings file: the `DynFilter.` keys, and the pipeline from its `pipeline` node, or
 /// from the file or the installed pipeline that `DynFilter.pipeline` names, else the default for the sensor.
-/// Whatever else the file holds is the host's. Throws ConfigError.
+/// Whatever else the file holds is the host's, keys that repeat included; only keys that nearly are ours are
+/// errors. Throws ConfigError.
 inline OrbSlamSettings read_orb_slam_settings(const std::string& file, HostSensor sensor,
                                               const Registry& registry = builtin_filters()) {
   const YamlDocument document = YamlDocument::from_file(file);
   OrbSlamSettings settings;
   try {
     const YamlNode root = document.root();
+    orb_slam::detail::refuse_near_misses(root, "DynFilter.");
     std::string name = orb_slam::detail::read_prefixed(root, "DynFilter.", "pipeline", settings.params);
     if (root.find("pipeline")) {
       if (!name.empty())
@@ -126,6 +170,10 @@ inline OrbSlamSettings read_orb_slam_settings(const std::string& file, HostSenso
       settings.pipeline = read_pipeline(*root.find("pipeline"), registry);
       return settings;
     }
+    if (name == "oracle" && registry.find(name) == nullptr)
+      throw ConfigError("DynFilter.pipeline",
+                        "`oracle` knows the labels of a synthetic sequence: only the "
+                        "command `dynfilter` can run it");
     if (name.empty()) name = sensor == HostSensor::RgbD ? "dynfilter" : "dynfilter_mono";
     settings.pipeline =
         pipeline_from_file(orb_slam::detail::find_pipeline(name, file, "DynFilter.pipeline"), registry);
