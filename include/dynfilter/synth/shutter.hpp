@@ -30,7 +30,7 @@ class Shutter {
 
   int steps() const { return steps_; }
   /// Middle of a step, from the time stamp.
-  double offset_s(int step) const { return begin_s(step) + step_s() / 2; }
+  double offset_s(int step) const { return (begin_s(step) + begin_s(step + 1)) / 2; }
   double row_offset_s(int row) const {
     return (static_cast<double>(row) / static_cast<double>(rows_) - 0.5) * readout_s_;
   }
@@ -38,7 +38,7 @@ class Shutter {
   /// Of a row's light; sums to 1 over the steps.
   double weight(int step, int row) const {
     if (steps_ == 1) return 1;
-    const double low = begin_s(step), high = low + step_s(), row_s = row_offset_s(row);
+    const double low = begin_s(step), high = begin_s(step + 1), row_s = row_offset_s(row);
     if (exposure_s_ <= 0) return row_s >= low && row_s < high ? 1 : 0;
     const double overlap = std::min(high, row_s + exposure_s_ / 2) - std::max(low, row_s - exposure_s_ / 2);
     return std::max(0.0, overlap / exposure_s_);
@@ -59,7 +59,6 @@ class Shutter {
   static constexpr int kMostSubFrames = 24, kMostBands = 128;
 
   double span_s() const { return exposure_s_ + readout_s_; }
-  double step_s() const { return span_s() / steps_; }
   double begin_s(int step) const { return span_s() * (static_cast<double>(step) / steps_ - 0.5); }
 
   double exposure_s_, readout_s_;
