@@ -182,6 +182,13 @@ inline void turn_at_desk(Builder& b, double peak_deg_s) {
   b.exposure_ms = kIndoorExposure_ms;
 }
 
+/// The same a metre from the desk, as in freiburg1_rpy: near things and steps in depth everywhere.
+inline void near_turn(Builder& b, double peak_deg_s) {
+  turn_at_desk(b, peak_deg_s);
+  b.camera.eye_m = {0.15, -0.15, 1.35};
+  b.camera.target_m = {0.05, 0.85, 0.85};
+}
+
 inline void walking_turn(Builder& b, double peak_deg_s) {
   walking(b, CameraStyle::Turn);
   b.camera.peak_deg_s = peak_deg_s;
@@ -327,6 +334,8 @@ inline const std::vector<Entry>& all() {
       {"turn_60", [](Builder& b) { turn_at_desk(b, 60); }},
       {"turn_100", [](Builder& b) { turn_at_desk(b, 100); }},
       {"turn_150", [](Builder& b) { turn_at_desk(b, 150); }},
+      {"near_turn_60", [](Builder& b) { near_turn(b, 60); }},
+      {"near_turn_100", [](Builder& b) { near_turn(b, 100); }},
       {"walking_turn_30", [](Builder& b) { walking_turn(b, 30); }},
       {"walking_turn_60", [](Builder& b) { walking_turn(b, 60); }},
       {"walking_turn_100", [](Builder& b) { walking_turn(b, 100); }},

@@ -17,7 +17,8 @@ class Shutter {
       : exposure_s_(exposure_s), readout_s_(readout_s), steps_(steps), rows_(rows) {}
 
   /// Steps for a scene of which the fastest point moves by `motion_px` during exposure and readout. Blur
-  /// alone: one per 1.5 px. Rolling rows: fine enough that rows beside each other differ by less than 0.3 px.
+  /// alone: one per 1.5 px, at most 24. Rolling rows: fine enough that the edge between two bands is at most
+  /// 0.3 px, but at most 128.
   static int steps_for(double exposure_s, double readout_s, double motion_px) {
     const double span_s = exposure_s + readout_s;
     if (span_s <= 0) return 1;
