@@ -35,23 +35,51 @@ bool is_synthetic(const std::filesystem::path& folder) {
 
 int write(SynthOptions options) {
   options.sequence.overwrite = is_synthetic(options.folder);
+  synth::SensorValues sensor;
   {
     Progress bar(options.sequence.scene);
-    synth::write_sequence(options.sequence, options.folder, [&](int done, int total) {
+    sensor = synth::write_sequence(options.sequence, options.folder, [&](int done, int total) {
       bar.at(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
     });
   }
   if (options.json) {
+    Json settings = Json::object();
+    for (const auto& [key, value] : sensor) settings[key] = value;
     const Json json{{"scene", options.sequence.scene},
                     {"folder", options.folder},
                     {"frames", options.sequence.frames},
-                    {"seed", options.sequence.seed}};
+                    {"seed", options.sequence.seed},
+                    {"sensor", settings}};
     fmt::print("{}", json_text(json));
   } else {
     fmt::print("{}: {} frames, seed {}, in {}\n", options.sequence.scene, options.sequence.frames,
                options.sequence.seed, options.folder);
   }
   return kDone;
+}
+
+void add_sensor(CLI::App& command, synth::SequenceOptions& sequence) {
+  command.add_option("--hz", sequence.rate_hz, "frames a second")
+      ->check(CLI::Range(10.0, 60.0))
+      ->capture_default_str();
+  command.add_flag("--blur", sequence.motion_blur, "motion blur: an exposure of 12 ms");
+  command
+      .add_option("--exposure-ms", sequence.exposure_ms,
+                  "exposure time, for motion blur; 0: none (default: 0, 12 for turn, shake)")
+      ->check(CLI::Range(0.0, 100.0));
+  command.add_option("--rolling-shutter-ms", sequence.rolling_shutter_ms, "readout time of all rows")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  command.add_option("--depth-offset-ms", sequence.depth_offset_ms, "depth is so much later than colour")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  command
+      .add_option("--calibration-error", sequence.calibration_error,
+                  "of camera.yaml; 1: focal length 0.5 %, centre 3 px, corners 1 px off")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  command.add_flag("--exposure", sequence.exposure_variation, "the brightness varies smoothly");
+  command.add_flag("--exposure-steps", sequence.exposure_steps, "the brightness jumps once a second");
 }
 
 }  // namespace
@@ -68,13 +96,12 @@ void add_synth(CLI::App& app, Action& action) {
   command->add_option("SCENE", sequence.scene, "one of the scenes above")->required();
   command->add_option("DIR", options->folder, "where to; a synthetic sequence that is there is replaced")
       ->required();
-  command->add_option("--frames", sequence.frames, "30 make a second")
+  command->add_option("--frames", sequence.frames, "how many")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command->add_option("--seed", sequence.seed, "another room, other people, another walk")
       ->capture_default_str();
-  command->add_flag("--exposure", sequence.exposure_variation, "the camera's exposure varies");
-  command->add_flag("--blur", sequence.motion_blur, "motion blur");
+  add_sensor(*command, sequence);
   command->add_option("--late", sequence.detector.late_frames, "boxes come so many frames late")
       ->check(CLI::Range(0, 30))
       ->capture_default_str();

@@ -69,6 +69,29 @@ TEST_CASE("what is written is read again as a TUM sequence with truth") {
   CHECK(detections->front().box.x == doctest::Approx(expected.detections->front().box.x).epsilon(0.01));
 }
 
+TEST_CASE("scene.txt tells what the sensor did, camera.yaml what users are told about it") {
+  const Folder folder("sensor");
+  SequenceOptions options = short_walk();
+  options.rate_hz = 10;
+  options.calibration_error = 1;
+  options.exposure_ms = 4;
+  const SensorValues values = write_sequence(options, folder.path / "walk");
+  std::ifstream in(folder.path / "walk" / "scene.txt");
+  std::string line, text;
+  while (std::getline(in, line)) text += line + "\n";
+  for (const std::string setting : {"hz 10\n", "exposure_ms 4\n", "calibration_error 1\n",
+                                    "rolling_shutter_ms 0\n", "exposure_steps 0\n"})
+    CHECK(text.find("\n" + setting) != std::string::npos);
+  CHECK(values.front() == std::pair<std::string, double>("hz", 10));
+  const std::optional<SceneName> name = read_scene_name(folder.path / "walk");
+  REQUIRE(name.has_value());
+  CHECK(name->scene == "walking_static");
+  CHECK(name->seed == options.seed);
+  const io::TumSequence sequence = io::TumSequence::open(folder.path / "walk");
+  CHECK(sequence.camera() == with_calibration_error(fr3_camera(), 1, options.seed));
+  CHECK(sequence.timestamp_s(2) - sequence.timestamp_s(0) == doctest::Approx(0.2).epsilon(1e-5));
+}
+
 TEST_CASE("a folder with something in it is only replaced when asked") {
   const Folder folder("full");
   std::ofstream(folder.path / "notes.txt") << "mine";

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <dynfilter/synth/hand_turn.hpp>
 #include <dynfilter/synth/motion.hpp>
 #include <dynfilter/synth/random.hpp>
 #include <memory>
@@ -17,8 +18,9 @@ inline Eigen::Isometry3d look_at(const Eigen::Vector3d& eye, const Eigen::Vector
   return frame_at(eye, rotation);
 }
 
-/// The ways TUM moves its camera, and two of our own: along x only, and after a walking person.
-enum class CameraStyle { Static, Xyz, Rpy, Halfsphere, Sideways, Tracking };
+/// The ways TUM moves its camera (Turn: as in freiburg1_rpy, at a given rate), and our own: along x only,
+/// after a walking person, shaken, and on a tripod.
+enum class CameraStyle { Static, Xyz, Rpy, Halfsphere, Sideways, Tracking, Turn, Shake, Tripod };
 
 /// Smooth hand-held motion; a function of time alone, different per seed.
 class CameraMotion {
@@ -27,10 +29,13 @@ class CameraMotion {
     CameraStyle style = CameraStyle::Static;
     Eigen::Vector3d eye_m{0, -2.3, 1.45}, target_m{0, 0.8, 0.98};
     std::shared_ptr<const Walking> tracked;
+    double peak_deg_s = 0;  ///< Turn: the largest angular rate
   };
 
   CameraMotion(const Options& options, Random& random) : options_(options) {
     for (double& phase : phase_) phase = random.uniform(0, 2 * M_PI);
+    if (options.style == CameraStyle::Turn) turn_ = HandTurn(options.peak_deg_s * M_PI / 180, random);
+    if (options.style == CameraStyle::Shake) shake_ = HandShake(random);
   }
 
   Eigen::Isometry3d pose(double time_s) const {
@@ -45,6 +50,12 @@ class CameraMotion {
         return sideways(time_s);
       case CameraStyle::Tracking:
         return tracking(time_s) * tremor(time_s);
+      case CameraStyle::Turn:
+        return turned(time_s);
+      case CameraStyle::Shake:
+        return shaken(time_s);
+      case CameraStyle::Tripod:
+        return look_at(options_.eye_m, options_.target_m);
       case CameraStyle::Static:
         break;
     }
@@ -84,6 +95,19 @@ class CameraMotion {
     return frame_at(base.translation() + drift, base.linear() * shake);
   }
 
+  Eigen::Isometry3d turned(double t) const {
+    const Eigen::Isometry3d base = look_at(options_.eye_m, options_.target_m);
+    const Eigen::Vector3d drift(0.04 * wave(t, 2.3, 0), 0.03 * wave(t, 2.9, 1), 0.03 * wave(t, 1.9, 2));
+    return frame_at(base.translation() + drift, base.linear() * turn_.rotation(t));
+  }
+
+  Eigen::Isometry3d shaken(double t) const {
+    Eigen::Isometry3d base = look_at(options_.eye_m, options_.target_m);
+    base.translation() +=
+        Eigen::Vector3d(0.12 * wave(t, 5.3, 0), 0.05 * wave(t, 4.3, 1), 0.06 * wave(t, 3.7, 2));
+    return base * shake_.pose(t);
+  }
+
   Eigen::Isometry3d halfsphere(double t) const {
     const Eigen::Vector3d to_eye = options_.eye_m - options_.target_m;
     const double azimuth = std::atan2(to_eye.y(), to_eye.x()) + 0.42 * wave(t, 15.7, 0);
@@ -112,6 +136,8 @@ class CameraMotion {
 
   Options options_;
   double phase_[8];
+  HandTurn turn_;
+  HandShake shake_;
 };
 
 }  // namespace dynfilter::synth

@@ -2,22 +2,22 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <dynfilter/synth/depth_sensor.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter::synth {
 
-/// Noise, exposure and motion blur of a colour camera.
+/// Noise and exposure of a colour camera.
 class ColourSensor {
  public:
   struct Options {
-    double noise = 1.6;  ///< standard deviation in grey levels; 0: none
-    bool exposure_variation = false;
-    bool motion_blur = false;
-    double shutter_share = 0.4;  ///< of the time between two frames
+    double noise = 1.6;               ///< standard deviation in grey levels; 0: none
+    bool exposure_variation = false;  ///< smooth
+    bool exposure_steps = false;      ///< jumps, about one a second
   };
 
-  ColourSensor(const Options& options, std::uint64_t seed) : options_(options) {
+  ColourSensor(const Options& options, std::uint64_t seed) : options_(options), seed_(seed) {
     Random random(seed, 0xC0);
     cv::Mat planes[3];
     for (cv::Mat& plane : planes) plane = gaussian_tile(kTile, 0.4, random) * options.noise;
@@ -26,10 +26,9 @@ class ColourSensor {
     for (double& phase : phase_) phase = random.uniform(0, 2 * CV_PI);
   }
 
-  /// `flow_px`: CV_32FC2, motion of every pixel since the last frame; used for motion blur only.
-  void expose(cv::Mat& colour, const cv::Mat& flow_px, double time_s, Random& random) {
-    if (options_.motion_blur) blur(colour, flow_px);
-    if (options_.exposure_variation) colour.convertTo(colour, -1, gain(time_s));
+  void expose(cv::Mat& colour, double time_s, Random& random) const {
+    const double factor = gain(time_s);
+    if (factor != 1) colour.convertTo(colour, -1, factor);
     if (options_.noise <= 0) return;
     const cv::Point offset(random.below(kTile), random.below(kTile));
     for (int y = 0; y < colour.rows; ++y) {
@@ -43,36 +42,31 @@ class ColourSensor {
   }
 
   double gain(double time_s) const {
-    return 1.0 + 0.14 * std::sin(2 * CV_PI * time_s / 3.7 + phase_[0]) +
-           0.08 * std::sin(2 * CV_PI * time_s / 1.3 + phase_[1]);
+    double factor = 1;
+    if (options_.exposure_variation)
+      factor = 1.0 + 0.14 * std::sin(2 * CV_PI * time_s / 3.7 + phase_[0]) +
+               0.08 * std::sin(2 * CV_PI * time_s / 1.3 + phase_[1]);
+    return options_.exposure_steps ? factor * step_gain(time_s) : factor;
   }
 
  private:
   static constexpr int kTile = 512;
 
-  void blur(cv::Mat& colour, const cv::Mat& flow_px) {
-    colour.copyTo(sharp_);
-    const auto shutter = static_cast<float>(options_.shutter_share);
-    for (int y = 0; y < colour.rows; ++y) {
-      for (int x = 0; x < colour.cols; ++x) {
-        const cv::Vec2f way = flow_px.at<cv::Vec2f>(y, x) * shutter;
-        const int taps = std::min(13, 1 + 2 * static_cast<int>(std::lround(cv::norm(way) / 2)));
-        if (taps == 1) continue;
-        cv::Vec3i sum(0, 0, 0);
-        for (int i = 0; i < taps; ++i) {
-          const float t = static_cast<float>(i) / static_cast<float>(taps - 1) - 0.5F;
-          const int sx = std::min(colour.cols - 1, std::max(0, cvRound(static_cast<float>(x) + t * way[0])));
-          const int sy = std::min(colour.rows - 1, std::max(0, cvRound(static_cast<float>(y) + t * way[1])));
-          sum += cv::Vec3i(sharp_.at<cv::Vec3b>(sy, sx));
-        }
-        for (int c = 0; c < 3; ++c)
-          colour.at<cv::Vec3b>(y, x)[c] = static_cast<uchar>((sum[c] + taps / 2) / taps);
-      }
-    }
+  /// Brighter and darker in turn; neighbouring levels differ by a factor of 1.25 to 1.5.
+  double step_gain(double time_s) const {
+    const double at = time_s + phase_[0];
+    auto step = static_cast<std::int64_t>(std::floor(at));
+    if (at - std::floor(at) < Random(step_seed(step), 1).uniform(0, 0.5)) --step;  // begins a little later
+    const double level = std::sqrt(Random(step_seed(step), 2).uniform(1.25, 1.5));
+    return step % 2 == 0 ? level : 1 / level;
+  }
+  std::uint64_t step_seed(std::int64_t step) const {
+    return seed_ * 1000003ULL + static_cast<std::uint64_t>(step);
   }
 
   Options options_;
-  cv::Mat grain_, sharp_;
+  std::uint64_t seed_;
+  cv::Mat grain_;
   double phase_[2];
 };
 

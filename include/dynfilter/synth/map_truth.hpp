@@ -64,7 +64,9 @@ class MapTruth {
   }
 
   /// Seconds since the first frame, of a frame with this stamp.
-  static double scene_time_s(double timestamp_s) { return timestamp_s - SequenceRenderer::timestamp_s(0); }
+  static double scene_time_s(double timestamp_s) {
+    return timestamp_s - SequenceRenderer::first_timestamp_s();
+  }
 
   /// How far the camera of the scene is from where a sequence says that it was, metres.
   double distance_from(double timestamp_s, const Pose& T_world_camera) const {

@@ -14,6 +14,11 @@
 
 namespace dynfilter::synth {
 
+/// Rows `first` to `last` of an image, both included.
+struct RowRange {
+  int first = 0, last = -1;
+};
+
 /// What the rasteriser leaves per pixel, at the pixel's centre.
 struct GeometryImage {
   cv::Mat colour;    ///< CV_8UC3
@@ -44,9 +49,14 @@ class Rasteriser {
     triangle_.resize(nearness_.size());
   }
 
-  void begin() {
-    std::fill(nearness_.begin(), nearness_.end(), 0.0F);
-    std::fill(triangle_.begin(), triangle_.end(), 0U);
+  void begin() { begin({0, camera_.height_px - 1}); }
+
+  /// Only these rows are drawn.
+  void begin(RowRange rows) {
+    rows_ = {std::max(0, rows.first), std::min(camera_.height_px - 1, rows.last)};
+    const std::ptrdiff_t from = 2L * rows_.first * wide_, to = std::max(from, 2L * (rows_.last + 1) * wide_);
+    std::fill(nearness_.begin() + from, nearness_.begin() + to, 0.0F);
+    std::fill(triangle_.begin() + from, triangle_.begin() + to, 0U);
     triangles_.assign(1, {});
   }
 
@@ -64,8 +74,17 @@ class Rasteriser {
   /// Colours every pixel from the triangles drawn since begin().
   void resolve(const MaterialSet& set, GeometryImage& out) const {
     out.create({camera_.width_px, camera_.height_px});
-    for (int y = 0; y < camera_.height_px; ++y) {
+    for (int y = rows_.first; y <= rows_.last; ++y) {
       for (int x = 0; x < camera_.width_px; ++x) resolve_pixel(set, x, y, out);
+    }
+  }
+
+  /// The same without geometry: CV_8UC3; rows that were not drawn are left alone.
+  void resolve_colour(const MaterialSet& set, cv::Mat& out) const {
+    out.create(camera_.height_px, camera_.width_px, CV_8UC3);
+    for (int y = rows_.first; y <= rows_.last; ++y) {
+      auto* row = out.ptr<cv::Vec3b>(y);
+      for (int x = 0; x < camera_.width_px; ++x) row[x] = pixel_colour(set, samples(x, y), x, y);
     }
   }
 
@@ -84,6 +103,9 @@ class Rasteriser {
     std::uint16_t item = 0, material = 0, instance = 0;
   };
 
+  int top_px() const { return std::max(0, rows_.first - 1); }
+  int bottom_px() const { return std::min(camera_.height_px, rows_.last + 2); }
+
   bool sphere_visible(const Eigen::Vector3f& centre, float radius) const {
     if (centre.z() + radius < kNear) return false;
     const auto outside = [&](double slope, float across) {
@@ -94,8 +116,8 @@ class Rasteriser {
     };
     return !outside((camera_.width_px - camera_.cx_px) / camera_.fx_px, centre.x()) &&
            !outside(camera_.cx_px / camera_.fx_px, -centre.x()) &&
-           !outside((camera_.height_px - camera_.cy_px) / camera_.fy_px, centre.y()) &&
-           !outside(camera_.cy_px / camera_.fy_px, -centre.y());
+           !outside((bottom_px() - camera_.cy_px) / camera_.fy_px, centre.y()) &&
+           !outside((camera_.cy_px - top_px()) / camera_.fy_px, -centre.y());
   }
 
   /// Coefficients on (x, y, 1) in pixels of (a x b) . ray; swapping a and b flips the sign exactly: no
@@ -111,7 +133,8 @@ class Rasteriser {
   };
 
   Bounds bounds(const Eigen::Vector3f* corner[3]) const {
-    Bounds box{0, 0, wide_ - 1, high_ - 1};
+    const int top = 2 * rows_.first, bottom = 2 * rows_.last + 1;
+    const Bounds box{0, top, wide_ - 1, bottom};
     double low_x = 1e9, low_y = 1e9, high_x = -1e9, high_y = -1e9;
     for (int i = 0; i < 3; ++i) {
       if (corner[i]->z() < kNear) return box;
@@ -126,8 +149,8 @@ class Rasteriser {
     const auto last = [](double v) {
       return static_cast<int>(std::floor(std::max(-1e6, std::min(1e6, 2 * v + 0.5)) + 1e-6));
     };
-    return {std::max(0, first(low_x)), std::max(0, first(low_y)), std::min(wide_ - 1, last(high_x)),
-            std::min(high_ - 1, last(high_y))};
+    return {std::max(0, first(low_x)), std::max(top, first(low_y)), std::min(wide_ - 1, last(high_x)),
+            std::min(bottom, last(high_y))};
   }
 
   void draw_face(const Model& model, const Face& face, int item, const std::vector<Eigen::Vector3f>* shades) {
@@ -228,10 +251,21 @@ class Rasteriser {
     return out;
   }
 
+  using Samples = std::array<std::uint32_t, 4>;  // triangles
+
+  Samples samples(int x, int y) const {
+    const std::size_t at = first_sample(x, y);
+    return {triangle_[at], triangle_[at + 1], triangle_[at + wide_], triangle_[at + wide_ + 1]};
+  }
+  std::size_t first_sample(int x, int y) const { return static_cast<std::size_t>(2 * y) * wide_ + 2 * x; }
+
   void resolve_pixel(const MaterialSet& set, int x, int y, GeometryImage& out) const {
-    const std::size_t at = static_cast<std::size_t>(2 * y) * wide_ + 2 * x;
-    const std::uint32_t ids[4] = {triangle_[at], triangle_[at + 1], triangle_[at + wide_],
-                                  triangle_[at + wide_ + 1]};
+    const Samples ids = samples(x, y);
+    out.colour.at<cv::Vec3b>(y, x) = pixel_colour(set, ids, x, y);
+    write_geometry(front(ids, first_sample(x, y)), x, y, out);
+  }
+
+  cv::Vec3b pixel_colour(const MaterialSet& set, const Samples& ids, int x, int y) const {
     cv::Vec3f sum(0, 0, 0);
     for (int i = 0; i < 4; ++i) {
       int same = 1;
@@ -243,13 +277,12 @@ class Rasteriser {
       sum += colour(set, t, static_cast<float>(x) - t.x0, static_cast<float>(y) - t.y0) *
              (0.25F * static_cast<float>(same));
     }
-    out.colour.at<cv::Vec3b>(y, x) = cv::Vec3b(
-        cv::saturate_cast<uchar>(sum[0]), cv::saturate_cast<uchar>(sum[1]), cv::saturate_cast<uchar>(sum[2]));
-    write_geometry(front(ids, at), x, y, out);
+    return {cv::saturate_cast<uchar>(sum[0]), cv::saturate_cast<uchar>(sum[1]),
+            cv::saturate_cast<uchar>(sum[2])};
   }
 
   /// The triangle that covers most samples, the closest one of these.
-  const Triangle& front(const std::uint32_t (&ids)[4], std::size_t at) const {
+  const Triangle& front(const Samples& ids, std::size_t at) const {
     const float near[4] = {nearness_[at], nearness_[at + 1], nearness_[at + wide_],
                            nearness_[at + wide_ + 1]};
     int best = 0, best_votes = 0;
@@ -277,6 +310,7 @@ class Rasteriser {
   }
 
   Camera camera_;
+  RowRange rows_;
   int wide_, high_;  // samples: two per pixel and axis
   std::vector<float> nearness_;
   std::vector<std::uint32_t> triangle_;

@@ -10,19 +10,27 @@
 #include <ostream>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 namespace dynfilter::synth {
+
+/// A setting of the sensor, for people to read.
+using SensorValues = std::vector<std::pair<std::string, double>>;
 
 /// Which scene a rendered sequence shows: with it the exact surfaces can be had again (map_truth.hpp).
 struct SceneName {
   std::string scene;
   std::uint64_t seed = 1;
+  SensorValues sensor;  ///< written, but not read again
 };
 
 /// `scene.txt` of a sequence folder. Atomic; throws IoError.
 inline void write_scene_name(const std::filesystem::path& folder, const SceneName& name) {
   io::write_file_atomically(folder / "scene.txt", [&](std::ostream& out) {
     out << "# scene seed\n" << name.scene << ' ' << name.seed << '\n';
+    if (!name.sensor.empty()) out << "# sensor\n";
+    for (const auto& [key, value] : name.sensor) out << key << ' ' << value << '\n';
   });
 }
 

@@ -34,6 +34,7 @@ struct Scene {
   std::vector<Mover> movers;
   std::vector<Detectable> objects;  ///< [i] is instance i + 1
   std::optional<CameraMotion> camera;
+  double exposure_ms = 0;  ///< of its camera, unless the options say otherwise; 0: sharp images
 };
 
 /// Fills a scene with movers; used by the scripts below.
@@ -45,6 +46,7 @@ class SceneBuilder {
   CameraMotion::Options camera;
   std::vector<Eigen::Vector3f> chairs;  ///< x, y, yaw of chairs for those who sit
   bool plain = false;
+  double exposure_ms = 0;
 
   using Points = std::vector<Eigen::Vector2d>;
 
@@ -170,6 +172,53 @@ inline void walking(Builder& b, CameraStyle style) {
   walkers(b, style == CameraStyle::Static);
 }
 
+constexpr double kIndoorExposure_ms = 12;
+
+/// A hand-held camera near the desks, where nothing moves.
+inline void turn_at_desk(Builder& b, double peak_deg_s) {
+  static_desk(b);
+  b.camera.style = CameraStyle::Turn;
+  b.camera.peak_deg_s = peak_deg_s;
+  b.exposure_ms = kIndoorExposure_ms;
+}
+
+/// The same a metre from the desk, as in freiburg1_rpy: near things and steps in depth everywhere.
+inline void near_turn(Builder& b, double peak_deg_s) {
+  turn_at_desk(b, peak_deg_s);
+  b.camera.eye_m = {0.15, -0.15, 1.35};
+  b.camera.target_m = {0.05, 0.85, 0.85};
+}
+
+inline void walking_turn(Builder& b, double peak_deg_s) {
+  walking(b, CameraStyle::Turn);
+  b.camera.peak_deg_s = peak_deg_s;
+  b.exposure_ms = kIndoorExposure_ms;
+}
+
+inline void shake(Builder& b) {
+  static_desk(b);
+  b.camera.style = CameraStyle::Shake;
+  b.exposure_ms = kIndoorExposure_ms;
+}
+
+inline void walking_shake(Builder& b) {
+  walking(b, CameraStyle::Shake);
+  b.exposure_ms = kIndoorExposure_ms;
+}
+
+/// A camera on a tripod; people walk close by and fill more than half of the view.
+inline void standing_camera(Builder& b) {
+  b.camera.style = CameraStyle::Tripod;
+  b.camera.eye_m = {0, -2.15, 1.4};
+  const double shift = b.random().uniform();
+  b.walker(Builder::oval({-0.4, -0.95}, 0.55, 0.2), 0.9, shift);
+  b.walker(Builder::oval({0.4, -0.9}, 0.55, 0.2), 0.8, shift + 0.3);
+  b.walker(Builder::oval({0.0, -0.85}, 0.8, 0.22), 0.85, shift + 0.75);
+  b.walker(Builder::oval({0.0, -0.4}, 0.95, 0.22), 1.0, shift + 0.55);
+  b.walker(Builder::oval({0.1, -0.15}, 1.1, 0.22), 0.9, shift + 0.1);
+  b.walker(Builder::oval({-0.1, -0.15}, 1.1, 0.22), 0.9, shift + 0.6);
+}
+
 inline void sitting_static(Builder& b) {
   b.gesturer({-0.72, -0.25}, -0.9, true);
   b.gesturer({0.75, -0.2}, 0.8, true);
@@ -281,6 +330,19 @@ inline const std::vector<Entry>& all() {
        }},
       {"majority_cold", majority},
       {"low_texture", low_texture},
+      {"turn_30", [](Builder& b) { turn_at_desk(b, 30); }},
+      {"turn_60", [](Builder& b) { turn_at_desk(b, 60); }},
+      {"turn_100", [](Builder& b) { turn_at_desk(b, 100); }},
+      {"turn_150", [](Builder& b) { turn_at_desk(b, 150); }},
+      {"near_turn_60", [](Builder& b) { near_turn(b, 60); }},
+      {"near_turn_100", [](Builder& b) { near_turn(b, 100); }},
+      {"walking_turn_30", [](Builder& b) { walking_turn(b, 30); }},
+      {"walking_turn_60", [](Builder& b) { walking_turn(b, 60); }},
+      {"walking_turn_100", [](Builder& b) { walking_turn(b, 100); }},
+      {"walking_turn_150", [](Builder& b) { walking_turn(b, 150); }},
+      {"shake", shake},
+      {"walking_shake", walking_shake},
+      {"standing_camera", standing_camera},
   };
   return entries;
 }
@@ -306,6 +368,7 @@ inline Scene make_scene(const std::string& name, std::uint64_t seed) {
     scene.room.emplace(scene.materials, random, builder.plain, builder.chairs, static_cast<int>(movers));
     scene.objects.insert(scene.objects.end(), scene.room->objects.begin(), scene.room->objects.end());
     scene.camera.emplace(builder.camera, random);
+    scene.exposure_ms = builder.exposure_ms;
     return scene;
   }
   std::string known;

@@ -3,12 +3,16 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/synth/calibration_error.hpp>
 #include <dynfilter/synth/colour_sensor.hpp>
 #include <dynfilter/synth/depth_sensor.hpp>
 #include <dynfilter/synth/detector_model.hpp>
 #include <dynfilter/synth/rasteriser.hpp>
+#include <dynfilter/synth/scene_drawer.hpp>
 #include <dynfilter/synth/scenes.hpp>
+#include <dynfilter/synth/shutter.hpp>
 #include <dynfilter/synth/truth.hpp>
 #include <map>
 #include <optional>
@@ -21,29 +25,35 @@ struct SequenceOptions {
   std::string scene = "walking_xyz";
   int frames = 200;
   std::uint64_t seed = 1;
-  bool exposure_variation = false;
-  bool motion_blur = false;
-  double image_noise = 1.6;    ///< grey levels, 0: none
-  bool perfect_depth = false;  ///< no noise, no holes
+  double rate_hz = 30;
+  bool exposure_variation = false;    ///< the gain varies smoothly
+  bool exposure_steps = false;        ///< the gain jumps about once a second
+  bool motion_blur = false;           ///< exposure of kBlurExposure_ms, unless exposure_ms is given
+  std::optional<double> exposure_ms;  ///< 0: sharp images; nullopt: what the scene's camera has
+  double rolling_shutter_ms = 0;      ///< from the exposure of the first row to that of the last
+  double depth_offset_ms = 0;         ///< the depth image is taken so much later than its stamp says
+  double calibration_error = 0;       ///< of the calibration() that is handed out, 1: a bad one
+  double image_noise = 1.6;           ///< grey levels, 0: none
+  bool perfect_depth = false;         ///< no noise, no holes
   DetectorFaults detector;
   TruthRule truth;
   bool overwrite = false;  ///< write_sequence(): replace a folder that is not empty
 };
 
-/// The camera of every sequence: TUM's freiburg3, 30 Hz.
+/// The camera of every sequence: TUM's freiburg3.
 inline Camera fr3_camera() {
   Camera camera;
   camera.fx_px = 535.4, camera.fy_px = 539.2, camera.cx_px = 320.1, camera.cy_px = 247.6;
   camera.width_px = 640, camera.height_px = 480;
   return camera;
 }
-constexpr double kFps = 30.0, kDepthUnitsPerM = 5000.0;
+constexpr double kDepthUnitsPerM = 5000.0, kBlurExposure_ms = 12;
 
 struct RenderedFrame {
   double timestamp_s = 0;
   cv::Mat colour;        ///< CV_8UC3
   cv::Mat depth;         ///< CV_16UC1, kDepthUnitsPerM, 0: none
-  cv::Mat true_depth_m;  ///< CV_32FC1
+  cv::Mat true_depth_m;  ///< CV_32FC1, where the colour image was taken
   TruthImages truth;
   Pose T_world_camera;
   std::optional<std::vector<Detection>> detections;  ///< nullopt: none came (the detector is late)
@@ -51,26 +61,37 @@ struct RenderedFrame {
 };
 
 /// Renders the frames of a sequence, in any order: a frame depends on options, seed and its number only.
-/// About 50 ms a frame, and 0.4 s to build the scene.
+/// About 50 ms a frame, and 0.4 s to build the scene; blur and rolling rows cost another 25 ms per sub-frame.
+/// The time stamp is the middle of the exposure of the middle row; pose and truth belong to this instant.
 class SequenceRenderer {
  public:
   /// Throws ConfigError on an unknown scene or senseless options.
   explicit SequenceRenderer(const SequenceOptions& options)
       : options_(checked(options)),
         camera_(fr3_camera()),
+        calibration_(with_calibration_error(camera_, options.calibration_error, options.seed)),
         scene_(make_scene(options.scene, options.seed)),
-        rasteriser_(camera_),
+        drawer_(camera_),
         depth_sensor_(camera_, depth_options(options), options.seed),
         colour_sensor_(colour_options(options), options.seed),
         truth_maker_(camera_, options.truth),
-        detector_(options.detector) {}
+        detector_(options.detector) {
+    check_shutter();
+  }
 
   const SequenceOptions& options() const { return options_; }
   const Camera& camera() const { return camera_; }
+  const Camera& calibration() const { return calibration_; }  ///< what users of the sequence are told
   const Scene& scene() const { return scene_; }
   int size() const { return options_.frames; }
-  static double time_s(double frame) { return frame / kFps; }
-  static double timestamp_s(int frame) { return (1.7e15 + std::round(frame * 1e6 / kFps)) / 1e6; }
+  /// The exposure that the options and the scene come to; 0: sharp images.
+  double exposure_ms() const {
+    return options_.exposure_ms.value_or(options_.motion_blur ? kBlurExposure_ms : scene_.exposure_ms);
+  }
+  double time_s(double frame) const { return frame / options_.rate_hz; }
+  double timestamp_s(int frame) const { return stamp_s(frame * 1e6 / options_.rate_hz); }
+  /// Of frame 0 of every sequence.
+  static double first_timestamp_s() { return stamp_s(0); }
   Pose pose(int frame) const { return Pose::from(scene_.camera->pose(time_s(frame))); }
 
   RenderedFrame frame(int index) {
@@ -81,19 +102,25 @@ class SequenceRenderer {
 
   /// The same into a frame that is used again: its images keep their memory.
   void render(int index, RenderedFrame& out) {
-    const Eigen::Isometry3d T_world_camera = scene_.camera->pose(time_s(index));
-    draw(index, T_world_camera);
+    const double now_s = time_s(index);
+    const Eigen::Isometry3d T_world_camera = scene_.camera->pose(now_s);
+    drawer_.draw(scene_, now_s, T_world_camera, geometry_);
     out.timestamp_s = timestamp_s(index);
     out.T_world_camera = Pose::from(T_world_camera);
+    find_items(index);
     truth_maker_.make(geometry_, items_, T_world_camera, out.truth);
     geometry_.depth_m.copyTo(out.true_depth_m);
     Random depth_random = random_of(index, 1), colour_random = random_of(index, 2);
-    depth_sensor_.measure(geometry_, scene_.materials, depth_random, out.depth);
-    if (options_.motion_blur) flow(index, T_world_camera);
-    geometry_.colour.copyTo(out.colour);
-    colour_sensor_.expose(out.colour, flow_px_, time_s(index), colour_random);
+    measure_depth(now_s, depth_random, out.depth);
+    expose(now_s, out.colour);
+    colour_sensor_.expose(out.colour, now_s, colour_random);
     remember_detections(index);
     give_detections(index, out);
+  }
+
+  /// What a camera without noise and with an instant shutter sees.
+  void instant(double at_s, cv::Mat& colour) {
+    drawer_.draw_colour(scene_, at_s, scene_.camera->pose(at_s), {0, camera_.height_px - 1}, colour);
   }
 
  private:
@@ -101,9 +128,27 @@ class SequenceRenderer {
     if (o.frames < 1) throw ConfigError("frames", "expected at least 1, got " + std::to_string(o.frames));
     if (o.detector.late_frames < 0)
       throw ConfigError("late_frames", "expected 0 or more, got " + std::to_string(o.detector.late_frames));
-    if (o.truth.window_frames < 1) throw ConfigError("window_frames", "expected at least 1");
+    require("rate_hz", o.rate_hz, 1, 1000);
+    require("depth_offset_ms", o.depth_offset_ms, 0, 1000);
+    require("calibration_error", o.calibration_error, -20, 20);
+    require("window_s", o.truth.window_s, 1e-6, 1e6);
     return o;
   }
+  static void require(const char* option, double value, double low, double high) {
+    if (value >= low && value <= high) return;
+    throw ConfigError(option, "expected " + text(low) + " to " + text(high) + ", got " + text(value));
+  }
+  static std::string text(double value) {
+    char out[32];
+    std::snprintf(out, sizeof(out), "%g", value);
+    return out;
+  }
+  void check_shutter() const {
+    const double most_ms = 1e3 / options_.rate_hz;
+    require("exposure_ms", exposure_ms(), 0, most_ms);
+    require("rolling_shutter_ms", options_.rolling_shutter_ms, 0, most_ms);
+  }
+  static double stamp_s(double micros) { return (1.7e15 + std::round(micros)) / 1e6; }
   static DepthSensor::Options depth_options(const SequenceOptions& o) {
     DepthSensor::Options out;
     out.perfect = o.perfect_depth;
@@ -114,66 +159,88 @@ class SequenceRenderer {
     ColourSensor::Options out;
     out.noise = o.image_noise;
     out.exposure_variation = o.exposure_variation;
-    out.motion_blur = o.motion_blur;
+    out.exposure_steps = o.exposure_steps;
     return out;
   }
   Random random_of(int frame, std::uint64_t purpose) const {
     return Random(options_.seed * 1000003ULL + static_cast<std::uint64_t>(frame), purpose);
   }
 
-  void draw(int index, const Eigen::Isometry3d& T_world_camera) {
-    const Eigen::Isometry3f T_camera_world = T_world_camera.inverse().cast<float>();
-    rasteriser_.begin();
+  void find_items(int index) {
+    item_poses(scene_, time_s(index), now_);
+    item_poses(scene_, time_s(index - 1), last_);
+    item_poses(scene_, time_s(index - options_.truth.window_s * options_.rate_hz), then_);
     items_.assign(1, {});
-    for (const Model& model : scene_.room->models) rasteriser_.draw(model, T_camera_world, 0);
-    for (const Mover& mover : scene_.movers) draw_mover(mover, index, T_camera_world);
-    rasteriser_.resolve(scene_.materials, geometry_);
-  }
-
-  void draw_mover(const Mover& mover, int index, const Eigen::Isometry3f& T_camera_world) {
-    mover.animation->pose(time_s(index), now_);
-    mover.animation->pose(time_s(index - 1), last_);
-    mover.animation->pose(time_s(index - options_.truth.window_frames), then_);
-    for (std::size_t i = 0; i < mover.parts.size(); ++i) {
-      const MoverPart& part = mover.parts[i];
-      const Eigen::Isometry3d back = now_[i].inverse();
-      items_.push_back({part.label, part.person, last_[i] * back, then_[i] * back});
-      const Eigen::Isometry3f T_world_part = now_[i].cast<float>();
-      shade_part(part.model, T_world_part);
-      rasteriser_.draw(part.model, T_camera_world * T_world_part, static_cast<int>(items_.size()) - 1,
-                       &shades_);
-    }
-  }
-
-  void shade_part(const Model& model, const Eigen::Isometry3f& T_world_part) {
-    shades_.resize(model.vertices.size());
-    for (std::size_t i = 0; i < shades_.size(); ++i) {
-      const Eigen::Vector3f p = T_world_part * model.vertices[i].position_m;
-      const float open = std::min(1.0F, 0.62F + 0.28F * p.z());
-      shades_[i] = scene_.room->lighting.shade(p, T_world_part.linear() * model.vertices[i].normal, open);
-    }
-  }
-
-  /// Motion of every pixel since the last frame, for the blur.
-  void flow(int index, const Eigen::Isometry3d& T_world_camera) {
-    const Eigen::Isometry3d T_last_world = scene_.camera->pose(time_s(index - 1)).inverse();
-    std::vector<Eigen::Isometry3f> last_from_camera;
-    for (const ItemTruth& item : items_)
-      last_from_camera.push_back((T_last_world * item.last_from_now * T_world_camera).cast<float>());
-    const auto fx = static_cast<float>(camera_.fx_px), fy = static_cast<float>(camera_.fy_px);
-    const auto cx = static_cast<float>(camera_.cx_px), cy = static_cast<float>(camera_.cy_px);
-    flow_px_.create(geometry_.depth_m.size(), CV_32FC2);
-    for (int y = 0; y < flow_px_.rows; ++y) {
-      for (int x = 0; x < flow_px_.cols; ++x) {
-        const float z = geometry_.depth_m.at<float>(y, x), px = static_cast<float>(x),
-                    py = static_cast<float>(y);
-        const Eigen::Vector3f p(z * (px - cx) / fx, z * (py - cy) / fy, z);
-        const Eigen::Vector3f q = last_from_camera[geometry_.item.at<std::uint16_t>(y, x)] * p;
-        flow_px_.at<cv::Vec2f>(y, x) =
-            z > 0 && q.z() > 0.05F ? cv::Vec2f(px - fx * q.x() / q.z() - cx, py - fy * q.y() / q.z() - cy)
-                                   : cv::Vec2f(0, 0);
+    for (const Mover& mover : scene_.movers) {
+      for (const MoverPart& part : mover.parts) {
+        const std::size_t i = items_.size();
+        const Eigen::Isometry3d back = now_[i].inverse();
+        items_.push_back({part.label, part.person, last_[i] * back, then_[i] * back});
       }
     }
+  }
+
+  void measure_depth(double now_s, Random& random, cv::Mat& depth) {
+    const double later_s = now_s + options_.depth_offset_ms / 1e3;
+    if (later_s != now_s) drawer_.draw(scene_, later_s, scene_.camera->pose(later_s), later_);
+    depth_sensor_.measure(later_s != now_s ? later_ : geometry_, scene_.materials, random, depth);
+  }
+
+  void expose(double now_s, cv::Mat& colour) {
+    const double exposure_s = exposure_ms() / 1e3, readout_s = options_.rolling_shutter_ms / 1e3;
+    const double motion_px = largest_motion_px(now_s, exposure_s + readout_s);
+    const Shutter shutter(exposure_s, readout_s, Shutter::steps_for(exposure_s, readout_s, motion_px),
+                          camera_.height_px);
+    if (shutter.steps() == 1) {
+      geometry_.colour.copyTo(colour);
+      return;
+    }
+    light_.begin(geometry_.colour.size());
+    for (int step = 0; step < shutter.steps(); ++step) {
+      const RowRange rows = shutter.rows(step);
+      if (rows.last < rows.first) continue;
+      const double at_s = now_s + shutter.offset_s(step);
+      drawer_.draw_colour(scene_, at_s, scene_.camera->pose(at_s), rows, instant_);
+      for (int y = rows.first; y <= rows.last; ++y) light_.add_row(instant_, y, shutter.weight(step, y));
+    }
+    light_.write(colour);
+  }
+
+  /// The longest way of a point in the image from half of `span_s` before the frame to half of it after.
+  double largest_motion_px(double now_s, double span_s) {
+    if (span_s <= 0) return 0;
+    item_poses(scene_, now_s, now_);
+    const std::vector<Eigen::Isometry3d> before = moved(now_s, -span_s / 2), after = moved(now_s, span_s / 2);
+    constexpr int kGrid_px = 8;
+    double largest = 0;
+    for (int y = kGrid_px / 2; y < camera_.height_px; y += kGrid_px) {
+      for (int x = kGrid_px / 2; x < camera_.width_px; x += kGrid_px) {
+        const double z = static_cast<double>(geometry_.depth_m.at<float>(y, x));
+        if (z <= 0) continue;
+        const std::size_t item = geometry_.item.at<std::uint16_t>(y, x);
+        const Eigen::Vector3d p(z * (x - camera_.cx_px) / camera_.fx_px,
+                                z * (y - camera_.cy_px) / camera_.fy_px, z);
+        largest = std::max(largest, miss_px(before[item] * p, x, y) + miss_px(after[item] * p, x, y));
+      }
+    }
+    return largest;
+  }
+
+  /// Per item: camera then <- camera now, of a point on it.
+  std::vector<Eigen::Isometry3d> moved(double now_s, double by_s) {
+    const Eigen::Isometry3d T_world_now = scene_.camera->pose(now_s);
+    const Eigen::Isometry3d T_then_world = scene_.camera->pose(now_s + by_s).inverse();
+    std::vector<Eigen::Isometry3d> then;
+    item_poses(scene_, now_s + by_s, then);
+    for (std::size_t i = 0; i < then.size(); ++i)
+      then[i] = T_then_world * then[i] * now_[i].inverse() * T_world_now;
+    return then;
+  }
+
+  double miss_px(const Eigen::Vector3d& p, int x, int y) const {
+    if (p.z() < 0.05) return 0;
+    return std::hypot(camera_.fx_px * p.x() / p.z() + camera_.cx_px - x,
+                      camera_.fy_px * p.y() / p.z() + camera_.cy_px - y);
   }
 
   void remember_detections(int index) {
@@ -190,25 +257,26 @@ class SequenceRenderer {
       return;
     }
     if (detected_.find(out.detected_on_frame) == detected_.end()) {  // asked for out of order
-      draw(out.detected_on_frame, scene_.camera->pose(time_s(out.detected_on_frame)));
+      const double then_s = time_s(out.detected_on_frame);
+      drawer_.draw(scene_, then_s, scene_.camera->pose(then_s), geometry_);
       remember_detections(out.detected_on_frame);
     }
     out.detections = detected_[out.detected_on_frame];
   }
 
   SequenceOptions options_;
-  Camera camera_;
+  Camera camera_, calibration_;
   Scene scene_;
-  Rasteriser rasteriser_;
+  SceneDrawer drawer_;
   DepthSensor depth_sensor_;
   ColourSensor colour_sensor_;
   TruthMaker truth_maker_;
   DetectorModel detector_;
-  GeometryImage geometry_;
-  cv::Mat flow_px_;
+  GeometryImage geometry_, later_;
+  cv::Mat instant_;
+  LightSum light_;
   std::vector<ItemTruth> items_;
   std::vector<Eigen::Isometry3d> now_, last_, then_;
-  std::vector<Eigen::Vector3f> shades_;
   std::map<int, std::vector<Detection>> detected_;
 };
 

@@ -24,6 +24,18 @@ inline std::string stamp_text(double timestamp_s) {
   return text;
 }
 
+/// What the sensor of a sequence does, every option with its value (flags: 0 or 1).
+inline SensorValues sensor_values(const SequenceRenderer& renderer) {
+  const SequenceOptions& o = renderer.options();
+  return {{"hz", o.rate_hz},
+          {"exposure_ms", renderer.exposure_ms()},
+          {"rolling_shutter_ms", o.rolling_shutter_ms},
+          {"depth_offset_ms", o.depth_offset_ms},
+          {"calibration_error", o.calibration_error},
+          {"exposure_variation", o.exposure_variation ? 1 : 0},
+          {"exposure_steps", o.exposure_steps ? 1 : 0}};
+}
+
 /// Fills a folder with one sequence in the layout of TUM RGB-D, truth beside it.
 class SequenceWriter {
  public:
@@ -87,9 +99,9 @@ class SequenceWriter {
 
 /// Renders a sequence into `folder`, which appears when it is complete. Throws IoError when the folder is
 /// there already and not empty (unless options.overwrite: then it is replaced), ConfigError on an unknown
-/// scene.
-inline void write_sequence(const SequenceOptions& options, const std::filesystem::path& folder,
-                           const ProgressCallback& progress = {}) {
+/// scene. Returns what the sensor did.
+inline SensorValues write_sequence(const SequenceOptions& options, const std::filesystem::path& folder,
+                                   const ProgressCallback& progress = {}) {
   std::error_code error;
   if (std::filesystem::is_directory(folder, error) && !std::filesystem::is_empty(folder, error) &&
       !options.overwrite) {
@@ -97,7 +109,7 @@ inline void write_sequence(const SequenceOptions& options, const std::filesystem
   }
   SequenceRenderer renderer(options);
   io::AtomicFolder results(folder);
-  SequenceWriter writer(results.path(), renderer.camera());
+  SequenceWriter writer(results.path(), renderer.calibration());
   RenderedFrame frame;
   for (int i = 0; i < renderer.size(); ++i) {
     renderer.render(i, frame);
@@ -105,9 +117,10 @@ inline void write_sequence(const SequenceOptions& options, const std::filesystem
     if (progress) progress(i + 1, renderer.size());
   }
   writer.finish();
-  write_scene_name(results.path(), {options.scene, options.seed});
+  write_scene_name(results.path(), {options.scene, options.seed, sensor_values(renderer)});
   if (std::filesystem::is_directory(folder, error)) std::filesystem::remove_all(folder, error);
   results.commit();
+  return sensor_values(renderer);
 }
 
 }  // namespace dynfilter::synth

@@ -12,9 +12,9 @@ constexpr std::uint8_t kTruthStatic = 0, kTruthDontCare = 128, kTruthDynamic = 2
 
 /// What counts as dynamic.
 struct TruthRule {
-  double min_motion_m = 0.010;  ///< of the surface point, over `window_frames`
+  double min_motion_m = 0.010;  ///< of the surface point, over `window_s`
   double min_miss_px = 1.0;     ///< by which the static prediction misses the pixel
-  int window_frames = 5;
+  double window_s = 5 / 30.0;
   int band_px = 5;  ///< around the silhouettes of movers: don't care
 };
 

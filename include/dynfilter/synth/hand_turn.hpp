@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <dynfilter/synth/random.hpp>
+#include <dynfilter/synth/skeleton.hpp>
+
+namespace dynfilter::synth {
+
+/// Yaw, pitch and roll of a camera that a hand turns to and fro about all axes at once. Repeats after
+/// kPeriod_s; the largest angular rate within a period is the one given.
+class HandTurn {
+ public:
+  static constexpr double kPeriod_s = 3;
+
+  HandTurn() = default;
+  HandTurn(double peak_rad_s, Random& random) {
+    static constexpr double kRate[3][3] = {{0.15, 1.0, 0.35}, {0.1, 0.35, 0.6}, {0.25, 0.7, 0.3}};
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int k = 0; k < 3; ++k) {
+        amplitude_rad_[axis][k] = 0.3 * kRate[axis][k] * random.uniform(0.7, 1.3) / harmonic_rad_s(k);
+        phase_rad_[axis][k] = random.uniform(0, 2 * M_PI);
+      }
+    }
+    for (int round = 0; round < 8; ++round) scale(peak_rad_s / peak_rate_rad_s());
+  }
+
+  Eigen::Matrix3d rotation(double time_s) const {
+    return turn(angle_rad(0, time_s), Eigen::Vector3d::UnitY()) *
+           turn(angle_rad(1, time_s), Eigen::Vector3d::UnitX()) *
+           turn(angle_rad(2, time_s), Eigen::Vector3d::UnitZ());
+  }
+
+ private:
+  static double harmonic_rad_s(int k) { return 2 * M_PI * (k + 1) / kPeriod_s; }
+
+  double angle_rad(int axis, double time_s) const {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k)
+      sum += amplitude_rad_[axis][k] * std::sin(harmonic_rad_s(k) * time_s + phase_rad_[axis][k]);
+    return sum;
+  }
+
+  double peak_rate_rad_s() const {
+    constexpr int kSamples = 600;
+    constexpr double kStep_s = kPeriod_s / kSamples;
+    double peak = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      const Eigen::Matrix3d step = rotation(i * kStep_s).transpose() * rotation((i + 1) * kStep_s);
+      peak = std::max(peak, Eigen::AngleAxisd(step).angle() / kStep_s);
+    }
+    return peak;
+  }
+
+  void scale(double factor) {
+    for (auto& axis : amplitude_rad_)
+      for (double& amplitude : axis) amplitude *= factor;
+  }
+
+  double amplitude_rad_[3][3] = {}, phase_rad_[3][3] = {};  // yaw, pitch, roll
+};
+
+/// Quick irregular jitter: per axis three sines between 5 and 8 Hz that drift in and out of step.
+class HandShake {
+ public:
+  HandShake() = default;
+  explicit HandShake(Random& random) {
+    for (int i = 0; i < 6; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        rate_rad_s_[i][k] = 2 * M_PI * (5.0 + k + random.uniform());
+        phase_rad_[i][k] = random.uniform(0, 2 * M_PI);
+      }
+    }
+  }
+
+  /// About 1 degree and 3 mm, standard deviation.
+  Eigen::Isometry3d pose(double time_s) const {
+    const Eigen::Matrix3d rotation = turn(0.014 * wave(0, time_s), Eigen::Vector3d::UnitY()) *
+                                     turn(0.013 * wave(1, time_s), Eigen::Vector3d::UnitX()) *
+                                     turn(0.009 * wave(2, time_s), Eigen::Vector3d::UnitZ());
+    return frame_at(0.0025 * Eigen::Vector3d(wave(3, time_s), wave(4, time_s), wave(5, time_s)), rotation);
+  }
+
+ private:
+  double wave(int i, double time_s) const {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) sum += std::sin(rate_rad_s_[i][k] * time_s + phase_rad_[i][k]);
+    return sum;
+  }
+
+  double rate_rad_s_[6][3] = {}, phase_rad_[6][3] = {};
+};
+
+}  // namespace dynfilter::synth
