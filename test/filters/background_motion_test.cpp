@@ -154,7 +154,7 @@ TEST_CASE("background_motion: slow motion shows over the track, or at once where
   CHECK(score(slow(0.05), 1).recall() >= 0.95);
   BackgroundMotionFilter filter;
   CHECK(dynamic_with_label(judge(filter, slow(0.3), 1), slow(0.3).frame(1), true) <= 6);
-  for (const double noise_px : {0.03, 0.05}) {
+  for (const double noise_px : {0.05, 0.14}) {
     CAPTURE(noise_px);
     CHECK(score(slow(noise_px), 7).recall() >= 0.95);
     CHECK(score(slow(noise_px), 7).static_kept() >= 0.97);

@@ -111,6 +111,7 @@ class RigidBackgroundEstimator {
   static constexpr int kSearch = 75;               ///< of the searches from the beginning, which come on top
   static constexpr double kSettled = 0.7;          ///< explained by the expected motion: no search
   static constexpr double kOrderWeight = 2.5;      ///< of who hides whom against who covers more
+  static constexpr double kDistinct = 2;           ///< of the noise: motions that differ by more
   static constexpr double kNeighbour_px = 50;      ///< whose depths are compared
   static constexpr float kDepthStep = 1.08F;       ///< farther by this factor lies behind
   static constexpr double kUnknownMiss_px = 3;     ///< before anything is known of the camera's smoothness
@@ -449,6 +450,7 @@ class RigidBackgroundEstimator {
 
   void measure_orders() {
     if (selected_.size() < 2) return;
+    tell_apart();
     places_.clear();
     for (const int i : points_) places_.push_back(scene_->pixels[static_cast<std::size_t>(i)]);
     grid_.build(Span<const cv::Point2f>(places_), static_cast<float>(kNeighbour_px));
@@ -458,7 +460,7 @@ class RigidBackgroundEstimator {
     for (std::size_t k = 0; k < points_.size(); ++k)
       grid_.around(places_[k], static_cast<float>(kNeighbour_px), [&](std::int32_t j) {
         const auto other = static_cast<std::size_t>(j);
-        if (owner_[other] == owner_[k] ||
+        if (!distinct_[owner_[k] * proposals_.size() + owner_[other]] ||
             norm(places_[other].x - places_[k].x, places_[other].y - places_[k].y) > kNeighbour_px)
           return;
         behind[owner_[k]] += depth(points_[k]) > kDepthStep * depth(points_[other]) ? 1 : 0;
@@ -466,6 +468,17 @@ class RigidBackgroundEstimator {
       });
     for (const std::size_t h : selected_)
       proposals_[h].order = static_cast<double>(behind[h]) / (behind[h] + front[h]);
+  }
+
+  /// Which motions differ by more than the noise: points of the others are shared out by chance, and who is
+  /// behind whom says nothing.
+  void tell_apart() {
+    distinct_.assign(proposals_.size() * proposals_.size(), 0);
+    for (const std::size_t a : selected_)
+      for (const std::size_t b : selected_)
+        distinct_[a * proposals_.size() + b] =
+            distance_px(proposals_[a].motion.T_current_reference, proposals_[b].motion.T_current_reference) >
+            kDistinct * noise_px_;
   }
 
   static double norm(double x, double y) { return std::sqrt(x * x + y * y); }  // std::hypot is slow
@@ -516,6 +529,7 @@ class RigidBackgroundEstimator {
   std::vector<float> image2_px2_, depth2_, fit_;  ///< proposals x points
   std::vector<float> weights_, prices_;
   std::vector<std::size_t> selected_, owner_;
+  std::vector<char> distinct_;  ///< proposals x proposals
   std::vector<cv::Point2f> places_;
   PointGrid grid_;
   std::size_t chosen_ = 0;
