@@ -63,8 +63,8 @@ struct BackgroundMotionParams {
 ///           for errors that neighbours share (calibration, clock, blur), which is the median miss of the
 ///           features that follow the background, within 1.5 times what is usual for this camera. Belief =
 ///           odds + memory * belief in the last frame, plus the mean over neighbours at a like depth, plus
-///           prior_suspicion for prior suspects. Dynamic above 0, if a core is near: a feature with evidence
-///           of motion among others with evidence of motion.
+///           prior_suspicion for prior suspects. Dynamic above 3 nats (prior suspects: 0), if a core is near:
+///           a feature with evidence of motion among others with evidence of motion.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
 /// Abstains: on the first frame, without any motion, on features with neither evidence nor neighbours with
 ///           some, and on features that move alone: these are mismatches.
@@ -127,6 +127,7 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr std::size_t kMinMeasured = 20;
   static constexpr float kNoiseReach_px = 30;
   static constexpr float kUnseenReach = 1.5F;    ///< neighbourhood of features without evidence
+  static constexpr float kCertain = 3;           ///< belief to be called dynamic [nats]: 20 to 1
   static constexpr float kUnseenDoubt = 0.6F;    ///< belief that they must exceed [nats]
   static constexpr float kMobilityReach = 1.2F;  ///< features that appear take mobility from as far
   static constexpr float kBlindTrust = 0.3F;     ///< of neighbours, for a feature without depth
@@ -429,12 +430,15 @@ class BackgroundMotionFilter final : public Filter {
 
   void cast(Context& context, std::size_t i, Votes& votes) const {
     const float score = 1 / (1 + std::exp(-belief_[i] / 2));
-    const float limit = seen_[i] != 0 ? 0 : doubt(context, i);
+    const float limit = seen_[i] != 0 ? certainty(context, i) : doubt(context, i);
     if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score);
     const bool accused = context.prior(i) || near_core(context, i);
     votes.cast(i, accused ? Vote::Dynamic : Vote::Unknown, score);
   }
 
+  /// What a feature with evidence must exceed: a static world is left alone. A detector's word is enough
+  /// beside any evidence.
+  float certainty(Context& context, std::size_t i) const { return context.prior(i) ? 0 : kCertain; }
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
   /// suspects it can look at; without one the neighbours must speak for motion.
   float doubt(Context& context, std::size_t i) const {
