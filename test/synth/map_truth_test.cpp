@@ -91,7 +91,7 @@ TEST_CASE(
 TEST_CASE("a sequence says which scene it shows") {
   const dynfilter_test::TemporaryFolder folder;
   CHECK_FALSE(read_scene_name(folder.path()));
-  write_scene_name(folder.path(), {"walking_xyz", 7});
+  write_scene_name(folder.path(), {"walking_xyz", 7, {}});
   CHECK(read_scene_name(folder.path())->scene == "walking_xyz");
   CHECK(read_scene_name(folder.path())->seed == 7);
   dynfilter_test::write_text(folder.path() / "scene.txt", "# scene seed\nwalking_xyz many\n");
