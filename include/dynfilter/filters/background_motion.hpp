@@ -63,8 +63,9 @@ struct BackgroundMotionParams {
 ///           for errors that neighbours share (calibration, clock, blur), which is the median miss of the
 ///           features that follow the background, within 1.5 times what is usual for this camera. Belief =
 ///           odds + memory * belief in the last frame, plus the mean over neighbours at a like depth, plus
-///           prior_suspicion for prior suspects. Dynamic above 3 nats (prior suspects: 0), if a core is near:
-///           a feature with evidence of motion among others with evidence of motion.
+///           prior_suspicion for prior suspects. Dynamic above the log-odds against motion in this frame
+///           (prior suspects: above 0), if a core is near: a feature with evidence of motion among others
+///           with evidence of motion.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
 /// Abstains: on the first frame, without any motion, on features with neither evidence nor neighbours with
 ///           some, and on features that move alone: these are mismatches.
@@ -127,7 +128,6 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr std::size_t kMinMeasured = 20;
   static constexpr float kNoiseReach_px = 30;
   static constexpr float kUnseenReach = 1.5F;    ///< neighbourhood of features without evidence
-  static constexpr float kCertain = 3;           ///< belief to be called dynamic [nats]: 20 to 1
   static constexpr float kUnseenDoubt = 0.6F;    ///< belief that they must exceed [nats]
   static constexpr float kMobilityReach = 1.2F;  ///< features that appear take mobility from as far
   static constexpr float kBlindTrust = 0.3F;     ///< of neighbours, for a feature without depth
@@ -144,6 +144,7 @@ class BackgroundMotionFilter final : public Filter {
     measure_noise(context);
     weigh_misses(context);
     add_neighbours(context);
+    set_certainty();
     find_cores(context);
     for (std::size_t i = 0; i < context.size(); ++i)
       if (context.judged(i)) cast(context, i, votes);
@@ -436,9 +437,17 @@ class BackgroundMotionFilter final : public Filter {
     votes.cast(i, accused ? Vote::Dynamic : Vote::Unknown, score);
   }
 
-  /// What a feature with evidence must exceed: a static world is left alone. A detector's word is enough
-  /// beside any evidence.
-  float certainty(Context& context, std::size_t i) const { return context.prior(i) ? 0 : kCertain; }
+  /// What a feature with evidence must exceed: the odds against motion in this frame. A world where hardly
+  /// anything moves is left alone; where most features move, the slightest evidence counts.
+  void set_certainty() {
+    double moving = 0, all = 0;
+    for (std::size_t i = 0; i < belief_.size(); ++i)
+      if (seen_[i] != 0) moving += belief_[i] > 0 ? 1 : 0, all += 1;
+    const double share = std::clamp(all > 0 ? moving / all : 0.0, params_.moving_share, 0.5);
+    certainty_ = static_cast<float>(std::log((1 - share) / share));
+  }
+  /// A detector's word is enough beside any evidence.
+  float certainty(Context& context, std::size_t i) const { return context.prior(i) ? 0 : certainty_; }
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
   /// suspects it can look at; without one the neighbours must speak for motion.
   float doubt(Context& context, std::size_t i) const {
@@ -454,6 +463,7 @@ class BackgroundMotionFilter final : public Filter {
   std::vector<Pose> trail_;
   std::vector<double> stamps_s_, match_noise_px_;  ///< newest first
   double step_ratio_ = kFirstStepRatio, track_ratio_ = kFirstTrackRatio;
+  float certainty_ = 0;                      ///< [nats]
   double step_scale_ = 1, track_scale_ = 1;  ///< of chained_noise_px(), in this frame
   std::vector<RigidResidualModel> models_;   ///< [g - 1]: over g frames
   std::vector<Measured> step_, track_;
