@@ -269,7 +269,6 @@ class BackgroundMotionFilter final : public Filter {
   // ---- misses
   struct Measured {
     int gap = 0;  ///< frames; 0: none
-    RigidResidual residual;
     cv::Point3f then_m;
     float image_px = 0;
   };
@@ -280,26 +279,26 @@ class BackgroundMotionFilter final : public Filter {
       models_.emplace_back(camera, between(0, gap), noise(chained_noise_px(gap)));
     step_.assign(context.size(), {});
     track_.assign(context.size(), {});
-    step_misses_.clear();
     track_misses_.clear();
     for (std::size_t i = 0; i < context.size(); ++i) {
       if (!match.found(i)) continue;
-      measure(context, i, 1, match.reference_points_m[i], step_[i], step_misses_);
+      measure(context, i, 1, match.reference_points_m[i], step_[i], nullptr);
       const int longest = std::min(tracks_.length(i), static_cast<int>(models_.size()));
       if (longest > 1)
         measure(context, i, longest,
                 back_project(camera, tracks_.at(i, longest), tracks_.depth_m(i, longest)), track_[i],
-                track_misses_);
+                &track_misses_);
     }
   }
   void measure(Context& context, std::size_t i, int gap, const cv::Point3f& then_m, Measured& out,
-               std::vector<Miss>& misses) {
+               std::vector<Miss>* misses) {
     const cv::Point3f& now_m = context.points_m()[i];
     const RigidResidual r = models_[static_cast<std::size_t>(gap - 1)](then_m, now_m);
     if (!r.valid) return;
-    out = {gap, r, then_m, r.image_px};
-    misses.push_back({context.pixels()[i], now_m.z, context.undistorted_pixels()[i] - r.predicted_px,
-                      static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
+    out = {gap, then_m, r.image_px};
+    if (misses == nullptr) return;
+    misses->push_back({context.pixels()[i], now_m.z, context.undistorted_pixels()[i] - r.predicted_px,
+                       static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
   }
   /// Noise that neighbours do not share, summed over the frames of a track.
   double chained_noise_px(std::size_t gap) const {
@@ -467,7 +466,7 @@ class BackgroundMotionFilter final : public Filter {
   double step_scale_ = 1, track_scale_ = 1;  ///< of chained_noise_px(), in this frame
   std::vector<RigidResidualModel> models_;   ///< [g - 1]: over g frames
   std::vector<Measured> step_, track_;
-  std::vector<Miss> step_misses_, track_misses_;
+  std::vector<Miss> track_misses_;
   std::vector<float> ratios_;
   std::vector<int> seeds_;
   std::vector<float> remembered_, static_belief_, own_;

@@ -103,7 +103,7 @@ class RigidBackgroundEstimator {
   static constexpr double kGraduatedReach_px = 3;  ///< misses below this tell how exact the depths are
   static constexpr float kNeighbourReach_px = 40;  ///< a cell of the grid
   static constexpr double kSupportWidth = 0.7;     ///< of the noise: RANSAC finds the sharper points
-  static constexpr float kPrice_nats = 15;  ///< six parameters, each to one part in exp(2.5) of its range
+  static constexpr float kPrice_nats = 15;         ///< of six parameters; fitted, see the filter's card
   static constexpr float kFirstPrice_nats =
       8;  ///< before anything was followed, that several things move is likely
   static constexpr double kFarShare = 0.4;         ///< of the points: those at the back
@@ -364,7 +364,6 @@ class RigidBackgroundEstimator {
                    image2_px2_[h * points_.size() + k] = image2;
                    depth2_[h * points_.size() + k] = depth2;
                  });
-    measure_fits();
   }
   void measure_fits() {
     fit_.resize(image2_px2_.size());
