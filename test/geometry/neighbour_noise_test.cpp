@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <dynfilter/geometry/moving_odds.hpp>
+#include <dynfilter/geometry/neighbour_noise.hpp>
+#include <dynfilter/geometry/sampling.hpp>
+#include <vector>
+
+#include "doctest/doctest.h"
+#include "rigid_scene.hpp"
+
+namespace neighbour_noise_test {
+
+using namespace dynfilter;
+
+// A shift that all neighbours share does not count as noise, nor does its sign.
+TEST_CASE("neighbours' differences show the noise, whatever they share") {
+  for (const double sigma_px : {0.1, 2.0}) {
+    CAPTURE(sigma_px);
+    Rng rng(1);
+    std::vector<Miss> misses;
+    for (int i = 0; i < 2000; ++i) {
+      const auto x = static_cast<float>(rng.uniform(0, 640)), y = static_cast<float>(rng.uniform(0, 480));
+      const cv::Point2f noise(static_cast<float>(sigma_px * rng.normal()),
+                              static_cast<float>(sigma_px * rng.normal()));
+      misses.push_back({{x, y}, 2, cv::Point2f(7, -3) + noise, 1});
+    }
+    NeighbourNoise estimator;
+    const auto scale = estimator.scale(misses, 40);
+    REQUIRE(scale.has_value());
+    CHECK(*scale > 0.93 * sigma_px);
+    CHECK(*scale < 1.07 * sigma_px);
+  }
+  NeighbourNoise estimator;
+  CHECK_FALSE(estimator.scale(std::vector<Miss>(10, Miss{{1, 1}, 2, {0, 0}, 1}), 40).has_value());
+}
+
+TEST_CASE("odds of motion: a large miss accuses, none acquits, noise beyond any motion says nothing") {
+  const MovingOdds odds({0.05, 1.0, 0.5});  // no opinion beforehand
+  MovingOddsInput in;
+  in.sigma_px = 0.2, in.sigma_depth_m = 0.02, in.px_per_m = 250, in.elapsed_s = 0.2;
+  CHECK(odds(in) < -1);
+  in.miss_px = 10, in.chi2 = 2500;
+  CHECK(odds(in) > 5);
+  in.sigma_px = in.sigma_depth_m = 1e6, in.chi2 = 1e-10;
+  CHECK(std::abs(odds(in)) < 1e-3);
+}
+
+}  // namespace neighbour_noise_test
