@@ -136,6 +136,7 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr float kMinSupport = 2, kMinSupportShare = 0.5F;        ///< of them that must move, too
   static constexpr float kCoreReach_px = 120, kCoreReach_m = 0.4F;  ///< from a core to its object's features
   static constexpr int kMinSeeds = 30;
+  static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
 
   void judge(Context& context, const Match& match, Votes& votes) {
     if (match.reference == nullptr) return context.note("no earlier frame");
@@ -146,9 +147,18 @@ class BackgroundMotionFilter final : public Filter {
     add_neighbours(context);
     set_certainty();
     find_cores(context);
+    if (estimator_.confidence() < kLeastConfidence) return abstain(context, votes);
     for (std::size_t i = 0; i < context.size(); ++i)
       if (context.judged(i)) cast(context, i, votes);
   }
+
+  /// Nothing is rejected against a background that is probably a mover.
+  void abstain(Context& context, Votes& votes) const {
+    context.note("background uncertain");
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (context.judged(i)) votes.cast(i, Vote::Unknown, score(i));
+  }
+  float score(std::size_t i) const { return 1 / (1 + std::exp(-belief_[i] / 2)); }
 
   /// Stamps of this frame and the last ones, newest first.
   void keep_time(double timestamp_s) {
@@ -174,10 +184,13 @@ class BackgroundMotionFilter final : public Filter {
       if (known) remembered_[i] = last_belief_[from];
       mobility_[i] = known ? last_mobility_[from] : mobility_around(context, match, i);
       const float still = 1 - mobility_[i];
-      static_belief_[i] = still * still / (1 + std::exp(remembered_[i] / 2));
+      static_belief_[i] = still * still / (1 + std::exp(sure() * remembered_[i] / 2));
     }
     belief_.assign(n, 0);
   }
+
+  /// What was judged against a background that may be the wrong one must not decide the next choice.
+  float sure() const { return static_cast<float>(std::max(0.0, 2 * estimator_.confidence() - 1)); }
 
   /// A feature without a past takes that of the features around the place where it was.
   float mobility_around(Context& context, const Match& match, std::size_t i) const {
@@ -193,7 +206,7 @@ class BackgroundMotionFilter final : public Filter {
     moved_.clear();
     const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.mobility_s));
     for (std::size_t i = 0; i < context.size(); ++i) {
-      const float now = belief_[i] > 0 ? 1 - std::exp(-belief_[i]) : 0.0F;
+      const float now = belief_[i] > 0 ? sure() * (1 - std::exp(-belief_[i])) : 0.0F;
       mobility_[i] = std::max(kept * mobility_[i], now);
       moved_.add(context.pixels()[i], context.depths_m()[i], mobility_[i]);
     }
@@ -429,11 +442,10 @@ class BackgroundMotionFilter final : public Filter {
   }
 
   void cast(Context& context, std::size_t i, Votes& votes) const {
-    const float score = 1 / (1 + std::exp(-belief_[i] / 2));
     const float limit = seen_[i] != 0 ? certainty(context, i) : doubt(context, i);
-    if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score);
+    if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score(i));
     const bool accused = context.prior(i) || near_core(context, i);
-    votes.cast(i, accused ? Vote::Dynamic : Vote::Unknown, score);
+    votes.cast(i, accused ? Vote::Dynamic : Vote::Unknown, score(i));
   }
 
   /// What a feature with evidence must exceed: the odds against motion in this frame. A world where hardly

@@ -40,7 +40,7 @@ struct MotionProposal {
   From from = From::Support;
   RigidMotion motion;
   double sigma_px = 0;  ///< it was fitted with this noise
-  double area = 0;      ///< share of the image whose points it explains best
+  double area = 0;      ///< share of the visible surface that it explains best
   double order = 0.5;   ///< share of the neighbouring points of other motions that lie nearer
   double score = 0;     ///< log-probability of being the background, up to a constant
 };
@@ -51,17 +51,20 @@ struct MotionProposal {
 ///    tied to depth. Neighbours' differences give the noise of the matches (neighbour_noise.hpp), the median
 ///    miss in depth says how far the depth camera's model can be trusted in this frame: colour and depth are
 ///    not taken at the same time.
-/// 2. Motions are proposed: the graduated one, what the camera did before (refined at three widths), the
-///    host's, and by support (RANSAC on all points, then on the rest; first on the far points while nothing
-///    is expected). Widths follow the noise.
+/// 2. Motions are proposed: the graduated one, what the camera did before (refined at three widths and from
+///    wide to narrow), the host's, and by search: the points of the best motion so far are peeled off, and
+///    RANSAC looks among the rest; first among the far points while nothing is expected.
 /// 3. The set of motions with the shortest description is kept (motion_selection.hpp); each point belongs to
-///    the motion that explains it best.
+///    the motion that explains it best. The n points of a patch count as n / (1 + (n - 1) rho) independent
+///    ones (Kish, Survey Sampling, 1965, section 5.4), where rho is the share of a match's error variance
+///    that neighbours have in common.
 /// 4. The background is the motion with the largest
 ///      log(area) - log(1 + d^2) + 2.5 (order - 1/2),
-///    area: share of image cells (square roots of what they hold, weighted by depth and by what was static
-///    before), d: distance in the image from the expected motion in units of the usual distance, order: share
-///    of neighbours on other motions that are in front. A motion that explains less than 4 % of the points is
-///    never the background: then there is no motion.
+///    area: share of the visible surface [m^2], as a piece of surface is equally likely to move wherever it
+///    is, weighted by what was static before; d: distance of its points in the image from the expected motion
+///    in units of the usual distance; order: share of neighbours on other motions that are in front. A motion
+///    that explains less than 4 % of the points is never the background: then there is no motion. The
+///    exponentials of these scores, normalised, are the confidence.
 ///
 /// Features that moved lately do not take part where the expected motion is refined. Works on at most four
 /// points per cell of a 16 x 12 grid, the far ones. Owns its scratch. Not for several threads at once. About
@@ -82,6 +85,8 @@ class RigidBackgroundEstimator {
 
   const std::vector<MotionProposal>& proposals() const { return proposals_; }
   std::size_t chosen() const { return chosen_; }
+  /// Probability that the chosen motion is the background's, given that one of the selected ones is.
+  double confidence() const { return confidence_; }
   /// Points that were looked at.
   std::size_t points() const { return points_.size(); }
   /// Noise of this frame's matches that neighbours do not share [px per axis].
@@ -89,7 +94,10 @@ class RigidBackgroundEstimator {
   /// Error of this frame's depths in units of the sensor's model, at least 1.
   double depth_factor() const { return depth_factor_; }
   /// Forgets how smoothly the camera moves.
-  void reset() { usual_miss_px_ = kUnknownMiss_px; }
+  void reset() {
+    usual_miss_px_ = kUnknownMiss_px;
+    confidence_ = 1;
+  }
 
  private:
   static constexpr int kColumns = 16, kRows = 12;
@@ -106,17 +114,20 @@ class RigidBackgroundEstimator {
   static constexpr float kPrice_nats = 15;         ///< of six parameters; fitted, see the filter's card
   static constexpr float kFirstPrice_nats =
       8;  ///< before anything was followed, that several things move is likely
-  static constexpr double kFarShare = 0.4;         ///< of the points: those at the back
-  static constexpr int kFirstSearch = 150;         ///< samples; of what is expected to be left, or far
-  static constexpr int kSearch = 75;               ///< of the searches from the beginning, which come on top
-  static constexpr double kSettled = 0.7;          ///< explained by the expected motion: no search
-  static constexpr double kOrderWeight = 2.5;      ///< of who hides whom against who covers more
-  static constexpr double kDistinct = 2;           ///< of the noise: motions that differ by more
-  static constexpr double kNeighbour_px = 50;      ///< whose depths are compared
-  static constexpr float kDepthStep = 1.08F;       ///< farther by this factor lies behind
-  static constexpr double kUnknownMiss_px = 3;     ///< before anything is known of the camera's smoothness
-  static constexpr double kLeastRefined_px = 0.1;  ///< narrower, a fit loses good points
-  static constexpr double kLeastMiss_px = 0.15, kDepthCap_m = 4;
+  static constexpr double kFarShare = 0.4;          ///< of the points: those at the back
+  static constexpr int kFarSearch = 150;            ///< samples among the far points
+  static constexpr int kSearch = 100;               ///< samples among what the motions so far leave
+  static constexpr int kMostSearches = 4;           ///< more movers than that share a motion
+  static constexpr std::size_t kFewestPoints = 12;  ///< fewer are not searched
+  static constexpr double kLeastCorrelation = 0.1;  ///< of the errors within a patch
+  static constexpr double kOrderWeight = 2.5;       ///< of who hides whom against who covers more
+  static constexpr double kDistinct = 2;            ///< of the noise: motions that differ by more
+  static constexpr double kNeighbour_px = 50;       ///< whose depths are compared
+  static constexpr float kDepthStep = 1.08F;        ///< farther by this factor lies behind
+  static constexpr double kUnknownMiss_px = 3;      ///< before anything is known of the camera's smoothness
+  static constexpr double kLeastRefined_px = 0.1;   ///< narrower, a fit loses good points
+  static constexpr double kLeastMiss_px = 0.15;
+  static constexpr double kDepthCap_m = 10;  ///< depth cameras see no farther
 
   struct Candidate {
     float depth_m;  ///< beside the index, so that sorting does not look it up
@@ -246,6 +257,10 @@ class RigidBackgroundEstimator {
     noise.quadratic_per_m *= factor;
     return noise;
   }
+  /// At first sight a motion between the background's and a mover's may explain both within the noise.
+  double peel_px() const {
+    return std::max(kLeastRefined_px, scene_->expected ? noise_px_ : 0.5 * match_noise_px_);
+  }
   double support_px() const { return std::max(kSupport_px, kSupportWidth * match_noise_px_); }
   double wide_px() const { return std::max(kWide_px, 3 * noise_px_); }
   double fit_px() const { return std::max(kFit_px, 2 * noise_px_); }
@@ -257,8 +272,13 @@ class RigidBackgroundEstimator {
     if (scene_->predicted) propose(MotionProposal::From::Predicted, points_, support_px(), scene_->predicted);
     if (!scene_->expected) return;
     const double narrow_px = std::max(kNarrow_px, 0.8 * noise_px_);
+    bool found = false;
     for (const double sigma_px : {narrow_px, 2.5 * narrow_px, wide_px()})
-      propose(MotionProposal::From::Expected, settled(), sigma_px, scene_->expected);
+      found = propose(MotionProposal::From::Expected, settled(), sigma_px, scene_->expected);
+    // From the wide one narrower in every step: where the camera's motion changed.
+    for (const double sigma_px : {2.5 * narrow_px, narrow_px})
+      found = found && propose(MotionProposal::From::Expected, settled(), sigma_px,
+                               proposals_.back().motion.T_current_reference);
   }
 
   /// The points that did not move lately; all, if these are too few.
@@ -271,25 +291,39 @@ class RigidBackgroundEstimator {
     return settled_.size() >= kMinSettled ? settled_ : points_;
   }
 
-  /// What the expected motion leaves, or the far points; and then all from the beginning, narrow and wide.
+  /// One motion after the other is peeled off; what is left is searched, and in the end once more widely.
   void propose_by_support() {
-    rigid_.options().max_iterations = kFirstSearch;
-    rest_ = points_;
-    if (scene_->expected && !proposals_.empty()) {
-      drop_explained(narrow_expected().motion);
-      if (static_cast<double>(rest_.size()) < (1 - kSettled) * static_cast<double>(points_.size())) return;
-      if (10 * rest_.size() > points_.size())
-        propose(MotionProposal::From::Support, rest_, support_px(), std::nullopt);
-    }
     if (!scene_->expected) propose_from_afar();
     rigid_.options().max_iterations = kSearch;
-    for (const double sigma_px : {support_px(), wide_px()}) {
-      rest_ = points_;
-      for (int k = 0; k < 3 && rest_.size() >= 12 && 10 * rest_.size() > points_.size(); ++k) {
-        if (!propose(MotionProposal::From::Support, rest_, sigma_px, std::nullopt)) break;
-        drop_explained(proposals_.back().motion);
+    rest_ = points_;
+    peeled_.assign(proposals_.size(), 0);
+    for (int searches = 0; searches < kMostSearches; ++searches) {
+      const std::size_t before = rest_.size();
+      while (peel_best()) {
       }
+      if (!enough(rest_.size())) return;
+      if (searches > 0 && rest_.size() == before) break;  // the last search found nothing
+      if (!propose(MotionProposal::From::Support, rest_, support_px(), std::nullopt)) break;
+      propose(MotionProposal::From::Support, rest_, peel_px(), proposals_.back().motion.T_current_reference);
+      peeled_.resize(proposals_.size(), 0);
     }
+    propose(MotionProposal::From::Support, rest_, wide_px(), std::nullopt);
+  }
+  bool enough(std::size_t points) const {
+    return points >= kFewestPoints &&
+           static_cast<double>(points) >= kMinShare * static_cast<double>(points_.size());
+  }
+  bool peel_best() {
+    std::size_t most = 0, best = 0;
+    for (std::size_t h = 0; h < proposals_.size(); ++h) {
+      if (peeled_[h] != 0) continue;
+      const std::size_t points = explained_by(proposals_[h].motion);
+      if (points > most) most = points, best = h;
+    }
+    if (!enough(most)) return false;
+    peeled_[best] = 1;
+    drop_explained(proposals_[best].motion);
+    return true;
   }
 
   /// `points_` begins with the farthest. Among all of them a small background is drawn too rarely when movers
@@ -298,14 +332,9 @@ class RigidBackgroundEstimator {
   void propose_from_afar() {
     const auto far = static_cast<std::ptrdiff_t>(kFarShare * static_cast<double>(points_.size()));
     rest_.assign(points_.begin(), points_.begin() + far);
-    if (rest_.size() >= 12) propose(MotionProposal::From::Support, rest_, support_px(), std::nullopt);
-  }
-
-  /// Proposed first of the expected ones; without it, whatever comes first.
-  const MotionProposal& narrow_expected() const {
-    for (const MotionProposal& p : proposals_)
-      if (p.from == MotionProposal::From::Expected) return p;
-    return proposals_.front();
+    rigid_.options().max_iterations = kFarSearch;
+    if (rest_.size() >= kFewestPoints)
+      propose(MotionProposal::From::Support, rest_, support_px(), std::nullopt);
   }
 
   bool propose(MotionProposal::From from, const std::vector<int>& seeds, double sigma_px,
@@ -340,17 +369,25 @@ class RigidBackgroundEstimator {
   }
   static constexpr float kBehind = 1e9F;
 
-  void drop_explained(const RigidMotion& motion) {
+  /// visit(k) for each of `points` that the motion explains, peel_px() being the noise.
+  template <class Visit>
+  void for_explained(const std::vector<int>& points, const RigidMotion& motion, const Visit& visit) const {
     const auto limit = static_cast<float>(rigid_.options().inlier_chi2);
-    const auto per_s2 =
-        static_cast<float>(1 / (rigid_.options().pixel_sigma_px * rigid_.options().pixel_sigma_px));
-    std::size_t left = 0;
-    scratch_ = rest_;
-    for_misses(scratch_, motion.T_current_reference, [&](std::size_t k, float image2, float depth2) {
-      if (!(image2 * per_s2 + depth2 < limit)) rest_[left++] = scratch_[k];
+    const auto per_s2 = static_cast<float>(1 / (peel_px() * peel_px()));
+    for_misses(points, motion.T_current_reference, [&](std::size_t k, float image2, float depth2) {
+      if (image2 * per_s2 + depth2 < limit) visit(k);
     });
-    rest_.resize(left);
   }
+  std::size_t explained_by(const RigidMotion& motion) const {
+    std::size_t points = 0;
+    for_explained(rest_, motion, [&](std::size_t) { ++points; });
+    return points;
+  }
+  void drop_explained(const RigidMotion& motion) {
+    for_explained(rest_, motion, [&](std::size_t k) { rest_[k] = kDropped; });
+    rest_.erase(std::remove(rest_.begin(), rest_.end(), kDropped), rest_.end());
+  }
+  static constexpr int kDropped = -1;
 
   // ---- which motions are needed
   const float* fits_of(std::size_t h) const { return fit_.data() + h * points_.size(); }
@@ -380,7 +417,8 @@ class RigidBackgroundEstimator {
     noise_px_ = selection_.noise_px();
     measure_fits();
   }
-  /// Two by two cells are one witness: errors are correlated that far.
+  /// Points of two by two cells share a part of their errors: Kish's effective number of them counts. In the
+  /// first frame nothing is known of that part, so it is taken for all.
   void weigh_points() {
     const auto patch = [&](int i) {
       const std::size_t cell = cell_of(i);
@@ -388,8 +426,11 @@ class RigidBackgroundEstimator {
     };
     std::array<int, kColumns * kRows / 4> held{};
     for (const int i : points_) ++held[patch(i)];
+    const double whole2 = scene_->noise_ratio * scene_->noise_ratio;
+    const double correlation = scene_->expected ? std::max(kLeastCorrelation, 1 - 1 / whole2) : 1;
     weights_.clear();
-    for (const int i : points_) weights_.push_back(1 / static_cast<float>(held[patch(i)]));
+    for (const int i : points_)
+      weights_.push_back(static_cast<float>(1 / (1 + (held[patch(i)] - 1) * correlation)));
   }
 
   /// Each point belongs to the selected motion that explains it best.
@@ -408,7 +449,7 @@ class RigidBackgroundEstimator {
       MotionProposal& p = proposals_[h];
       p.score = std::log(p.area + 1e-6) + kOrderWeight * (p.order - 0.5);
       if (scene_->expected) {
-        const double d = distance_px(p.motion.T_current_reference, *scene_->expected) /
+        const double d = distance_px(h, h, p.motion.T_current_reference, *scene_->expected) /
                          std::max(kLeastMiss_px, 2 * usual_miss_px_);
         p.score -= std::log1p(d * d);
       }
@@ -416,7 +457,16 @@ class RigidBackgroundEstimator {
     const auto rank = [&](std::size_t h) { return std::make_pair(explains_enough(h), proposals_[h].score); };
     chosen_ = *std::max_element(selected_.begin(), selected_.end(),
                                 [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
+    measure_confidence();
     return chosen_;
+  }
+  /// Motions that the noise cannot tell from the chosen one do not speak against it.
+  void measure_confidence() {
+    double against = 0;
+    for (const std::size_t h : selected_)
+      if (explains_enough(h) && distinct(h, chosen_))
+        against += std::exp(proposals_[h].score - proposals_[chosen_].score);
+    confidence_ = 1 / (1 + against);
   }
   /// A handful of points is not the background, as near to what was expected as it may move; nor is what owns
   /// many points, all of them badly, because nobody explains them.
@@ -442,9 +492,10 @@ class RigidBackgroundEstimator {
       proposals_[h].area = total > 0 ? area / total : 0;
     }
   }
+  /// The square root of a cell's sum is its surface, which grows with the square of the depth.
   double weight(int i) const {
-    return static_cast<double>(scene_->static_belief[static_cast<std::size_t>(i)]) *
-           std::min(kDepthCap_m, static_cast<double>(depth(i)));
+    const double z2_m2 = std::pow(std::min(kDepthCap_m, static_cast<double>(depth(i))), 2);
+    return static_cast<double>(scene_->static_belief[static_cast<std::size_t>(i)]) * z2_m2 * z2_m2;
   }
 
   void measure_orders() {
@@ -459,7 +510,7 @@ class RigidBackgroundEstimator {
     for (std::size_t k = 0; k < points_.size(); ++k)
       grid_.around(places_[k], static_cast<float>(kNeighbour_px), [&](std::int32_t j) {
         const auto other = static_cast<std::size_t>(j);
-        if (!distinct_[owner_[k] * proposals_.size() + owner_[other]] ||
+        if (!distinct(owner_[k], owner_[other]) ||
             norm(places_[other].x - places_[k].x, places_[other].y - places_[k].y) > kNeighbour_px)
           return;
         behind[owner_[k]] += depth(points_[k]) > kDepthStep * depth(points_[other]) ? 1 : 0;
@@ -476,22 +527,28 @@ class RigidBackgroundEstimator {
     for (const std::size_t a : selected_)
       for (const std::size_t b : selected_)
         distinct_[a * proposals_.size() + b] =
-            distance_px(proposals_[a].motion.T_current_reference, proposals_[b].motion.T_current_reference) >
-            kDistinct * noise_px_;
+            distance_px(a, b, proposals_[a].motion.T_current_reference,
+                        proposals_[b].motion.T_current_reference) > kDistinct * noise_px_;
+  }
+
+  bool distinct(std::size_t a, std::size_t b) const {
+    return selected_.size() > 1 && distinct_[a * proposals_.size() + b] != 0;
   }
 
   static double norm(double x, double y) { return std::sqrt(x * x + y * y); }  // std::hypot is slow
 
-  /// How far two motions are apart in the image, on average [px], at most 20.
-  double distance_px(const Pose& A, const Pose& B) const {
+  /// How far two motions are apart in the image, on average over the points of the proposals a and b [px], at
+  /// most 20. Elsewhere a motion is extrapolated: a few far points do not say how near ones would move.
+  double distance_px(std::size_t a, std::size_t b, const Pose& A, const Pose& B) const {
     const Eigen::Matrix3d Ra = A.R(), Rb = B.R();
     double sum = 0;
     int n = 0;
-    for (std::size_t k = 0; k < points_.size(); k += 4) {
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      if (owner_[k] != a && owner_[k] != b) continue;
       const cv::Point3f& p = scene_->reference_m[static_cast<std::size_t>(points_[k])];
-      const Eigen::Vector3d v(p.x, p.y, p.z), a = Ra * v + A.t(), b = Rb * v + B.t();
+      const Eigen::Vector3d v(p.x, p.y, p.z), at = Ra * v + A.t(), bt = Rb * v + B.t();
       const double miss =
-          scene_->camera.fx_px * norm(a.x() / a.z() - b.x() / b.z(), a.y() / a.z() - b.y() / b.z());
+          scene_->camera.fx_px * norm(at.x() / at.z() - bt.x() / bt.z(), at.y() / at.z() - bt.y() / bt.z());
       sum += miss < 20 ? miss : 20;
       ++n;
     }
@@ -500,14 +557,16 @@ class RigidBackgroundEstimator {
 
   void learn_smoothness(const Pose& T) {
     constexpr double kRate = 0.2, kMost_px = 6;
-    usual_miss_px_ += kRate * (std::min(kMost_px, distance_px(T, *scene_->expected)) - usual_miss_px_);
+    usual_miss_px_ +=
+        kRate * (std::min(kMost_px, distance_px(chosen_, chosen_, T, *scene_->expected)) - usual_miss_px_);
   }
 
-  /// On the points that it explains best, as narrowly as the noise allows.
+  /// On the points that it explains best, or a motion that the noise cannot tell from it, as narrowly as the
+  /// noise allows.
   RigidMotion refine_background(std::size_t h) {
     rest_.clear();
     for (std::size_t k = 0; k < points_.size(); ++k)
-      if (owner_[k] == h) rest_.push_back(points_[k]);
+      if (owner_[k] == h || !distinct(owner_[k], h)) rest_.push_back(points_[k]);
     rigid_.options().pixel_sigma_px = std::max(kLeastRefined_px, noise_px_);
     const RigidMotion motion = rigid_.refine(scene_->camera, scene_->reference_m, scene_->current_m, rest_,
                                              proposals_[h].motion.T_current_reference);
@@ -518,7 +577,7 @@ class RigidBackgroundEstimator {
   const RigidBackgroundScene* scene_ = nullptr;  ///< during estimate() only
   std::array<std::vector<Candidate>, kColumns * kRows> cells_;
   std::vector<Candidate> candidates_;
-  std::vector<int> points_, settled_, rest_, scratch_, behind_, front_;
+  std::vector<int> points_, settled_, rest_, behind_, front_;
   std::vector<MotionProposal> proposals_;
   RigidMotion graduated_;
   NeighbourNoise neighbour_noise_;
@@ -529,11 +588,12 @@ class RigidBackgroundEstimator {
   std::vector<float> weights_, prices_;
   std::vector<std::size_t> selected_, owner_;
   std::vector<char> distinct_;  ///< proposals x proposals
+  std::vector<char> peeled_;    ///< per proposal
   std::vector<cv::Point2f> places_;
   PointGrid grid_;
   std::size_t chosen_ = 0;
   double match_noise_px_ = kFirstNoise_px, noise_px_ = kFirstNoise_px, depth_factor_ = 1;
-  double usual_miss_px_ = kUnknownMiss_px;
+  double usual_miss_px_ = kUnknownMiss_px, confidence_ = 1;
 };
 
 }  // namespace dynfilter
