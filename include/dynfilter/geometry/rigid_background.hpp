@@ -59,7 +59,7 @@ struct MotionProposal {
 ///    ones (Kish, Survey Sampling, 1965, section 5.4), where rho is the share of a match's error variance
 ///    that neighbours have in common.
 /// 4. The background is the motion with the largest
-///      log(area) - log(1 + d^2) + 2.5 (order - 1/2),
+///      log(area) - log(1 + d^2) + order,
 ///    area: share of the visible surface [m^2], as a piece of surface is equally likely to move wherever it
 ///    is, weighted by what was static before; d: distance of its points in the image from the expected motion
 ///    in units of the usual distance; order: share of neighbours on other motions that are in front. A motion
@@ -120,7 +120,6 @@ class RigidBackgroundEstimator {
   static constexpr int kMostSearches = 4;           ///< more movers than that share a motion
   static constexpr std::size_t kFewestPoints = 12;  ///< fewer are not searched
   static constexpr double kLeastCorrelation = 0.1;  ///< of the errors within a patch
-  static constexpr double kOrderWeight = 2.5;       ///< of who hides whom against who covers more
   static constexpr double kDistinct = 2;            ///< of the noise: motions that differ by more
   static constexpr double kNeighbour_px = 50;       ///< whose depths are compared
   static constexpr float kDepthStep = 1.08F;        ///< farther by this factor lies behind
@@ -447,7 +446,7 @@ class RigidBackgroundEstimator {
     measure_orders();
     for (const std::size_t h : selected_) {
       MotionProposal& p = proposals_[h];
-      p.score = std::log(p.area + 1e-6) + kOrderWeight * (p.order - 0.5);
+      p.score = std::log(p.area + 1e-6) + p.order;
       if (scene_->expected) {
         const double d = distance_px(h, h, p.motion.T_current_reference, *scene_->expected) /
                          std::max(kLeastMiss_px, 2 * usual_miss_px_);
