@@ -66,7 +66,7 @@ void print_text(const Pipeline& pipeline, const std::string& file) {
     print_stages(*pipeline.stages(point));
   }
   const Needs needs = needs_of(pipeline);
-  fmt::print("  inputs: {}; used where given: {}; frames looked back: {}\n", to_string(needs.required),
+  fmt::print("  inputs: {}; used where given: {}; earlier frames kept: {}\n", to_string(needs.required),
              to_string(needs.optional), needs.history_frames);
   fmt::print("  a stage whose input is missing is skipped, and the report says so\n");
 }

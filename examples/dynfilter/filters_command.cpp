@@ -70,7 +70,8 @@ void print_card(const FilterCard& card) {
   if (card.needs.optional != Input::None)
     fmt::print("  uses        {}, where given\n", to_string(card.needs.optional));
   if (card.needs.history_frames > 0)
-    fmt::print("  looks back  {} frames at most (by default)\n", card.needs.history_frames);
+    fmt::print("  keeps       {} earlier frame{} (by default)\n", card.needs.history_frames,
+               card.needs.history_frames == 1 ? "" : "s");
   if (card.parameters.empty()) fmt::print("\nno parameters\n");
   if (!card.parameters.empty()) print_parameters(card.parameters);
 }
