@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Everything a front end needs: views in, verdicts out.
+/// Everything a front end needs: frame views, filters, pipelines and verdicts.
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>

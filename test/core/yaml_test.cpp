@@ -156,7 +156,7 @@ TEST_CASE("texts that kept OpenCV's parser for ever or broke it are errors") {
   CHECK(syntax_error("a: { : x }") == "line 1, an empty key");
   CHECK(syntax_error("a: 1\n---\nb: 2\n") == "line 2, a second document");
   CHECK(syntax_error("---\n---\n") == "line 2, a second document");
-  CHECK(syntax_error(std::string("a: 1\n\0b: 2\n", 11)) == "line 2, a byte that is no text (0)");
+  CHECK(syntax_error(std::string("a: 1\n\0b: 2\n", 11)) == "line 2, a control byte (0)");
 }
 
 TEST_CASE("depth and size are limited, whatever the nesting is made of") {

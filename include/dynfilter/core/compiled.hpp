@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The toolkit is headers. What takes longest to compile in them is in the library dynfilter::compiled as
-/// well; with DYNFILTER_COMPILED (that target defines it) the headers only declare it.
+/// The library dynfilter::compiled contains the functions that take longest to compile.
+/// Its target defines DYNFILTER_COMPILED, and the headers then only declare these functions.
+/// Without it the headers also define them.
 #ifdef DYNFILTER_COMPILED
 #define DYNFILTER_INLINE
 #else

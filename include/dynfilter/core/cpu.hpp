@@ -3,14 +3,15 @@
 
 #include <type_traits>
 
-/// Code for processors newer than the compiler was told of: functions marked DYNFILTER_AVX2 may use AVX2, and
-/// are called where cpu_has_avx2().
+/// A function marked DYNFILTER_AVX2 may use AVX2 even if the compiler targets older processors.
+/// Call it only where cpu_has_avx2() is true.
 #if defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__))
 #define DYNFILTER_X86 1
 #define DYNFILTER_AVX2 __attribute__((target("avx2")))
 #endif
 
-/// Inlined, and so compiled for what the caller is compiled for: one source, a plain form and a wide one.
+/// Forces inlining, so the function is compiled for the instruction set of its caller.
+/// One source then serves the plain and the AVX2 version.
 #if defined(__GNUC__) || defined(__clang__)
 #define DYNFILTER_AS_CALLER __attribute__((always_inline))
 #else
@@ -31,8 +32,9 @@ DYNFILTER_AVX2 void call_for_avx2(const F& f) {
 }
 #endif
 
-/// Calls f(std::integral_constant<int, lanes>()): compiled for AVX2 with 8 lanes of 32 bits where the
-/// processor has it, else with 4. `f` is a lambda that is DYNFILTER_AS_CALLER, and so is what it calls.
+/// Calls f(std::integral_constant<int, lanes>()) with the number of 32-bit lanes:
+/// 8, compiled for AVX2, if the processor supports it, else 4.
+/// Mark the lambda `f` and all that it calls with DYNFILTER_AS_CALLER.
 template <class F>
 void call_widest(const F& f) {
 #if defined(DYNFILTER_X86)

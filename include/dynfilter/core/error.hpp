@@ -6,14 +6,15 @@
 
 namespace dynfilter {
 
-/// Base of everything the library throws on purpose. One line, no trailing full stop, made to be shown to a
-/// user. Odd *data* never throws: filters abstain on it.
+/// Base of all exceptions that the library throws on purpose.
+/// The message is one line without a full stop and can be shown to a user.
+/// Unusual frame data never throws: filters abstain on it.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A configuration that cannot be used: names the YAML path and what was expected there.
+/// A configuration that cannot be used. Names the YAML path and what was expected there.
 class ConfigError : public Error {
  public:
   ConfigError(const std::string& path, const std::string& message)
@@ -24,13 +25,13 @@ class ConfigError : public Error {
   std::string path_;
 };
 
-/// A plugin that cannot be loaded: names the file and the reason.
+/// A plugin that cannot be loaded. Names the file and the reason.
 class PluginError : public Error {
  public:
   using Error::Error;
 };
 
-/// Files or folders that cannot be read or written: names the path.
+/// A file or folder that cannot be read or written. Names the path.
 class IoError : public Error {
  public:
   using Error::Error;

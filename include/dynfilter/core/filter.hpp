@@ -9,8 +9,8 @@ namespace dynfilter {
 
 class Context;
 
-/// A rejector, or a combinator of rejectors. An object without globals: one per camera stream, used by one
-/// thread.
+/// Base of rejectors and combinators.
+/// A filter has no global state. Use one object per camera stream, from one thread at a time.
 class Filter {
  public:
   Filter() = default;
@@ -21,11 +21,13 @@ class Filter {
   virtual std::string name() const = 0;
   virtual Needs needs() const = 0;
 
-  /// Casts votes for the current frame's features. `votes` comes in with one entry per feature, all Unknown;
-  /// a feature that cannot be judged is left so. Odd data never throws.
+  /// Casts votes for the features of the current frame.
+  /// `votes` has one entry per feature, all Unknown on entry.
+  /// Leave a feature Unknown if it cannot be judged. Unusual data must not throw.
   virtual void apply(Context& context, Votes& votes) = 0;
 
-  /// Forgets what was learnt from earlier frames: called on loss of tracking, relocalisation and time jumps.
+  /// Clears the state from earlier frames.
+  /// Called on loss of tracking, after relocalisation and when time jumps.
   virtual void reset() {}
 };
 

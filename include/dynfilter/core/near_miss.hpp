@@ -14,8 +14,8 @@ inline std::string lower_case(std::string text) {
   return text;
 }
 
-/// How many letters must be changed, added, left out or swapped with their neighbour to make `a` into `b`
-/// (optimal string alignment). Upper and lower case are alike.
+/// Number of letters to change, add, remove or swap with a neighbour to turn `a` into `b`.
+/// This is the optimal string alignment distance. Case is ignored.
 inline std::size_t edit_distance(const std::string& a, const std::string& b) {
   const std::string x = lower_case(a), y = lower_case(b);
   std::vector<std::size_t> before(y.size() + 1), last(y.size() + 1), row(y.size() + 1);
@@ -34,9 +34,9 @@ inline std::size_t edit_distance(const std::string& a, const std::string& b) {
   return last[y.size()];
 }
 
-/// Of these names the one that was meant, perhaps: at most a third of its letters are wrong. Else "".
+/// The name closest to `word`, if at most a third of its letters differ. Else "".
 inline std::string near_miss(const std::string& word, const std::vector<std::string>& names) {
-  constexpr std::size_t kLongest = 100;  // no name is as long: the distance takes time
+  constexpr std::size_t kLongest = 100;  // longer words match no name, and the distance takes quadratic time
   std::string nearest;
   std::size_t least = word.size() / 3 + 1;
   for (const std::string& name : names) {
@@ -48,7 +48,7 @@ inline std::string near_miss(const std::string& word, const std::vector<std::str
   return nearest;
 }
 
-/// For an error: " (did you mean `limit`?)" or "".
+/// Suffix for an error message: " (did you mean `limit`?)" or "".
 inline std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
   const std::string nearest = near_miss(word, names);
   return nearest.empty() ? "" : " (did you mean `" + nearest + "`?)";

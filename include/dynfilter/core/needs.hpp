@@ -7,11 +7,11 @@
 
 namespace dynfilter {
 
-/// What a filter reads of a frame. Combined as bits.
+/// Inputs that a filter reads from a frame. Values are combined as bits.
 enum class Input : std::uint32_t {
   None = 0,
   GreyImage = 1U << 0U,
-  Depth = 1U << 1U,  ///< per feature, or a depth image to sample it from
+  Depth = 1U << 1U,  ///< depth per feature, or a depth image to sample it from
   Camera = 1U << 2U,
   Pose = 1U << 3U,
   Detections = 1U << 4U,
@@ -19,7 +19,7 @@ enum class Input : std::uint32_t {
   Descriptors = 1U << 6U,
   MapPoints = 1U << 7U,
   Keyframes = 1U << 8U,
-  Correspondence = 1U << 9U,  ///< the host's matches, or a grey image for flow, or descriptors
+  Correspondence = 1U << 9U,  ///< matches of the host, or a grey image for flow, or descriptors
 };
 
 constexpr Input operator|(Input a, Input b) {
@@ -33,9 +33,12 @@ constexpr Input without(Input a, Input b) {
 }
 
 struct Needs {
-  Input required = Input::None;  ///< without one of these the stage is skipped, with a note in the report
-  Input optional = Input::None;  ///< used when there
-  int history_frames = 0;        ///< how many earlier frames it looks back at most
+  /// The stage is skipped if one of these is missing. The report notes why.
+  Input required = Input::None;
+  Input optional = Input::None;  ///< used where the host provides them
+  /// Number of earlier frames that the pipeline keeps for this filter.
+  /// State inside the filter (tracks, evidence) is not counted and may reach further back.
+  int history_frames = 0;
 };
 
 inline Input inputs_of(const FrameView& frame) {
@@ -56,7 +59,7 @@ inline Input inputs_of(const FrameView& frame) {
   return inputs;
 }
 
-/// "depth, camera": for messages and cards.
+/// For example "depth, camera". Used in messages and cards.
 inline std::string to_string(Input inputs) {
   static constexpr std::pair<Input, const char*> kNames[] = {{Input::GreyImage, "grey image"},
                                                              {Input::Depth, "depth"},

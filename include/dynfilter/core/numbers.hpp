@@ -12,24 +12,24 @@
 
 namespace dynfilter {
 
-// Numbers as text, with a decimal point whatever the locale of the program is: hosts call setlocale(), and
-// printf, strtod and streams then write and expect a comma.
+// Numbers as text, always with a decimal point.
+// printf, strtod and streams use a decimal comma if the host has set such a locale.
 
-/// A stream of words and numbers in a line.
+/// A stream that reads words and numbers from a line, in the classic locale.
 inline std::istringstream classic_input(const std::string& line) {
   std::istringstream in(line);
   in.imbue(std::locale::classic());
   return in;
 }
 
-/// A stream that writes numbers as C does.
+/// A stream that writes numbers in the classic locale.
 inline std::ostringstream classic_output() {
   std::ostringstream out;
   out.imbue(std::locale::classic());
   return out;
 }
 
-/// As printf's %g: so many significant digits at most.
+/// Formats like printf's %g, with at most `digits` significant digits.
 inline std::string number_text(double value, int digits = 6) {
   std::ostringstream out = classic_output();
   out.precision(digits);
@@ -37,7 +37,7 @@ inline std::string number_text(double value, int digits = 6) {
   return out.str();
 }
 
-/// As printf's %f: so many digits after the point.
+/// Formats like printf's %f, with `decimals` digits after the point.
 inline std::string fixed_text(double value, int decimals) {
   std::ostringstream out = classic_output();
   out.precision(decimals);
@@ -51,7 +51,8 @@ inline bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// [sign] digits [. digits] [e [sign] digits], with one digit at least before the exponent.
+/// True for [sign] digits [. digits] [e [sign] digits]
+/// with at least one digit before the exponent.
 inline bool has_number_syntax(std::string_view text) {
   std::size_t i = 0;
   const auto sign = [&] { i += i < text.size() && (text[i] == '+' || text[i] == '-') ? 1U : 0U; };
@@ -82,7 +83,8 @@ inline std::optional<double> parse_by_stream(std::string_view text) {
   return value;
 }
 
-/// libc++ has no std::from_chars for double; where there is one, it is thirty times faster than a stream.
+/// libc++ has no std::from_chars for double.
+/// Where it exists, it is thirty times faster than a stream.
 inline std::optional<double> parse_finite(std::string_view text) {
   if (!has_number_syntax(text)) return std::nullopt;
   if (text[0] == '+') text.remove_prefix(1);
@@ -98,8 +100,8 @@ inline std::optional<double> parse_finite(std::string_view text) {
 
 }  // namespace detail
 
-/// A number in full ("1.5x" is none); "nan", "inf" and "-inf" are numbers. Nothing for what a double cannot
-/// hold.
+/// Parses the whole text as a number: "1.5x" is rejected, "nan", "inf" and "-inf" are accepted.
+/// Returns nothing if the value does not fit a double.
 inline std::optional<double> parse_number(std::string_view text) {
   if (text == "nan" || text == "-nan") return std::numeric_limits<double>::quiet_NaN();
   if (text == "inf" || text == "+inf") return std::numeric_limits<double>::infinity();

@@ -11,19 +11,20 @@
 
 namespace dynfilter {
 
-/// What `dynfilter filters NAME` and the tables in the docs print of a parameter.
+/// What `dynfilter filters NAME` and the tables in the docs print about a parameter.
 struct FieldInfo {
   std::string name, type, unit, default_value, range, doc;
 };
 
-/// One parameter of a plain struct P: its name, member, unit, range and meaning, in one place. The YAML
-/// reader, the range check, the cards and the docs all come from the table `P::fields()`.
+/// One parameter of a plain struct P: name, member, unit, range and meaning.
+/// The YAML reader, the range check, the cards and the docs all use the table `P::fields()`.
 template <class P>
 struct Field {
-  FieldInfo info;  ///< default_value is filled by describe()
+  FieldInfo info;  ///< describe() fills default_value
   std::function<void(P&, const YamlNode&)> read;
   std::function<std::string(const P&)> print;
-  std::function<void(const P&, const std::string& path)> check;  ///< throws ConfigError when out of range
+  std::function<void(const P&, const std::string& path)>
+      check;  ///< throws ConfigError if the value is out of range
 };
 
 template <class P>
@@ -57,7 +58,7 @@ std::string shown_list(const std::vector<T>& values) {
   return "[" + joined(words) + "]";
 }
 
-/// Every entry of a list within its range.
+/// Checks each entry of a list against the range.
 template <class P, class T>
 std::function<void(const P&, const std::string&)> each_in_range(std::vector<T> P::*member, Range<T> range) {
   return [=](const P& p, const std::string& path) {
@@ -136,7 +137,7 @@ Field<P> integers(const char* name, std::vector<int> P::*member, Range<int> rang
           detail::each_in_range(member, range)};
 }
 
-/// A word that names one value of an enumeration.
+/// A word that selects one value of an enumeration.
 template <class P, class E>
 Field<P> choice(const char* name, E P::*member, std::vector<std::pair<std::string, E>> values,
                 const char* doc) {
@@ -166,7 +167,7 @@ void check_parameters(const P& p, const std::string& path = "");
 template <class P>
 P read_parameters(const YamlNode& node, P p = P(), const std::vector<std::string>& other_keys = {});
 
-/// A map of parameters of its own.
+/// A nested map with its own parameters.
 template <class P, class S>
 Field<P> group(const char* name, S P::*member, const char* doc) {
   return {{name, "map", "", "", "", doc},
@@ -175,7 +176,7 @@ Field<P> group(const char* name, S P::*member, const char* doc) {
           [=](const P& p, const std::string& path) { check_parameters(p.*member, path); }};
 }
 
-/// The parameters of a member struct, as if they were P's own.
+/// Adds the parameters of a member struct to P's own.
 template <class P, class S>
 void include_fields(FieldTable<P>& table, S P::*member) {
   for (const Field<S>& field : S::fields())
@@ -184,15 +185,16 @@ void include_fields(FieldTable<P>& table, S P::*member) {
                      [=](const P& p, const std::string& path) { field.check(p.*member, path); }});
 }
 
-/// Throws ConfigError naming the parameter when a value is out of its range.
+/// Throws ConfigError naming the first parameter that is out of range.
 template <class P>
 void check_parameters(const P& p, const std::string& path) {
   for (const Field<P>& field : P::fields())
     field.check(p, path.empty() ? field.info.name : path + "." + field.info.name);
 }
 
-/// Reads the keys that are there over `p`; unknown keys, wrong types and values out of range throw
-/// ConfigError. `other_keys` may stand beside the parameters and are read by somebody else.
+/// Overwrites `p` with the values of the node.
+/// Throws ConfigError for unknown keys, wrong types and values out of range.
+/// Keys in `other_keys` are accepted and left to the caller.
 template <class P>
 P read_parameters(const YamlNode& node, P p, const std::vector<std::string>& other_keys) {
   const FieldTable<P>& table = P::fields();
@@ -212,7 +214,7 @@ P read_parameters(const YamlNode& node, P p, const std::vector<std::string>& oth
   return p;
 }
 
-/// The table with its defaults, for people.
+/// The parameter table with default values, for display.
 template <class P>
 std::vector<FieldInfo> describe_parameters(const P& defaults = P()) {
   std::vector<FieldInfo> infos;

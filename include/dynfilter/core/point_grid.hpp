@@ -18,9 +18,10 @@ inline const cv::Point2f& place_of(const cv::KeyPoint& keypoint) {
   return keypoint.pt;
 }
 
-/// Points of an image (cv::Point2f or cv::KeyPoint) sorted into square cells: finds those around a place
-/// without looking at all. Points that are not finite or beyond a million pixels are left out. Keeps its
-/// memory; building costs about 10 us for 1000 points.
+/// Image points (cv::Point2f or cv::KeyPoint) sorted into square cells.
+/// Finds the points around a place without a full scan.
+/// Skips points that are not finite or beyond 1e6 pixels.
+/// Building takes about 10 us for 1000 points and reuses memory.
 class PointGrid {
  public:
   template <class P>
@@ -43,15 +44,16 @@ class PointGrid {
     fill(points);
   }
 
-  /// Calls f(index) for every point in the cells that a circle touches, and some outside it. In an order that
-  /// depends on places first, then on indices.
+  /// Calls f(index) for every point in the cells that the circle touches.
+  /// This includes some points outside the circle.
+  /// The order depends on position first, then on index.
   template <class F>
   void around(const cv::Point2f& centre, float radius_px, const F& f) const {
     ranges_around(centre, radius_px, [&](std::size_t begin, std::size_t end) {
       for (std::size_t e = begin; e < end; ++e) f(entries_[e]);
     });
   }
-  /// The same as ranges [begin, end) of entries(), for loops over data in that order.
+  /// Like around(), but calls f(begin, end) with ranges of entries().
   template <class F>
   void ranges_around(const cv::Point2f& centre, float radius_px, const F& f) const {
     if (entries_.empty() || !usable(centre)) return;
@@ -64,19 +66,19 @@ class PointGrid {
       if (row[x0] < row[x1 + 1]) f(static_cast<std::size_t>(row[x0]), static_cast<std::size_t>(row[x1 + 1]));
     }
   }
-  /// f(begin, end) for the entries() of every cell.
+  /// Calls f(begin, end) with the range of entries() of every cell.
   template <class F>
   void for_each_cell(const F& f) const {
     if (entries_.empty()) return;
     for (std::size_t c = 0; c + 1 < begin_.size(); ++c)
       f(static_cast<std::size_t>(begin_[c]), static_cast<std::size_t>(begin_[c + 1]));
   }
-  /// The usable points, by cells.
+  /// Indices of the usable points, sorted by cell.
   const std::vector<std::int32_t>& entries() const { return entries_; }
   bool empty() const { return entries_.empty(); }
   void clear() { entries_.clear(); }
 
-  static constexpr float kMaxPixel = 1e6F;  ///< no image is larger; cells and sums of such places fit an int
+  static constexpr float kMaxPixel = 1e6F;  ///< larger than any image; cell numbers and sums fit an int
   static bool usable(const cv::Point2f& p) { return std::abs(p.x) < kMaxPixel && std::abs(p.y) < kMaxPixel; }
 
  private:
@@ -84,7 +86,7 @@ class PointGrid {
 
   int cell(float offset_px, int count) const {
     const float at = offset_px * per_px_;
-    return at > 0 ? static_cast<int>(std::min(at, static_cast<float>(count - 1))) : 0;  // 0 for NaN, too
+    return at > 0 ? static_cast<int>(std::min(at, static_cast<float>(count - 1))) : 0;  // NaN becomes 0
   }
   std::int32_t cell_of(const cv::Point2f& p) const {
     return cell(p.y - min_.y, rows_) * columns_ + cell(p.x - min_.x, columns_);
@@ -109,8 +111,8 @@ class PointGrid {
   cv::Point2f min_;
   float cell_px_ = 1, per_px_ = 1;
   int columns_ = 0, rows_ = 0;
-  std::vector<std::int32_t> begin_, next_;  ///< of each cell in entries_
-  std::vector<std::int32_t> cells_;         ///< of each point, -1: none
+  std::vector<std::int32_t> begin_, next_;  ///< first entry of each cell in entries_
+  std::vector<std::int32_t> cells_;         ///< cell of each point; -1: unusable point
   std::vector<std::int32_t> entries_;
 };
 

@@ -8,8 +8,9 @@
 
 namespace dynfilter {
 
-/// A rigid transform as plain numbers, because it crosses plugin boundaries (Eigen members would tie both
-/// sides to one alignment). `T_a_b` takes points of frame b to frame a: p_a = R p_b + t, t in metres.
+/// A rigid transform. `T_a_b` maps points of frame b to frame a: p_a = R p_b + t, t in metres.
+/// It holds plain numbers because it crosses plugin boundaries.
+/// Eigen members would force one alignment on both sides.
 struct Pose {
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
   std::array<double, 3> translation_m{};
@@ -44,7 +45,8 @@ inline Pose operator*(const Pose& T_a_b, const Pose& T_b_c) {
   return Pose::from(T_a_b.R() * T_b_c.R(), T_a_b.R() * T_b_c.t() + T_a_b.t());
 }
 
-/// Finite, and its rotation orthonormal and right-handed, each to `tolerance`: anything else is no pose.
+/// True if all entries are finite and the rotation is orthonormal and right-handed within
+/// `tolerance`.
 inline bool is_rigid(const Pose& T_a_b, double tolerance = 1e-3) {
   for (const double value : T_a_b.rotation)
     if (!std::isfinite(value)) return false;
@@ -54,7 +56,7 @@ inline bool is_rigid(const Pose& T_a_b, double tolerance = 1e-3) {
   return off.cwiseAbs().maxCoeff() <= tolerance && R.col(0).cross(R.col(1)).dot(R.col(2)) > 0;
 }
 
-/// Where a pose comes from: a filter must not trust a prediction as it trusts an estimate.
+/// Source of a pose. A filter must trust a prediction less than an estimate.
 enum class PoseProvenance { None, Predicted, Estimated, Refined };
 
 }  // namespace dynfilter

@@ -12,7 +12,8 @@
 
 namespace dynfilter {
 
-/// What a filter is, without making one: printed by `dynfilter filters` and by the docs.
+/// Description of a filter, available without creating one.
+/// `dynfilter filters` and the docs print it.
 struct FilterCard {
   std::string name, summary;
   Needs needs;
@@ -21,7 +22,8 @@ struct FilterCard {
 
 using FilterFactory = std::function<std::unique_ptr<Filter>(const YamlNode& parameters)>;
 
-/// The filters a pipeline may name. A value, passed in: nothing registers itself, nothing is global.
+/// The filters that a pipeline may name. A plain value that the caller passes in.
+/// No filter registers itself, and nothing is global.
 class Registry {
  public:
   struct Entry {
@@ -29,7 +31,7 @@ class Registry {
     FilterFactory make;
   };
 
-  /// Throws ConfigError when the name is taken.
+  /// Throws ConfigError if the name is taken.
   void add(Entry entry) {
     const std::string name = entry.card.name;
     if (name.empty()) throw ConfigError("", "a filter without a name cannot be registered");
@@ -37,8 +39,8 @@ class Registry {
       throw ConfigError("", "a filter named `" + name + "` is registered already");
   }
 
-  /// F has a struct F::Params with fields(), a constructor F(Params), and the constants F::kName and
-  /// F::kSummary.
+  /// F has a struct F::Params with fields(), a constructor F(Params)
+  /// and the constants F::kName and F::kSummary.
   template <class F>
   void add() {
     add({{F::kName, F::kSummary, F(typename F::Params()).needs(), describe_parameters<typename F::Params>()},

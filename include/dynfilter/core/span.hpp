@@ -8,8 +8,8 @@
 
 namespace dynfilter {
 
-/// A non-owning view of contiguous elements (std::span is C++20). Cheap to copy; never outlives what it
-/// views.
+/// A non-owning view of contiguous elements, like std::span of C++20.
+/// It is cheap to copy and must not outlive the elements.
 template <class T>
 class Span {
   using Value = std::remove_const_t<T>;

@@ -9,21 +9,24 @@
 
 namespace dynfilter {
 
-/// What a filter says of one feature. Unknown: it cannot tell (no depth, no match, degenerate model, ...).
+/// Vote of a filter on one feature.
+/// Unknown means that the filter cannot decide: no depth, no match or a degenerate model.
 enum class Vote : std::uint8_t { Unknown, Static, Dynamic };
 
 constexpr const char* to_string(Vote vote) {
   return vote == Vote::Static ? "static" : vote == Vote::Dynamic ? "dynamic" : "unknown";
 }
 
-/// One vote per feature. The score is the suspicion: 0 = surely static, 1 = surely dynamic, 0.5 = no idea; it
-/// orders features where some must be restored. A prior suspect is kept out of model fitting and judged more
-/// strictly, but is not voted dynamic for it.
+/// One vote per feature with a score in [0, 1], the suspicion.
+/// 0 is certainly static, 1 certainly dynamic, 0.5 undecided.
+/// The floor restores the features with the lowest score first.
+/// A prior suspect is excluded from model fitting and judged more strictly,
+/// but it is not voted dynamic for that reason.
 class Votes {
  public:
   static constexpr float kNoIdea = 0.5F;
 
-  /// N features, all Unknown.
+  /// Resizes to n features, all Unknown.
   void reset(std::size_t n) {
     vote_.assign(n, Vote::Unknown);
     score_.assign(n, kNoIdea);
@@ -37,11 +40,12 @@ class Votes {
     cast(i, vote, vote == Vote::Dynamic ? 1.0F : vote == Vote::Static ? 0.0F : kNoIdea);
   }
   void mark_prior(std::size_t i) { prior_[i] = 1; }
-  /// Marks what is marked in `other`, which has as many features.
+  /// Marks the prior suspects of `other`, which has the same number of features.
   void add_priors(const Votes& other) {
     for (std::size_t i = 0; i < prior_.size(); ++i) prior_[i] |= other.prior_[i];
   }
-  /// Unknown where `kept`, which has one entry per feature, is 0; it is 1 elsewhere. The score stays.
+  /// Sets votes to Unknown where `kept` is 0. `kept` has one entry per feature.
+  /// Scores do not change.
   void keep_only(Span<const std::uint8_t> kept) {
     for (std::size_t i = 0; i < vote_.size(); ++i) vote_[i] = kept[i] != 0 ? vote_[i] : Vote::Unknown;
   }
@@ -50,7 +54,7 @@ class Votes {
   Vote operator[](std::size_t i) const { return vote_[i]; }
   float score(std::size_t i) const { return score_[i]; }
   bool prior(std::size_t i) const { return prior_[i] != 0; }
-  /// One entry per feature; a prior is 1 where it is marked, else 0.
+  /// One entry per feature. A prior is 1 if it is marked, else 0.
   Span<const Vote> votes() const { return vote_; }
   Span<const std::uint8_t> priors() const { return prior_; }
   std::size_t count(Vote vote) const {
@@ -69,8 +73,8 @@ class Votes {
   std::vector<std::uint8_t> prior_;
 };
 
-/// Suspicion of a measured distance against its limit: 0 at no distance, 0.5 at the limit, towards 1 beyond
-/// it.
+/// Suspicion of a measured distance with respect to its limit:
+/// 0 at no distance, 0.5 at the limit, approaching 1 beyond it.
 inline float suspicion(double distance, double limit) {
   if (!(distance >= 0) || !(limit >= 0)) return Votes::kNoIdea;
   const double sum = distance + limit;

@@ -17,11 +17,12 @@
 
 namespace dynfilter {
 
-/// A strict view of a value of a YAML text. Nothing is guessed: a wrong type, a number that does not fit and
-/// a key that is written twice throw ConfigError with the path of the node and what was expected.
+/// A strict view of one value of a YAML text.
+/// A wrong type, a number out of range or a duplicate key throws ConfigError
+/// with the path of the node and the expected type.
 class YamlNode {
  public:
-  /// Nothing is written at this path.
+  /// A node for a path without a value.
   explicit YamlNode(std::string path = "") : path_(std::move(path)) {}
   YamlNode(const YamlValue& value, std::string path) : value_(&value), path_(std::move(path)) {}
 
@@ -33,15 +34,15 @@ class YamlNode {
 
   [[noreturn]] void fail(const std::string& message) const { throw ConfigError(path_, message); }
 
-  /// As they are written, even twice.
+  /// All keys in file order, duplicates included.
   std::vector<std::string> keys() const {
     std::vector<std::string> result;
     if (is_map())
       for (const auto& child : value_->children) result.push_back(child.first);
     return result;
   }
-  /// Keys and values in the order of the file; only the keys that begin with `prefix`. Throws when one of
-  /// them is written twice.
+  /// Keys that begin with `prefix` and their values, in file order.
+  /// Throws if one of these keys is duplicated.
   std::vector<std::pair<std::string, YamlNode>> entries(const std::string& prefix = "") const {
     if (is_none()) return {};
     if (!is_map()) fail("expected `key: value` pairs, got " + shown());
@@ -61,7 +62,7 @@ class YamlNode {
       result.emplace_back(child.second, path_ + "[" + std::to_string(result.size()) + "]");
     return result;
   }
-  /// Throws when this key is written twice; the other keys are not looked at.
+  /// Throws if this key is duplicated. Other keys are not checked.
   std::optional<YamlNode> find(const std::string& key) const {
     if (is_none()) return std::nullopt;
     if (!is_map()) fail("expected `key: value` pairs, got " + shown());
@@ -109,7 +110,7 @@ class YamlNode {
     return result;
   }
 
-  /// A list of numbers; a single number is a list of one.
+  /// A list of numbers. A single number is read as a list of one.
   std::vector<double> reals() const {
     std::vector<double> result;
     if (!is_sequence()) return {real()};
@@ -123,7 +124,7 @@ class YamlNode {
     return result;
   }
 
-  /// The node as an error message shows it.
+  /// The node as error messages print it.
   std::string shown() const {
     if (is_none()) return "nothing";
     if (is_map()) return "a map";
@@ -133,7 +134,8 @@ class YamlNode {
 
  private:
   bool is(YamlValue::Kind kind) const { return value_ != nullptr && value_->kind == kind; }
-  /// Written as a number and not in quotes. 010 is 8 for some readers and 10 for others: for us it is none.
+  /// True for a number without quotes.
+  /// 010 is rejected because some readers take it as 8 and others as 10.
   bool is_number() const {
     if (!is(YamlValue::Kind::Plain)) return false;
     const std::string& text = value_->text;
@@ -150,7 +152,7 @@ class YamlNode {
   std::string path_;
 };
 
-/// A parsed YAML text. Nodes are valid as long as the document lives.
+/// A parsed YAML text. Its nodes are valid while the document exists.
 class YamlDocument {
  public:
   /// Throws ConfigError naming `source` and, for a syntax error, the line.
@@ -168,7 +170,7 @@ class YamlDocument {
   }
   static YamlDocument from_file(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
-    std::string text(YamlText::kMaxBytes + 1, '\0');  // one byte too many tells that it is too long
+    std::string text(YamlText::kMaxBytes + 1, '\0');  // one extra byte detects a file that is too long
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
     if (file.bad() || (file.fail() && !file.eof())) throw ConfigError(path, "cannot be read");
     text.resize(static_cast<std::size_t>(file.gcount()));

@@ -11,30 +11,33 @@
 
 namespace dynfilter {
 
-/// A value of a YAML text, as it is written: what a plain text means is the reader's business.
+/// A value of a YAML text as written. The reader interprets plain text.
 struct YamlValue {
   enum class Kind { Plain, Quoted, Map, List };
   using Children = std::vector<std::pair<std::string, YamlValue>>;
 
   Kind kind = Kind::Plain;
-  std::string text;   ///< of Plain and Quoted
-  Children children;  ///< in the order of the text; keys of a list are empty, those of a map may repeat
+  std::string text;   ///< of Plain and Quoted values
+  Children children;  ///< in text order; keys are empty in a list and may repeat in a map
 };
 
-/// Reads the part of YAML that settings files use, in time proportional to the text: maps and lists by
-/// indentation or in brackets, plain and quoted values in one line, comments, tags (they are ignored). It
-/// also takes what OpenCV's files have beyond YAML: `%YAML:1.0` and `key:value`. Everything else is an error
-/// that names the line: anchors, blocks of text (`|`, `>`), keys without a value, a second document, bytes
-/// that are no text.
+/// Reads the part of YAML that settings files use, in time linear in the text length.
+/// Accepts maps and lists by indentation or in brackets, plain and quoted values on one line,
+/// comments, and tags, which are ignored.
+/// Also accepts two OpenCV extensions: `%YAML:1.0` and `key:value`.
+/// Everything else is an error that names the line.
+/// Examples are anchors, block scalars (`|`, `>`), keys without a value,
+/// a second document and control bytes.
 class YamlText {
  public:
-  /// A settings file has some kilobytes. Its shortest value is two bytes of text and 100 in memory: this
-  /// bounds a document's memory to about 25 MB.
+  /// Settings files have a few kilobytes.
+  /// The shortest value takes two bytes of text and 100 bytes of memory.
+  /// This limit keeps a document below about 25 MB of memory.
   static constexpr std::size_t kMaxBytes = 256 * 1024;
-  /// Pipelines nest 8 deep. Each level costs less than 2 kB of the stack, with sanitizers.
+  /// Pipelines nest 8 levels deep. One level uses less than 2 kB of stack, even with sanitizers.
   static constexpr int kMaxDepth = 64;
 
-  /// The root is a map or a list, or an empty map when there is nothing. Throws ConfigError.
+  /// The root is a map or a list; an empty text gives an empty map. Throws ConfigError.
   static YamlValue read(const std::string& text) { return YamlText(text).document(); }
 
  private:
@@ -80,7 +83,7 @@ class YamlText {
       const auto byte = static_cast<unsigned char>(c);
       if (c == '\n') ++line;
       if ((byte < 32 && c != '\n' && c != '\t' && c != '\r') || byte == 127)
-        fail_at(line, "a byte that is no text (" + std::to_string(byte) + ")");
+        fail_at(line, "a control byte (" + std::to_string(byte) + ")");
     }
   }
 
@@ -98,7 +101,7 @@ class YamlText {
     return root;
   }
 
-  /// Directives, and one `---`.
+  /// Skips directives and one `---`.
   void skip_head() {
     bool marked = false;
     for (;; next_line()) {
@@ -117,8 +120,8 @@ class YamlText {
     to_content();
   }
 
-  /// The next thing that is neither blank nor a comment, on this line or a later one; the end of the document
-  /// is that of the text.
+  /// Advances to the next character that is neither blank nor part of a comment,
+  /// at most to the end of the document.
   void to_content() {
     for (;; next_line()) {
       if (at_marker()) return end_document();
@@ -148,7 +151,7 @@ class YamlText {
     if (depth > kMaxDepth) fail("nested more than " + std::to_string(kMaxDepth) + " deep");
   }
 
-  /// What begins here and goes on in lines of the same indentation, or is a value of one line.
+  /// Reads a block of lines with equal indentation, or a value of one line.
   YamlValue block(int depth) {
     check_depth(depth);
     if (at_list_item()) return list(column(), depth);
@@ -191,14 +194,14 @@ class YamlText {
     return result;
   }
 
-  /// Does the line that was reached belong to the block of this indentation?
+  /// True if the current line belongs to the block with this indentation.
   bool same_indent(std::size_t indent) const {
     if (at_end() || column() < indent) return false;
     if (column() > indent) fail("unexpected indentation");
     return true;
   }
 
-  /// Is there a `:` that ends a key in this line?
+  /// True if this line has a `:` that ends a key.
   bool at_key() const {
     if (here() == '"' || here() == '\'') {
       std::size_t i = 1;
@@ -211,7 +214,7 @@ class YamlText {
     }
     return false;
   }
-  /// Up to its `:`, and that too.
+  /// Reads a key and its `:`.
   std::string take_key() {
     std::string key;
     if (here() == '"' || here() == '\'') {
@@ -229,7 +232,7 @@ class YamlText {
     return key;
   }
 
-  /// Of one line, unless it is in brackets.
+  /// Reads a value of one line, or a value in brackets.
   YamlValue line_value(int depth) {
     YamlValue value = bracket_or_quote_or(depth, [&] {
       const std::size_t from = at_;
@@ -313,7 +316,7 @@ class YamlText {
     while (to > from && is_blank(text_[to - 1])) --to;
     return text_.substr(from, to - from);
   }
-  /// `!!opencv-matrix`, `!!str`: types are checked by whoever reads.
+  /// Skips a tag such as `!!opencv-matrix` or `!!str`. The reader of the value checks its type.
   void skip_tag() {
     if (here() != '!') return;
     while (!blank_or_end(0) && here() != ',') ++at_;
