@@ -50,15 +50,18 @@ struct FrameView {
   std::int64_t id = 0;  ///< increases from frame to frame
   double timestamp_s = 0;
 
-  Span<const cv::KeyPoint> keypoints;              ///< distorted pixels, with octave
-  Span<const cv::KeyPoint> keypoints_undistorted;  ///< undistorted pixels; empty: computed from `camera`
-  cv::Mat descriptors;                             ///< one row per keypoint, CV_8U (binary)
+  Span<const cv::KeyPoint> keypoints;  ///< distorted pixels, with octave
+  /// Undistorted pixels; empty: computed from `camera`.
+  Span<const cv::KeyPoint> keypoints_undistorted;
+  cv::Mat descriptors;        ///< one row per keypoint, CV_8U (binary)
   Span<const float> depth_m;  ///< depth along the optical axis; NaN, zero and negative: no depth
 
-  cv::Mat grey;             ///< CV_8UC1
-  cv::Mat depth;            ///< CV_32FC1 or CV_16UC1, same size as `grey`; 0 and NaN: no depth
-  double depth_unit_m = 1;  ///< metres per unit of `depth`: 1 for metres, 1/5000 for TUM's 16-bit images
-  bool depth_handed_over = false;  ///< the host does not write to `depth` after the call, so no copy is made
+  cv::Mat grey;   ///< CV_8UC1
+  cv::Mat depth;  ///< CV_32FC1 or CV_16UC1, same size as `grey`; 0 and NaN: no depth
+  /// Metres per unit of `depth`: 1 for metres, 1/5000 for TUM's 16-bit images.
+  double depth_unit_m = 1;
+  /// The host does not write to `depth` after the call, so no copy is made.
+  bool depth_handed_over = false;
 
   std::optional<Camera> camera;
   Pose T_world_camera;

@@ -36,7 +36,8 @@ inline std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 /// The name closest to `word`, if at most a third of its letters differ. Else "".
 inline std::string near_miss(const std::string& word, const std::vector<std::string>& names) {
-  constexpr std::size_t kLongest = 100;  // longer words match no name, and the distance takes quadratic time
+  // Longer words match no name, and the distance takes quadratic time.
+  constexpr std::size_t kLongest = 100;
   std::string nearest;
   std::size_t least = word.size() / 3 + 1;
   for (const std::string& name : names) {

@@ -78,7 +78,8 @@ class PointGrid {
   bool empty() const { return entries_.empty(); }
   void clear() { entries_.clear(); }
 
-  static constexpr float kMaxPixel = 1e6F;  ///< larger than any image; cell numbers and sums fit an int
+  /// Larger than any image; cell numbers and sums fit an int.
+  static constexpr float kMaxPixel = 1e6F;
   static bool usable(const cv::Point2f& p) { return std::abs(p.x) < kMaxPixel && std::abs(p.y) < kMaxPixel; }
 
  private:
@@ -86,7 +87,8 @@ class PointGrid {
 
   int cell(float offset_px, int count) const {
     const float at = offset_px * per_px_;
-    return at > 0 ? static_cast<int>(std::min(at, static_cast<float>(count - 1))) : 0;  // NaN becomes 0
+    // NaN becomes 0.
+    return at > 0 ? static_cast<int>(std::min(at, static_cast<float>(count - 1))) : 0;
   }
   std::int32_t cell_of(const cv::Point2f& p) const {
     return cell(p.y - min_.y, rows_) * columns_ + cell(p.x - min_.x, columns_);

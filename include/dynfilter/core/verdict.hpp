@@ -36,8 +36,9 @@ struct StageReport {
 struct FrameReport {
   std::int64_t frame_id = -1;
   CallPoint call_point = CallPoint::BeforePose;
-  std::vector<StageReport> stages;  ///< in the order of the pipeline file, children after their combinator
-  std::vector<std::string> notes;   ///< floor events, resets and inputs that could not be used
+  /// In the order of the pipeline file, children after their combinator.
+  std::vector<StageReport> stages;
+  std::vector<std::string> notes;  ///< floor events, resets and inputs that could not be used
   std::size_t features = 0, rejected = 0, restored = 0;
   /// Delay the first keyframe: too much moves, or no feature could be judged yet.
   /// See InitialisationParams.
@@ -56,10 +57,12 @@ struct MapPointVerdict {
 struct Verdict {
   std::vector<Vote> decision;
   std::vector<float> suspicion;
-  std::vector<std::uint8_t> prior;          ///< 1: a semantic stage marked the feature as a suspect
-  std::vector<std::uint8_t> restored;       ///< 1: judged dynamic but restored by the floor, decision Unknown
-  std::vector<std::uint64_t> reasons;       ///< bit k: report.stages[k] voted dynamic
-  std::vector<MapPointVerdict> map_points;  ///< at a keyframe, one entry per feature with a map point
+  std::vector<std::uint8_t> prior;  ///< 1: a semantic stage marked the feature as a suspect
+  /// 1: judged dynamic but restored by the floor, decision Unknown.
+  std::vector<std::uint8_t> restored;
+  std::vector<std::uint64_t> reasons;  ///< bit k: report.stages[k] voted dynamic
+  /// At a keyframe, one entry per feature with a map point.
+  std::vector<MapPointVerdict> map_points;
   FrameReport report;
 
   std::size_t size() const { return decision.size(); }

@@ -170,7 +170,8 @@ class YamlDocument {
   }
   static YamlDocument from_file(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
-    std::string text(YamlText::kMaxBytes + 1, '\0');  // one extra byte detects a file that is too long
+    // One extra byte detects a file that is too long.
+    std::string text(YamlText::kMaxBytes + 1, '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
     if (file.bad() || (file.fail() && !file.eof())) throw ConfigError(path, "cannot be read");
     text.resize(static_cast<std::size_t>(file.gcount()));
