@@ -11,24 +11,25 @@
 
 namespace dynfilter {
 
-/// Boxes with a life beyond one result of the detector. Each new result's boxes and the old ones, both
-/// carried to the same frame, are paired by overlap, best first, within a class; a pair is one track. An old
-/// box without partner, a missed detection perhaps, is carried on for a while if at least two results had
-/// shown it.
+/// Tracks boxes over several results of the detector.
+/// A new result and the old boxes are carried to the same frame.
+/// Boxes of one class are paired by overlap, largest overlap first. A pair continues one track.
+/// The detector may miss an object.
+/// An unpaired old box is therefore kept for up to 30 frames if two results contained it.
 class BoxTracker {
  public:
-  static constexpr double kMinOverlap = 0.3;  // of intersection over union
-  static constexpr int kMaxBridged = 30;      // frames since it was found
+  static constexpr double kMinOverlap = 0.3;  // intersection over union
+  static constexpr int kMaxBridged = 30;      // frames since the box was detected
 
   const std::vector<CarriedBox>& boxes() const { return boxes_; }
 
-  /// To the next frame.
+  /// Moves all boxes to the next frame.
   void carry(const TrailFrame& to) {
     for (CarriedBox& box : boxes_) carrier_.carry(to, box);
   }
 
-  /// The boxes of a newer result, found on `found_id` and carried along `path` to the frame where the old
-  /// ones are.
+  /// Adds the boxes of a newer result, detected on frame `found_id`.
+  /// They are carried along `path` to the frame of the old boxes.
   void take(Span<const Detection> detections, std::int64_t found_id,
             const std::vector<const TrailFrame*>& path) {
     new_.clear();
@@ -53,7 +54,7 @@ class BoxTracker {
     return both > 0 && either > 0 ? both / either : 0;
   }
 
-  /// The partners leave boxes_; their tracks go on in new_.
+  /// Pairs new boxes with old ones. Paired old boxes are removed from boxes_.
   void pair_up() {
     pairs_.clear();
     for (std::size_t n = 0; n < new_.size(); ++n)

@@ -11,15 +11,16 @@
 
 namespace dynfilter {
 
-/// A box on its way from the frame that it was found on. `detection.box` is where it is now.
+/// A box carried forward from the frame of its detection.
+/// `detection.box` is its position in the current frame.
 struct CarriedBox {
   Detection detection;
-  cv::Rect2f found_box;  ///< where it was found
+  cv::Rect2f found_box;  ///< position at detection
   float found_depth_m = std::numeric_limits<float>::quiet_NaN();
-  float depth_m = std::numeric_limits<float>::quiet_NaN();  ///< of the object
-  cv::Point2f velocity_px;                                  ///< a frame
-  std::int64_t found_id = -1;                               ///< the frame it was found on
-  int hits = 1;                                             ///< results that showed it
+  float depth_m = std::numeric_limits<float>::quiet_NaN();  ///< depth of the object
+  cv::Point2f velocity_px;                                  ///< pixels per frame
+  std::int64_t found_id = -1;                               ///< frame of the detection
+  int hits = 1;                                             ///< number of results that contain it
 
   static CarriedBox from(const Detection& detection, std::int64_t frame_id) {
     CarriedBox box;
@@ -30,7 +31,8 @@ struct CarriedBox {
   }
 };
 
-/// The instance mask of a carried box, moved and scaled with it: CV_8UC1, one pixel for 4 x 4 of the image.
+/// The instance mask of a carried box, moved and scaled with it.
+/// CV_8UC1 at a quarter of the image's width and height.
 inline cv::Mat carried_instance(const CarriedBox& carried, cv::Size image_px) {
   const cv::Mat& mask = carried.detection.mask;
   const cv::Rect2f &now = carried.detection.box, &then = carried.found_box;
@@ -51,10 +53,12 @@ inline cv::Mat carried_instance(const CarriedBox& carried, cv::Size image_px) {
   return out;
 }
 
-/// Carries boxes from frame to frame: the median motion of the features on the object moves a box, and its
-/// depth then and now scale it. The object is the depth on which most features of the box's middle agree;
-/// without depth all features of the box count, and its size stays. A box without features goes on as it
-/// went, and slows down.
+/// Carries boxes from frame to frame.
+/// The median motion of the features on the object moves a box.
+/// The ratio of the object's depths scales it.
+/// The object is the depth layer with most features in the middle of the box.
+/// Without depth, all features of the box count and its size is constant.
+/// A box without features keeps its velocity, which decays.
 class BoxCarrier {
  public:
   void carry(const TrailFrame& to, CarriedBox& box) {
@@ -79,7 +83,7 @@ class BoxCarrier {
  private:
   static constexpr std::size_t kMinSamples = 3;
   static constexpr float kSlowDown = 0.9F;
-  static constexpr float kLayer_m = 0.3F;  // half the depth of a person with arms
+  static constexpr float kLayer_m = 0.3F;  // half the depth extent of a person with arms
 
   void collect(const std::vector<MotionSample>& samples, const CarriedBox& box) {
     x_.clear(), y_.clear(), z_.clear();
@@ -93,7 +97,7 @@ class BoxCarrier {
     }
   }
 
-  /// On which most features of the box's middle agree; of equal ones the nearest.
+  /// The depth layer with most features in the middle of the box; the nearest layer wins a tie.
   float object_depth_m(const std::vector<MotionSample>& samples, const cv::Rect2f& box) {
     const cv::Rect2f middle(box.x + 0.2F * box.width, box.y + 0.1F * box.height, 0.6F * box.width,
                             0.8F * box.height);

@@ -13,14 +13,15 @@
 
 namespace dynfilter {
 
-/// A mask or label image on its way from the frame that it was computed on: one point for every 4 x 4 pixels
-/// on it, with its depth. After NGD-SLAM (Zhang et al. 2024), which carries its last mask by the flow and
-/// depth of features on it. A point moves with the features of the mask near it that lie at its depth. Where
-/// the depth image shows something else it is left out, and let go when that lasts. Cost: about 0.3 ms a
-/// frame.
+/// A mask or label image carried forward from the frame that it was computed on.
+/// It is a set of points, one for every 4 x 4 pixels, each with its depth.
+/// Like NGD-SLAM (Zhang et al. 2024), it moves the mask by the flow and depth of its features.
+/// A point moves with the nearby features of the mask at its depth.
+/// A point is hidden while the depth image shows another surface, and removed if this lasts.
+/// Cost: about 0.3 ms per frame.
 class CarriedMask {
  public:
-  /// `labels`: CV_8UC1 of any size; `frame`: the one it was computed on.
+  /// `labels`: CV_8UC1 of any size. `frame`: the frame that they were computed on.
   void start(const cv::Mat& labels, const TrailFrame& frame) {
     const int cell = MotionTrail::kCellPx;
     grid_.create((frame.image_px.height + cell - 1) / cell, (frame.image_px.width + cell - 1) / cell,
@@ -64,8 +65,8 @@ class CarriedMask {
     if (depth) grow(to.depth_m);
   }
 
-  /// CV_8UC1, one pixel for 4 x 4 of the image; cells that have come apart are filled when most of their
-  /// neighbours are there. Valid until the next call.
+  /// CV_8UC1 at a quarter of the image's width and height. Valid until the next call.
+  /// Gaps between points are filled where at least 4 of the 8 neighbours are set.
   const cv::Mat& labels() {
     grid_.copyTo(closed_);
     for (int r = 1; r + 1 < grid_.rows; ++r)
@@ -86,14 +87,16 @@ class CarriedMask {
 
  private:
   static constexpr float kCellPx = MotionTrail::kCellPx;
-  static constexpr int kBlock = 8;  // cells in a row that move together
+  static constexpr int kBlock = 8;  // width and height of a block of cells that moves as one
   static constexpr float kNearPx = 60;
-  static constexpr float kLayer_m = 0.3F;  // features at the depth of a point
-  static constexpr float kSame_m = 0.2F;   // a point is still on its surface
+  // Largest depth difference between a point and its features.
+  static constexpr float kLayer_m = 0.3F;
+  static constexpr float kSame_m = 0.2F;  // largest depth difference on one surface
   static constexpr std::size_t kMinSamples = 3;
   static constexpr int kMaxMisses = 5;
   static constexpr int kParentAge = 3, kNeverParent = -1000000;
-  static constexpr int kInside = 2;  // so many cells from the outline a point is surely on the object
+  // A point this many cells inside the outline is certainly on the object.
+  static constexpr int kInside = 2;
   static constexpr float kGap_m = 0.2F;
   static constexpr double kMinShare = 0.2;
   static constexpr float kStepShare = 0.03F;
@@ -102,7 +105,7 @@ class CarriedMask {
     cv::Point2f px;
     float depth_m;
     std::uint8_t label;
-    int misses;  ///< frames in a row that showed something else here
+    int misses;  ///< consecutive frames that show another surface here
     int age;     ///< frames
   };
   struct Motion {
@@ -154,7 +157,8 @@ class CarriedMask {
     }
   }
 
-  /// Of the features near, else of all that lie at this depth, else of all on the mask.
+  /// Motion of the nearby features at this depth.
+  /// Falls back to all features at this depth, then to all features on the mask.
   Motion motion_at(const cv::Point2f& px, float depth_m) {
     for (const auto& [reach_px, layer_m] : {std::pair{kNearPx, kLayer_m}, {1e9F, kLayer_m}, {1e9F, 1e9F}}) {
       x_.clear(), y_.clear(), z_.clear();
@@ -191,8 +195,9 @@ class CarriedMask {
     return true;
   }
 
-  /// The wall that an outline caught: within each connected part of the mask, layers of depth (apart by
-  /// kGap_m) that hold less than kMinShare of its points.
+  /// Removes background that the outline includes.
+  /// Within each connected part of the mask, a depth layer is removed
+  /// if it holds less than kMinShare of the points. Layers are kGap_m apart.
   void drop_small_layers() {
     index_.create(grid_.size(), CV_32SC1);
     index_.setTo(cv::Scalar(-1));
@@ -215,7 +220,7 @@ class CarriedMask {
     points_.erase(std::remove_if(points_.begin(), points_.end(), [](const Point& p) { return p.misses > 0; }),
                   points_.end());
   }
-  /// The points with depth that hang together with this one; all it visits leave index_.
+  /// Collects the points with depth that are connected to this one. Removes them from index_.
   void take_part(const Point& first) {
     part_.clear();
     open_.assign(1, cell_of(first.px));
@@ -234,8 +239,8 @@ class CarriedMask {
     }
   }
 
-  /// What a swinging leg or a hand uncovers: the surface goes on beside a point that has proved itself. Slow
-  /// enough that a floor under the feet does not join in.
+  /// Adds surface that a moving limb uncovers, beside points that are kParentAge frames old.
+  /// Growth is slow, so that the floor under the feet does not join.
   void grow(const cv::Mat& depth_m) {
     const std::size_t before = points_.size();
     for (std::size_t i = 0; i < before; ++i) {

@@ -14,12 +14,16 @@
 
 namespace dynfilter {
 
-/// Leaves of a host's frame what can be computed with, so that filters need no checks of their own: arrays
-/// are as long as the keypoints or empty, images have a type that is read, a camera has a focal length or is
-/// one of which only the image's size is known (focal lengths 0, no distortion), a pose is rigid, boxes have
-/// an area, and places are NaN or within a million pixels. What cannot be used is
-/// left out, with a note. The frame is changed only where it is odd; then it refers to memory of this object
-/// until the next call.
+/// Cleans a host's frame once, so that filters need no checks of their own.
+/// Afterwards these hold:
+///  - arrays are empty or as long as the keypoints;
+///  - images have a supported type;
+///  - a camera has a focal length, or only an image size (focal lengths 0, no distortion);
+///  - a pose is rigid;
+///  - boxes have an area;
+///  - pixel positions are NaN or within 1e6 pixels.
+/// Unusable input is removed, with a note.
+/// An unusual array is replaced by a copy in this object, valid until the next call.
 class FrameCleaner {
  public:
   void clean(FrameView& frame) {
@@ -35,7 +39,7 @@ class FrameCleaner {
       frame.pose_provenance = PoseProvenance::None;
     }
   }
-  /// What was left out of the last frame, e.g. "depth_m cannot be used: wrong size or type".
+  /// What was removed from the last frame, e.g. "depth_m cannot be used: wrong size or type".
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
@@ -71,7 +75,7 @@ class FrameCleaner {
     drop_input(!depth.empty() && depth.type() != CV_16UC1 && depth.type() != CV_32FC1, "depth", depth);
     drop_input(!depth.empty() && !grey.empty() && depth.size() != grey.size(), "depth", depth);
     drop(!depth.empty() && !(frame.depth_unit_m > 0 && std::isfinite(frame.depth_unit_m)),
-         "depth cannot be used: its unit is no length", depth);
+         "depth cannot be used: its unit is not a positive length", depth);
     drop_input(frame.mask && (frame.mask->labels.empty() || frame.mask->labels.type() != CV_8UC1), "mask",
                frame.mask);
   }
@@ -81,7 +85,7 @@ class FrameCleaner {
     if (nowhere > 0) notes_.push_back(std::to_string(nowhere) + " keypoints are in no image: not judged");
     clean_places(frame.keypoints_undistorted, undistorted_);
   }
-  /// How many were set to NaN.
+  /// Returns how many positions were set to NaN.
   static std::size_t clean_places(Span<const cv::KeyPoint>& given, std::vector<cv::KeyPoint>& own) {
     const auto odd = [](const cv::KeyPoint& keypoint) { return !PointGrid::usable(keypoint.pt); };
     const auto n = static_cast<std::size_t>(std::count_if(given.begin(), given.end(), odd));
@@ -114,7 +118,7 @@ class FrameCleaner {
     return box.width > 0 && box.height > 0 && PointGrid::usable(box.tl()) && PointGrid::usable(box.br()) &&
            std::isfinite(detection.score) && (detection.mask.empty() || detection.mask.type() == CV_8UC1);
   }
-  /// A box that reaches far beyond the image, to infinity even, still has its part in the image.
+  /// Clips a box that reaches far beyond the image, so that its part in the image remains.
   static cv::Rect2f clipped(const cv::Rect2f& box) {
     const auto within = [](float px) {
       constexpr float kMost = kMaxPixel / 2;
@@ -127,7 +131,7 @@ class FrameCleaner {
   static bool sound(const Camera& camera) {
     const auto within = [](double value, double least) { return value >= least && value <= 1e6; };
     const bool only_size = camera.fx_px == 0 && camera.fy_px == 0 && !camera.distorted();
-    // A focal length of less than a pixel belongs to no image.
+    // No image has a focal length below one pixel.
     bool all = (only_size || (within(camera.fx_px, 1) && within(camera.fy_px, 1))) &&
                within(camera.cx_px, -1e6) && within(camera.cy_px, -1e6) &&
                within(camera.baseline_fx_px_m, -1e6) && within(camera.width_px, 0) &&

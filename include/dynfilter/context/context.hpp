@@ -25,11 +25,11 @@
 
 namespace dynfilter {
 
-/// What filters see: the current frame, what earlier stages think of its features, and evidence that several
-/// filters share (correspondences, 3-D points, two-view model, relative motion), computed on first use, once
-/// per frame.
+/// What filters read: the current frame, the votes of earlier stages and shared evidence.
+/// Shared evidence is correspondences, 3-D points, two-view models and relative motion.
+/// It is computed on first use, once per frame.
 class Context {
-  /// What earlier stages think, per feature.
+  /// Result of the earlier stages, per feature.
   struct State {
     std::vector<std::uint8_t> judged, prior, seed, dynamic;
   };
@@ -52,17 +52,18 @@ class Context {
 
   /// Distorted pixels, one per feature.
   const std::vector<cv::Point2f>& pixels() const { return pixels_; }
-  /// Undistorted pixels: the host's, else computed from its camera, else the distorted ones.
+  /// Undistorted pixels: the host's, else computed with the camera, else the distorted ones.
   const std::vector<cv::Point2f>& undistorted_pixels() {
     if (!undistorted_ready_) fill_undistorted();
     return undistorted_;
   }
-  /// Along the optical axis [m], NaN for none: beyond `max_depth_m`, or on a silhouette of the depth image.
+  /// Depth along the optical axis [m].
+  /// NaN: no depth, beyond `max_depth_m`, or on a silhouette of the depth image.
   const std::vector<float>& depths_m() {
     if (!depths_ready_) fill_depths();
     return depths_m_;
   }
-  /// In the current camera's frame [m], NaN for none.
+  /// Points in the frame of the current camera [m]. NaN without depth.
   const std::vector<cv::Point3f>& points_m() {
     if (!points_ready_) {
       points_m_.resize(size());
@@ -72,16 +73,17 @@ class Context {
     return points_m_;
   }
 
-  // ---- what earlier stages think
-  /// Is feature i to be judged here? Survivors of a sequence, one side of a gate, ...
+  // ---- result of earlier stages
+  /// True if this stage judges feature i.
+  /// A sequence passes on the survivors, a gate one side.
   bool judged(std::size_t i) const { return state_.judged[i] != 0; }
-  /// The same for all: 1 or 0 per feature.
+  /// The same for all features: 1 or 0 each.
   Span<const std::uint8_t> judged() const { return state_.judged; }
-  /// Did a semantic stage mark it as a suspect?
+  /// True if a semantic stage marked feature i as a suspect.
   bool prior(std::size_t i) const { return state_.prior[i] != 0; }
-  /// May models be fitted on it? Not suspected by any earlier stage.
+  /// True if models may be fitted on feature i, because no earlier stage suspects it.
   bool seed(std::size_t i) const { return state_.seed[i] != 0; }
-  /// Did an earlier stage of a sequence call it dynamic? It is not judged again then.
+  /// True if an earlier stage of a sequence voted feature i dynamic. It is not judged again.
   bool called_dynamic(std::size_t i) const { return state_.dynamic[i] != 0; }
   bool any_prior() const {
     for (const std::uint8_t p : state_.prior)
@@ -95,19 +97,20 @@ class Context {
   }
 
   // ---- shared evidence
-  /// Where the features were in an earlier frame. No reference, nothing found: every entry says so.
+  /// Positions of the features in an earlier frame.
+  /// Without that frame, no entry is found and `reference` is null.
   const Match& match(const Reference& reference) {
     const StoredFrame* stored = resolve(reference);
     last_asked_for_ = last_asked_for_ || stored == resolve(Reference());
     return match_stored(stored);
   }
 
-  /// The same with a frame by its id, for results that came late.
+  /// The same for the frame with this id, for results that arrive late.
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
 
-  /// The frame's boxes when they are of an older frame, carried to this one (context/late_semantics.hpp):
-  /// those found on it or, missed since, at most `max_age_frames` ago, with track ids. Null when nothing
-  /// leads here.
+  /// Boxes of an older frame, carried to this one (context/late_semantics.hpp), with track ids.
+  /// Includes boxes that later results missed, up to `max_age_frames` old.
+  /// Null if the trail does not reach this frame.
   const std::vector<Detection>* carried_boxes(int max_age_frames) {
     record_step();
     const std::vector<CarriedBox>* boxes = late_.boxes(*frame_.detections, frame_.id);
@@ -121,8 +124,8 @@ class Context {
     }
     return &carried_;
   }
-  /// The frame's mask when it is of an older frame, carried to this one, at a quarter of the image's size.
-  /// Null when nothing leads here.
+  /// A mask of an older frame, carried to this one, at a quarter of the image's width and height.
+  /// Null if the trail does not reach this frame.
   const cv::Mat* carried_labels() {
     record_step();
     CarriedMask* mask = late_.mask(*frame_.mask, frame_.id);
@@ -137,9 +140,9 @@ class Context {
     });
   }
 
-  /// The camera's motion since the match's reference, fitted on seeds in 3-D (geometry/rigid_motion.hpp). A
-  /// motion that the host predicts competes as a hypothesis, so that a mover with most of the features does
-  /// not win.
+  /// Camera motion since the match's reference, fitted on 3-D seeds (geometry/rigid_motion.hpp).
+  /// A motion that the host predicts competes as a hypothesis.
+  /// Otherwise a mover with most of the features would win.
   const RigidMotion& rigid_motion(const Match& match, const std::vector<int>& seeds) {
     return fitted(rigid_motions_, match, seeds, [&] {
       return rigid_motion_.estimate(frame_.camera.value_or(Camera()), match.reference_points_m, points_m(),
@@ -147,7 +150,7 @@ class Context {
     });
   }
 
-  /// T_current_reference as the host's poses say, when it has both.
+  /// T_current_reference from the host's poses, if both frames have one.
   std::optional<Pose> host_motion(const Match& match) const {
     if (match.reference == nullptr || frame_.pose_provenance == PoseProvenance::None ||
         match.reference->pose_provenance == PoseProvenance::None)
@@ -155,24 +158,25 @@ class Context {
     return inverse(frame_.T_world_camera) * match.reference->T_world_camera;
   }
 
-  /// Features with a correspondence that may carry a model; with `all`, whatever earlier stages think of
-  /// them.
+  /// Features with a correspondence that may support a model.
+  /// With `all`, the result of earlier stages is ignored.
   void collect_seeds(const Match& match, bool all, std::vector<int>& seeds) const {
     seeds.clear();
     for (std::size_t i = 0; i < size(); ++i)
       if (match.correspondences.found[i] != 0 && (all || seed(i))) seeds.push_back(static_cast<int>(i));
   }
 
-  /// A line for the frame's report, about the stage that is running.
+  /// Adds text about the running stage to the frame's report.
   void note(const std::string& text) { note_ += (note_.empty() ? "" : "; ") + text; }
   std::string take_note() { return std::exchange(note_, {}); }
 
-  // ---- for combinators: what the next stages are told
+  // ---- for combinators: state of the next stages
   void mark_prior(std::size_t i) { state_.prior[i] = 1, state_.seed[i] = 0; }
-  /// Not to be judged here; still a seed.
+  /// Excludes feature i from judgement. It remains a seed.
   void excuse(std::size_t i) { state_.judged[i] = 0; }
-  /// What an earlier stage said: its suspects are no seeds; what it rejected is neither judged again nor used
-  /// for models. Without branches: which features those are cannot be predicted.
+  /// Applies the votes of an earlier stage. Its suspects are no longer seeds.
+  /// Features that it rejected are neither judged again nor used for models.
+  /// The loop has no branches because its conditions are unpredictable.
   void learn(const Votes& said) {
     const Vote* vote = said.votes().data();
     const std::uint8_t* suspect = said.priors().data();
@@ -186,14 +190,14 @@ class Context {
       seed[i] &= (rejected | suspect[i]) ^ 1;
     }
   }
-  /// Only prior suspects are judged here, or only the others.
+  /// Restricts judgement to the prior suspects, or to the other features.
   void keep_side(bool priors) {
     const std::uint8_t side = priors ? 1 : 0;
     for (std::size_t i = 0; i < size(); ++i)
       state_.judged[i] &= static_cast<std::uint8_t>(state_.prior[i] == side);
   }
 
-  /// Restores what the next stages are told when it goes out of scope.
+  /// Restores the state of the next stages on destruction.
   class Scope {
    public:
     explicit Scope(Context& context) : context_(context), saved_(context.state_) {}
@@ -206,9 +210,9 @@ class Context {
     State saved_;
   };
 
-  // ---- for the pipeline: the life of a frame
+  // ---- for the pipeline: start and end of a frame
   void set_history(int frames) { history_.set_capacity(frames); }
-  /// Does any stage look at boxes or masks? Then the way that late ones must come is kept.
+  /// Set if a stage reads boxes or masks. The motion trail for late ones is then recorded.
   void set_semantics(bool used) { semantics_used_ = used; }
 
   void begin(const FrameView& frame, CallPoint call_point) {
@@ -240,7 +244,7 @@ class Context {
   void finish(bool keyframe) {
     if (semantics_used_ && may_come_late()) record_step();
     if (keyframe) history_.mark_keyframe();
-    frame_ = FrameView();  // the host's memory is not looked at after the call
+    frame_ = FrameView();  // the host's memory is not read after the call
   }
 
   void reset() {
@@ -258,7 +262,7 @@ class Context {
   }
 
   double correspondence_ms() const { return correspondence_ms_; }
-  /// Inputs that were there but cannot be used, e.g. "depth_m: 3 values for 1000 features".
+  /// Inputs that were present but unusable, e.g. "depth_m cannot be used: wrong size or type".
   const std::vector<std::string>& input_notes() const { return cleaner_.notes(); }
 
  private:
@@ -269,7 +273,7 @@ class Context {
     std::vector<int> seeds;
     Model model;
   };
-  // Lists, not vectors: references to entries stay valid while more are added.
+  // A list keeps references to its entries valid while it grows.
   template <class T>
   static T& next_slot(std::list<T>& slots) {
     for (T& slot : slots)
@@ -281,7 +285,7 @@ class Context {
     slots.back().valid = true;
     return slots.back();
   }
-  /// The model of these seeds: known, or fitted now.
+  /// The model of these seeds, from the cache or newly fitted.
   template <class Model, class Fit>
   const Model& fitted(std::list<Fitted<Model>>& known, const Match& match, const std::vector<int>& seeds,
                       const Fit& fit) {
@@ -307,7 +311,7 @@ class Context {
            (params_.source == CorrespondenceSource::Auto && !frame_.matches && !frame_.grey.empty());
   }
 
-  /// The motion since the last frame, for results that come late: once per frame.
+  /// Records the motion since the last frame for late results, once per frame.
   void record_step() {
     late_seen_ = late_seen_ || is_late();
     if (late_.trail().find(frame_.id) != nullptr) return;
@@ -317,7 +321,7 @@ class Context {
     if (image_px.empty() && frame_.camera) image_px = {frame_.camera->width_px, frame_.camera->height_px};
     late_.trail().add(frame_.id, last, pixels_, depths_m(), thin_depth(), image_px);
   }
-  /// This frame's depth image as the trail keeps it; the trail takes it away.
+  /// This frame's subsampled depth image. The trail takes over its memory.
   cv::Mat& thin_depth() {
     if (!thin_depth_ready_) MotionTrail::thin_depth(frame_.depth, frame_.depth_unit_m, thin_depth_m_);
     thin_depth_ready_ = true;
@@ -328,7 +332,8 @@ class Context {
     return (frame_.detections && older(frame_.detections->frame_id)) ||
            (frame_.mask && older(frame_.mask->frame_id));
   }
-  /// Results that come at once need no trail. Before the first late one it must cost no flow of its own.
+  /// False while results arrive on time: the trail is not needed.
+  /// Before the first late result, the trail must not cause extra flow.
   bool may_come_late() const {
     if (is_late()) return true;
     if (frame_.detections || frame_.mask) return false;
@@ -340,8 +345,9 @@ class Context {
                        [stored](const Match& match) { return match.valid && match.reference == stored; });
   }
 
-  /// The match to the last frame that the trail is made of: that of the stages, where they ask for it anyway;
-  /// else a sparse one, at a sixth of its cost.
+  /// The match to the last frame that the trail is built from.
+  /// It is the match of the stages if they compute one.
+  /// Otherwise it is a sparse one at a sixth of the cost.
   const Match& step_match() {
     const StoredFrame* last = resolve(Reference());
     if (steps_shared_ || !uses_flow() || is_matched(last)) return match_stored(last);
@@ -353,7 +359,8 @@ class Context {
     });
     return step_;
   }
-  /// Every fourth cell of 8 x 8 pixels: by place, so that the order of the features does not matter.
+  /// True in one of four cells of 8 x 8 pixels.
+  /// Selecting by position makes the result independent of the features' order.
   static bool in_sparse_cell(const cv::Point2f& px) {
     return std::fmod(std::floor(px.x / 8) + 2 * std::floor(px.y / 8), 4.0F) == 0;
   }
@@ -365,14 +372,14 @@ class Context {
   const Match& match_stored(const StoredFrame* stored) {
     for (const Match& known : matches_)
       if (known.valid && known.reference == stored) return known;
-    depths_m();  // while the image is in the cache: the flow will drive it out
+    depths_m();  // before the flow evicts the depth image from the cache
     Match& match = next_slot(matches_);
     fill_match(stored, match, [&](Correspondences& out) { correspond(*stored, out); });
     return match;
   }
 
-  // The host's matches are about one frame; for another one, boxes that came late say, there is the next
-  // best.
+  // The host's matches refer to one frame.
+  // Late boxes need another frame, which uses flow or descriptors instead.
   void correspond(const StoredFrame& stored, Correspondences& out) {
     if (uses_host_matches() && frame_.matches->reference_frame_id == stored.id)
       host_matches(stored, out);
@@ -437,7 +444,7 @@ class Context {
     undistorted_ready_ = true;
   }
 
-  /// The host's depths, but none on silhouettes where the depth image shows one.
+  /// Depths of the host, except on silhouettes of the depth image.
   void fill_depths() {
     depths_m_.assign(size(), DepthSampler::kNone);
     const DepthSampler image(frame_.depth, frame_.depth_unit_m, params_.max_depth_edge);
@@ -449,7 +456,7 @@ class Context {
     depths_ready_ = true;
   }
 
-  /// Deep copies, since hosts reuse buffers. The pyramid is the copy of the grey image.
+  /// Makes deep copies, because hosts reuse buffers. The pyramid is the copy of the grey image.
   void keep(StoredFrame& stored) {
     const bool seen_before = !stored.pyramid.empty();
     stored.timestamp_s = frame_.timestamp_s;
@@ -470,12 +477,12 @@ class Context {
     if (!seen_before) {
       keep_depth(stored.depth);
       stored.depth_unit_m = frame_.depth_unit_m;
-      if (semantics_used_) thin_depth();  // while the image is in the cache: the flow will drive it out
+      if (semantics_used_) thin_depth();  // before the flow evicts the depth image from the cache
     }
   }
 
-  /// The slot's own image is written into only where no one else has it: a host may still hold the last one
-  /// that it handed over.
+  /// Writes into the slot's image only if nothing else refers to it.
+  /// The host may still hold an image that it handed over.
   void keep_depth(cv::Mat& stored) {
     if (frame_.depth_handed_over) {
       stored = frame_.depth;
@@ -506,7 +513,7 @@ class Context {
   Match step_;
   std::vector<cv::Point2f> sparse_px_;
   std::int64_t last_begun_id_ = -1;
-  bool last_asked_for_ = true, steps_shared_ = true;  ///< do stages match with the last frame?
+  bool last_asked_for_ = true, steps_shared_ = true;  ///< true if stages match with the last frame
 
   std::vector<cv::Point2f> pixels_, undistorted_;
   std::vector<float> depths_m_;

@@ -8,11 +8,11 @@
 
 namespace dynfilter {
 
-/// Where correspondences come from. Auto: the host's matches if it hands some in, else flow on the grey
-/// image, else descriptors.
+/// Source of correspondences.
+/// Auto uses the host's matches if it provides them, else flow on the grey image, else descriptors.
 enum class CorrespondenceSource { Auto, Host, Flow, Descriptors };
 
-/// How the evidence that filters share is computed.
+/// Parameters of the evidence that filters share.
 struct ContextParams {
   CorrespondenceSource source = CorrespondenceSource::Auto;
   double max_depth_m = 8.0;
@@ -28,12 +28,13 @@ struct ContextParams {
                 {"host", CorrespondenceSource::Host},
                 {"flow", CorrespondenceSource::Flow},
                 {"descriptors", CorrespondenceSource::Descriptors}},
-               "where correspondences come from; auto: the host's matches, else flow, else descriptors"),
-        real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "farther depths count as none"),
+               "source of correspondences; auto: the host's matches, else flow, else descriptors"),
+        real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000},
+             "largest depth that is used; larger depths count as no depth"),
         real("max_depth_edge", &P::max_depth_edge, "", {0, 10},
-             "a pixel has no depth where its neighbours' differ by more than this share"),
-        group("flow", &P::flow, "pyramidal LK flow"),
-        group("descriptors", &P::descriptors, "windowed descriptor matching"),
+             "largest relative depth difference to neighbouring pixels; beyond it, a pixel has no depth"),
+        group("flow", &P::flow, "parameters of pyramidal Lucas-Kanade flow"),
+        group("descriptors", &P::descriptors, "parameters of windowed descriptor matching"),
     };
     return table;
   }

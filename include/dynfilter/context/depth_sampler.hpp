@@ -11,14 +11,16 @@
 
 namespace dynfilter {
 
-/// Depth [m] at single pixels. At a silhouette the sensor's depth belongs to either side: where the pixels
-/// around disagree by more than `max_edge_share` of the depth, there is none. A hole takes the depth around
-/// it if that is one surface: structured light leaves holes at the very corners that features like.
+/// Depth [m] at single pixels. NaN if the pixel has no reliable depth.
+/// At a silhouette the sensor's depth may belong to either surface.
+/// A pixel has no depth if neighbouring pixels differ by more than `max_edge_share` of the depth.
+/// A hole takes the depth around it if that is one surface.
+/// Structured light often leaves holes at corners, where features are detected.
 class DepthSampler {
  public:
   static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
-  /// `depth`: CV_32FC1 or CV_16UC1; anything else gives no depth anywhere.
+  /// `depth`: CV_32FC1 or CV_16UC1. Any other type has no depth anywhere.
   DepthSampler(const cv::Mat& depth, double unit_m, double max_edge_share)
       : depth_(depth),
         unit_m_(static_cast<float>(unit_m)),
@@ -28,8 +30,8 @@ class DepthSampler {
 
   float at(const cv::Point2f& px) const { return is_float() ? at<float>(px) : at<std::uint16_t>(px); }
 
-  /// The depths at many pixels; `take(i, depth)` for each. Features lie far apart in memory: what is needed
-  /// soon is fetched ahead.
+  /// Calls `take(i, depth)` for each pixel.
+  /// Features are scattered in memory, so upcoming pixels are prefetched.
   template <class Pixels, class Take>
   void at_all(const Pixels& px, const Take& take) const {
     is_float() ? at_all_of<float>(px, take) : at_all_of<std::uint16_t>(px, take);
@@ -64,7 +66,7 @@ class DepthSampler {
     if (!(px.x < static_cast<float>(depth_.cols)) || !(px.y < static_cast<float>(depth_.rows))) return kNone;
     const int x = std::min(cvRound(px.x), depth_.cols - 1), y = std::min(cvRound(px.y), depth_.rows - 1);
     const auto inside = [](int at, int size) {
-      return at >= kRingRadiusPx && at < size - kRingRadiusPx;  // then nothing around needs a check
+      return at >= kRingRadiusPx && at < size - kRingRadiusPx;  // the ring needs no bounds checks
     };
     return inside(x, depth_.cols) && inside(y, depth_.rows) ? at_pixel<T, true>(x, y)
                                                             : at_pixel<T, false>(x, y);
@@ -87,7 +89,7 @@ class DepthSampler {
     return edge ? kNone : centre;
   }
 
-  /// The mean of the ring around a hole, if most of it is there and agrees.
+  /// The mean of the ring around a hole, if most of the ring has depth and agrees.
   template <class T, bool kInside>
   float from_around(int x, int y) const {
     float sum = 0, nearest = std::numeric_limits<float>::infinity(), farthest = 0;

@@ -13,22 +13,25 @@
 
 namespace dynfilter {
 
-/// Follows features over frames by chaining each frame's matches to the one before. Where the match names its
-/// feature in the last frame (the host's tracks), that feature's past is taken over; where it names a place
-/// only (flow, with features detected anew in every frame), the nearest feature of the last frame within
-/// `max_jump_px` and at no other depth lends its past, shifted onto the place. This costs no flow of its own:
-/// O(n), about 60 us for 1000 features.
+/// Tracks features over frames by chaining the matches of consecutive frames.
+/// A match with a reference index (the host's tracks) continues that feature's track.
+/// A match with a position only (flow on newly detected features)
+/// continues the track of the nearest feature in the last frame.
+/// That feature must be within `max_jump_px` and at the same depth.
+/// Its past positions are shifted accordingly.
+/// Cost: O(n), about 60 us for 1000 features, without extra flow.
 class FeatureTracks {
  public:
   static constexpr float kNoDepth = std::numeric_limits<float>::quiet_NaN();
 
-  /// So many earlier places are kept per feature.
+  /// Keeps up to `max_length` earlier positions per feature.
   explicit FeatureTracks(int max_length, double max_jump_px = 2.0)
       : max_length_(static_cast<std::size_t>(max_length)), max_jump_px_(static_cast<float>(max_jump_px)) {}
 
-  /// The next frame: its features in distorted and undistorted pixels, their depths [m] (NaN: none; empty:
-  /// none at all), and their match to an earlier frame. Without a match to the frame that was followed last,
-  /// tracks begin anew.
+  /// Adds the next frame: distorted and undistorted pixels of its features,
+  /// their depths [m], and their match to an earlier frame.
+  /// A depth is NaN if unknown; an empty array means no depth at all.
+  /// Without a match to the last added frame, all tracks restart.
   void follow(std::int64_t frame_id, const Match& match, const std::vector<cv::Point2f>& px,
               const std::vector<cv::Point2f>& undistorted_px, const std::vector<float>& depths_m = {}) {
     const std::size_t n = px.size();
@@ -54,13 +57,13 @@ class FeatureTracks {
   void reset() { has_last_ = goes_on_ = false; }
 
   std::size_t size() const { return length_.size(); }
-  /// How many earlier places of feature i are known.
+  /// Number of earlier positions of feature i.
   int length(std::size_t i) const { return length_[i]; }
-  /// Undistorted pixels, k frames ago; k = 0 is now.
+  /// Undistorted pixels k frames ago; k = 0 is the current frame.
   const cv::Point2f& at(std::size_t i, int k) const { return place(i, k).undistorted_px; }
-  /// [m], k frames ago; NaN: none.
+  /// Depth [m] k frames ago; NaN: no depth.
   float depth_m(std::size_t i, int k) const { return place(i, k).depth_m; }
-  /// The feature of the frame followed before whose past this one took over; -1: none.
+  /// Index in the previously added frame of the feature that continues here; -1: none.
   int previous(std::size_t i) const { return previous_[i]; }
 
  private:
@@ -92,7 +95,7 @@ class FeatureTracks {
         const cv::Point2f d = last->px - px;
         const float apart2 = d.dot(d);
         if (apart2 > best2 || (best != nullptr && apart2 == best2 && !before(*last, *best))) continue;
-        // Where a depth is missing there is no telling.
+        // NaN compares false: a missing depth passes the check.
         if (std::abs(last->depth_m - depth_m) > kDepthShare * depth_m) continue;
         best2 = apart2;
         best = last;
@@ -100,14 +103,14 @@ class FeatureTracks {
     });
     return best != nullptr ? best->index : -1;
   }
-  /// By place, so that the order of the features does not matter.
+  /// Order by position, so that the order of the features does not matter.
   static bool before(const LastFeature& a, const LastFeature& b) {
     return a.px.y != b.px.y ? a.px.y < b.px.y : a.px.x < b.px.x;
   }
   static float reference_depth_m(const Match& match, std::size_t i) {
     return i < match.reference_depth_m.size() ? match.reference_depth_m[i] : kNoDepth;
   }
-  /// In the order of the grid, so that looking around runs over memory in order.
+  /// Sorts by grid cell, so that a neighbourhood is contiguous in memory.
   void lay_out_last() {
     grid_.build(Span<const cv::Point2f>(last_px_), 4 * max_jump_px_);
     last_by_place_.clear();

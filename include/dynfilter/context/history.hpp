@@ -10,7 +10,7 @@
 
 namespace dynfilter {
 
-/// A frame that the toolkit keeps: deep copies, because hosts reuse their buffers.
+/// A frame that the toolkit keeps. It holds deep copies, because hosts reuse their buffers.
 struct StoredFrame {
   std::int64_t id = -1;
   double timestamp_s = 0;
@@ -25,11 +25,11 @@ struct StoredFrame {
   PoseProvenance pose_provenance = PoseProvenance::None;
 };
 
-/// The last frames of one camera stream, and the last keyframe. Slots are reused: after the first frames
-/// nothing that scales with the image is allocated.
+/// The last frames of one camera stream, and the last keyframe.
+/// Slots are reused, so the steady state allocates nothing that scales with the image.
 class History {
  public:
-  /// How many earlier frames to keep at most, beside the last keyframe.
+  /// Sets how many earlier frames to keep in addition to the last keyframe.
   void set_capacity(int frames) { capacity_ = frames < 1 ? 1 : static_cast<std::size_t>(frames); }
 
   void clear() {
@@ -38,7 +38,7 @@ class History {
     recycle(std::move(keyframe_));
   }
 
-  /// The frame that is being judged: call with each view; a new id makes room for it.
+  /// The slot of the frame being judged. Call it with each view; a new id starts a new slot.
   StoredFrame& current(std::int64_t id) {
     if (!frames_.empty() && frames_.back()->id == id) return *frames_.back();
     if (frames_.size() > capacity_) {
@@ -53,8 +53,8 @@ class History {
     return frame;
   }
 
-  /// The frame `gap` frames before the current one, or the oldest there is; nullptr without any earlier
-  /// frame.
+  /// The frame `gap` frames before the current one, or the oldest one kept.
+  /// Null without an earlier frame.
   const StoredFrame* before(int gap) const {
     const auto n = static_cast<int>(frames_.size());
     if (n < 2 || gap < 1) return nullptr;
@@ -65,7 +65,7 @@ class History {
       if (frame->id == id) return frame.get();
     return keyframe_ && keyframe_->id == id ? keyframe_.get() : nullptr;
   }
-  /// The last keyframe, unless it is the current frame itself.
+  /// The last keyframe, unless it is the current frame.
   const StoredFrame* keyframe() const {
     return frames_.empty() || keyframe_ != frames_.back() ? keyframe_.get() : nullptr;
   }
@@ -79,7 +79,7 @@ class History {
  private:
   using FramePtr = std::shared_ptr<StoredFrame>;
 
-  /// A frame that is still in use elsewhere (as the keyframe, say) is not reused yet.
+  /// Reuses a frame unless something else, such as the keyframe, still refers to it.
   void recycle(FramePtr frame) {
     if (frame && frame.use_count() == 1) spare_.push_back(std::move(frame));
   }

@@ -12,16 +12,16 @@
 
 namespace dynfilter {
 
-/// Boxes and masks that came late, carried to the current frame, frame by frame along the motion trail. A
-/// newer result is carried from the frame that it saw through all frames since; until the next one comes, it
-/// goes on with one step a frame.
+/// Carries late boxes and masks to the current frame, frame by frame along the motion trail.
+/// A newer result is first carried from its own frame through all later frames.
+/// After that it moves one step per frame until the next result arrives.
 class LateSemantics {
  public:
   MotionTrail& trail() { return trail_; }
   const MotionTrail& trail() const { return trail_; }
 
-  /// Where the boxes found on `input.frame_id` are on frame `now_id`, the missed ones bridged; null when the
-  /// trail does not lead here.
+  /// Boxes of frame `input.frame_id` carried to frame `now_id`, including recently missed ones.
+  /// Null if the trail does not connect the two frames.
   const std::vector<CarriedBox>* boxes(const DetectionInput& input, std::int64_t now_id) {
     if (boxes_at_ && *boxes_at_ != now_id) {
       if (trail_.path(*boxes_at_, now_id, path_))

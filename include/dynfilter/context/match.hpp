@@ -9,21 +9,21 @@
 
 namespace dynfilter {
 
-/// Which earlier frame the current one is held against.
+/// The earlier frame that the current one is compared with.
 struct Reference {
-  bool keyframe = false;  ///< the last keyframe; else:
-  int gap_frames = 1;     ///< so many frames back, or the oldest frame that is kept
+  bool keyframe = false;  ///< use the last keyframe
+  int gap_frames = 1;     ///< otherwise this many frames back, or the oldest frame kept
 };
 
-/// Where the current features were in a reference frame, and what that frame knew of these places. One entry
-/// per current feature; NaN where there is none.
+/// Positions of the current features in a reference frame, with the depth there.
+/// One entry per current feature. NaN if not found.
 struct Match {
-  bool valid = false;                      ///< belongs to the current frame (bookkeeping of Context)
+  bool valid = false;                      ///< belongs to the current frame; set by Context
   const StoredFrame* reference = nullptr;  ///< null: there is no such frame
   Correspondences correspondences;
   std::vector<cv::Point2f> reference_undistorted_px;
   std::vector<float> reference_depth_m;
-  std::vector<cv::Point3f> reference_points_m;  ///< in the reference camera's frame
+  std::vector<cv::Point3f> reference_points_m;  ///< in the frame of the reference camera
 
   bool found(std::size_t i) const { return correspondences.found[i] != 0; }
   bool has_depth(std::size_t i) const { return std::isfinite(reference_points_m[i].z); }

@@ -11,29 +11,32 @@
 
 namespace dynfilter {
 
-/// Where a feature of one frame was in the frame before. Distorted pixels; depths [m], NaN: none.
+/// Motion of one feature since the previous frame. Distorted pixels; depths [m], NaN: no depth.
 struct MotionSample {
   cv::Point2f from_px, to_px;
   float from_depth_m, to_depth_m;
 };
 
-/// What is kept of a frame to carry things to it from the frame before.
+/// What the trail keeps of a frame: the motion that leads to it from the previous frame.
 struct TrailFrame {
-  std::int64_t id = -1, from_id = -1;  ///< from_id -1: nothing leads here
+  std::int64_t id = -1, from_id = -1;  ///< from_id -1: no motion leads to this frame
   std::vector<MotionSample> samples;
   cv::Size image_px;
-  cv::Mat depth_m;  ///< CV_32FC1, every 4th pixel of the depth image, NaN: none; empty: no depth image
+  /// CV_32FC1, every 4th pixel of the depth image; NaN: no depth; empty: no depth image.
+  cv::Mat depth_m;
 };
 
-/// The motion of the last frames' features, frame to frame: sparse, so that half a second costs less memory
-/// than one image pyramid. What is late can be carried from frame to frame although no image is kept.
+/// Frame-to-frame motion of the features of recent frames.
+/// Late results are carried along it although no image is kept.
+/// Half a second of it takes less memory than one image pyramid.
 class MotionTrail {
  public:
   static constexpr int kCellPx = 4;
   static constexpr std::size_t kFrames = 64;
 
-  /// The next frame: its features' pixels and depths [m], their match to an earlier frame, its depth image as
-  /// thin_depth() leaves it (its memory is taken, and other memory given back).
+  /// Adds a frame: the pixels and depths [m] of its features, their match to an earlier frame
+  /// and its depth image as thin_depth() makes it.
+  /// Takes over the memory of `thin_depth_m` and returns other memory in exchange.
   void add(std::int64_t id, const Match& match, const std::vector<cv::Point2f>& px,
            const std::vector<float>& depths_m, cv::Mat& thin_depth_m, cv::Size image_px) {
     TrailFrame& frame = next();
@@ -44,7 +47,8 @@ class MotionTrail {
     cv::swap(frame.depth_m, thin_depth_m);
   }
 
-  /// Every 4th pixel of a depth image (CV_32FC1 or CV_16UC1; anything else: none), see TrailFrame.
+  /// Every 4th pixel of a depth image. See TrailFrame.
+  /// Only CV_32FC1 and CV_16UC1 are read; other types give an empty image.
   static void thin_depth(const cv::Mat& depth, double unit_m, cv::Mat& out) {
     if (depth.type() == CV_16UC1)
       thin<std::uint16_t>(depth, static_cast<float>(unit_m), out);
@@ -69,7 +73,8 @@ class MotionTrail {
     return nullptr;
   }
 
-  /// The frames that lead from one to another, in order, without the first. False where the trail does not.
+  /// Lists the frames from one to another in order, without the first.
+  /// False if the trail does not connect them.
   bool path(std::int64_t from_id, std::int64_t to_id, std::vector<const TrailFrame*>& out) const {
     out.clear();
     while (to_id > from_id) {
@@ -100,17 +105,19 @@ class MotionTrail {
     constexpr int kLine = 64 / sizeof(T), kMiddle = kCellPx / 2;
     for (int r = 0; r < out.rows; ++r) {
       const T *from = row(r), *next = row(r + 1);
-      // The image is not in the cache, and three of four rows are left out: nothing else fetches ahead.
+      // The image is not in the cache, and three of four rows are skipped.
+      // Hardware prefetching therefore does not help.
       for (int c = 0; c < depth.cols; c += kLine) __builtin_prefetch(next + c);
       float* __restrict to = out.ptr<float>(r);
-      const int whole = (depth.cols + kMiddle - 1) / kCellPx;  // whose middle lies in the image
+      // Cells whose middle is inside the image.
+      const int whole = (depth.cols + kMiddle - 1) / kCellPx;
       for (int c = 0; c < whole; ++c) to[c] = static_cast<float>(from[c * kCellPx + kMiddle]) * unit_m;
       if (whole < out.cols) to[whole] = static_cast<float>(from[depth.cols - 1]) * unit_m;
       for (int c = 0; c < out.cols; ++c) to[c] = valid_depth(to[c]) ? to[c] : DepthSampler::kNone;
     }
   }
 
-  std::vector<TrailFrame> frames_;  ///< a ring
+  std::vector<TrailFrame> frames_;  ///< ring buffer
   std::size_t begin_ = 0, size_ = 0;
 };
 
