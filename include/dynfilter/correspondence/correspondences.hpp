@@ -10,14 +10,16 @@
 
 namespace dynfilter {
 
-/// Where the features of the current frame were in a reference frame: exactly one entry per current feature,
-/// because verdicts are about current features. Entries that were not found hold NaN and -1.
+/// Positions of the current frame's features in a reference frame.
+/// There is exactly one entry per current feature, because verdicts are about current features.
+/// An entry that is not found holds NaN and -1.
 struct Correspondences {
-  std::vector<cv::Point2f> reference_px;      ///< distorted pixels of the reference frame
-  std::vector<std::uint8_t> found;            ///< 0 or 1
-  std::vector<std::int32_t> reference_index;  ///< the reference frame's feature; -1: none (flow has none)
+  std::vector<cv::Point2f> reference_px;  ///< distorted pixels of the reference frame
+  std::vector<std::uint8_t> found;        ///< 0 or 1
+  /// Feature of the reference frame; -1: none (always for flow).
+  std::vector<std::int32_t> reference_index;
 
-  /// N entries, none found. Keeps its memory.
+  /// Resizes to n entries, none found. Reuses memory.
   void reset(std::size_t n) {
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     reference_px.assign(n, {kNan, kNan});
@@ -48,7 +50,8 @@ inline bool finite(const cv::Point2f& p) {
   return std::isfinite(p.x) && std::isfinite(p.y);
 }
 
-/// Inside the image and at least `border_px` from its outermost pixel centres. False for NaN.
+/// True if p is inside the image and at least `border_px` from its outermost pixel centres.
+/// False for NaN.
 inline bool inside(const cv::Point2f& p, const cv::Size& size, float border_px) {
   return p.x >= border_px && p.y >= border_px && p.x <= static_cast<float>(size.width - 1) - border_px &&
          p.y <= static_cast<float>(size.height - 1) - border_px;

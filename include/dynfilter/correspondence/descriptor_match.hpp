@@ -27,11 +27,13 @@ struct DescriptorMatchParams {
     using P = DescriptorMatchParams;
     static const FieldTable<P> table{
         real("search_radius_px", &P::search_radius_px, "px", {0.5, 10000},
-             "how far from its expected position a feature is searched"),
-        integer("max_octave_difference", &P::max_octave_difference, "", {0, 100}, "between the two features"),
-        integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536}, "Hamming distance"),
-        real("max_ratio", &P::max_ratio, "", {0, 1}, "best must be below this share of the second best"),
-        flag("mutual", &P::mutual, "the best of both sides only"),
+             "radius around the expected position that is searched"),
+        integer("max_octave_difference", &P::max_octave_difference, "", {0, 100},
+                "largest octave difference of the two features"),
+        integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536},
+                "largest Hamming distance of a match"),
+        real("max_ratio", &P::max_ratio, "", {0, 1}, "largest ratio of the best to the second-best distance"),
+        flag("mutual", &P::mutual, "accept only matches that are the best in both directions"),
     };
     return table;
   }
@@ -42,7 +44,7 @@ namespace detail {
 /// Binary descriptors as whole 64-bit words, padded with zeros.
 class DescriptorWords {
  public:
-  /// False when `descriptors` is not CV_8UC1 with `rows` rows.
+  /// Returns false if `descriptors` is not CV_8UC1 with `rows` rows.
   bool assign(const cv::Mat& descriptors, std::size_t rows) {
     if (descriptors.empty() || descriptors.type() != CV_8UC1 ||
         static_cast<std::size_t>(descriptors.rows) != rows)
@@ -62,7 +64,7 @@ class DescriptorWords {
   std::size_t stride_ = 0;
 };
 
-/// Counts the bits of four words at once: no popcnt instruction is assumed (no -march=native).
+/// Counts the bits of four words at once, without the popcnt instruction.
 inline int hamming_256(const std::uint64_t* a, const std::uint64_t* b) {
   constexpr std::uint64_t k5 = 0x5555555555555555U, k3 = 0x3333333333333333U, kF = 0x0F0F0F0F0F0F0F0FU;
   std::uint64_t bytes = 0;
@@ -73,7 +75,7 @@ inline int hamming_256(const std::uint64_t* a, const std::uint64_t* b) {
     x = (x & k3) + ((x >> 2U) & k3) + (y & k3) + ((y >> 2U) & k3);  // nibbles of at most 8
     bytes += (x & kF) + ((x >> 4U) & kF);                           // bytes of at most 32
   }
-  // Bytes hold up to 32: their sum may reach 256 and would overflow one byte, so 16-bit sums.
+  // The sum of bytes up to 32 may reach 256, which overflows a byte. Sums use 16 bits.
   bytes = (bytes & 0x00FF00FF00FF00FFU) + ((bytes >> 8U) & 0x00FF00FF00FF00FFU);
   return static_cast<int>((bytes * 0x0001000100010001U) >> 48U);
 }
@@ -95,15 +97,16 @@ inline int hamming(const std::uint64_t* a, const std::uint64_t* b, std::size_t w
 
 }  // namespace detail
 
-/// The features of one frame, for matching.
+/// Features of one frame for matching.
 struct DescribedFeatures {
   Span<const cv::KeyPoint> keypoints;  ///< distorted pixels, with octave
   cv::Mat descriptors;                 ///< CV_8UC1, one row per keypoint, any length
 };
 
-/// Windowed matching of binary descriptors, for hosts that bring them: no flow and no image needed. A match
-/// is the only best candidate within the search radius; ties are no match, so the order of features does not
-/// matter. Buffers are kept from call to call.
+/// Matches binary descriptors within a search window, without flow or images.
+/// A match is the unique best candidate within the search radius.
+/// A tie gives no match, so the order of the features does not matter.
+/// Buffers are reused from call to call.
 class DescriptorMatcher {
  public:
   explicit DescriptorMatcher(const DescriptorMatchParams& params = DescriptorMatchParams())
@@ -112,8 +115,9 @@ class DescriptorMatcher {
   }
   const DescriptorMatchParams& params() const { return params_; }
 
-  /// `expected_px`: where each current feature is expected in the reference frame, NaN for no idea; empty:
-  /// where it is now. Descriptors that are missing or of different length find nothing.
+  /// `expected_px` is the expected position of each current feature in the reference frame.
+  /// NaN means unknown. If the array is empty, the current positions are expected.
+  /// Nothing is found if descriptors are missing or differ in length.
   void match(const DescribedFeatures& current, const DescribedFeatures& reference,
              Span<const cv::Point2f> expected_px, Correspondences& out) {
     const std::size_t n = current.keypoints.size();

@@ -13,16 +13,18 @@
 
 namespace dynfilter {
 
-/// How a tracked point is believed: LK's own status holds for 987 of 1000 points between unrelated images.
-/// Figures for each: docs/correspondence.md.
+/// Verification of a tracked point.
+/// LK's own status accepts 987 of 1000 points between unrelated images.
+/// See docs/correspondence.md for figures of each check.
 enum class FlowCheck {
-  None,            ///< LK's status and the borders only
-  Residual,        ///< and the patches look alike
-  ForwardBackward  ///< and tracking back returns to the start: the surest, at twice the cost
+  None,      ///< LK's status and the borders only
+  Residual,  ///< also requires similar patches
+  /// Also requires that tracking back returns to the start; most reliable, at twice the cost.
+  ForwardBackward
 };
 
-/// Own: correspondence/lucas_kanade.hpp; OpenCV's takes its place for windows and processors it is not made
-/// for.
+/// Lucas-Kanade implementation. Own is correspondence/lucas_kanade.hpp.
+/// Falls back to OpenCV's for window sizes and processors that Own does not support.
 enum class FlowEngine { Own, OpenCv };
 
 struct FlowParams {
@@ -40,32 +42,34 @@ struct FlowParams {
   static const FieldTable<FlowParams>& fields() {
     static const FieldTable<FlowParams> table{
         choice("engine", &FlowParams::engine, {{"own", FlowEngine::Own}, {"opencv", FlowEngine::OpenCv}},
-               "which Lucas-Kanade; equally accurate, own takes less than half of the time"),
+               "Lucas-Kanade implementation; both are equally accurate, own takes less than half the time"),
         integer("window_px", &FlowParams::window_px, "px", {5, 63}, "side of the square patch"),
         integer("levels", &FlowParams::levels, "", {0, 8},
-                "pyramid levels above the image: each doubles the motion that can be followed"),
-        integer("max_iterations", &FlowParams::max_iterations, "", {1, 100}, "iterations per level"),
-        real("epsilon_px", &FlowParams::epsilon_px, "px", {1e-4, 1}, "a smaller step ends the iterations"),
+                "pyramid levels above the image; each doubles the largest motion that can be tracked"),
+        integer("max_iterations", &FlowParams::max_iterations, "", {1, 100}, "maximum iterations per level"),
+        real("epsilon_px", &FlowParams::epsilon_px, "px", {1e-4, 1}, "step length that ends the iterations"),
         real("min_eigenvalue", &FlowParams::min_eigenvalue, "", {0, 1},
-             "patches with less texture than this are not tracked"),
+             "smallest eigenvalue of the gradient matrix; patches with less texture are not tracked"),
         choice("check", &FlowParams::check,
                {{"none", FlowCheck::None},
                 {"residual", FlowCheck::Residual},
                 {"forward_backward", FlowCheck::ForwardBackward}},
-               "how a tracked point is verified"),
+               "verification of a tracked point"),
         real("max_residual", &FlowParams::max_residual, "", {0, 2},
-             "1 - normalised cross-correlation of the patches, with any check but none; 2 switches it off"),
+             "largest 1 - normalised cross-correlation of the patches, for any check except none; 2 disables "
+             "it"),
         real("max_forward_backward_px", &FlowParams::max_forward_backward_px, "px", {0, 100},
-             "how far from its start a point may return, with check forward_backward"),
+             "largest distance from the start after tracking back, for check forward_backward"),
         integer("border_px", &FlowParams::border_px, "px", {0, 1000},
-                "points closer to the border than this, in either frame, are not found"),
+                "smallest distance from the image border, in both frames"),
     };
     return table;
   }
 };
 
-/// Pyramidal Lucas-Kanade flow (Bouguet 2000; OpenCV's) from the current frame's features back into a
-/// reference frame. Deterministic for any number of threads. Buffers are kept from call to call.
+/// Pyramidal Lucas-Kanade flow (Bouguet 2000)
+/// from the current frame's features back to a reference frame.
+/// Results are the same for any number of threads. Buffers are reused from call to call.
 class FlowTracker {
  public:
   /// Throws ConfigError for parameters out of range.
@@ -73,23 +77,27 @@ class FlowTracker {
       : params_(checked(params)), patches_(params_.window_px) {}
   const FlowParams& params() const { return params_; }
 
-  /// The pyramid of an image, built as this tracker needs it.
+  /// Builds the pyramid of an image with this tracker's settings.
   void build(const cv::Mat& grey, ImagePyramid& pyramid) const {
     pyramid.build(grey, params_.window_px, params_.levels, !own());
   }
 
-  /// `current_px`: distorted pixels. `guess`: where each point is expected in the reference frame, same size,
-  /// NaN for no idea; or empty: no motion. Points that are NaN, outside, or fail the check are not found;
-  /// images of different size find nothing. 1000 points cost 3 to 4 ms on one core, twice that with
-  /// ForwardBackward.
+  /// `current_px` are distorted pixels.
+  /// `guess` is the expected position of each point in the reference frame, NaN if unknown.
+  /// An empty `guess` means no motion.
+  /// Points that are NaN, outside the image or fail the check are not found.
+  /// Images of different size find nothing.
+  /// Cost: 3 to 4 ms for 1000 points on one core, twice that with ForwardBackward.
   void track(const ImagePyramid& current, const ImagePyramid& reference, Span<const cv::Point2f> current_px,
              Span<const cv::Point2f> guess, Correspondences& out) {
     track(current, reference, current_px, guess, params_.check, out);
   }
 
-  /// Over a large gap: follows the points through `steps` (the frames before the current one, newest first;
-  /// the last is the reference), then tracks each directly between the two ends from where the chain led, so
-  /// that drift does not add up; only this is checked. Costs one unchecked track() per step and one more.
+  /// Tracks over a large gap. Follows the points through `steps`:
+  /// the frames before the current one, newest first, ending with the reference.
+  /// Then tracks each point directly between both ends, with the end of the chain as guess,
+  /// so that drift does not accumulate. Only this last step is checked.
+  /// Cost: one unchecked track() per step and one checked track().
   void track_chain(const ImagePyramid& current, Span<const ImagePyramid* const> steps,
                    Span<const cv::Point2f> current_px, Correspondences& out) {
     if (steps.size() < 2) {
@@ -100,7 +108,7 @@ class FlowTracker {
     const ImagePyramid* from = &current;
     for (const ImagePyramid* to : steps) {
       track(*from, *to, chained_, {}, FlowCheck::None, out);
-      chained_ = out.reference_px;  // NaN where lost, and NaN stays lost
+      chained_ = out.reference_px;  // NaN marks a lost point and is passed on
       from = to;
     }
     chain_start_.assign(current_px.begin(), current_px.end());
@@ -172,7 +180,7 @@ class FlowTracker {
 
   void keep_returning(const ImagePyramid& current, const ImagePyramid& reference) {
     if (index_.empty()) return;
-    // The way back starts as blind as the way there did: it is given the expected motion, not the answer.
+    // Tracking back must not start from the answer: its guess is the expected motion.
     back_.resize(to_.size());
     for (std::size_t k = 0; k < to_.size(); ++k) back_[k] = to_[k] + (from_[k] - start_[k]);
     lucas_kanade(reference, current, to_, back_);
@@ -203,7 +211,7 @@ class FlowTracker {
   float border() const { return static_cast<float>(params_.border_px); }
 
   FlowParams params_;
-  std::vector<std::size_t> index_;  // of the points that are still followed
+  std::vector<std::size_t> index_;  // of the points that are still tracked
   Points from_, start_, to_, back_;
   std::vector<std::uint8_t> status_;
   PatchResidual patches_;

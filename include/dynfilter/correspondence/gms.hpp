@@ -16,24 +16,32 @@
 namespace dynfilter {
 
 struct GmsParams {
-  int grid_cells = 0;             ///< per side, up to 40 (published: 20); 0: from the number of matches
-  double matches_per_cell = 2.0;  ///< grid_cells 0: so many on average, with 4 to 20 cells per side
-  double factor = 3.0;            ///< kept from factor * sqrt(n) supporters on (published: 6)
-  bool every_pair = true;         ///< false, as published: only matches to a cell's most frequent partner
-  bool rotation = false;          ///< the best of eight turns between the images
-  bool scale = false;             ///< the best of five ratios of size between the images, 1/2 to 2
+  /// Cells per side, up to 40 (published: 20); 0: chosen from the number of matches.
+  int grid_cells = 0;
+  /// For grid_cells 0: mean matches per cell, within 4 to 20 cells per side.
+  double matches_per_cell = 2.0;
+  double factor = 3.0;  ///< a match needs factor * sqrt(n) supporters (published: 6)
+  /// False, as published: only matches to the most frequent partner of a cell.
+  bool every_pair = true;
+  bool rotation = false;  ///< tests eight rotations between the images and keeps the best
+  /// Tests five scale ratios between the images, 1/2 to 2, and keeps the best.
+  bool scale = false;
 };
 
-/// Grid-based motion statistics (Bian et al., CVPR 2017): a match is kept when enough matches of the cells
-/// around its own agree with it, that is, go to the cells around its target in the same arrangement. The
-/// first image's grid lies at four places, half a cell apart; kept at one is kept. The published code asks
-/// only for each cell's most frequent partner, which loses the matches that parallax takes to the cell beside
-/// it.
+/// Grid-based motion statistics (Bian et al., CVPR 2017).
+/// A match is kept if enough matches of the 3 x 3 cells around it agree.
+/// A match agrees if it leads to the corresponding cell around the target.
+/// The first image's grid is placed four times, shifted by half a cell.
+/// A match is kept if one placement keeps it.
 ///
-/// Here cells are bounds-checked: points on or beyond the border (x = width too) count as in the last cell;
-/// the published code reads out of range. Not finite: neither kept nor counted. Cost: four passes over the
-/// matches, times 8 with rotation, times 5 with scale; the counters (0.3 MB for 20 x 20 cells) are kept from
-/// call to call.
+/// The published code uses only the most frequent partner of each cell.
+/// It thereby loses matches that parallax moves to the next cell.
+/// Cells are bounds-checked here: points on or beyond the border count in the last cell.
+/// The published code reads out of range there.
+/// Points that are not finite are neither kept nor counted.
+///
+/// Cost: four passes over the matches, times 8 with rotation and times 5 with scale.
+/// The counters (0.3 MB for 20 x 20 cells) are reused from call to call.
 class GridMotionStatistics {
  public:
   /// Throws ConfigError for parameters out of range.
@@ -45,8 +53,8 @@ class GridMotionStatistics {
   }
   const GmsParams& params() const { return params_; }
 
-  /// `first[i]` and `second[i]` [px] match where `valid[i]` is not 0 (empty: all). `kept` becomes 1 for the
-  /// matches that enough others support. Returns how many.
+  /// `first[i]` and `second[i]` [px] match where `valid[i]` is not 0; an empty `valid` means all.
+  /// Sets `kept` to 1 for matches with enough support. Returns their number.
   std::size_t run(Span<const cv::Point2f> first, const cv::Size& first_size, Span<const cv::Point2f> second,
                   const cv::Size& second_size, Span<const std::uint8_t> valid,
                   std::vector<std::uint8_t>& kept) {
@@ -72,7 +80,7 @@ class GridMotionStatistics {
     return best;
   }
 
-  /// Cells per side for so many matches.
+  /// Cells per side for this number of matches.
   int cells_for(std::size_t matches) const {
     if (params_.grid_cells > 0) return params_.grid_cells;
     const double cells = std::sqrt(static_cast<double>(matches) / params_.matches_per_cell);
@@ -80,7 +88,7 @@ class GridMotionStatistics {
   }
 
  private:
-  /// A cell and which of its 3 x 3 neighbours exist (bits, row by row).
+  /// A cell, and one bit for each of its 3 x 3 neighbours that exists, row by row.
   struct Side {
     int cells = 0;
     std::vector<std::uint16_t> around;
@@ -119,8 +127,7 @@ class GridMotionStatistics {
     }
   }
 
-  /// Matches of a cell one after the other: the counters of a cell then stay in the cache while it is
-  /// counted.
+  /// Groups the matches by cell, so that a cell's counters remain in the cache.
   void sort_by_cell() {
     const auto size = static_cast<float>(cells_);
     const auto cell = [&](const cv::Point2f& p) {
@@ -141,8 +148,8 @@ class GridMotionStatistics {
     index_.swap(sorted_index_), first_.swap(sorted_first_), second_.swap(sorted_second_);
   }
 
-  /// The four places of the first image's grid. Half a cell on, the border's half cells belong to no cell:
-  /// their matches go to an extra one that is never judged.
+  /// Computes the four placements of the first image's grid.
+  /// Matches in a half cell at the border belong to an extra cell that is never judged.
   void lay_left_grids() {
     const std::size_t n = index_.size();
     left_.set(cells_);
@@ -176,7 +183,7 @@ class GridMotionStatistics {
     columns_ = columns;  // pairs_ is all zero between calls
   }
 
-  /// One turn of the neighbourhoods, all four places of the grid. Returns how many matches agree.
+  /// Judges all four placements for one rotation. Returns how many matches agree.
   std::size_t judge(int turn) {
     const std::size_t n = index_.size();
     agreed_.assign(n, 0);
@@ -193,7 +200,8 @@ class GridMotionStatistics {
     return agreed;
   }
 
-  /// Matches per cell and per pair of cells, and the most frequent partner of each cell: the first of equals.
+  /// Counts matches per cell and per pair of cells, and finds the most frequent partner.
+  /// The first of equally frequent partners is used.
   void count(const std::vector<std::uint16_t>& left) {
     const std::size_t cells = static_cast<std::size_t>(cells_) * cells_;
     in_cell_.assign(cells + 1, 0);
@@ -207,7 +215,7 @@ class GridMotionStatistics {
     }
     sum_around();
   }
-  /// The matches of all 3 x 3 cells around each, where there are as many.
+  /// Sums the matches of the 3 x 3 cells around each cell.
   void sum_around() {
     const auto size = static_cast<std::size_t>(cells_), cells = size * size;
     in_three_.assign(cells, 0);
@@ -224,7 +232,7 @@ class GridMotionStatistics {
     for (std::size_t k = 0; k < left.size(); ++k)
       if (agreed_[k] == 0 && left[k] != nowhere && supported(left[k], right_cell_[k], turned)) agreed_[k] = 1;
   }
-  /// Only matches to the most frequent partner of their cell.
+  /// Judges only matches to the most frequent partner of their cell.
   void verify_cells(const std::vector<std::uint16_t>& left, int turn) {
     const Turned turned(left_, right_, turn);
     const auto cells = static_cast<std::uint32_t>(cells_ * cells_);
@@ -238,7 +246,7 @@ class GridMotionStatistics {
       agreed_[k] |= static_cast<std::uint8_t>(target_[left[k]] == right_cell_[k] ? 1 : 0);
   }
 
-  /// The second image's neighbours in the order of the first one's.
+  /// Neighbours in the second image, in the order of the first image's neighbours.
   struct Turned {
     Turned(const Side& left, const Side& right, int turn) {
       const auto columns = static_cast<std::ptrdiff_t>(right.cells) * right.cells;
@@ -272,7 +280,7 @@ class GridMotionStatistics {
     const double s = support;
     return s * s * common >= params_.factor * params_.factor * matches;
   }
-  /// Neighbour j of 3 x 3 after so many eighths of a turn.
+  /// Index of neighbour j of 3 x 3 after `turn` eighths of a rotation.
   static std::size_t turned(int j, int turn) {
     static constexpr int kRing[8] = {0, 1, 2, 5, 8, 7, 6, 3}, kPlace[9] = {0, 1, 2, 7, -1, 3, 6, 5, 4};
     return static_cast<std::size_t>(j == 4 ? 4 : kRing[(kPlace[j] + 8 - turn) % 8]);
@@ -290,7 +298,7 @@ class GridMotionStatistics {
   std::array<std::vector<std::uint16_t>, 4> left_cell_;
   std::vector<std::uint16_t> right_cell_;
   std::size_t columns_ = 0;
-  std::vector<std::uint16_t> pairs_;  ///< per left and right cell
+  std::vector<std::uint16_t> pairs_;  ///< count per left and right cell
   std::vector<std::uint32_t> in_cell_, in_three_, around_, best_partner_;
   std::vector<std::uint16_t> target_;
   std::vector<std::uint8_t> agreed_, best_;

@@ -6,10 +6,12 @@
 
 namespace dynfilter {
 
-/// The host's own matches. `current_count`: features of the current frame; `reference_keypoints`: distorted,
-/// of the frame `matches.reference_frame_id`. Indices out of range and keypoints that are NaN are not found;
-/// matches of another length than the features find nothing. Several features may share a reference feature,
-/// as hosts allow it.
+/// Converts the host's matches.
+/// `current_count` is the number of features of the current frame.
+/// `reference_keypoints` are the distorted keypoints of frame `matches.reference_frame_id`.
+/// Indices out of range and NaN keypoints are not found.
+/// Nothing is found if the number of matches differs from the number of features.
+/// Several features may share a reference feature.
 inline void correspondences_from_host(const HostMatches& matches,
                                       Span<const cv::KeyPoint> reference_keypoints, std::size_t current_count,
                                       Correspondences& out) {

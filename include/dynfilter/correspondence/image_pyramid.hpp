@@ -8,10 +8,11 @@
 
 namespace dynfilter {
 
-/// A grey image as pyramidal LK wants it: each level with a border of one window, and its derivatives if
-/// asked for. It owns a deep copy, and building again for an image of the same size allocates nothing.
-/// Move-only, because copies of cv::Mat share pixels; keep several for several earlier frames and std::swap
-/// them.
+/// A grey image pyramid for pyramidal LK.
+/// Each level has a border of one window, and derivatives if requested.
+/// It owns a deep copy. Rebuilding for the same image size allocates nothing.
+/// It is move-only because copies of cv::Mat share pixels.
+/// To keep several frames, use several objects and std::swap.
 class ImagePyramid {
  public:
   ImagePyramid() = default;
@@ -23,8 +24,9 @@ class ImagePyramid {
     return *this;
   }
 
-  /// `grey` is CV_8UC1 of any size; anything else leaves the pyramid empty. `levels` are those above the
-  /// image itself, fewer for small images. OpenCV's tracker wants derivatives.
+  /// `grey` is CV_8UC1 of any size; any other type leaves the pyramid empty.
+  /// `levels` counts the levels above the image; small images get fewer.
+  /// OpenCV's tracker needs `derivatives`.
   void build(const cv::Mat& grey, int window_px, int levels, bool derivatives = true) {
     if (grey.empty() || grey.type() != CV_8UC1 || window_px < 3 || levels < 0) {
       clear();
@@ -32,22 +34,22 @@ class ImagePyramid {
     }
     window_px_ = window_px;
     size_ = grey.size();
-    // Isolated: a region of a larger image must not look at the pixels around it.
+    // Isolated: the border of a region must not contain pixels of the larger image.
     cv::buildOpticalFlowPyramid(grey, levels_, {window_px, window_px}, levels, derivatives,
                                 cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED, cv::BORDER_CONSTANT, false);
   }
 
-  /// Empty, but the memory is kept for the next build.
+  /// Makes the pyramid empty and keeps its memory for the next build.
   void clear() { size_ = cv::Size(); }
 
   bool empty() const { return size_.empty(); }
   cv::Size size() const { return size_; }
   int window_px() const { return window_px_; }
-  /// Images, in turn with derivatives if there are any, as cv::calcOpticalFlowPyrLK takes them.
+  /// Images as cv::calcOpticalFlowPyrLK takes them, alternating with derivatives if present.
   const std::vector<cv::Mat>& levels() const { return levels_; }
   cv::Mat image() const { return empty() ? cv::Mat() : levels_[0]; }
 
-  /// Can flow run between the two?
+  /// True if flow can run between the two pyramids.
   bool fits(const ImagePyramid& other) const {
     return !empty() && size_ == other.size_ && window_px_ == other.window_px_ &&
            levels_.size() == other.levels_.size();

@@ -14,24 +14,27 @@
 
 namespace dynfilter {
 
-/// Pyramidal Lucas-Kanade (Bouguet 2000) with the arithmetic of OpenCV's, but without its derivative images
-/// (the gradients come from the interpolated patch), with separable interpolation and without a scalar rest:
-/// a third of its time with AVX2, less than half without, at the same accuracy.
+/// Pyramidal Lucas-Kanade (Bouguet 2000) with OpenCV's arithmetic and the same accuracy.
+/// It takes a third of OpenCV's time with AVX2, and less than half without.
+/// It needs no derivative images, because gradients are computed from the interpolated patch.
+/// Interpolation is separable, and no loop has a scalar remainder.
 struct LucasKanade {
   int window_px = 21;
   int levels = 3;
   int max_iterations = 30;
   double epsilon_px = 0.01;
   double min_eigenvalue = 1e-4;
-  bool wide = true;  ///< 256-bit instructions where the processor has them: the same bits, sooner
+  bool wide = true;  ///< use 256-bit instructions where available, with identical results
 
-  /// Is a patch, rounded up to whole vectors, covered by a border of one window around the image?
+  /// True if a patch, padded to whole vectors, fits in a border of one window around the image.
   static constexpr bool supports(int window_px) {
     return window_px <= Patch::kMaxWindow && Patch::padded(window_px + 2) + 2 - window_px / 2 <= window_px;
   }
 
-  /// `from` and `to` are pyramids with a border of `window_px` around every level, every `stride`-th image
-  /// one level. `to_px` holds the guesses and receives the results. Each point is tracked alone.
+  /// `from` and `to` are pyramids with a border of `window_px` around every level.
+  /// Every `stride`-th image is one level.
+  /// `to_px` contains the guesses on entry and the results on return.
+  /// Points are tracked independently.
   void track(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to, std::size_t stride,
              const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& to_px,
              std::vector<std::uint8_t>& status) const {
@@ -96,7 +99,7 @@ struct LucasKanade {
       at += step;
       if (step.dot(step) <= enough * enough) break;
       if (iteration > 0 && std::abs(step.x + previous.x) < 0.01F && std::abs(step.y + previous.y) < 0.01F) {
-        at -= step * 0.5F;  // to and fro
+        at -= step * 0.5F;  // damps oscillation
         break;
       }
       previous = step;
@@ -104,7 +107,7 @@ struct LucasKanade {
     return std::isfinite(at.x) && std::isfinite(at.y);
   }
 
-  /// Close enough to the image for whole numbers; false for NaN.
+  /// True if `at` is close enough to the image for integer arithmetic. False for NaN.
   bool near(const cv::Point2f& at, const cv::Mat& image) const {
     const auto margin = static_cast<float>(window_px);
     return at.x >= -margin && at.y >= -margin && at.x <= static_cast<float>(image.cols) + margin &&

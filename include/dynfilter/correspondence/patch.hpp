@@ -7,31 +7,32 @@
 
 namespace dynfilter::detail {
 
-/// The patch that Lucas-Kanade looks for: grey values with 5 fractional bits, and 32 times their gradient. In
-/// bands of eight columns, so that the rows of a band follow each other in memory, two to a vector of
-/// sixteen.
+/// The template patch of Lucas-Kanade.
+/// Holds grey values with 5 fractional bits, and 32 times their gradient.
+/// Data is stored in bands of eight columns.
+/// The rows of a band are contiguous, and two rows fill a vector of sixteen.
 struct Patch {
   static constexpr int kMaxWindow = 63;
   static constexpr int kMaxBands = (kMaxWindow + 7) / 8;
-  static constexpr int kMaxStride = 72;  // of 65 columns, in whole vectors
+  static constexpr int kMaxStride = 72;  // 65 columns, padded to whole vectors
 
-  /// Columns in whole vectors.
+  /// Number of columns, padded to whole vectors.
   static constexpr int padded(int columns) { return (columns + 7) / 8 * 8; }
-  /// Where row y of the band from column x on begins.
+  /// Index of row y in the band that starts at column x.
   int at(int x, int y) const { return x * rows + y * 8; }
 
-  int rows = 0;  ///< of a band, an even number
+  int rows = 0;  ///< rows of a band, an even number
   alignas(32) std::int16_t grey[kMaxBands * 8 * (kMaxWindow + 1)];
   alignas(32) std::int16_t dx[kMaxBands * 8 * (kMaxWindow + 1)];
   alignas(32) std::int16_t dy[kMaxBands * 8 * (kMaxWindow + 1)];
-  /// By rows, with one more pixel on every side.
+  /// Grey values row by row, with one extra pixel on every side.
   alignas(32) std::int16_t around[(kMaxWindow + 3) * kMaxStride + 16];
   float xx = 0, xy = 0, yy = 0;  ///< sums of products of gradients
 
-  static constexpr float kScale = 1.0F / (1 << 20);  ///< of those sums
+  static constexpr float kScale = 1.0F / (1 << 20);  ///< scale of those sums
 };
 
-/// Where a patch begins: whole pixels and weights of the next pixel in 1/32768.
+/// Top left corner of a patch: integer pixels, and weights of the next pixel in 1/32768.
 struct Corner {
   int x, y;
   std::int16_t u, v;

@@ -11,10 +11,10 @@
 
 namespace dynfilter::detail {
 
-/// The three loops over pixels of Lucas-Kanade, eight pixels of a row at a time: with instructions that every
-/// x86-64 and ARMv8 has.
+/// The three pixel loops of Lucas-Kanade, eight pixels of a row at a time.
+/// Uses instructions that every x86-64 and ARMv8 processor has.
 struct PatchKernels {
-  /// Fills `patch` from the image, `corner` being one pixel left of and above the window.
+  /// Fills `patch` from the image. `corner` is one pixel left of and above the window.
   static void cut(const cv::Mat& image, const Corner& corner, int window_px, Patch& patch) {
     const int size = window_px + 2, stride = Patch::padded(size);
     const Int16x8 u = all(corner.u), v = all(corner.v);
@@ -29,14 +29,14 @@ struct PatchKernels {
         upper = lower;
       }
     }
-    store(patch.around + size * stride, Int16x8{});  // read with the last row, and masked
+    store(patch.around + size * stride, Int16x8{});  // read with the last row, then masked
     patch.rows = window_px + window_px % 2;
     gradients(window_px, stride, {corner.x + 1, corner.y + 1}, image.size(), patch);
   }
 
   /// Sums of (target - patch) times the patch's gradients.
   static cv::Point2f mismatch(const cv::Mat& image, const Corner& corner, int window_px, const Patch& patch) {
-    constexpr int kRows = 16;  // of products below 2^27, whose sums fit 32 bits
+    constexpr int kRows = 16;  // products are below 2^27, so 16 of them fit 32 bits
     const Int16x8 u = all(corner.u), v = all(corner.v);
     const auto step = static_cast<std::ptrdiff_t>(image.step[0]);
     Float32x4 sum_x{}, sum_y{};
@@ -62,23 +62,23 @@ struct PatchKernels {
   }
 
  private:
-  /// Eight grey values between two neighbouring columns, times 64.
+  /// Eight grey values interpolated between two neighbouring columns, times 64.
   static Int16x8 between_columns(const unsigned char* row, const Int16x8& u) {
     const Int16x8 left = load_bytes(row);
     const Int16x8 right = load_bytes(row + 1);
     return left * 64 + high_product((right - left) * 128, u);
   }
-  /// Between two such rows, times 32.
+  /// Interpolates between two such rows, times 32.
   static Int16x8 between_rows(const Int16x8& upper, const Int16x8& lower, const Int16x8& v) {
     return (upper >> 1) + high_product(lower - upper, v);
   }
 
-  /// A row's part of Scharr's operator (3 10 3).
+  /// Contribution of one row to Scharr's operator (3 10 3).
   struct Filtered {
     Int16x8 step[Patch::kMaxBands], smooth[Patch::kMaxBands];
 
     void set(const std::int16_t* row, int width) {
-      // With 3 fractional bits, so that 16 bits suffice.
+      // 3 fractional bits, so that 16 bits suffice.
       const auto rounded = [](const std::int16_t* p) { return (load(p) + all(2)) >> 2; };
       for (int x = 0; x < width; x += 8) {
         const Int16x8 left = rounded(row + x), right = rounded(row + x + 2);
@@ -88,8 +88,8 @@ struct PatchKernels {
     }
   };
 
-  /// Outside the image, where the border only mirrors it, there is no gradient, so that these pixels have no
-  /// say.
+  /// Gradients outside the image are set to 0, because the border only mirrors the image.
+  /// Those pixels then have no weight.
   static void gradients(int window_px, int stride, const cv::Point& corner, const cv::Size& image,
                         Patch& patch) {
     Float32x4 xx{}, xy{}, yy{};

@@ -15,8 +15,9 @@
 
 namespace dynfilter::detail {
 
-/// PatchKernels with two rows of eight pixels at a time, by AVX2. The same bits: whole numbers are added in
-/// any order, floats in the same.
+/// PatchKernels with AVX2, two rows of eight pixels at a time.
+/// Results are identical: integer sums do not depend on order,
+/// and floats are added in the same order.
 struct PatchKernelsAvx2 {
   static bool available() { return cpu_has_avx2(); }
 
@@ -33,7 +34,7 @@ struct PatchKernelsAvx2 {
 
   DYNFILTER_AVX2 static cv::Point2f mismatch(const cv::Mat& image, const Corner& corner, int window_px,
                                              const Patch& patch) {
-    constexpr int kRows = 16;  // as in PatchKernels
+    constexpr int kRows = 16;  // see PatchKernels
     const __m256i u = _mm256_set1_epi16(corner.u), v = _mm256_set1_epi16(corner.v);
     __m128 sum_x = _mm_setzero_ps(), sum_y = _mm_setzero_ps();
     for (int x = 0; x < Patch::padded(window_px); x += 8) {
@@ -57,7 +58,7 @@ struct PatchKernelsAvx2 {
   DYNFILTER_AVX2 static __m256i load(const std::int16_t* from) {
     return _mm256_load_si256(reinterpret_cast<const __m256i*>(from));
   }
-  /// The upper row of `a`, above the lower of `b`, is left out: rows (1, 2) of (0, 1) and (2, 3).
+  /// Rows 1 and 2, from `a` with rows 0 and 1 and `b` with rows 2 and 3.
   DYNFILTER_AVX2 static __m256i between(const __m256i& a, const __m256i& b) {
     return _mm256_permute2x128_si256(a, b, 0x21);
   }
@@ -66,8 +67,8 @@ struct PatchKernelsAvx2 {
   }
   DYNFILTER_AVX2 static float sum(const __m128& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
-  /// Interpolated rows of a band of eight columns, from the top, two by two. Of `count` rows and the one
-  /// below them nothing else is read.
+  /// Interpolated rows of a band of eight columns, from the top, two at a time.
+  /// Reads only `count` rows and the row below them.
   struct Rows {
     DYNFILTER_AVX2 Rows(const cv::Mat& image, const Corner& corner, int x, int count, const __m256i& across)
         : u_(across),
@@ -76,7 +77,7 @@ struct PatchKernelsAvx2 {
           last_(pixels_ + step_ * count),
           pair_(read()) {}
 
-    /// The next two rows between the image's rows, times 32.
+    /// The next two rows, interpolated between image rows, times 32.
     DYNFILTER_AVX2 __m256i next(const __m256i& v) {
       const __m256i upper = pair_;
       pair_ = read();
@@ -86,7 +87,7 @@ struct PatchKernelsAvx2 {
     }
 
    private:
-    /// Two rows between the image's columns, times 64.
+    /// Two rows, interpolated between image columns, times 64.
     DYNFILTER_AVX2 __m256i read() {
       const unsigned char* const upper = std::min(pixels_, last_);
       const unsigned char* const lower = std::min(pixels_ + step_, last_);
@@ -107,16 +108,16 @@ struct PatchKernelsAvx2 {
     __m256i pair_;
   };
 
-  /// Two rows' part of Scharr's operator, and what is in the middle of it.
+  /// Contribution of two rows to Scharr's operator, and their middle values.
   struct Filtered {
     __m256i step[Patch::kMaxBands], smooth[Patch::kMaxBands], centre[Patch::kMaxBands];
 
-    /// `pair`: two rows of the first band; the next one `band` numbers on.
+    /// `pair` points to two rows of the first band. The next band starts `band` values later.
     DYNFILTER_AVX2 void set(const std::int16_t* pair, int band, int bands, int bands_around) {
       const __m256i three = _mm256_set1_epi16(3), ten = _mm256_set1_epi16(10);
       __m256i here = load(pair), left = rounded(here);
       for (int b = 0; b < bands; ++b) {
-        if (b + 1 < bands_around) pair += band;  // beyond: columns that are masked
+        if (b + 1 < bands_around) pair += band;  // otherwise these columns are masked
         const __m256i next = load(pair), after = rounded(next);
         const __m256i middle = _mm256_alignr_epi8(after, left, 2), right = _mm256_alignr_epi8(after, left, 4);
         step[b] = _mm256_sub_epi16(right, left);
@@ -175,7 +176,7 @@ struct PatchKernelsAvx2 {
     _mm256_store_si256(reinterpret_cast<__m256i*>(to), v);
   }
 
-  /// Sums of products of gradients, added row by row as PatchKernels does.
+  /// Sums of products of gradients, added row by row like in PatchKernels.
   struct Sums {
     __m128 xx = __m128{}, xy = __m128{}, yy = __m128{};
 

@@ -8,9 +8,10 @@
 
 namespace dynfilter {
 
-/// How unlike two patches are, whatever their brightness and contrast: 1 - NCC, from 0 (alike) to 2
-/// (inverse), 1 where a patch is flat. Every other row is looked at. Integer sums of fixed-point samples, so
-/// the result is the same on every machine.
+/// Dissimilarity of two patches: 1 - NCC, from 0 (equal) to 2 (inverted).
+/// 1 if a patch has no texture. Brightness and contrast do not matter.
+/// Uses every second row.
+/// Sums are integer sums of fixed-point samples, so results are the same on every machine.
 class PatchResidual {
  public:
   explicit PatchResidual(int window_px) : window_px_(window_px) {
@@ -19,8 +20,9 @@ class PatchResidual {
     b_.resize(samples);
   }
 
-  /// Patches centred on the two points. Both images are CV_8UC1 with at least `window_px` readable pixels
-  /// around them, as in an ImagePyramid, and both points lie inside the images.
+  /// Compares the patches centred on two points.
+  /// Both images are CV_8UC1 with at least `window_px` readable pixels around them,
+  /// as in an ImagePyramid. Both points must be inside the images.
   double operator()(const cv::Mat& image_a, const cv::Point2f& at_a, const cv::Mat& image_b,
                     const cv::Point2f& at_b) {
     sample(image_a, at_a, a_);
@@ -46,7 +48,7 @@ class PatchResidual {
   }
 
  private:
-  /// Bilinear samples, in sixteenths of a grey level.
+  /// Bilinear samples in 1/16 grey level.
   void sample(const cv::Mat& image, const cv::Point2f& at, std::vector<std::int16_t>& out) const {
     const float half = static_cast<float>(window_px_ - 1) / 2;
     const float x = at.x - half, y = at.y - half;

@@ -9,9 +9,9 @@
 
 namespace dynfilter::detail {
 
-// Vectors of GCC and Clang: + - * & >> < work lane by lane, on any processor. (OpenCV's own dropped their
-// operators in 4.11.) The two products that the language lacks are instructions of every x86-64; elsewhere
-// they are spelled out, with equal results.
+// Vector types of GCC and Clang: + - * & >> < work per lane on any processor.
+// OpenCV 4.11 removed these operators from its own vector types.
+// The two products below are SSE2 instructions; other processors use equivalent loops.
 using Int16x8 = std::int16_t __attribute__((vector_size(16)));
 using Int32x4 = std::int32_t __attribute__((vector_size(16)));
 using Float32x4 = float __attribute__((vector_size(16)));
