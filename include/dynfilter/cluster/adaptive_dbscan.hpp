@@ -14,11 +14,11 @@
 namespace dynfilter {
 
 struct AdaptiveDbscanLimits {
-  int max_k = 30;         ///< larger k are not tried
-  int max_points = 2000;  ///< of more points, evenly spaced ones in the order given are looked at
+  int max_k = 30;         ///< largest k that is tested
+  int max_points = 2000;  ///< larger inputs are subsampled evenly, in the given order
 };
 
-/// What one k stands for.
+/// Parameters and result for one k.
 struct DbscanCandidate {
   double eps_m = 0;
   int min_points = 1;
@@ -27,22 +27,27 @@ struct DbscanCandidate {
 
 struct AdaptiveDbscanChoice {
   bool found = false;
-  int k = 0;  ///< of the choice
+  int k = 0;  ///< the selected k
   DbscanParams params;
-  std::vector<DbscanCandidate> candidates;  ///< for k = 1, 2, ... as far as was tried
+  std::vector<DbscanCandidate> candidates;  ///< for k = 1, 2, ... up to the last k tested
 };
 
-/// Chooses radius and count from the points themselves (Zhou et al. sec. 3.2.2): Eps_k is the mean distance
-/// to the k-th neighbour, MinPts_k the mean number of points within Eps_k, the point itself included, rounded
-/// up. DBSCAN is run for k = 1, 2, ...; the third of the first three k in a row with equal, non-zero cluster
-/// counts is taken. Never the n x n matrix of the paper: k nearest neighbours from a kd-tree, and one list of
-/// the pairs that the largest Eps allows, from which every k's neighbours and clusters are counted. Where
-/// that list would be long the pairs are found anew each time. Cost O(n (log n + MinPts_k)).
+/// Chooses DBSCAN's radius and count from the points (Zhou et al., section 3.2.2).
+/// Eps_k is the mean distance to the k-th neighbour.
+/// MinPts_k is the mean number of points within Eps_k, including the point, rounded up.
+/// DBSCAN runs for k = 1, 2, ...
+/// The third k of the first run of three equal, non-zero cluster counts is selected.
+///
+/// The n x n distance matrix of the paper is not built.
+/// A kd-tree gives the k nearest neighbours, and one list of pairs within the largest Eps
+/// gives the neighbours and clusters for every k.
+/// If that list would be long, the pairs are searched again for each k.
+/// Cost: O(n (log n + MinPts_k)).
 class AdaptiveDbscan {
  public:
   explicit AdaptiveDbscan(const AdaptiveDbscanLimits& limits = AdaptiveDbscanLimits()) : limits_(limits) {}
 
-  /// Not found: fewer than four finite points, or no run of three up to max_k.
+  /// Not found if fewer than four points are finite or no run of three exists up to max_k.
   const AdaptiveDbscanChoice& choose(Span<const cv::Point3f> points) {
     choice_ = AdaptiveDbscanChoice();
     thin_out(points);
@@ -50,7 +55,7 @@ class AdaptiveDbscan {
     const int last = std::min(limits_.max_k, n - 1);
     if (n < 4) return choice_;
     tree_.build(points_);
-    constexpr int kFirstBlock = 16;  // the run is mostly found there
+    constexpr int kFirstBlock = 16;  // the run usually ends in the first block
     for (int from = 1; from <= last && !choice_.found; from = std::max(kFirstBlock, from) + 1) {
       const int to = from == 1 ? std::min(kFirstBlock, last) : last;
       measure_eps(to);
@@ -66,7 +71,7 @@ class AdaptiveDbscan {
     std::uint32_t a, b;
     float d2;
   };
-  /// Distances at exactly Eps_k (lattices) must count whatever the rounding of the mean.
+  /// Includes distances of exactly Eps_k, as on lattices, despite rounding of the mean.
   static constexpr double kRounding = 1 + 1e-5;
 
   void thin_out(Span<const cv::Point3f> points) {
@@ -106,7 +111,7 @@ class AdaptiveDbscan {
       listed_ = grid_.list_pairs(detail::squared_radius(eps_m), 400 * points_.size(), pairs_);
     order_pairs();
   }
-  /// The pairs within Eps_1, then those that Eps_2 adds, ... : a counting sort.
+  /// Counting sort of the pairs: those within Eps_1, then those that Eps_2 adds, and so on.
   void order_pairs() {
     const std::size_t count = eps_m_.size();
     pairs_within_.assign(count + 1, 0);
@@ -122,7 +127,7 @@ class AdaptiveDbscan {
     ordered_.resize(pairs_.size());
     for (std::size_t p = 0; p < pairs_.size(); ++p) ordered_[next_[first_k_[p] - 1U]++] = pairs_[p];
   }
-  /// Calls f(a, b), places in the grid, for the pairs within Eps_k.
+  /// Calls f(a, b) with positions in the grid for each pair within Eps_k.
   template <class F>
   void for_each_pair(int k, const F& f) const {
     const auto at = static_cast<std::size_t>(k);
@@ -148,7 +153,7 @@ class AdaptiveDbscan {
     choice_.params = {candidate.eps_m, candidate.min_points};
   }
 
-  /// Neighbours per point; returns their mean, rounded up.
+  /// Counts the neighbours of each point. Returns their mean, rounded up.
   int count_neighbours(int k) {
     const std::size_t n = points_.size();
     neighbours_.assign(n, 1);

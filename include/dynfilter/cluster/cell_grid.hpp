@@ -16,18 +16,19 @@
 
 namespace dynfilter::detail {
 
-/// Points sorted into the cubes of a uniform grid. Only cells that hold points exist, in the order of their
-/// keys (z, y, x), so that a row of neighbouring cells is one run of points and walking all cells finds the
-/// rows around them by moving pointers: no hashing, no memory for empty space. Cost O(n) for keys of a
-/// sensible extent.
+/// Points sorted into the cubes of a uniform grid.
+/// Stores only occupied cells, sorted by key (z, y, x).
+/// A row of neighbouring cells is therefore one contiguous run of points.
+/// A pass over all cells finds the neighbouring rows by advancing pointers, without hashing.
+/// Cost: O(n) for keys of moderate extent.
 class CellGrid {
  public:
   struct Run {
     std::uint32_t begin, end;
   };
 
-  /// Points that are not finite are left out. `reach`: how many cells away neighbours may be. Throws Error
-  /// for more than some hundred thousand points that are all far apart compared to `cell_m`.
+  /// Skips points that are not finite. `reach` is the neighbour distance in cells.
+  /// Throws Error if several hundred thousand points are all far apart relative to `cell_m`.
   void build(Span<const cv::Point3f> points, double cell_m, int reach) {
     reach_ = reach;
     collect(points);
@@ -38,12 +39,12 @@ class CellGrid {
 
   std::size_t points() const { return index_.size(); }
   std::size_t cells() const { return keys_.size(); }
-  /// Points of a cell, as places in the sorted arrays.
+  /// Points of a cell, as positions in the sorted arrays.
   Run cell(std::size_t c) const { return {begin_[c], begin_[c + 1]}; }
   cv::Point3f at(std::size_t place) const { return {x_[place], y_[place], z_[place]}; }
   std::uint32_t index(std::size_t place) const { return index_[place]; }
 
-  /// How many of the points in a run are within the radius.
+  /// Number of points in a run that are within the radius.
   int count(Run run, const cv::Point3f& p, float radius2) const {
     int n = 0;
     for (std::uint32_t j = run.begin; j < run.end; ++j) {
@@ -53,7 +54,8 @@ class CellGrid {
     return n;
   }
 
-  /// Moves the points of a cell: those with chosen(index) first, otherwise in order. Returns how many.
+  /// Moves the points of a cell with chosen(index) to its front and keeps the order otherwise.
+  /// Returns their number.
   template <class F>
   std::uint32_t partition(std::size_t c, const F& chosen) {
     const Run run = cell(c);
@@ -66,10 +68,10 @@ class CellGrid {
     return next - run.begin;
   }
 
-  /// The rows of cells around a cell while all cells are visited in order.
+  /// The rows of cells around a cell, for a pass over all cells in order.
   class Rows {
    public:
-    /// `forward`: only what comes after the cell itself in the order of keys.
+    /// `forward`: only cells after the cell itself in key order.
     Rows(const CellGrid& grid, bool forward) : grid_(grid) {
       const std::int64_t reach = grid.reach_;
       for (std::int64_t dz = forward ? 0 : -reach; dz <= reach; ++dz)
@@ -82,7 +84,7 @@ class CellGrid {
           if (own) std::swap(added, rows_[0]);
         }
     }
-    /// To be called with growing c.
+    /// Call with increasing c.
     void move_to(std::size_t c) {
       const std::int64_t key = grid_.keys_[c];
       const auto cells = static_cast<std::uint32_t>(grid_.keys_.size());
@@ -95,13 +97,13 @@ class CellGrid {
       }
     }
     std::size_t size() const { return size_; }
-    /// Row 0 is the cell's own.
+    /// Row 0 is the row of the cell itself.
     Run cells(std::size_t r) const { return {rows_[r].begin, rows_[r].end}; }
     Run points(std::size_t r) const { return {grid_.begin_[rows_[r].begin], grid_.begin_[rows_[r].end]}; }
 
    private:
     struct Row {
-      std::int64_t first, last;  ///< keys, against the cell's
+      std::int64_t first, last;  ///< keys relative to the cell's key
       std::uint32_t begin, end;  ///< cells
     };
     const CellGrid& grid_;
@@ -109,8 +111,9 @@ class CellGrid {
     std::size_t size_ = 0;
   };
 
-  /// Lists every two points within the radius once, by their places, if that takes at most `most` tests;
-  /// otherwise returns false. Needs cells at least as wide as the radius and reach 1.
+  /// Lists each pair of points within the radius once, by position.
+  /// Returns false, without a complete list, if this takes more than `most` tests.
+  /// Requires cells at least as wide as the radius, and reach 1.
   template <class Pair>
   bool list_pairs(float radius2, std::size_t most, std::vector<Pair>& out) const {
     std::size_t found = 0, tests = 0;
@@ -121,7 +124,8 @@ class CellGrid {
         out.resize(2 * found + 1024 + (with.end - with.begin));
       Pair* list = out.data();
       const float x = x_[i], y = y_[i], z = z_[i];
-      for (std::uint32_t j = with.begin; j < with.end; ++j) {  // no branch: half of them are hits
+      // Branchless: half of the tests succeed.
+      for (std::uint32_t j = with.begin; j < with.end; ++j) {
         const float dx = x_[j] - x, dy = y_[j] - y, dz = z_[j] - z;
         const float d2 = dx * dx + dy * dy + dz * dz;
         list[found] = {i, j, d2};
@@ -132,7 +136,7 @@ class CellGrid {
     out.resize(complete ? found : 0);
     return complete;
   }
-  /// The same without a list: calls f(i, j) with places.
+  /// Calls f(i, j) with positions, without a list.
   template <class F>
   void for_each_pair(float radius2, const F& f) const {
     for_each_candidate([&](std::uint32_t i, Run with) {
@@ -143,7 +147,8 @@ class CellGrid {
   }
 
  private:
-  /// Calls f(i, run) until it returns false: every two points of neighbouring cells meet once.
+  /// Calls f(i, run) until it returns false.
+  /// Each pair of points in neighbouring cells occurs once.
   template <class F>
   bool for_each_candidate(const F& f) const {
     Rows rows(*this, true);
@@ -151,7 +156,7 @@ class CellGrid {
       rows.move_to(c);
       const Run own = cell(c);
       for (std::uint32_t i = own.begin; i < own.end; ++i) {
-        // The first row begins where the own cell ends.
+        // The first row begins where the cell itself ends.
         const Run first{i + 1, std::max(own.end, rows.points(0).end)};
         if (first.begin < first.end && !f(i, first)) return false;
         for (std::size_t r = 1; r < rows.size(); ++r) {
@@ -169,7 +174,8 @@ class CellGrid {
       if (finite(points[i])) index_.push_back(static_cast<std::uint32_t>(i));
   }
 
-  /// Cell coordinates from 0, `reach` free cells apart from the next row, and their keys.
+  /// Computes cell coordinates from 0 and their keys.
+  /// `reach` empty cells separate consecutive rows.
   void place(Span<const cv::Point3f> points, double cell_m) {
     const double per_m = 1 / cell_m;
     std::array<double, 3> extent{}, lows{};
@@ -199,7 +205,7 @@ class CellGrid {
     stride_z_ = stride_y_ * static_cast<std::int64_t>(extent[1]);
   }
 
-  /// Without SSE4.1 std::floor is a call.
+  /// Without SSE4.1, std::floor is a function call.
   static double floor_of(double v) {
     if (!(std::abs(v) < 4e15)) return std::floor(v);
     const auto whole = static_cast<double>(static_cast<std::int64_t>(v));
@@ -211,7 +217,8 @@ class CellGrid {
   }
   int index_bits() const { return static_cast<int>(std::log2(static_cast<double>(index_.size() + 1))) + 1; }
 
-  /// Empty stretches beyond the reach shrink: who is whose neighbour stays. Returns the largest coordinate.
+  /// Shrinks empty stretches that are longer than the reach, which keeps all neighbourhoods.
+  /// Returns the largest coordinate.
   double close_gaps(std::vector<double>& coordinates) {
     std::vector<std::size_t> order(coordinates.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -226,7 +233,7 @@ class CellGrid {
     return closed;
   }
 
-  /// Sorts by key; points of a cell stay in their order.
+  /// Sorts by key. Points of one cell keep their order.
   void sort() {
     const std::size_t n = index_.size();
     key_of_.resize(n);
@@ -292,7 +299,7 @@ class CellGrid {
   int reach_ = 1, key_bits_ = 0;
   std::int64_t stride_y_ = 0, stride_z_ = 0;
   std::vector<std::int64_t> keys_;
-  std::vector<std::uint32_t> begin_;  ///< cells() + 1
+  std::vector<std::uint32_t> begin_;  ///< cells() + 1 entries
   std::vector<float> x_, y_, z_;
   std::vector<std::uint32_t> index_;
 

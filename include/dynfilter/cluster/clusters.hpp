@@ -10,7 +10,8 @@
 
 namespace dynfilter {
 
-/// A point is a core point when at least `min_points` points, itself included, are within `eps_m` of it.
+/// A point is a core point if at least `min_points` points, including itself,
+/// are within `eps_m`.
 struct DbscanParams {
   double eps_m = 0.1;
   int min_points = 4;
@@ -22,8 +23,8 @@ struct DbscanParams {
 struct Clusters {
   static constexpr std::int32_t kNoise = -1;
 
-  std::vector<std::int32_t> label;  ///< kNoise: of no cluster, or not finite
-  std::vector<std::uint8_t> core;   ///< 0 or 1
+  std::vector<std::int32_t> label;  ///< kNoise: in no cluster, or not finite
+  std::vector<std::uint8_t> core;   ///< 1 for core points, else 0
   int count = 0;
 
   void reset(std::size_t n) {
@@ -31,7 +32,7 @@ struct Clusters {
     core.assign(n, 0);
     count = 0;
   }
-  /// Numbers the clusters by the order of their first points. Labels must be below `names`.
+  /// Renumbers the clusters in the order of their first points. Labels must be below `names`.
   void renumber(std::size_t names) {
     numbers_.assign(names, kNoise);
     count = 0;
@@ -53,7 +54,7 @@ inline bool finite(const cv::Point3f& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-/// The one definition of distance here: every search compares this with float(eps)^2.
+/// The only distance in this folder. Every search compares it with float(eps)^2.
 inline float squared_distance(const cv::Point3f& a, const cv::Point3f& b) {
   const float dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z;
   return dx * dx + dy * dy + dz * dz;
@@ -63,7 +64,8 @@ inline float squared_radius(double radius_m) {
   return r * r;
 }
 
-/// Union-find over 0..n-1; the smaller root wins, so that the result does not depend on the order of unions.
+/// Union-find over 0..n-1.
+/// The smaller root becomes the parent, so the result does not depend on the order of unions.
 class DisjointSets {
  public:
   void reset(std::size_t n) {

@@ -23,21 +23,25 @@ inline void check_dbscan(const DbscanParams& params) {
 
 }  // namespace detail
 
-/// DBSCAN (Ester et al. 1996) over 3-D points with a fixed radius, on a uniform grid whose cells have the
-/// radius as their diagonal: points of one cell are neighbours, a cell of `min_points` needs no counting, and
-/// clusters are joined cell by cell (Gunawan 2013). Core points and their clusters are those of the
-/// definition; a border point goes to the cluster of its nearest core point. Independent of the points'
-/// order up to the numbering. Points that are not finite are noise. Cost: linear in the number of points for
-/// any one density; buffers are kept from call to call.
+/// DBSCAN (Ester et al. 1996) for 3-D points with a fixed radius.
+/// Uses a uniform grid whose cell diagonal is the radius (Gunawan 2013).
+/// All points of a cell are neighbours, and a cell with `min_points` needs no counting.
+/// Clusters are merged cell by cell.
+/// Core points and their clusters are exactly those of the definition.
+/// A border point joins the cluster of its nearest core point.
+/// The result does not depend on the order of the points, except for the numbering.
+/// Points that are not finite are noise.
+/// Cost: linear in the number of points at constant density.
+/// Buffers are reused from call to call.
 class GridDbscan {
  public:
-  /// Throws ConfigError for a radius or count out of range.
+  /// Throws ConfigError if the radius or the count is out of range.
   void run(Span<const cv::Point3f> points, const DbscanParams& params, Clusters& out) {
     detail::check_dbscan(params);
     out.reset(points.size());
     radius2_ = detail::squared_radius(params.eps_m);
     if (run_on_pairs(points, params, out)) return;
-    // A hair less than eps / sqrt(3), so that rounding never puts two points of one cell apart.
+    // Slightly less than eps / sqrt(3): despite rounding, points of one cell are neighbours.
     constexpr double kDiagonal = 1.73207;
     grid_.build(points, params.eps_m / kDiagonal, 2);
     mark_core(params.min_points, out);
@@ -55,7 +59,7 @@ class GridDbscan {
     float d2;
   };
 
-  /// Where points are not dense a list of all neighbours is shorter than what the cells cost.
+  /// Uses a list of all neighbours if the points are sparse, because it is cheaper than cells.
   bool run_on_pairs(Span<const cv::Point3f> points, const DbscanParams& params, Clusters& out) {
     constexpr std::size_t kTestsPerPoint = 100;
     grid_.build(points, params.eps_m * 1.00001, 1);
@@ -83,7 +87,7 @@ class GridDbscan {
     out.renumber(n);
     return true;
   }
-  /// Of two equally near core points the one in the earlier cell counts: by place, not by order.
+  /// Ties between core points are decided by position, not by order.
   void offer_core(std::uint32_t border, std::uint32_t core, float d2) {
     if (d2 > nearest2_[border]) return;
     if (d2 == nearest2_[border] && !earlier(core, nearest_[border])) return;
@@ -115,7 +119,7 @@ class GridDbscan {
     return false;
   }
 
-  /// Cells are joined when a core point of one is within eps of a core point of the other.
+  /// Merges two cells if core points of both are within eps.
   void join_cells(const Clusters& clusters) {
     core_count_.resize(grid_.cells());
     for (std::size_t c = 0; c < grid_.cells(); ++c)
@@ -211,10 +215,10 @@ class GridDbscan {
   float radius2_ = 0;
 };
 
-/// DBSCAN on whatever finds neighbours: `neighbours(i, out)` fills the indices of all points within the
-/// radius of point i, itself included, or none for a point that takes no part. For measures of distance that
-/// no grid knows, and on FLANN's trees (cluster/flann_neighbours.hpp). A border point goes to the first
-/// cluster that reaches it.
+/// DBSCAN on any neighbour search, for custom distances and FLANN (cluster/flann_neighbours.hpp).
+/// `neighbours(i, out)` fills `out` with the indices within the radius of point i, including i.
+/// It returns none for a point that is excluded.
+/// A border point joins the first cluster that reaches it.
 template <class Neighbours>
 void dbscan_by_neighbours(std::size_t n, int min_points, const Neighbours& neighbours, Clusters& out) {
   detail::check_dbscan({1.0, min_points});

@@ -14,26 +14,32 @@
 namespace dynfilter {
 
 struct DepthGrowthParams {
-  double max_step_share = 0.015;  ///< of the depth: a larger step from pixel to pixel is a jump
-  double max_reach_m = 0.5;       ///< in 3-D from the seed that a pixel was grown from; 0: no limit
+  /// Relative depth step between neighbouring pixels that counts as a jump.
+  double max_step_share = 0.015;
+  /// 3-D distance from the seed that a pixel was grown from; 0: no limit.
+  double max_reach_m = 0.5;
 };
 
-/// Grows seeds over a depth image, stopping at depth jumps: from the features of a moving object to its
-/// pixels, for the map (Zhou et al. sec. 3.2.2) and for masks (DynaSLAM's region growing, without its limits
-/// on the reach). What touches the object without a jump, the floor under feet, is reached too: max_reach_m
-/// bounds that. Cost: linear in the pixels that are grown; clearing the mask is linear in the image. Nothing
-/// is allocated from the second image of a size on.
+/// Grows seeds over a depth image and stops at depth jumps.
+/// It extends the features of a moving object to its pixels.
+/// Zhou et al. (section 3.2.2) use this for maps, DynaSLAM without a limit on the reach for masks.
+/// Growth also covers surfaces that touch the object without a jump, such as the floor under feet.
+/// max_reach_m limits this.
+/// Cost: linear in the grown pixels, plus clearing the mask.
+/// Nothing is allocated after the first image of a size.
 class DepthGrowth {
  public:
   explicit DepthGrowth(const DepthGrowthParams& params = DepthGrowthParams()) : params_(params) {}
 
   void set_max_reach_m(double reach_m) { params_.max_reach_m = reach_m; }
 
-  /// `depth`: CV_32FC1 or CV_16UC1 of `unit_m` metres, anything else grows nothing; `seeds_px` in its pixels.
-  /// Seeds outside the image or without depth are left out. `mask` becomes CV_8UC1 of the same size, 255
-  /// where grown. Without a valid camera the reach is not limited; distortion is neglected.
-  /// `rivals_px` are seeds of what surrounds the object, such as static features: all seeds grow at the same
-  /// pace, and a pixel belongs to the one that is there first. So the floor under feet goes to the floor.
+  /// `depth`: CV_32FC1 or CV_16UC1 in units of `unit_m`; any other type grows nothing.
+  /// `seeds_px`: pixels of `depth`. Seeds outside the image or without depth are skipped.
+  /// `mask` becomes CV_8UC1 of the same size, 255 where grown.
+  /// `rivals_px`: seeds of the surroundings, such as static features.
+  /// All seeds grow at the same rate, and the first one to reach a pixel owns it.
+  /// The floor under feet is therefore left to the seeds on the floor.
+  /// Without a valid camera, the reach has no limit. Distortion is neglected.
   void grow(const cv::Mat& depth, double unit_m, const Camera& camera, Span<const cv::Point2f> seeds_px,
             cv::Mat& mask, Span<const cv::Point2f> rivals_px = {}) {
     mask.create(depth.size(), CV_8UC1);
@@ -59,7 +65,7 @@ class DepthGrowth {
     std::uint32_t seed;
   };
 
-  /// Without a valid camera the rays are 0 and the reach has no limit.
+  /// Without a valid camera the rays are 0, so the reach has no limit.
   void set_rays(const Camera& camera, cv::Size size) {
     const bool valid = camera.valid(), limited = valid && params_.max_reach_m > 0;
     const auto reach_m = static_cast<float>(params_.max_reach_m);
@@ -84,13 +90,13 @@ class DepthGrowth {
   template <class T>
   void run(const cv::Mat& depth, Span<const cv::Point2f> seeds_px, Span<const cv::Point2f> rivals_px,
            cv::Mat& mask) {
-    // Every pixel is opened once; four may be written in vain.
+    // Each pixel is opened once; up to four writes may be discarded.
     open_.resize(depth.total() + 4);
     end_ = 0;
     seeds_.clear();
     add_seeds<T>(depth, seeds_px, kGrown, mask);
     add_seeds<T>(depth, rivals_px, kRival, mask);
-    // First in, first out: a pixel belongs to about the nearest seed.
+    // First in, first out: a pixel belongs to approximately the nearest seed.
     for (std::size_t next = 0; next < end_; ++next) spread<T>(depth, open_[next], mask);
   }
   template <class T>
@@ -107,11 +113,11 @@ class DepthGrowth {
     }
   }
 
-  /// Four neighbours at a time and without branches: nobody could predict them.
+  /// Tests four neighbours at a time without branches, because the outcomes are unpredictable.
   template <class T>
   void spread(const cv::Mat& depth, const Pixel from, cv::Mat& mask) {
     using Four = float __attribute__((vector_size(16)));
-    // Beyond the image it looks at itself, which is taken.
+    // Beyond the border, the pixel itself is used, which is already taken.
     const int xs[4] = {std::min(from.x + 1, depth.cols - 1), std::max(from.x - 1, 0), from.x, from.x};
     const int ys[4] = {from.y, from.y, std::min(from.y + 1, depth.rows - 1), std::max(from.y - 1, 0)};
     const Seed seed = seeds_[from.seed];
@@ -141,10 +147,10 @@ class DepthGrowth {
   DepthGrowthParams params_;
   float reach2_m2_ = 0;
   float unit_m_ = 1;
-  std::vector<float> ray_x_, ray_y_;  ///< (x - cx) / fx, (y - cy) / fy
+  std::vector<float> ray_x_, ray_y_;  ///< (x - cx) / fx and (y - cy) / fy
   std::vector<Seed> seeds_;
   std::vector<Pixel> open_;
-  std::size_t end_ = 0;  ///< of what is open
+  std::size_t end_ = 0;  ///< number of open pixels
 };
 
 }  // namespace dynfilter

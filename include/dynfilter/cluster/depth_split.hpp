@@ -8,10 +8,10 @@
 
 namespace dynfilter {
 
-/// Where the depths of a box fall into two surfaces: the farthest depth [m] of the nearer one. The split of
-/// Otsu (1979) over inverse depths, where the means of the two sides are at least 15 % apart and the near one
-/// holds 10 % of the samples or more; else infinity (one surface). Below 8 samples: infinity. Sorts
-/// `inverse` [1/m].
+/// Splits the depths of a box into two surfaces: the largest depth [m] of the nearer one.
+/// Applies the threshold of Otsu (1979) to inverse depths. Sorts `inverse` [1/m].
+/// The means must differ by at least 15 %, and the near side must have 10 % of the samples.
+/// Otherwise, and for fewer than 8 samples, there is one surface and the result is infinity.
 inline double nearer_surface_m(std::vector<float>& inverse) {
   constexpr double kAll = std::numeric_limits<double>::infinity();
   if (inverse.size() < 8) return kAll;

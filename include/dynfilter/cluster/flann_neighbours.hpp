@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// <flann/flann.hpp> does not compile after <opencv2/opencv.hpp>; this one does, in either order.
+// <flann/flann.hpp> does not compile after <opencv2/opencv.hpp>.
+// These headers compile in either order.
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
 
@@ -16,11 +17,11 @@
 
 namespace dynfilter {
 
-/// Neighbours on FLANN's exact kd-tree, the only place where FLANN enters: link dynfilter::cluster. The other
-/// headers of this folder need neither.
+/// Neighbour search on FLANN's exact kd-tree. Link dynfilter::cluster to use it.
+/// No other header includes FLANN.
 class FlannNeighbours {
  public:
-  /// Points that are not finite take no part. The points are copied.
+  /// Copies the points. Skips points that are not finite.
   void build(Span<const cv::Point3f> points) {
     index_.reset();
     values_.clear();
@@ -38,21 +39,22 @@ class FlannNeighbours {
   }
   std::size_t size() const { return original_.size(); }
 
-  /// Indices of all points within the radius of a point, in no order. Empty for a point that is not finite.
+  /// Indices of all points within the radius, in no particular order.
+  /// Empty if the query is not finite.
   void within(const cv::Point3f& query, double radius_m, std::vector<std::int32_t>& out) {
     out.clear();
     if (index_ == nullptr || !detail::finite(query)) return;
     float values[] = {query.x, query.y, query.z};
     const float radius2 = detail::squared_radius(radius_m);
     flann::SearchParams search(flann::FLANN_CHECKS_UNLIMITED, 0, false);
-    // FLANN leaves out what is exactly at its radius.
+    // FLANN excludes points at exactly its radius.
     index_->radiusSearch(flann::Matrix<float>(values, 1, 3), indices_, distances_, radius2 * 1.00001F,
                          search);
     for (const std::size_t found : indices_[0])
       if (detail::squared_distance(points_[static_cast<std::size_t>(original_[found])], query) <= radius2)
         out.push_back(original_[found]);
   }
-  /// Squared distances of the k nearest points, nearest first.
+  /// Squared distances to the k nearest points, nearest first.
   void nearest(const cv::Point3f& query, std::size_t k, std::vector<float>& squared_distances) {
     squared_distances.clear();
     if (index_ == nullptr || k == 0 || !detail::finite(query)) return;
@@ -73,8 +75,8 @@ class FlannNeighbours {
   std::vector<std::vector<float>> distances_;
 };
 
-/// DBSCAN on FLANN's neighbours: the published form. Three to four times slower than GridDbscan, which gives
-/// the same clusters.
+/// DBSCAN on FLANN's neighbours, as published.
+/// Gives the clusters of GridDbscan, three to four times slower.
 inline void flann_dbscan(Span<const cv::Point3f> points, const DbscanParams& params, Clusters& out) {
   detail::check_dbscan(params);
   FlannNeighbours tree;

@@ -12,16 +12,17 @@
 
 namespace dynfilter {
 
-/// Nearest neighbours among 3-D points, exact, for any distribution: a balanced kd-tree over a copy of the
-/// points in the order of its leaves. Points that are not finite are never found. Building costs O(n log n),
-/// a query O(k + log n); building again keeps the memory.
+/// Exact nearest neighbours among 3-D points of any distribution.
+/// A balanced kd-tree over a copy of the points, in leaf order.
+/// Points that are not finite are never found.
+/// Cost: building O(n log n), a query O(k + log n). Rebuilding reuses memory.
 class KdTree {
  public:
   struct Neighbour {
     float squared_distance = std::numeric_limits<float>::infinity();
-    std::int32_t index = -1;  ///< -1: there is none
+    std::int32_t index = -1;  ///< -1: no neighbour
 
-    /// By distance, equal ones by index: what is found does not depend on the tree.
+    /// By distance, then by index, so that the result does not depend on the tree.
     bool operator<(const Neighbour& o) const {
       return squared_distance != o.squared_distance ? squared_distance < o.squared_distance : index < o.index;
     }
@@ -36,7 +37,8 @@ class KdTree {
   }
   std::size_t size() const { return items_.size(); }
 
-  /// The k nearest points, nearest first; fewer when there are not so many. A point of the tree finds itself.
+  /// The k nearest points, nearest first; fewer if the tree is smaller.
+  /// A query at a point of the tree finds that point.
   void nearest(const cv::Point3f& query, std::size_t k, std::vector<Neighbour>& out) const {
     out.clear();
     if (k == 0 || nodes_.empty() || !detail::finite(query)) return;
@@ -46,7 +48,7 @@ class KdTree {
     out.erase(std::find_if(out.begin(), out.end(), [](const Neighbour& n) { return n.index < 0; }),
               out.end());
   }
-  /// The nearest point, if it is within the radius.
+  /// The nearest point if it is within the radius.
   Neighbour nearest_within(const cv::Point3f& query, double radius_m) const {
     Neighbour found;
     if (nodes_.empty() || !detail::finite(query)) return found;
@@ -55,9 +57,12 @@ class KdTree {
     search_all(query, best);
     return found.index < 0 ? Neighbour() : found;
   }
-  /// Calls f(distances) for every point of the tree, in the order of the leaves: `distances[j]` is the
-  /// squared distance to its j-th nearest neighbour, itself being j = 0. k < size(). Two to three times
-  /// faster than so many queries: the last point's neighbours are nearly this one's, and bound the search.
+  /// Calls f(distances) for every point of the tree, in leaf order.
+  /// `distances[j]` is the squared distance to its j-th nearest neighbour.
+  /// j = 0 is the point itself.
+  /// Requires k < size().
+  /// Two to three times faster than separate queries,
+  /// because the neighbours of the previous point bound the search.
   template <class F>
   void for_each_neighbourhood(std::size_t k, std::vector<float>& distances, const F& f) const {
     distances.resize(k + 1);
@@ -84,12 +89,12 @@ class KdTree {
     std::int32_t index;
   };
   struct Node {
-    std::uint32_t begin, end;  ///< items; a leaf when `right` is 0
+    std::uint32_t begin, end;  ///< items; a leaf has `right` 0
     std::uint32_t right;       ///< the left child follows its parent
     int axis;
     float cut;
   };
-  /// What was found so far, sorted; the last one is to be beaten.
+  /// Best candidates, sorted. A new candidate must be better than the last one.
   template <class T>
   struct Best {
     T *first, *last;
@@ -144,7 +149,7 @@ class KdTree {
     float offsets[3] = {0, 0, 0};
     search(0, query, 0, offsets, best);
   }
-  /// `nearest2`: squared distance of the query to the node's part of space, from the offsets per axis.
+  /// `nearest2`: squared distance from the query to the node's cell, from the offsets per axis.
   template <class T>
   void search(std::uint32_t self, const cv::Point3f& query, float nearest2, float (&offsets)[3],
               const Best<T>& best) const {
@@ -159,7 +164,7 @@ class KdTree {
     search(side < 0 ? left : node.right, query, nearest2, offsets, best);
     const float before = offsets[node.axis];
     const float beyond2 = nearest2 - before * before + side * side;
-    // Rounded sums of three squares: a hair of tolerance keeps the search exact.
+    // Tolerates the rounding of a sum of three squares, so that the search is exact.
     if (beyond2 * 0.99999F > best.worst()) return;
     offsets[node.axis] = side;
     search(side < 0 ? node.right : left, query, beyond2, offsets, best);
