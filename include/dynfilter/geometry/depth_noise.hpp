@@ -5,22 +5,24 @@
 
 namespace dynfilter {
 
-/// True for a usable depth: NaN, infinite, zero and negative all mean "none".
+/// True for a usable depth. NaN, infinite, zero and negative all mean "no depth".
 inline bool has_depth(double depth_m) {
   return depth_m > 0 && std::isfinite(depth_m);
 }
 
 /// Noise of a structured-light depth camera along its optical axis,
-///   sigma_z(z) = base + quadratic (z - offset)^2   [m],
-/// because depth is the inverse of a disparity with constant noise (Khoshelham and Elberink, Sensors
-/// 2012, sec. 2.3). Defaults: axial noise of the Kinect of Nguyen, Izadi and Lovell, 3DIMPVT 2012.
-/// Silhouettes are much noisier than this: the model is for surfaces seen at up to about 60 degrees.
+///   sigma_z(z) = base + quadratic (z - offset)^2   [m].
+/// It grows quadratically because depth is the inverse of a disparity with constant noise
+/// (Khoshelham and Elberink, Sensors 2012, section 2.3).
+/// The defaults are the axial noise of the Kinect (Nguyen, Izadi and Lovell, 3DIMPVT 2012).
+/// The model is valid for surfaces viewed at up to about 60 degrees.
+/// Silhouettes are much noisier.
 struct DepthNoise {
   double base_m = 0.0012;           ///< noise at `offset_m` [m], > 0
   double quadratic_per_m = 0.0019;  ///< growth [1/m]
-  double offset_m = 0.4;            ///< depth of the least noise [m]
+  double offset_m = 0.4;            ///< depth of least noise [m]
 
-  /// Standard deviation [m] of a depth of `depth_m` [m].
+  /// Standard deviation [m] at depth `depth_m` [m].
   double sigma_m(double depth_m) const {
     const double d = depth_m - offset_m;
     return base_m + quadratic_per_m * d * d;

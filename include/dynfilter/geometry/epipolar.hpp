@@ -11,7 +11,7 @@
 
 namespace dynfilter {
 
-/// 3x3 matrix on pixels, row-major.
+/// 3x3 matrix on pixel coordinates, row-major.
 using Matrix9 = std::array<double, 9>;
 
 namespace detail {
@@ -34,8 +34,8 @@ inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return m;
 }
 
-/// Chains of products and homogeneous() as one Eigen expression take seconds to compile in every file that
-/// includes them; these do not.
+/// One Eigen expression for a product chain with homogeneous() takes seconds to compile per file.
+/// These functions do not.
 inline Eigen::Matrix3d times(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return a * b;
 }
@@ -55,9 +55,9 @@ inline Eigen::Matrix3d camera_matrix(const Camera& camera) {
 
 }  // namespace detail
 
-/// Distance [px] of the current point to the epipolar line of the reference point,
-///   D = |p2' F p1| / sqrt(X^2 + Y^2),  (X, Y, Z) = F p1     (RTS-SLAM eq. 4).
-/// Infinite if the line is undefined (reference point on the epipole).
+/// Distance [px] of the current point from the epipolar line of the reference point,
+///   D = |p2' F p1| / sqrt(X^2 + Y^2),  (X, Y, Z) = F p1     (RTS-SLAM, eq. 4).
+/// Infinite if the line is undefined, with the reference point at the epipole.
 inline double epipolar_distance_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
   const double x = reference.x, y = reference.y;
   const double X = F[0] * x + F[1] * y + F[2], Y = F[3] * x + F[4] * y + F[5], Z = F[6] * x + F[7] * y + F[8];
@@ -65,9 +65,10 @@ inline double epipolar_distance_px(const Matrix9& F, cv::Point2f reference, cv::
   return norm > 0 ? std::abs(X * current.x + Y * current.y + Z) / norm : HUGE_VAL;
 }
 
-/// First-order distance [px] of the match to the epipolar variety in the joint image (Sampson; Hartley and
-/// Zisserman, eq. 11.9). With equal noise in both images it has that noise's standard deviation, while
-/// `epipolar_distance_px` has about sqrt(2) of it.
+/// First-order distance [px] of the match to the epipolar variety in the joint image
+/// (Sampson; Hartley and Zisserman, eq. 11.9).
+/// With equal noise in both images, it has the standard deviation of that noise.
+/// `epipolar_distance_px` has about sqrt(2) times as much.
 inline double sampson_distance_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
   const double x = reference.x, y = reference.y, u = current.x, v = current.y;
   const double X = F[0] * x + F[1] * y + F[2], Y = F[3] * x + F[4] * y + F[5], Z = F[6] * x + F[7] * y + F[8];
@@ -76,19 +77,20 @@ inline double sampson_distance_px(const Matrix9& F, cv::Point2f reference, cv::P
   return norm > 0 ? std::abs(X * u + Y * v + Z) / norm : HUGE_VAL;
 }
 
-/// `H p` in pixels; not finite for points on the line that H sends to infinity.
+/// `H p` in pixels. Not finite for points on the line that H maps to infinity.
 inline cv::Point2d transfer(const Matrix9& H, cv::Point2f p) {
   const double w = H[6] * p.x + H[7] * p.y + H[8];
   return {(H[0] * p.x + H[1] * p.y + H[2]) / w, (H[3] * p.x + H[4] * p.y + H[5]) / w};
 }
 
-/// Distance [px] of the current point from where H takes the reference point.
+/// Distance [px] of the current point from H times the reference point.
 inline double transfer_distance_px(const Matrix9& H, cv::Point2f reference, cv::Point2f current) {
   const cv::Point2d q = transfer(H, reference);
   return std::hypot(current.x - q.x, current.y - q.y);
 }
 
-/// F = K^-T [t]x R K^-1 of a known motion (Hartley and Zisserman, sec. 9.2). All zero without translation.
+/// F = K^-T [t]x R K^-1 of a known motion (Hartley and Zisserman, section 9.2).
+/// All zero without translation.
 inline Matrix9 fundamental_from_pose(const Camera& camera, const Pose& T_current_reference) {
   const Eigen::Matrix3d K_inv = detail::camera_matrix(camera).inverse();
   const Eigen::Matrix3d E =

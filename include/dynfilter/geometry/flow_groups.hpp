@@ -6,12 +6,15 @@
 
 namespace dynfilter {
 
-/// Points that flow alike: neighbours in the image whose flows agree are linked, and what is linked is a
-/// group (single linkage). A surface of one object comes out as one group or a few; a group seldom reaches
-/// over the silhouette of a mover. Cost: about 0.15 ms for 1000 points with 6 neighbours.
+/// Groups of points with similar flow.
+/// Image neighbours with similar flow are linked.
+/// Each connected set is a group (single linkage).
+/// The surface of one object forms one or a few groups.
+/// A group rarely crosses the silhouette of a mover.
+/// Cost: about 0.15 ms for 1000 points with 6 neighbours.
 class FlowGroups {
  public:
-  /// `alike(i, j)`: do these two flow alike? It must be symmetric.
+  /// `alike(i, j)` returns whether two flows are similar. It must be symmetric.
   template <class Alike>
   void build(const std::vector<ImageNeighbours::Point>& points, double radius_px, int neighbours,
              const Alike& alike) {
@@ -33,10 +36,10 @@ class FlowGroups {
     collect();
   }
 
-  /// The nearest points of i, and those among them that flow like i.
+  /// The nearest points of i, and those of them with similar flow.
   const std::vector<int>& near(std::size_t i) const { return near_[i]; }
   const std::vector<int>& linked(std::size_t i) const { return linked_[i]; }
-  /// Groups by their first member; single points are groups too.
+  /// Groups in the order of their first members. A single point is also a group.
   std::size_t size() const { return groups_; }
   const std::vector<int>& group(std::size_t g) const { return members_[g]; }
 

@@ -9,12 +9,14 @@
 
 namespace dynfilter {
 
-/// The plane that the camera drives along, as seen in the image: a point of it at (x, y) pixels right of and
-/// below the focus of expansion has inverse depth `scale * below(x, y)` in units of the camera's step. The
-/// plane's horizon runs through the focus of expansion, because the camera moves along the plane.
+/// The plane that the camera drives along, in image coordinates.
+/// (x, y) are pixels right of and below the focus of expansion.
+/// A point of the plane has inverse depth `scale * below(x, y)` in units of the camera's step.
+/// The horizon of the plane runs through the focus of expansion,
+/// because the camera moves along the plane.
 struct GroundPlane {
   double scale = 0;
-  double tilt = 0;  ///< of the horizon [rad]: positive where the ground is higher on the right
+  double tilt = 0;  ///< tilt of the horizon [rad]; positive if the ground is higher on the right
 
   double below(double x, double y) const { return y + tilt * x; }
 };
@@ -22,24 +24,25 @@ struct GroundPlane {
 struct GroundPoint {
   double x = 0, y = 0;  ///< pixels from the focus of expansion, y down
   double inverse_depth = 0;
-  int cell = 0;  ///< of the image; the points of one cell share one vote
+  int cell = 0;  ///< image cell; the points of one cell share one vote
 };
 
-/// Finds the ground among points that seem to stand still: the **lowest** plane with much support, for
-/// nothing static is under the ground and much stands on it. For each of a few tilts the ratios
-/// inverse_depth / below() are sorted, and the window [r, 1.2 r] that holds the votes of most cells is sought
-/// from below. Cost: about 0.2 ms for 1000 points.
+/// Finds the ground among points that appear static.
+/// The ground is the lowest plane with much support, because nothing static is below it.
+/// For each of a few tilts, the ratios inverse_depth / below() are sorted.
+/// The search from below selects the window [r, 1.2 r] with votes from most cells.
+/// Cost: about 0.2 ms for 1000 points.
 class GroundPlaneFinder {
  public:
   struct Options {
-    double min_below_px = 30;      ///< points nearer to the horizon say little
-    double window = 1.2;           ///< width of the ground's window of ratios
+    double min_below_px = 30;      ///< points closer to the horizon carry little information
+    double window = 1.2;           ///< ratio of the upper to the lower bound of the window
     double min_support = 3;        ///< cells
-    double min_share = 0.2;        ///< of all votes below the horizon: else there is no plane to be seen
-    double min_log_spread = 0.25;  ///< of the rows of the ground's points
+    double min_share = 0.2;        ///< smallest share of all votes below the horizon
+    double min_log_spread = 0.25;  ///< smallest log spread of the image rows of the ground's points
     double share_of_best =
-        0.5;        ///< the lowest window with this share of the best one's support is the ground
-    int tilts = 4;  ///< to either side, of 0.02 rad each
+        0.5;        ///< the ground is the lowest window with this share of the best window's support
+    int tilts = 4;  ///< number of tilts to either side, in steps of 0.02 rad
   };
 
   std::optional<GroundPlane> find(const std::vector<GroundPoint>& points, const Options& options) {
@@ -65,7 +68,7 @@ class GroundPlaneFinder {
     }
   };
 
-  /// Sets the scale; returns its support, 0: none.
+  /// Sets the scale. Returns its support, 0 if no scale is found.
   double fit_scale(const std::vector<GroundPoint>& points, const Options& options, GroundPlane& plane) {
     collect_ratios(points, options, plane);
     support_.resize(ratios_.size());
@@ -91,8 +94,8 @@ class GroundPlaneFinder {
     return support_[peak];
   }
 
-  /// Does the window from here on reach over rows near and far? A wall ahead has one depth, so that its rows
-  /// have different ratios.
+  /// True if the window that starts here spans near and far rows.
+  /// A wall ahead has one depth, so its rows have different ratios.
   bool recedes(std::size_t first, const Options& options) const {
     double weight = 0, sum = 0, squares = 0;
     for (std::size_t i = first;

@@ -7,9 +7,8 @@
 
 namespace dynfilter::detail {
 
-/// Eight floats, all operations lane by lane: two vectors of GCC and Clang, on any processor. (As
-/// Eigen::Array, whose every expression is a type of its own, the same code took four times as long to
-/// compile.)
+/// Eight floats with lane-by-lane operations: two vectors of GCC and Clang, on any processor.
+/// Eigen::Array takes four times as long to compile, because each expression has its own type.
 struct Pack {
   using Four = float __attribute__((vector_size(16)));
   static constexpr int kWidth = 8;
@@ -62,7 +61,7 @@ inline Pack operator*(const Pack& a, const Pack& b) {
 inline Pack operator/(const Pack& a, const Pack& b) {
   return {a.low / b.low, a.high / b.high};
 }
-/// NaN: the second.
+/// Returns the second operand where the first is NaN.
 inline Pack max(const Pack& a, const Pack& b) {
   return {a.low > b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
 }

@@ -15,7 +15,7 @@ namespace dynfilter {
 
 namespace detail {
 
-/// rho'(s): the weight of iteratively reweighted least squares.
+/// rho'(s), the weight of iteratively reweighted least squares.
 inline Pack robust_weight(RobustLoss loss, const Pack& s, float c2) {
   switch (loss) {
     case RobustLoss::None:
@@ -32,7 +32,7 @@ inline Pack robust_weight(RobustLoss loss, const Pack& s, float c2) {
   return 1;
 }
 
-/// Normal equations of the perturbation (translation, rotation) from the left, summed over packs of points.
+/// Normal equations of the left perturbation (translation, rotation), summed over packs of points.
 struct RigidNormal {
   Eigen::Matrix3d tt, tr, rr;  ///< blocks of J^T W J
   Eigen::Vector3d gt, gr;      ///< J^T W r
@@ -51,15 +51,16 @@ struct RigidNormal {
   }
 };
 
-/// The sums behind RigidNormal, lane by lane.
+/// Lane-by-lane sums for RigidNormal.
 struct RigidSums {
   enum { kTT = 0, kTR = 5, kRR = 14, kGT = 20, kGR = 23, kCost = 26, kWeight = 27, kCount = 28 };
   Pack sum[kCount];
 
   RigidSums() { std::fill(sum, sum + kCount, Pack(0)); }
 
-  /// Adds points q with residual r: J = A [I | -[q]x], A = d residual / d q, so everything follows from
-  /// M = A^T A (the rows of A are (A0 0 A1), (0 A2 A3), (0 0 A4)) and from f = A^T r.
+  /// Adds points q with residual r. J = A [I | -[q]x] with A = d residual / d q.
+  /// All sums follow from M = A^T A and f = A^T r.
+  /// The rows of A are (A0 0 A1), (0 A2 A3), (0 0 A4).
   void add(const Pack (&q)[3], const Pack (&A)[5], const Pack (&r)[3], const Pack& w) {
     const Pack &x = q[0], &y = q[1], &z = q[2];
     const Pack wa = w * A[0], wb = w * A[2];
@@ -109,7 +110,7 @@ DYNFILTER_AVX2 inline RigidNormal accumulate_rigid_avx2(const RigidSumsInput& in
 }
 #endif
 
-/// Over the first `count` points (they are in spread order).
+/// Sums over the first `count` points in spread order.
 inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, double scale2,
                                     std::size_t count, const RigidTransform& T) {
   float m[12];
@@ -134,10 +135,10 @@ inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, 
     Pack u = 0, v = 0, valid = greater(wz, 0);  // padding has no weight
     Pack r[3];
     if (points.image_depth) {
-      valid *= greater(q[2], 1e-3F);  // behind the camera: no residual there
+      valid *= greater(q[2], 1e-3F);  // no residual behind the camera
       const Pack inv_z = 1.0F / max(q[2], 1e-3F);
       u = q[0] * inv_z, v = q[1] * inv_z;
-      wx *= cz, wy *= cz;  // to f / sigma
+      wx *= cz, wy *= cz;  // in units of f / sigma
       r[0] = wx * (u - points.pack_of(RigidPoints::kAx, i)),
       r[1] = wy * (v - points.pack_of(RigidPoints::kAy, i));
       wx *= inv_z, wy *= inv_z;
@@ -159,8 +160,8 @@ inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
   return Eigen::AngleAxisd(angle, omega / angle).toRotationMatrix();
 }
 
-/// Iteratively reweighted Gauss-Newton on SE(3) over the first `count` points, 6x6 normal equations. Leaves
-/// the equations of the last linearisation in `normal`.
+/// Iteratively reweighted Gauss-Newton on SE(3) over the first `count` points, 6x6 normal equations.
+/// Leaves the equations of the last linearisation in `normal`.
 inline void refine_rigid(const RigidPoints& points, RobustLoss loss, double scale, int iterations,
                          std::size_t count, RigidTransform& T, RigidNormal& normal) {
   normal = RigidSums().normal();

@@ -20,7 +20,7 @@ namespace dynfilter {
 
 namespace detail {
 
-/// What RigidMotionEstimator does.
+/// Implementation of RigidMotionEstimator.
 class RigidMotionSearch {
  public:
   explicit RigidMotionSearch(const RigidMotionOptions& options) : options_(options) {}
@@ -67,7 +67,8 @@ class RigidMotionSearch {
     int needed = options_.max_iterations;
     if (prior && prior->R().allFinite() && prior->t().allFinite()) {
       Hypothesis candidate{prior->R(), prior->t()};
-      refine(candidate, 3, kLocalSize);  // narrow: a wider reach would hand it to a majority of movers
+      // Narrow, because a wider reach favours a majority of movers.
+      refine(candidate, 3, kLocalSize);
       consider(candidate, 1, needed);
       advantage = has_best_ ? 1 / options_.prior_advantage : 1;
       result.from_prior = has_best_;
@@ -85,7 +86,7 @@ class RigidMotionSearch {
     }
   }
 
-  /// Takes the hypothesis if it beats the best one `advantage` times.
+  /// Accepts the hypothesis if its score is `advantage` times the best one.
   bool consider(const Hypothesis& candidate, double advantage, int& needed) {
     const float limit = static_cast<float>(options_.inlier_chi2);
     const double floor = best_score_ * advantage;
@@ -107,7 +108,7 @@ class RigidMotionSearch {
     return points_.solve_triple(pick, candidate);
   }
 
-  static constexpr std::size_t kLocalSize = 128;  ///< points that a local optimisation looks at
+  static constexpr std::size_t kLocalSize = 128;  ///< points used by a local optimisation
   static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
   void refine(Hypothesis& hypothesis, int iterations, std::size_t count) {

@@ -31,16 +31,17 @@ struct RigidNoise {
   DepthNoise depth;
 };
 
-/// The correspondences as structure of arrays, in spread order (so that a prefix is a fair sample), padded to
-/// whole packs with points of zero weight. The score is linear in q: residual = W (q - a q.z - b), which for
-/// ImageDepth replaces 1/q.z by 1/c.z.
+/// Correspondences as structure of arrays, in spread order, so that a prefix is a fair sample.
+/// Padded to whole packs with points of zero weight.
+/// The score is linear in q: residual = W (q - a q.z - b).
+/// For ImageDepth this replaces 1/q.z by 1/c.z.
 struct RigidPoints {
   static constexpr int kPack = Pack::kWidth;
   enum Row { kPx, kPy, kPz, kAx, kAy, kBx, kBy, kBz, kWx, kWy, kWz, kRows };
 
   std::size_t count = 0, stride = 0;
   bool image_depth = true;
-  bool wide = true;  ///< AVX2 where there is one: the same bits
+  bool wide = true;  ///< use AVX2 where available, with identical results
   std::vector<float> data;
   std::vector<int> indices;
 
@@ -76,7 +77,7 @@ struct RigidPoints {
 
   float& at(int r, std::size_t k) { return data[static_cast<std::size_t>(r) * stride + k]; }
 
-  /// What follows from the points: the bearing that the residual subtracts, and its weights.
+  /// Computes the bearing that the residual subtracts, and its weights.
   void derive(std::size_t k, const Camera& camera, const RigidNoise& noise) {
     const Pack inv_z = 1.0F / pack_of(kBz, k);
     const Pack sp = sigma_m(noise.depth, pack_of(kPz, k)), sc = sigma_m(noise.depth, pack_of(kBz, k));
@@ -114,8 +115,9 @@ struct RigidPoints {
     }
   }
 
-  /// Sum of max(0, 1 - chi2/limit) (MSAC, Torr and Zisserman 2000), or 0 as soon as `floor` is out of reach:
-  /// by more than three standard deviations of what a prefix of this length tells, or for certain.
+  /// Sum of max(0, 1 - chi2/limit) (MSAC, Torr and Zisserman 2000).
+  /// Returns 0 as soon as the sum cannot reach `floor`,
+  /// either for certain or by three standard deviations of a prefix estimate.
   double score(const RigidTransform& T, float limit, double floor) const {
     float m[12];
     to_float(T, m);
@@ -166,11 +168,13 @@ struct RigidPoints {
     to_float(T, m);
     Pack n = 0;
     for (std::size_t i = 0; i < stride; i += kPack) n += greater(limit, chi2(m, i));
-    const auto padding = static_cast<int>(stride - count);  // its residuals are 0, or NaN where T overflows
+    // Residuals of the padding are 0, or NaN if T overflows.
+    const auto padding = static_cast<int>(stride - count);
     return std::max(0, static_cast<int>(n.sum()) - (limit > 0 ? padding : 0));
   }
 
-  /// Sum over 8x8 cells of the viewing directions (tan within +-0.8) of the square root of what each holds.
+  /// Sum of the square root of the number of inliers per cell.
+  /// The 8x8 cells divide the viewing directions with tangents within +-0.8.
   double spread_score(const RigidTransform& T, float limit) const {
     float cells[64] = {};
     auto cell = [](float tangent) {
@@ -193,8 +197,10 @@ struct RigidPoints {
     return {row(kAx)[k] * z + row(kBx)[k], row(kAy)[k] * z + row(kBy)[k], z};
   }
 
-  /// Pose of three points by aligning their orthonormal frames (TRIAD, Black 1964) at their centroids. False
-  /// for (nearly) collinear points and for triangles whose sides differ by more than their noise allows.
+  /// Pose from three points by aligning their orthonormal frames (TRIAD, Black 1964)
+  /// at their centroids.
+  /// False for nearly collinear points,
+  /// and if the sides of the two triangles differ by more than their noise.
   bool solve_triple(const std::uint32_t (&pick)[3], RigidTransform& T) const {
     Eigen::Vector3d p[3], c[3];
     double slack2 = 0;

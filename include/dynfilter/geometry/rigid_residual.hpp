@@ -10,35 +10,40 @@
 
 namespace dynfilter {
 
-/// What is assumed about the measurements when a point pair is judged against a rigid motion.
+/// Assumed measurement noise when a point pair is judged against a rigid motion.
 struct RigidResidualNoise {
-  double pixel_sigma_px = 1.0;  ///< of the match between the frames, per axis
-  DepthNoise depth_noise{};     ///< of both depths
+  double pixel_sigma_px = 1.0;  ///< noise of the match between the frames, per axis
+  DepthNoise depth_noise{};     ///< noise of both depths
 };
 
-/// Judgement of one point pair. Without depth in either frame, or with the point behind the camera: `valid`
-/// is false and the numbers are NaN.
+/// Residual of one point pair.
+/// Without depth in either frame, or behind the camera,
+/// `valid` is false and the numbers are NaN.
 struct RigidResidual {
   bool valid = false;
-  cv::Point2f predicted_px;  ///< where a static point would be seen, undistorted pixels of the current frame
+  /// Predicted position of a static point, undistorted pixels of the current frame.
+  cv::Point2f predicted_px;
   float predicted_depth_m = std::numeric_limits<float>::quiet_NaN();
-  float image_px = std::numeric_limits<float>::quiet_NaN();  ///< distance from there to the measured pixel
-  float depth_m = std::numeric_limits<float>::quiet_NaN();   ///< measured minus predicted depth
+  /// Distance of the measured pixel from predicted_px.
+  float image_px = std::numeric_limits<float>::quiet_NaN();
+  float depth_m = std::numeric_limits<float>::quiet_NaN();  ///< measured minus predicted depth
   float chi2 =
       std::numeric_limits<float>::quiet_NaN();  ///< normalised squared residual, 3 degrees of freedom
 };
 
-/// Predicts the static appearance (u, v, depth) of reference points under q = R p + t and normalises the miss
-/// r,
-///   chi2 = r^T S^-1 r,  S = diag(su^2, su^2, sz(c)^2) + G Sp G^T + L C L^T,
-/// with Sp the noise of the reference point (depth noise along its ray), G = d(u, v, z)/dp, and C the
-/// motion's covariance (translation, rotation; as in RigidMotion), L = d(u, v, z)/d(motion). First-order
-/// propagation (Hartley and Zisserman, sec. 5.2). The pixel noise is that of the match, so the reference
-/// pixel carries none of its own. A static point exceeds 7.81 with 5 % and 11.34 with 1 % probability. About
-/// 0.1 us a point.
+/// Predicts image position and depth (u, v, depth) of static reference points under q = R p + t.
+/// Normalises the residual r:
+///   chi2 = r^T S^-1 r,  S = diag(su^2, su^2, sz(c)^2) + G Sp G^T + L C L^T.
+/// Sp is the noise of the reference point (depth noise along its ray), G = d(u, v, z)/dp.
+/// C is the motion's covariance (translation, rotation; as in RigidMotion),
+/// L = d(u, v, z)/d(motion).
+/// This is first-order propagation (Hartley and Zisserman, section 5.2).
+/// The pixel noise is that of the match, so the reference pixel adds none.
+/// A static point exceeds 7.81 with probability 5 % and 11.34 with 1 %.
+/// Cost: about 0.1 us per point.
 class RigidResidualModel {
  public:
-  /// `motion_covariance`: 36 numbers, row-major; null: the motion is taken as exact.
+  /// `motion_covariance` has 36 numbers, row-major. Null means an exact motion.
   RigidResidualModel(const Camera& camera, const Pose& T_current_reference,
                      const RigidResidualNoise& noise = {}, const double* motion_covariance = nullptr)
       : camera_(camera), noise_(noise), R_(T_current_reference.R()), t_(T_current_reference.t()) {
@@ -52,8 +57,8 @@ class RigidResidualModel {
     }
   }
 
-  /// Not inlined: GCC 12 at -O3 vectorises it with the code around it to other last bits in some files than
-  /// in others, and verdicts would no longer be the same bit for bit.
+  /// noinline keeps verdicts identical between files.
+  /// If GCC 12 inlines this at -O3, vectorisation changes the last bits from file to file.
   [[gnu::noinline]] RigidResidual operator()(const cv::Point3f& reference, const cv::Point3f& current) const {
     RigidResidual out;
     if (!has_depth(reference.z) || !has_depth(current.z)) return out;
@@ -74,7 +79,7 @@ class RigidResidualModel {
   }
 
  private:
-  /// S = D + w w^T with D diagonal: its inverse is that of Sherman and Morrison.
+  /// S = D + w w^T with D diagonal. The Sherman-Morrison formula inverts it.
   double chi2_of_exact_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
                               double current_z) const {
     const double inv_z = 1 / q.z(), fx = camera_.fx_px * inv_z, fy = camera_.fy_px * inv_z;
@@ -90,15 +95,15 @@ class RigidResidualModel {
     return rr - rw * rw / (1 + ww);
   }
 
-  /// r^T S^-1 r with S in full. With M = (I, -[q]x), M C M^T = T + X[q]x + (X[q]x)^T - [q]x W [q]x for the
-  /// blocks T, X, W of C; d(u, v, z)/dq is sparse. In plain numbers: half the time of the same in
-  /// matrices.
+  /// r^T S^-1 r for the full S. With M = (I, -[q]x) and the blocks T, X, W of C,
+  /// M C M^T = T + X[q]x + (X[q]x)^T - [q]x W [q]x. d(u, v, z)/dq is sparse.
+  /// Scalar code takes half the time of the matrix form.
   double chi2_of_estimated_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p,
                                   const Eigen::Vector3d& q, double current_z) const {
     const double inv_z = 1 / q.z(), x = q.x() * inv_z, y = q.y() * inv_z;
     const double fx = camera_.fx_px * inv_z, fy = camera_.fy_px * inv_z;
     const double along = noise_.depth_noise.sigma_m(p.z()) / p.z();
-    const Eigen::Vector3d ray = along * (q - t_);  // of R p: the reference point moves along its ray
+    const Eigen::Vector3d ray = along * (q - t_);  // R p
     Eigen::Vector3d xq[3], wq[3];                  // rows of X[q]x and W[q]x
     for (int k = 0; k < 3; ++k) xq[k] = X_[k].cross(q), wq[k] = W_[k].cross(q);
     const auto qwq = [&](int row, int column) {  // of [q]x W [q]x
@@ -131,7 +136,7 @@ class RigidResidualModel {
   bool has_covariance_ = false;
 };
 
-/// One point pair against one motion; for many pairs make a RigidResidualModel.
+/// Residual of one point pair. Create a RigidResidualModel for many pairs.
 inline RigidResidual rigid_residual(const Camera& camera, const Pose& T_current_reference,
                                     const cv::Point3f& reference, const cv::Point3f& current,
                                     const RigidResidualNoise& noise = {},

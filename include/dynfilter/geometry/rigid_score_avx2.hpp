@@ -10,8 +10,8 @@
 
 namespace dynfilter::detail {
 
-/// RigidPoints::block_score() with one register for the eight lanes: the same bits. `rows`: RigidPoints::Row
-/// by RigidPoints::Row, `stride` floats each.
+/// RigidPoints::block_score() with the eight lanes in one register. Results are identical.
+/// `rows` are in the order of RigidPoints::Row, with `stride` floats each.
 DYNFILTER_AVX2 inline float rigid_block_score_avx2(const float* rows, std::size_t stride,
                                                    const float (&m)[12], float inv_limit, std::size_t begin,
                                                    std::size_t end) {

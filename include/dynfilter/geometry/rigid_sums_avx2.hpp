@@ -12,8 +12,9 @@
 
 namespace dynfilter::detail {
 
-/// What accumulate_rigid() is asked for. `rows`: RigidPoints::Row by RigidPoints::Row, `stride` floats each;
-/// `m`: the motion, row by row.
+/// Input of accumulate_rigid().
+/// `rows` are in the order of RigidPoints::Row, with `stride` floats each.
+/// `m` is the motion, row-major.
 struct RigidSumsInput {
   const float* rows;
   std::size_t stride, end;
@@ -23,7 +24,7 @@ struct RigidSumsInput {
   float m[12];
 };
 
-/// RigidSums over all points with one register for the eight lanes: the same bits.
+/// RigidSums over all points with the eight lanes in one register. Results are identical.
 class RigidSumsAvx2 {
  public:
   static constexpr int kCount = 28;
@@ -45,7 +46,8 @@ class RigidSumsAvx2 {
     return _mm256_loadu_ps(in.rows + static_cast<std::size_t>(r) * in.stride + i);
   }
   DYNFILTER_AVX2 static Eight all(float value) { return _mm256_set1_ps(value); }
-  DYNFILTER_AVX2 static Eight larger(Eight a, Eight b) { return _mm256_max_ps(a, b); }  // NaN: the second
+  // NaN: returns b.
+  DYNFILTER_AVX2 static Eight larger(Eight a, Eight b) { return _mm256_max_ps(a, b); }
 
   DYNFILTER_AVX2 static Eight weight(const RigidSumsInput& in, Eight s) {
     switch (in.loss) {

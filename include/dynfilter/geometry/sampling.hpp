@@ -9,8 +9,8 @@
 
 namespace dynfilter {
 
-/// Small deterministic generator (splitmix64, Steele et al., OOPSLA 2014): the same numbers on every machine,
-/// which std::uniform_*_distribution does not promise.
+/// Small deterministic generator (splitmix64, Steele et al., OOPSLA 2014).
+/// It yields the same numbers on every machine, unlike std::uniform_*_distribution.
 class Rng {
  public:
   explicit Rng(std::uint64_t seed) : state_(seed) {}
@@ -21,11 +21,11 @@ class Rng {
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
     return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
   }
-  /// In [0, n), n > 0.
+  /// Uniform in [0, n). Requires n > 0.
   std::uint32_t below(std::uint32_t n) {
     return static_cast<std::uint32_t>((static_cast<std::uint64_t>(next()) * n) >> 32);
   }
-  /// In [0, 1).
+  /// Uniform in [0, 1).
   double uniform() { return next() * (1.0 / 4294967296.0); }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// Standard normal (Box-Muller).
@@ -38,7 +38,7 @@ class Rng {
   std::uint64_t state_;
 };
 
-/// Draws `count` distinct indices below `n` (count <= n; few of many: rejection).
+/// Draws `count` distinct indices below `n` by rejection. Requires count <= n.
 inline void sample_distinct(Rng& rng, std::uint32_t n, std::uint32_t* out, int count) {
   for (int i = 0; i < count;) {
     out[i] = rng.below(n);
@@ -46,8 +46,9 @@ inline void sample_distinct(Rng& rng, std::uint32_t n, std::uint32_t* out, int c
   }
 }
 
-/// Iterations after which a sample without outliers was drawn with probability `confidence`, if a sample of
-/// `size` has inliers with probability `inlier_share` each (Fischler and Bolles 1981). At most `limit`.
+/// Iterations after which one sample has no outlier with probability `confidence`
+/// (Fischler and Bolles 1981). At most `limit`.
+/// A sample has `size` elements, each an inlier with probability `inlier_share`.
 inline int ransac_iterations(double inlier_share, int size, double confidence, int limit) {
   const double good = std::pow(std::min(1.0, std::max(0.0, inlier_share)), size);
   if (good <= 0) return limit;
@@ -56,9 +57,9 @@ inline int ransac_iterations(double inlier_share, int size, double confidence, i
   return n < limit ? std::max(1, static_cast<int>(std::ceil(n))) : limit;
 }
 
-/// Calls visit(i) for every i below n, jumping by the golden section of n: any stretch of the order is spread
-/// over the whole range. As good as a shuffle for features, which arrive sorted by place or level, and much
-/// cheaper.
+/// Calls visit(i) for every i below n, with steps of the golden section of n.
+/// Any stretch of this order is spread over the whole range.
+/// For features, which arrive sorted by position or level, it replaces a shuffle at lower cost.
 template <class Visit>
 void visit_spread(std::size_t n, Visit visit) {
   std::size_t step =

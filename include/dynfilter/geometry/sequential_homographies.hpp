@@ -12,36 +12,40 @@
 
 namespace dynfilter {
 
-/// A match between two images, pixels.
+/// A match between two images [px].
 struct ImageMatch {
-  double x = 0, y = 0;    ///< now
+  double x = 0, y = 0;    ///< in the current image
   double rx = 0, ry = 0;  ///< in the reference image
 };
 
 struct SequentialHomographiesOptions {
-  double chance = 0.003;  ///< a wrong match agrees with a homography by chance with this probability
+  double chance = 0.003;  ///< probability that a wrong match agrees with a homography by chance
   int max_models = 20;
   int iterations = 500;  ///< samples per model
-  int neighbours = 8;    ///< a sample is a match and two of its so many nearest
+  int neighbours = 8;    ///< a sample is a match and two of this many nearest matches
 };
 
-/// Explains matches by one homography after another, each fitted by RANSAC on what the earlier ones left
-/// over: a piece of a surface each, whether it moves or not. Samples are three neighbouring matches (an
-/// affinity: the homography of a small piece), grown and refined by least squares. What no homography with
-/// enough support explains is a mismatch.
+/// Fits homographies to matches one after another.
+/// RANSAC fits each one to the matches that the earlier ones do not explain.
+/// Each homography explains a part of a surface, static or moving.
+/// A sample is three neighbouring matches, which define an affinity.
+/// The affinity is extended and refined by least squares.
+/// A match without a homography of sufficient support is a mismatch.
 ///
-/// Both thresholds are a contrario. A wrong match ends anywhere in the reference image, of area A: it agrees
-/// within d with probability pi d^2 / A, so `chance` sets d. A homography counts if among as many samples
-/// of wrong matches less than one would find its support (Desolneux, Moisan, Morel 2000). Cost: about 0.8 ms
-/// a model for 300 matches, growing with their number. Deterministic; bring the matches in an order of their
-/// own.
+/// Both thresholds are a contrario (Desolneux, Moisan, Morel 2000).
+/// A wrong match ends anywhere in the reference image of area A.
+/// It agrees within d with probability pi d^2 / A, so `chance` sets d.
+/// The support of a homography must be expected less than once among all samples of wrong matches.
+///
+/// Cost: about 0.8 ms per model for 300 matches, growing with their number.
+/// Deterministic; sort the matches by position to be independent of their order.
 class SequentialHomographies {
  public:
   using Options = SequentialHomographiesOptions;
 
   explicit SequentialHomographies(const Options& options = Options()) : options_(options) {}
 
-  /// Per match the number of its model, -1: none.
+  /// Model number of each match; -1: none.
   const std::vector<int>& fit(const std::vector<ImageMatch>& matches) {
     matches_ = &matches;
     label_.assign(matches.size(), -1);
@@ -59,9 +63,9 @@ class SequentialHomographies {
   }
 
   std::size_t models() const { return models_.size(); }
-  /// Of a match that agrees, in the reference image.
+  /// Largest distance of a match that agrees, in the reference image.
   double max_distance_px() const { return max_distance_px_; }
-  /// Distance of match i to the model that fits it best [px]; infinite without a model.
+  /// Distance of match i from its best model [px]. Infinite without a model.
   double distance_px(std::size_t i) const {
     double best = HUGE_VAL;
     for (const Homography& h : models_) best = std::min(best, squared_distance(h, (*matches_)[i]));
@@ -69,13 +73,14 @@ class SequentialHomographies {
   }
 
  private:
-  using Homography = std::array<double, 9>;  // row by row, from now to the reference, in pixels about centre_
+  // Row-major, from current to reference, in pixels relative to centre_.
+  using Homography = std::array<double, 9>;
 
   static constexpr double kPi = 3.14159265358979323846;
   static constexpr int kLeastSupport = 4;
-  static constexpr double kTail = 0.025;  ///< of the places on either side may lie anywhere
+  static constexpr double kTail = 0.025;  ///< share of the positions on either side that is ignored
 
-  /// Of the box that holds the reference image's places.
+  /// Area of the box around the positions in the reference image.
   double reference_area_px2() {
     const auto side = [&](double ImageMatch::*member) {
       values_.clear();
@@ -88,8 +93,9 @@ class SequentialHomographies {
     return side(&ImageMatch::rx) * side(&ImageMatch::ry);
   }
 
-  /// The least support for which the expected number of false alarms is below one: every sample of n matches
-  /// is a test, three of its supporters are the sample itself, and the others agree by chance.
+  /// Smallest support with an expected number of false alarms below one.
+  /// Every sample of n matches is a test.
+  /// Three supporters are the sample itself, and the others agree by chance.
   int support_needed(std::size_t n) const {
     const double others = static_cast<double>(n) - 3, near = options_.neighbours;
     double log_alarms = std::log(static_cast<double>(n) * near * (near - 1) / 2);
@@ -154,7 +160,8 @@ class SequentialHomographies {
     if (affinity(sample, h)) attempt(h);
   }
 
-  /// Through three matches; false where they are nearly on a line in either image, or change sides.
+  /// Affinity through three matches.
+  /// False if they are nearly collinear in either image or change orientation.
   bool affinity(const int (&sample)[3], Homography& h) const {
     double x[3], y[3], u[3], v[3];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -191,7 +198,7 @@ class SequentialHomographies {
     best_ = h;
   }
 
-  /// What agrees within `factor` times the distance, of what is left.
+  /// Collects the remaining matches within `factor` times the largest distance.
   void collect_support(const Homography& h, double factor) {
     const double limit = factor * factor * max_distance_px_ * max_distance_px_;
     support_.clear();
@@ -206,7 +213,8 @@ class SequentialHomographies {
     if (support_.size() >= 8 && least_squares(h)) attempt(h);
   }
 
-  /// Algebraic least squares over the support with h[8] = 1, twice, the second time in units of distance.
+  /// Algebraic least squares over the support with h[8] = 1.
+  /// Runs twice, the second time in units of distance.
   bool least_squares(Homography& h) const {
     h = best_;
     for (int round = 0; round < 2; ++round) {
@@ -225,7 +233,7 @@ class SequentialHomographies {
             for (int q = 0; q < 8; ++q) A[p * 8 + q] += rows[r][p] * rows[r][q] / (w * w);
           }
       }
-      // A weak prior against perspective: a small piece of a surface cannot tell it from noise.
+      // A weak prior against perspective, which a small patch cannot separate from noise.
       const double weak = 1e-3 * static_cast<double>(support_.size());
       A[6 * 8 + 6] += weak, A[7 * 8 + 7] += weak;
       if (!detail::solve_positive_definite(A, b, 8)) return false;

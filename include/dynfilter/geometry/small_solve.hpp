@@ -6,9 +6,10 @@
 
 namespace dynfilter::detail {
 
-/// Solves A x = b in place for a symmetric positive definite A (n x n, either order) by L D L^T; b becomes x,
-/// A is overwritten. False if a pivot is not positive against the largest diagonal entry. In plain loops:
-/// Eigen's LDLT of fixed size costs the compiler seconds per size in every file that includes it.
+/// Solves A x = b by L D L^T for a symmetric positive definite A (n x n).
+/// Works in place: b becomes x, and A is overwritten. The storage order does not matter.
+/// False if a pivot is not positive relative to the largest diagonal entry.
+/// Plain loops compile fast. Eigen's fixed-size LDLT costs seconds per size and file.
 inline bool solve_positive_definite(double* A, double* b, int n, double min_pivot_share = 1e-14) {
   double largest = 0;
   for (int i = 0; i < n; ++i) largest = std::fmax(largest, A[i * n + i]);
@@ -31,7 +32,8 @@ inline bool solve_positive_definite(double* A, double* b, int n, double min_pivo
   return true;
 }
 
-/// The inverse of a symmetric positive definite A (n x n, n <= 9). False as solve_positive_definite().
+/// Inverse of a symmetric positive definite A (n x n, n <= 9).
+/// False under the condition of solve_positive_definite().
 inline bool invert_positive_definite(const double* A, double* inverse, int n) {
   for (int c = 0; c < n; ++c) {
     double work[81];

@@ -14,14 +14,17 @@ namespace detail {
 class TwoViewSearch;
 }
 
-/// Which two-view model do the seeds obey, and which one may judge the rest?
+/// Selects the two-view model that the seeds obey and that may judge the other features.
 ///
-/// F by RANSAC over seven matches: MSAC scores of Sampson distances, oriented constraint, samples spread over
-/// the image, bail-out, local optimisation. Then the question whether F means anything, because a plane, a
-/// pure rotation, no motion or a tiny baseline leave two of its parameters free, and these absorb whatever
-/// moves (Torr, Zisserman and Maybank, CVIU 1998; Chum, Werner and Matas, CVPR 2005: DEGENSAC). See
-/// two_view_decision.hpp for the criterion. Owns its scratch: no allocation once it has seen the largest
-/// input. About 0.2 ms for 1000 seeds with 30 % outliers, 0.5 ms with 50 %.
+/// F is fitted by RANSAC over seven matches with MSAC scores of Sampson distances.
+/// It uses the oriented constraint, spatially spread samples, bail-out and local optimisation.
+/// A plane, a pure rotation, no motion or a tiny baseline leave two parameters of F free.
+/// Movers then determine these parameters (Torr, Zisserman and Maybank, CVIU 1998;
+/// DEGENSAC: Chum, Werner and Matas, CVPR 2005).
+/// two_view_decision.hpp tests for these cases.
+///
+/// Reuses its buffers: no allocation after the largest input.
+/// Cost: about 0.2 ms for 1000 seeds with 30 % outliers, 0.5 ms with 50 %.
 class TwoViewEstimator {
  public:
   explicit TwoViewEstimator(const TwoViewOptions& options = {});
@@ -32,9 +35,12 @@ class TwoViewEstimator {
   TwoViewOptions& options() { return *options_; }
   const TwoViewOptions& options() const { return *options_; }
 
-  /// Undistorted pixels, both spans of the same size; `seeds`: indices of the features to fit, out-of-range
-  /// and non-finite ones are ignored. With a `camera` (intrinsics only) a rotation can be told from a plane,
-  /// and parallax from movers. Never throws on odd data: kind None.
+  /// Both spans are undistorted pixels and have the same size.
+  /// `seeds` are the indices of the features to fit.
+  /// Indices out of range and positions that are not finite are ignored.
+  /// With a `camera` (intrinsics only) the estimator separates a rotation from a plane,
+  /// and parallax from movers.
+  /// Unusual data never throws; the result is kind None.
   TwoViewModel estimate(Span<const cv::Point2f> reference, Span<const cv::Point2f> current,
                         Span<const int> seeds, const Camera* camera = nullptr);
 

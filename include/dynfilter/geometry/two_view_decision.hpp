@@ -22,26 +22,33 @@ namespace detail {
 
 /// The decision between F, H and "no baseline".
 ///
-/// F fits any scene that H fits, F = [e']x H for every e', and e' is then chosen by whatever is left: movers.
-/// So counting inliers always prefers F. Let S be the seeds that H explains, O the others. In this order:
+/// F = [e']x H fits any scene that H fits, for every e'.
+/// The matches that H does not explain, often movers, then choose e'.
+/// Counting inliers therefore always prefers F.
+/// Let S be the seeds that H explains, and O the others. The tests are, in this order:
 ///
 /// 1. S is less than half of F's support: **Fundamental** (General).
-/// 2. What H leaves at S is noise if H is the whole truth, so it has no direction; parallax of the static
-/// scene
-///    points along the epipolar lines. e' is found from S *alone*, so movers in O cannot choose it (least
-///    ratio of the residuals' second moment across the lines to what isotropic noise gives: a 3x3 generalised
-///    eigenproblem). Variance along over across above 1 + 12 / sqrt|S| means parallax. Then F is fitted from
-///    that e', and if O holds static points within the range that this parallax predicts: **Fundamental**
-///    (PlaneAndParallax; Irani and Anandan, PAMI 1998), else **Homography** with an allowance of four
-///    standard deviations along the lines (WeakParallax): a baseline of millimetres.
+/// 2. The residuals of H at S are isotropic noise if H is the whole truth.
+///    Parallax of the static scene has the direction of the epipolar lines.
+///    e' is estimated from S alone, so movers in O cannot choose it.
+///    It minimises the residuals' second moment across the lines, relative to isotropic noise.
+///    This is a 3x3 generalised eigenproblem.
+///    A ratio of the variances along and across above 1 + 12 / sqrt|S| means parallax.
+///    F is then fitted starting from that e'.
+///    If O has static points within the range that this parallax predicts:
+///    **Fundamental** (PlaneAndParallax; Irani and Anandan, PAMI 1998).
+///    Else **Homography** with an allowance of four standard deviations along the lines
+///    (WeakParallax): a baseline of millimetres.
 /// 3. With a camera, K R K^-1 explains S: **Rotation** (PureRotation, NoMotion). O are movers.
-/// 4. With a camera, H = K (R + t n^T / d) K^-1 says where e' = K t must be (Ma et al., An Invitation to 3-D
-///    Vision, sec. 5.3.3). If points of O lie on these lines: **Fundamental** (CalibratedParallax).
-/// 5. **Homography** (Plane). O are movers, or a second static surface: GRIC (Torr, PTRSA 1998; two-view
-/// weights
-///    lambda 2, ln 4) prefers F once O on F is more than 0.39 / 2.0 = 19 % of the seeds, so above
-///    `min_parallax_share` the model says `ambiguous` and judges only points that lie off both. In case 3
-///    that applies too unless the camera stood still, which two surfaces cannot imitate.
+/// 4. With a camera, H = K (R + t n^T / d) K^-1 determines e' = K t
+///    (Ma et al., An Invitation to 3-D Vision, section 5.3.3).
+///    If points of O are on these lines: **Fundamental** (CalibratedParallax).
+/// 5. Else **Homography** (Plane). O are movers or a second static surface.
+///    GRIC (Torr, PTRSA 1998; weights lambda 2, ln 4) prefers F
+///    if O on F is more than 0.39 / 2.0 = 19 % of the seeds.
+///    Above `min_parallax_share` the model is therefore `ambiguous`
+///    and judges only points that agree with neither F nor H.
+///    This also applies in case 3, except for a static camera, which two surfaces cannot imitate.
 class TwoViewDecision {
  public:
   TwoViewDecision(const TwoViewPoints& points, const TwoViewOptions& options, double tau2,
@@ -68,9 +75,11 @@ class TwoViewDecision {
   }
 
  private:
-  static constexpr double kStrong = 3;        ///< along over across: parallax well above the noise
-  static constexpr double kNearShare = 0.03;  ///< of the seeds, just off H but on its lines: parallax goes on
-  static constexpr double kRounding = 4e-4;   ///< variance of exact data, in tau^2
+  /// Ratio along to across: parallax well above the noise.
+  static constexpr double kStrong = 3;
+  /// Share of seeds just off H but on its lines: parallax continues there.
+  static constexpr double kNearShare = 0.03;
+  static constexpr double kRounding = 4e-4;  ///< variance of exact data, in tau^2
   static constexpr std::uint32_t kMaxOff = 512;
   static constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
@@ -107,8 +116,9 @@ class TwoViewDecision {
     set_ambiguous(F, H, model);
   }
 
-  /// DEGENSAC's plane and parallax (Chum et al. 2005, sec. 3.2): seven matches nearly all on a plane fix
-  /// nothing but H; two of O add e', F = [e']x H. True if that beats F.
+  /// Plane and parallax of DEGENSAC (Chum et al. 2005, section 3.2).
+  /// Seven matches that are nearly all on a plane determine only H.
+  /// Two matches of O add e', F = [e']x H. True if this F has a better score.
   bool search_parallax(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, Eigen::Matrix3d& better) {
     fill_errors(H);
     std::uint32_t off[kMaxOff];
@@ -137,7 +147,7 @@ class TwoViewDecision {
     return true;
   }
 
-  /// Step 2: how what H leaves at S is distributed, and the e' it points at.
+  /// Step 2: distribution of the residuals of H at S, and the e' that they point to.
   Residuals measure_residuals(const Eigen::Matrix3d& H) const {
     Eigen::Matrix3d moment = Eigen::Matrix3d::Zero(), noise = Eigen::Matrix3d::Zero();
     for_plane(H, [&](const Eigen::Vector2d& q, const Eigen::Vector2d& d) {
@@ -154,14 +164,14 @@ class TwoViewDecision {
       const double along = u.dot(d), across = u.x() * d.y() - u.y() * d.x();
       out.along2 += along * along, out.across2 += across * across, n += 1;
     });
-    const double floor = kRounding * tau2_;  // it has directions too
+    const double floor = kRounding * tau2_;  // rounding noise is not isotropic either
     out.along2 = out.along2 / n + floor, out.across2 = out.across2 / n + floor;
     out.parallax = out.along2 > (1 + 8 / std::sqrt(n)) * out.across2;
     return out;
   }
 
-  /// The direction v with the least v^T A v / v^T B v; B is positive definite. (Eigen's generalized solver
-  /// costs the compiler three seconds a file.)
+  /// The direction v that minimises v^T A v / v^T B v. B is positive definite.
+  /// Eigen's generalised solver takes three seconds to compile per file.
   static Eigen::Vector3d least_against(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) {
     Eigen::Matrix3d L = Eigen::Matrix3d::Zero();
     for (int c = 0; c < 3; ++c)
@@ -175,7 +185,7 @@ class TwoViewDecision {
     return (L_inv.transpose() * solver.eigenvectors().col(0)).normalized();
   }
 
-  /// visit(H x1, x2 - H x1) for every seed of S.
+  /// Calls visit(H x1, x2 - H x1) for every seed of S.
   template <class Visit>
   void for_plane(const Eigen::Matrix3d& H, Visit visit) const {
     const double limit = tau2_ * kTransferScale;
@@ -189,7 +199,8 @@ class TwoViewDecision {
   void decide_parallax(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, const Residuals& residuals,
                        TwoViewModel& model) {
     const double window = std::sqrt(tau2_ * kTransferScale), near = 2.2 * window;
-    const double tight2 = std::min(tau2_, 9 * residuals.across2 / 2);  // across: both images' noise
+    // Across the lines: noise of both images.
+    const double tight2 = std::min(tau2_, 9 * residuals.across2 / 2);
     Eigen::Matrix3d mine = cross_matrix(residuals.epipole) * H;
     refine_within(H, window, 2 * tight2, mine);
     const double n = static_cast<double>(points_.count()), off = n - model.homography_inliers;
@@ -211,16 +222,17 @@ class TwoViewDecision {
     model.allowance_px = 4 * std::sqrt(residuals.along2 - residuals.across2) / points_.scale();
   }
 
-  /// F explains the parallax near H as well as the F that was fitted to it alone: chi-square of its seven
-  /// parameters, 99 %. An F that was drawn to movers does not.
+  /// True if F explains the parallax near H as well as the F fitted to that parallax only.
+  /// The test is chi-square with seven parameters at 99 %.
+  /// It rejects an F that is biased by movers.
   bool explains_near(const Eigen::Matrix3d& H, double near, double tight2, const Eigen::Matrix3d& F,
                      const Eigen::Matrix3d& fitted) {
     constexpr double kSlack = 18.48 / 9;  // costs are in units of tight2 = 9 sigma^2
     return cost_within(H, near, F, tight2) < cost_within(H, near, fitted, tight2) + kSlack;
   }
 
-  /// Static parallax goes on without a gap: follow it outwards while each ring holds some, so that a group of
-  /// movers beyond a gap has no say.
+  /// Extends F outwards while each ring of parallax contains static points.
+  /// Static parallax has no gap, so a group of movers beyond a gap is excluded.
   void grow(const Eigen::Matrix3d& H, double reach, double cut2, Eigen::Matrix3d& F) {
     const double enough = 0.01 * static_cast<double>(points_.count());
     for (int ring = 0; ring < 12; ++ring, reach *= 1.3) {
@@ -229,7 +241,7 @@ class TwoViewDecision {
     }
   }
 
-  /// Refines F on the seeds that lie within `reach` of where H has them.
+  /// Refines F on the seeds within `reach` of their position under H.
   void refine_within(const Eigen::Matrix3d& H, double reach, double cut2, Eigen::Matrix3d& F) {
     fill_errors(H);
     const float limit = static_cast<float>(reach * reach / kTransferScale);
@@ -251,8 +263,8 @@ class TwoViewDecision {
     points_.visit(HomographyError(H), [&](std::size_t i, float e) { scratch_[i] = e; });
   }
 
-  /// Seeds on F, at most `reach` from where H has them, and off H: by `clear` times the bound on squared
-  /// errors, so that it is not just noise.
+  /// Number of seeds on F that are within `reach` of their position under H, but off H.
+  /// Off H means `clear` times the bound on squared errors, well above noise.
   int parallax_support(const Eigen::Matrix3d& F, const Eigen::Matrix3d& H, double reach,
                        double clear = 2) const {
     int n = 0;
@@ -283,7 +295,7 @@ class TwoViewDecision {
     return true;
   }
 
-  /// Mean squared error of `model` over S, plus what rounding leaves of exact data.
+  /// Mean squared error of `model` over S, plus the rounding error of exact data.
   double plane_residual2(const Eigen::Matrix3d& H, const Eigen::Matrix3d& model) {
     fill_errors(H);
     double sum = 0, n = 0;
@@ -293,7 +305,7 @@ class TwoViewDecision {
     return sum / n + kRounding * tau2_;
   }
 
-  /// Half of the seeds have not moved.
+  /// True if half of the seeds have not moved.
   bool stood_still() const {
     const Eigen::Matrix3d identity_px = points_.T2() * points_.T1().inverse();
     return homography_inliers(identity_px) >= 0.5 * static_cast<double>(points_.count());
@@ -313,20 +325,21 @@ class TwoViewDecision {
       if (support > best_support) best_support = support, best = F;
     }
     const int off = static_cast<int>(points_.count()) - model.homography_inliers;
-    // Movers of any direction come within 1 px of these lines now and then: ask for more than that.
+    // Movers of any direction are sometimes within 1 px of these lines.
+    // More support is therefore required.
     if (best_support < 10 || best_support < 0.4 * off) return false;
     accept_fundamental(best, TwoViewReason::CalibratedParallax, model);
     return true;
   }
 
-  /// On S alone: O must not choose the epipole that it is judged by.
+  /// Uses S only: the epipole that judges O must not depend on O.
   void refine_essential_within(const Eigen::Matrix3d& H, double cut2, Essential& e) {
     fill_errors(H);
     const Selection plane{points_.count(), scratch_.data(), static_cast<float>(tau2_)};
     refine_essential(points_, calibration_, cut2, 3, plane, e);
   }
 
-  /// The two motions of a plane: G = R + t n^T up to scale, as (R, t / |t|).
+  /// Decomposes a plane's G = R + t n^T, up to scale, into its two motions (R, t / |t|).
   static int decompose(Eigen::Matrix3d G, Essential (&out)[2]) {
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(G, Eigen::ComputeFullV);
     G /= std::copysign(svd.singularValues()(1), G.determinant());
@@ -385,7 +398,7 @@ class TwoViewDecision {
     return to_array(times(times(points_.T2().transpose(), F), points_.T1()).normalized());
   }
 
-  /// From the median of the squared errors that agree; `median` is that of unit noise.
+  /// Noise from the median of the squared errors of inliers. `median` is that of unit noise.
   template <class Error>
   double sigma_px(const Error& error, double median) {
     scratch_.clear();

@@ -10,26 +10,28 @@
 namespace dynfilter {
 
 struct TwoViewOptions {
-  double max_distance_px = 1.0;   ///< a seed agrees with F up to this Sampson distance, about 2 noise sigmas
+  /// Largest Sampson distance of a seed that agrees with F, about 2 sigma.
+  double max_distance_px = 1.0;
   int min_seeds = 20;             ///< fewer usable seeds: None
   double min_spread_px = 4.0;     ///< seeds within this standard deviation of a line: None
   double min_inlier_share = 0.3;  ///< of the seeds, for any model
-  double min_plane_share = 0.5;   ///< of F's support: from here on a homography is a rival of F
-  double min_parallax_share = 0.2;  ///< of the seeds: fewer points off H are movers, see TwoViewDecision
-  double confidence = 0.99;         ///< of having drawn one sample without outliers
-  int max_iterations = 1500;        ///< of the sampling for F
+  double min_plane_share = 0.5;   ///< share of F's support from which a homography competes with F
+  /// Share of the seeds; fewer points off H are movers, see TwoViewDecision.
+  double min_parallax_share = 0.2;
+  double confidence = 0.99;   ///< probability that at least one sample has no outlier
+  int max_iterations = 1500;  ///< of sampling for F
   std::uint64_t seed = 1;
 };
 
-/// Which model the static scene obeys between two images.
+/// Model of the static scene between two images.
 enum class TwoViewKind {
-  None,         ///< cannot say: abstain
+  None,         ///< undecided: abstain
   Fundamental,  ///< enough baseline and relief: epipolar lines
-  Homography,   ///< one plane, or a baseline too small to be seen beside it: points
-  Rotation      ///< no baseline: the camera turned, or stood still
+  Homography,   ///< one plane, or a baseline too small to be visible beside it: points
+  Rotation      ///< no baseline: the camera rotates or is static
 };
 
-/// Why that kind was chosen.
+/// Reason for the kind.
 enum class TwoViewReason {
   TooFewSeeds,
   CollinearSeeds,
@@ -83,32 +85,38 @@ inline const char* to_string(TwoViewReason reason) {
   return "";
 }
 
-/// A two-view model with the figures that led to it. Plain numbers, pixels of the undistorted images.
+/// A two-view model and the figures behind it. Plain numbers, in pixels of the undistorted images.
 struct TwoViewModel {
   TwoViewKind kind = TwoViewKind::None;
   TwoViewReason reason = TwoViewReason::TooFewSeeds;
-  Matrix9 F{};  ///< p2^T F p1 = 0; all zero if there is none
-  Matrix9 H{};  ///< p2 ~ H p1; all zero if there is none
-  /// Homography and Rotation: how far a static point may lie from H p1 along its line F p1 [px]. Zero where
-  /// no parallax was found.
+  Matrix9 F{};  ///< p2^T F p1 = 0; all zero: no F
+  Matrix9 H{};  ///< p2 ~ H p1; all zero: no H
+  /// Homography and Rotation: largest distance of a static point from H p1 along its line F p1 [px].
+  /// Zero if no parallax is found.
   double allowance_px = 0;
-  /// Points off H but on F cannot be told from static parallax: `judge` says CannotSay.
+  /// True if points off H but on F may be static parallax.
+  /// `judge` then returns CannotSay for them.
   bool ambiguous = false;
-  double sigma_px = 0;          ///< noise per coordinate and image, from the seeds that agree
+  double sigma_px = 0;          ///< noise per coordinate and image, from the inliers
   int seeds = 0;                ///< usable ones
   int inliers = 0;              ///< seeds that agree with the model (of `kind`)
-  int fundamental_inliers = 0;  ///< seeds that agree with the best F, for the record
-  int homography_inliers = 0;   ///< seeds that agree with the best H; 0 if none came near F's support
-  double anisotropy = 0;  ///< variance along over across the epipolar lines of what H leaves; 0: not asked
-  int iterations = 0;     ///< samples drawn for F
+  int fundamental_inliers = 0;  ///< seeds that agree with the best F
+  /// Seeds that agree with the best H; 0 if none is close to F's support.
+  int homography_inliers = 0;
+  /// Variance of H's residuals along over across the epipolar lines; 0: not measured.
+  double anisotropy = 0;
+  int iterations = 0;  ///< samples drawn for F
 };
 
 enum class TwoViewVerdict { CannotSay, Consistent, Inconsistent };
 
-/// Distance [px] of a match from the model in the current image. Fundamental: to the epipolar line (RTS-SLAM
-/// eq. 4). Homography and Rotation: to H p1, less `allowance_px` along the epipolar line, scaled by sqrt(3.84
-/// / 5.99) = 0.80, so that the same threshold passes the same share of static points although two coordinates
-/// can miss instead of one. NaN if the kind is None or a point is not finite.
+/// Distance [px] of a match from the model in the current image.
+/// Fundamental: distance from the epipolar line (RTS-SLAM, eq. 4).
+/// Homography and Rotation: distance from H p1, less `allowance_px` along the epipolar line,
+/// times sqrt(3.84 / 5.99) = 0.80.
+/// This factor accounts for two coordinates of error instead of one,
+/// so that the same threshold passes the same share of static points.
+/// NaN if the kind is None or a point is not finite.
 inline double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current) {
   constexpr double kTwoCoordinates = 0.80067;
   if (model.kind == TwoViewKind::None || !std::isfinite(reference.x + reference.y + current.x + current.y)) {
@@ -127,7 +135,7 @@ inline double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::
   return kTwoCoordinates * std::hypot(across, std::max(0.0, std::abs(along) - model.allowance_px));
 }
 
-/// The model's opinion on a match at a threshold on `distance_px`.
+/// The model's verdict on a match for a threshold on `distance_px`.
 inline TwoViewVerdict judge(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current,
                             double max_distance_px) {
   const double d = distance_px(model, reference, current);

@@ -13,10 +13,11 @@
 
 namespace dynfilter::detail {
 
-// Squared residuals of packs of matches in normalised coordinates. Both are comparable with one threshold: a
-// match passes both with the same probability if its noise is Gaussian and equal in both images.
+// Squared residuals of packs of matches in normalised coordinates.
+// Both kinds can be compared with one threshold.
+// A match passes both with equal probability if its noise is Gaussian and equal in both images.
 
-/// Squared Sampson distance: one degree of freedom, the noise's own variance.
+/// Squared Sampson distance. One degree of freedom, with the variance of the noise.
 struct FundamentalError {
   explicit FundamentalError(const Eigen::Matrix3d& F) {
     for (int i = 0; i < 9; ++i) f[i] = static_cast<float>(F(i / 3, i % 3));
@@ -30,10 +31,11 @@ struct FundamentalError {
   float f[9];
 };
 
-/// Ratio of the 95 % quantiles of chi-square with two and one degree of freedom, times the two images' noise.
+/// Ratio of the 95 % quantiles of chi-square with two and one degrees of freedom,
+/// times the noise of two images.
 constexpr double kTransferScale = 2 * 5.991 / 3.841;
 
-/// Squared transfer distance over kTransferScale.
+/// Squared transfer distance divided by kTransferScale.
 struct HomographyError {
   explicit HomographyError(const Eigen::Matrix3d& H) {
     for (int i = 0; i < 9; ++i) h[i] = static_cast<float>(H(i / 3, i % 3));
@@ -46,15 +48,17 @@ struct HomographyError {
   float h[9];
 };
 
-/// The seeds' matches as structure of arrays in spread order (a prefix is a fair sample), both images moved
-/// to their centroids and divided by one common scale (Hartley 1997). Padded to whole packs by repeating
-/// matches, which ranks hypotheses all the same; counting is exact.
+/// Matches of the seeds as structure of arrays, in spread order, so that a prefix is a fair sample.
+/// Both images are centred at their centroids and divided by one common scale (Hartley 1997).
+/// Padded to whole packs by repeating matches. This does not change the ranking of hypotheses.
+/// Counts are exact.
 class TwoViewPoints {
  public:
   std::size_t count() const { return count_; }
-  double scale() const { return scale_; }             ///< normalised units per pixel
-  double minor_axis_px() const { return minor_px_; }  ///< spread across the longest direction of the seeds
-  /// Packs of the coordinates from match i on; i is a multiple of the width.
+  double scale() const { return scale_; }  ///< normalised units per pixel
+  /// Standard deviation of the seeds across their longest direction.
+  double minor_axis_px() const { return minor_px_; }
+  /// Packs of the coordinates from match i. i is a multiple of the pack width.
   Pack x(std::size_t i) const { return at(x_, i); }
   Pack y(std::size_t i) const { return at(y_, i); }
   Pack u(std::size_t i) const { return at(u_, i); }
@@ -77,13 +81,13 @@ class TwoViewPoints {
     fill_cells();
   }
 
-  /// Pixels -> normalised coordinates.
+  /// Transforms from pixels to normalised coordinates.
   Eigen::Matrix3d T1() const { return normaliser(center1_); }
   Eigen::Matrix3d T2() const { return normaliser(center2_); }
 
-  /// Sum of min(e2, tau2) / tau2 over the matches (MSAC, Torr and Zisserman 2000), or infinity as soon as
-  /// `best` is out of reach: for certain, or by three standard deviations of what a prefix of this length
-  /// tells.
+  /// Sum of min(e2, tau2) / tau2 over the matches (MSAC, Torr and Zisserman 2000).
+  /// Returns infinity as soon as the sum must exceed `best`,
+  /// either for certain or by three standard deviations of a prefix estimate.
   template <class Error>
   double cost(const Error& error, double tau2, double best) const {
     constexpr std::size_t kBlock = 64;
@@ -103,7 +107,7 @@ class TwoViewPoints {
     return total;
   }
 
-  /// visit(index, squared error) for every match.
+  /// Calls visit(index, squared error) for every match.
   template <class Error, class Visit>
   void visit(const Error& error, Visit visit) const {
     for (std::size_t i = 0; i < padded(); i += kWidth) {
@@ -126,7 +130,8 @@ class TwoViewPoints {
     return n;
   }
 
-  /// `size` distinct matches, from as many different cells of a 4x4 grid if there are enough and `spread`.
+  /// Draws `size` distinct matches.
+  /// With `spread`, they are from different cells of a 4x4 grid if enough cells are occupied.
   void sample(Rng& rng, bool spread, int size, std::uint32_t* out) const {
     if (!spread || used_cells_ < size) {
       sample_distinct(rng, static_cast<std::uint32_t>(count_), out, size);

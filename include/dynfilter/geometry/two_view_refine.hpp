@@ -33,8 +33,8 @@ inline Eigen::Matrix3d diagonal(double a, double b) {
   return m;
 }
 
-/// Normal equations in the nine entries of a matrix. Every parametrisation p of that matrix with D = d
-/// entries/dp solves (D^T A D) dp = -D^T g.
+/// Normal equations in the nine entries of a matrix.
+/// Each parametrisation p of that matrix with D = d entries/dp solves (D^T A D) dp = -D^T g.
 struct EntryNormal {
   Matrix99 A;
   Vector9 g;
@@ -53,22 +53,23 @@ struct EntryNormal {
     for (int k = 0; k < 9; ++k) sum += a[k] * b[k];
     return sum;
   }
-  /// D^T A D in plain loops: as Eigen expressions of fixed size these two products alone cost the compiler
-  /// half a minute and 1.5 GB in every file that includes this.
+  /// D^T A D in plain loops.
+  /// As fixed-size Eigen expressions, these two products need half a minute and 1.5 GB per file.
   template <int N>
   Eigen::Matrix<double, N, N> congruent(const Eigen::Matrix<double, 9, N>& D) const {
     Eigen::Matrix<double, N, N> result;
     for (int c = 0; c < N; ++c) {
       double column[9];
-      for (int r = 0; r < 9; ++r) column[r] = dot(A.col(r).data(), D.col(c).data());  // A is symmetric
+      // A is symmetric.
+      for (int r = 0; r < 9; ++r) column[r] = dot(A.col(r).data(), D.col(c).data());
       for (int r = 0; r < N; ++r) result(r, c) = dot(D.col(r).data(), column);
     }
     return result;
   }
 };
 
-/// Which matches a refinement looks at: the first `count` (they are in spread order), and of these the ones
-/// whose `errors[i] <= limit`, if errors are given.
+/// Matches used by a refinement: the first `count` in spread order.
+/// If `errors` are given, only matches with `errors[i] <= limit`.
 struct Selection {
   std::size_t count = std::numeric_limits<std::size_t>::max();
   const float* errors = nullptr;
@@ -86,11 +87,12 @@ inline Pack selected(const TwoViewPoints& points, const Selection& selection, st
   return mask;
 }
 
-/// Where the product of entries r and c of (x, y, 1) stands in xx, xy, yy, x, y, 1.
+/// Index of the product of entries r and c of (x, y, 1) in xx, xy, yy, x, y, 1.
 constexpr int kProduct[3][3] = {{0, 1, 3}, {1, 2, 4}, {3, 4, 5}};
 
-/// Reweighted Sampson residuals a.f / sqrt(den), a = (u, v, 1) x (x, y, 1), with Tukey's weights cut off at
-/// `cut2` (squared, normalised units). Every entry of a a^T is one of 36 products.
+/// Reweighted Sampson residuals a.f / sqrt(den), a = (u, v, 1) x (x, y, 1).
+/// Tukey's weights end at `cut2` (squared, normalised units).
+/// Every entry of a a^T is one of 36 products.
 inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix3d& F, double cut2,
                                 const Selection& selection, EntryNormal& normal) {
   float f[9];
@@ -130,12 +132,12 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
   return used >= 8;
 }
 
-/// Bounds of Tukey's weights, one per iteration, in units of tau^2: from what a sample of seven can be off to
-/// a little more than an inlier.
+/// Bounds of Tukey's weights per iteration, in units of tau^2.
+/// They shrink from the error of a sample of seven to slightly more than an inlier.
 constexpr std::array<double, 5> kWideToNarrow{16, 6, 6, 2.5, 2.5};
 
-/// Minimises robust Sampson distances over the seven parameters of F = U diag(cos, sin, 0) V^T (Bartoli and
-/// Sturm, PAMI 2004).
+/// Minimises robust Sampson distances over the seven parameters of F = U diag(cos, sin, 0) V^T
+/// (Bartoli and Sturm, PAMI 2004).
 inline void refine_fundamental(const TwoViewPoints& points, double tau2, Span<const double> cuts,
                                const Selection& selection, Eigen::Matrix3d& F) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -162,7 +164,7 @@ inline void refine_fundamental(const TwoViewPoints& points, double tau2, Span<co
   F = times(times(U, diagonal(std::cos(angle), std::sin(angle))), V.transpose());
 }
 
-/// A calibrated two-view motion, directions only.
+/// A calibrated two-view motion up to scale.
 struct Essential {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::UnitX();  ///< unit
@@ -179,7 +181,7 @@ struct Calibration {
   }
 };
 
-/// As refine_fundamental, over the five parameters of E = [t]x R.
+/// Like refine_fundamental, over the five parameters of E = [t]x R.
 inline void refine_essential(const TwoViewPoints& points, const Calibration& K, double cut2, int iterations,
                              const Selection& selection, Essential& e) {
   EntryNormal normal;
@@ -201,9 +203,9 @@ inline void refine_essential(const TwoViewPoints& points, const Calibration& K, 
   }
 }
 
-/// Reweighted transfer residuals d = at - x2, at = H x1, Tukey's weights on their HomographyError. With p =
-/// (x, y, 1) and q = H p, d(at) = (p, 0, -at.x p; 0, p, -at.y p) / q.z: every entry of the normal matrix is
-/// one of four weights times one of the six products in p p^T.
+/// Reweighted transfer residuals d = at - x2, at = H x1, with Tukey's weights on HomographyError.
+/// With p = (x, y, 1) and q = H p, d(at) = (p, 0, -at.x p; 0, p, -at.y p) / q.z.
+/// Every entry of the normal matrix is one of four weights times one of six products in p p^T.
 inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix3d& H, double cut2,
                                 const Selection& selection, EntryNormal& normal) {
   float h[9];
@@ -217,7 +219,7 @@ inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix
   for (std::size_t i = 0; i < end; i += Pack::kWidth) {
     const Pack x = points.x(i), y = points.y(i);
     const Pack Z = h[6] * x + h[7] * y + h[8],
-               inv = Z / max(Z * Z, 1e-30F);  // 0 on the line that H sends away
+               inv = Z / max(Z * Z, 1e-30F);  // 0 on the line that H maps to infinity
     const Pack X = (h[0] * x + h[1] * y + h[2]) * inv, Y = (h[3] * x + h[4] * y + h[5]) * inv;
     const Pack dx = X - points.u(i), dy = Y - points.v(i);
     const Pack taper = max(1.0F - (dx * dx + dy * dy) * inv_cut, 0);
@@ -249,7 +251,7 @@ inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix
   return used >= 4;
 }
 
-/// Minimises robust transfer distances over eight entries; H(2, 2) stays 1.
+/// Minimises robust transfer distances over eight entries. H(2, 2) remains 1.
 inline void refine_homography(const TwoViewPoints& points, double cut2, int iterations,
                               const Selection& selection, Eigen::Matrix3d& H) {
   EntryNormal normal;
@@ -261,7 +263,7 @@ inline void refine_homography(const TwoViewPoints& points, double cut2, int iter
   }
 }
 
-/// The same over the three parameters of the camera's rotation: H = K R K^-1.
+/// The same over the three parameters of the camera's rotation, H = K R K^-1.
 inline void refine_rotation(const TwoViewPoints& points, const Calibration& K, double cut2, int iterations,
                             const Selection& selection, Eigen::Matrix3d& R) {
   EntryNormal normal;

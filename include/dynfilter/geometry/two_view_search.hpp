@@ -21,7 +21,7 @@ namespace dynfilter {
 
 namespace detail {
 
-/// What TwoViewEstimator does.
+/// Implementation of TwoViewEstimator.
 class TwoViewSearch {
  public:
   explicit TwoViewSearch(const TwoViewOptions& options) : options_(options) {}
@@ -43,11 +43,11 @@ class TwoViewSearch {
   }
 
  private:
-  static constexpr int kLocalRuns = 25;  ///< optimisations that a sample near the best may still ask for
+  static constexpr int kLocalRuns = 25;  ///< optimisations allowed for samples near the best
   static constexpr double kNearBest = 1.03;
-  static constexpr std::size_t kLocalSize = 320;  ///< matches that a local optimisation looks at
+  static constexpr std::size_t kLocalSize = 320;  ///< matches used by a local optimisation
 
-  /// All of them after a sample; the narrow ones for what is optimised already.
+  /// All cuts after a sample; the narrow ones after an optimisation.
   static Span<const double> cuts(std::size_t from = 0) {
     return {detail::kWideToNarrow.data() + from, detail::kWideToNarrow.size() - from};
   }
@@ -77,8 +77,10 @@ class TwoViewSearch {
     if (has_F_) polish();
   }
 
-  /// Samples compete with samples: one that is (nearly) the best of its kind is optimised, even if an
-  /// optimised F is better already (Chum, Matas and Kittler, DAGM 2003). True if the best F changed.
+  /// A sample competes with other samples only.
+  /// A sample near the best sample is optimised (Chum, Matas and Kittler, DAGM 2003).
+  /// This holds even if an optimised F already has a better score.
+  /// True if the best F changes.
   bool try_sample(const Eigen::Matrix3d& sample) {
     const double bound = local_runs_ < kLocalRuns ? kNearBest * sample_cost_ : sample_cost_;
     const double cost = points_.cost(detail::FundamentalError(sample), tau2_, bound);
@@ -107,8 +109,9 @@ class TwoViewSearch {
     return true;
   }
 
-  /// Four-point samples of what F explains (all seeds without F). A homography below `min_plane_share` of F's
-  /// support is not looked for: in a general scene this ends early.
+  /// Four-point samples from the matches that F explains, or from all seeds without F.
+  /// Homographies below `min_plane_share` of F's support are not searched for.
+  /// In a general scene the search therefore ends early.
   void search_homography() {
     has_H_ = false;
     members_.clear();

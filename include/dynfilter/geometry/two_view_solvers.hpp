@@ -11,8 +11,8 @@
 
 namespace dynfilter::detail {
 
-/// Real roots of a x^3 + b x^2 + c x + d, polished by one Newton step. A vanishing leading coefficient is
-/// allowed.
+/// Real roots of a x^3 + b x^2 + c x + d, refined by one Newton step.
+/// The leading coefficient may be zero.
 inline int real_cubic_roots(double a, double b, double c, double d, double (&roots)[3]) {
   const double size = std::max({std::abs(a), std::abs(b), std::abs(c), std::abs(d)});
   if (!(size > 0)) return 0;
@@ -44,8 +44,9 @@ inline int real_cubic_roots(double a, double b, double c, double d, double (&roo
   return n;
 }
 
-/// Two vectors spanning the null space of a 7x9 matrix by elimination with full pivoting (pure translations
-/// make any fixed choice of pivots vanish). False if the rank is below 7. Destroys A.
+/// Two vectors that span the null space of a 7x9 matrix, by elimination with full pivoting.
+/// Pure translations make any fixed choice of pivots vanish.
+/// False if the rank is below 7. Destroys A.
 inline bool null_space_7x9(double (&A)[7][9], Eigen::Matrix3d& N1, Eigen::Matrix3d& N2) {
   int column[9] = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   for (int k = 0; k < 7; ++k) {
@@ -86,8 +87,10 @@ inline bool null_space_7x9(double (&A)[7][9], Eigen::Matrix3d& N1, Eigen::Matrix
   return true;
 }
 
-/// The one to three fundamental matrices through seven matches (Hartley and Zisserman, sec. 11.1.2): det(N1 +
-/// x N2) = 0 on the null space, and N2 itself if that is singular. Returns their number.
+/// The one to three fundamental matrices through seven matches
+/// (Hartley and Zisserman, section 11.1.2).
+/// Solves det(N1 + x N2) = 0 on the null space, and includes N2 if it is singular.
+/// Returns their number.
 inline int solve_seven(const Eigen::Vector2d (&p1)[7], const Eigen::Vector2d (&p2)[7],
                        Eigen::Matrix3d (&F)[4]) {
   double A[7][9];
@@ -112,8 +115,9 @@ inline int solve_seven(const Eigen::Vector2d (&p1)[7], const Eigen::Vector2d (&p
   return count;
 }
 
-/// Oriented epipolar constraint (Chum, Werner and Matas, ICPR 2004): the points of a sample must lie in front
-/// of both cameras, so (e' x x'_i) . (F x_i) has one sign.
+/// Oriented epipolar constraint (Chum, Werner and Matas, ICPR 2004).
+/// The points of a sample must be in front of both cameras,
+/// so (e' x x'_i) . (F x_i) has one sign.
 inline bool oriented(const Eigen::Matrix3d& F, const Eigen::Vector2d (&p1)[7],
                      const Eigen::Vector2d (&p2)[7]) {
   Eigen::Vector3d e = F.col(0).cross(F.col(1)), e2 = F.col(1).cross(F.col(2)), e3 = F.col(2).cross(F.col(0));
@@ -129,8 +133,8 @@ inline bool oriented(const Eigen::Matrix3d& F, const Eigen::Vector2d (&p1)[7],
   return true;
 }
 
-/// The homography through four matches by way of the projective basis (Heckbert 1989); false if three of them
-/// are nearly collinear or the order of a triangle is reversed.
+/// The homography through four matches by way of the projective basis (Heckbert 1989).
+/// False if three of them are nearly collinear or a triangle changes orientation.
 inline bool solve_four(const Eigen::Vector2d (&p1)[4], const Eigen::Vector2d (&p2)[4], Eigen::Matrix3d& H) {
   auto basis = [](const Eigen::Vector2d(&p)[4], Eigen::Matrix3d& B) {
     for (int k = 0; k < 3; ++k) B.col(k) = lifted(p[k]);

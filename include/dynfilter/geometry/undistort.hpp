@@ -27,8 +27,8 @@ inline Distorted distort_normalised(const std::array<double, 5>& k, double x, do
           radial + slope * y * y + 6 * p1 * y + 2 * p2 * x};
 }
 
-/// Newton's method, a fixed number of steps. Quadratic: six reach 1e-9 where OpenCV's fixed point needs
-/// dozens.
+/// Newton's method with a fixed number of steps.
+/// It converges quadratically: six steps reach 1e-9, OpenCV's fixed-point iteration needs dozens.
 inline cv::Point2d undistort_normalised(const std::array<double, 5>& k, double xd, double yd) {
   constexpr int kSteps = 4;
   double x = xd, y = yd;
@@ -47,8 +47,8 @@ inline cv::Point2d undistort_normalised(const std::array<double, 5>& k, double x
 
 }  // namespace detail
 
-/// Pixel of the distorted image -> pixel of an ideal camera with the same intrinsics. NaN where the
-/// distortion polynomial has no inverse (far outside the image) and for NaN input.
+/// Maps a pixel of the distorted image to a pixel of an ideal camera with the same intrinsics.
+/// NaN for NaN input and where the distortion polynomial has no inverse, far outside the image.
 inline cv::Point2f undistort_point(const Camera& camera, cv::Point2f distorted_px) {
   if (!camera.distorted()) return distorted_px;
   const cv::Point2d n =
@@ -58,7 +58,7 @@ inline cv::Point2f undistort_point(const Camera& camera, cv::Point2f distorted_p
           static_cast<float>(n.y * camera.fy_px + camera.cy_px)};
 }
 
-/// The inverse of `undistort_point`: where an ideal pixel is seen in the distorted image.
+/// The inverse of `undistort_point`: maps an ideal pixel to the distorted image.
 inline cv::Point2f distort_point(const Camera& camera, cv::Point2f ideal_px) {
   if (!camera.distorted()) return ideal_px;
   const detail::Distorted d =
@@ -68,7 +68,8 @@ inline cv::Point2f distort_point(const Camera& camera, cv::Point2f ideal_px) {
           static_cast<float>(d.y * camera.fy_px + camera.cy_px)};
 }
 
-/// `out[i] = undistort_point(in[i])`; both of the same size, `out` may be `in`. A copy without distortion.
+/// `out[i] = undistort_point(in[i])`. Both have the same size, and `out` may be `in`.
+/// Copies if the camera has no distortion.
 inline void undistort_points(const Camera& camera, Span<const cv::Point2f> in, Span<cv::Point2f> out) {
   for (std::size_t i = 0; i < in.size(); ++i) out[i] = undistort_point(camera, in[i]);
 }
@@ -77,8 +78,9 @@ inline void distort_points(const Camera& camera, Span<const cv::Point2f> in, Spa
   for (std::size_t i = 0; i < in.size(); ++i) out[i] = distort_point(camera, in[i]);
 }
 
-/// Point in the camera frame [m] (x right, y down, z forward) from an undistorted pixel and its depth z [m].
-/// All NaN without depth (NaN, infinite, zero or negative).
+/// Point in the camera frame [m] (x right, y down, z forward)
+/// from an undistorted pixel and its depth z [m].
+/// All NaN if the depth is NaN, infinite, zero or negative.
 inline cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px, float depth_m) {
   if (!has_depth(depth_m)) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -94,7 +96,7 @@ inline void back_project(const Camera& camera, Span<const cv::Point2f> undistort
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = back_project(camera, undistorted_px[i], depth_m[i]);
 }
 
-/// Undistorted pixel of a point in the camera frame [m]; NaN behind the camera.
+/// Undistorted pixel of a point in the camera frame [m]. NaN behind the camera.
 inline cv::Point2f project(const Camera& camera, const cv::Point3f& point_m) {
   if (!(point_m.z > 0)) {
     const float nan = std::numeric_limits<float>::quiet_NaN();

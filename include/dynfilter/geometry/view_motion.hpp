@@ -9,34 +9,39 @@
 
 namespace dynfilter {
 
-/// How the camera moved between two views, up to the length of its step: five degrees of freedom. A focal
-/// length that is only roughly known does little harm while the camera turns by a few degrees.
+/// Camera motion between two views up to scale: five degrees of freedom.
+/// An approximate focal length is sufficient while the camera rotates by a few degrees.
 struct ViewMotion {
-  std::array<double, 3> rotation_rad{};      ///< axis times angle; turns current rays into the reference's
-  std::array<double, 3> direction{0, 0, 1};  ///< of the current camera's centre, unit length; 0: no baseline
+  /// Axis times angle; rotates current rays to the reference view.
+  std::array<double, 3> rotation_rad{};
+  /// Of the current camera's centre, unit length; 0: no baseline.
+  std::array<double, 3> direction{0, 0, 1};
   double focal_px = 1;
 
   bool has_baseline() const { return direction != std::array<double, 3>{}; }
 };
 
-/// A point in two views: undistorted pixels against the principal point.
+/// A point in two views, in undistorted pixels relative to the principal point.
 struct ViewPair {
   double reference_x = 0, reference_y = 0, x = 0, y = 0;
 };
 
-/// What is left of a point's flow when the camera's turn is taken out, in the reference view.
+/// Flow of a point in the reference view after the camera's rotation is removed.
 struct ViewFlow {
-  double across_px = 0;  ///< off its epipolar line; without a baseline: to the right
-  double along_px = 0;   ///< along it, positive as static points flow; without a baseline: downwards
-  /// Length of the camera's step over the depth; 0 without a baseline.
+  double across_px = 0;  ///< distance from its epipolar line; without a baseline: flow to the right
+  /// Flow along it, positive for static points; without a baseline: flow downwards.
+  double along_px = 0;
+  /// Length of the camera's step divided by the depth. 0 without a baseline.
   double inverse_depth = 0;
 
   double length_px() const { return std::sqrt(across_px * across_px + along_px * along_px); }
 };
 
-/// Splits flows by a motion. With q the current point turned back, a the reference point, f the focal length
-/// and c the direction, a static point obeys q - a = mu (q c_z - f c_xy) with mu = step / depth >= 0
-/// (Longuet-Higgins and Prazdny 1980, in its finite form).
+/// Splits flow into parts along and across the epipolar line of a motion.
+/// q is the current point after the inverse rotation and a the reference point.
+/// f is the focal length and c the direction.
+/// A static point obeys q - a = mu (q c_z - f c_xy) with mu = step / depth >= 0.
+/// This is the finite form of Longuet-Higgins and Prazdny (1980).
 class ViewFlowModel {
  public:
   explicit ViewFlowModel(const ViewMotion& motion)
@@ -46,24 +51,25 @@ class ViewFlowModel {
 
   ViewFlow operator()(const ViewPair& p) const {
     const double z = R_[6] * p.x + R_[7] * p.y + R_[8] * f_;
-    if (!(z > 0.05 * f_)) return {1e3, 0, 0};  // turned out of view
+    if (!(z > 0.05 * f_)) return {1e3, 0, 0};  // rotated out of view
     const double scale = f_ / z, qx = scale * (R_[0] * p.x + R_[1] * p.y + R_[2] * f_),
                  qy = scale * (R_[3] * p.x + R_[4] * p.y + R_[5] * f_);
     const double ex = qx - p.reference_x, ey = qy - p.reference_y;
     if (!baseline_) return {ex, ey, 0};
     const double dx = qx * c_[2] - f_ * c_[0], dy = qy * c_[2] - f_ * c_[1];
-    const double squared = dx * dx + dy * dy + 1;  // + 1 px: near the focus of expansion lines mean nothing
+    // + 1 px: lines are undefined near the focus of expansion.
+    const double squared = dx * dx + dy * dy + 1;
     const double inverse = 1 / std::sqrt(squared), along = (ex * dx + ey * dy) * inverse;
     return {(ex * dy - ey * dx) * inverse, along, along * inverse};
   }
 
-  /// Derivatives of a residual by a turn of the rays about x, y and z, after the rotation, and by the
-  /// direction.
+  /// Derivatives of a residual with respect to a rotation of the rays about x, y and z
+  /// (applied after the current rotation) and with respect to the direction.
   struct Gradient {
     double turn[3] = {}, direction[3] = {};
   };
 
-  /// The distance from the epipolar line and its derivatives. False: turned out of view.
+  /// The distance from the epipolar line and its derivatives. False if rotated out of view.
   bool across(const ViewPair& p, double& across_px, Gradient& gradient) const {
     const double z = R_[6] * p.x + R_[7] * p.y + R_[8] * f_;
     if (!(z > 0.05 * f_)) return false;
@@ -95,7 +101,7 @@ class ViewFlowModel {
   }
 
  private:
-  /// From the derivatives by q. A turn by v moves the ray r = (q_x, q_y, f) by v x r.
+  /// From derivatives with respect to q. A rotation by v moves the ray r = (q_x, q_y, f) by v x r.
   void by_turn(double qx, double qy, double by_qx, double by_qy, Gradient& gradient) const {
     const double radial = (by_qx * qx + by_qy * qy) / f_;
     gradient.turn[0] = -qy * radial - f_ * by_qy;
@@ -131,7 +137,7 @@ inline std::array<double, 3> cross(const std::array<double, 3>& a, const std::ar
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Two directions across `c` and each other.
+/// Two directions perpendicular to `c` and to each other.
 inline std::array<std::array<double, 3>, 2> tangents(const std::array<double, 3>& c) {
   std::array<double, 3> axis{};
   std::size_t smallest = 0;
@@ -143,7 +149,7 @@ inline std::array<std::array<double, 3>, 2> tangents(const std::array<double, 3>
   return {u, cross(c, u)};
 }
 
-/// The motion after a small step: three for the rotation, two that turn the direction.
+/// The motion after a small step: three components for the rotation, two for the direction.
 inline ViewMotion stepped(const ViewMotion& motion, const double (&step)[5]) {
   ViewMotion out = motion;
   for (std::size_t k = 0; k < 3; ++k) out.rotation_rad[k] += step[k];
@@ -154,7 +160,8 @@ inline ViewMotion stepped(const ViewMotion& motion, const double (&step)[5]) {
   return out;
 }
 
-/// Column k: the turn after the rotation w that a step of w's component k makes (the left Jacobian of SO(3)).
+/// Left Jacobian of SO(3).
+/// Column k is the rotation after w caused by a step of component k.
 inline std::array<std::array<double, 3>, 3> turns_by_step(const std::array<double, 3>& w) {
   const double angle2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2], angle = std::sqrt(angle2);
   const double a = angle > 1e-4 ? (1 - std::cos(angle)) / angle2 : 0.5,
@@ -169,7 +176,7 @@ inline std::array<std::array<double, 3>, 3> turns_by_step(const std::array<doubl
   return columns;
 }
 
-/// The normal equations of residuals whose derivatives come as ViewFlowModel::Gradient.
+/// Normal equations of residuals with derivatives of type ViewFlowModel::Gradient.
 class ViewMotionEquations {
  public:
   explicit ViewMotionEquations(const ViewMotion& motion)
@@ -186,7 +193,7 @@ class ViewMotionEquations {
     accumulate<5>(residual, weight, J);
   }
 
-  /// Slightly damped. False: they do not say.
+  /// Solves with slight damping. False if the equations are singular.
   bool solve(double (&step)[5]) {
     by_rotation_vector();
     for (int p = 0; p < n_; ++p) A_[p * n_ + p] = A_[p * n_ + p] * 1.001 + 1e-6;
@@ -205,7 +212,7 @@ class ViewMotionEquations {
     }
   }
 
-  /// From derivatives by turns to derivatives by the components of the rotation vector: T^t A T, T^t b.
+  /// Converts derivatives by rotation to derivatives by the rotation vector: T^t A T, T^t b.
   void by_rotation_vector() {
     for (int p = 0; p < n_; ++p)
       for (int q = p + 1; q < n_; ++q) A_[p * n_ + q] = A_[q * n_ + p];
@@ -227,9 +234,11 @@ class ViewMotionEquations {
 
 }  // namespace detail
 
-/// Gauss-Newton on the distances of `pairs[i]`, i in `which`, to their epipolar lines; without a baseline on
-/// the flow that the rotation leaves. Cauchy weights of scale `sigma_px` (0: plain squares) times
-/// `weights[i]` (may be empty). Cost: about 30 ns a point and iteration.
+/// Gauss-Newton on the distances of `pairs[i]`, i in `which`, from their epipolar lines.
+/// Without a baseline, it uses the flow that the rotation does not explain.
+/// The weights are Cauchy weights of scale `sigma_px` times `weights[i]`.
+/// `sigma_px` 0 means plain squares, and `weights` may be empty.
+/// Cost: about 30 ns per point and iteration.
 inline ViewMotion refine_view_motion(ViewMotion motion, const std::vector<ViewPair>& pairs,
                                      const std::vector<int>& which, const std::vector<double>& weights,
                                      double sigma_px, int iterations) {
@@ -258,7 +267,7 @@ inline ViewMotion refine_view_motion(ViewMotion motion, const std::vector<ViewPa
     if (!equations.solve(step)) break;
     for (const double x : step) largest = std::max(largest, std::abs(x));
     if (!(largest < 1e6)) break;
-    const double shorten = largest > 0.5 ? 0.5 / largest : 1;  // half a radian at most
+    const double shorten = largest > 0.5 ? 0.5 / largest : 1;  // at most half a radian
     for (double& x : step) x *= shorten;
     motion = detail::stepped(motion, step);
     if (largest < 1e-6) break;
