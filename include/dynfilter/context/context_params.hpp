@@ -28,7 +28,7 @@ struct ContextParams {
                 {"host", CorrespondenceSource::Host},
                 {"flow", CorrespondenceSource::Flow},
                 {"descriptors", CorrespondenceSource::Descriptors}},
-               "source of correspondences; auto: the host's matches, else flow, else descriptors"),
+               "source of correspondences; auto uses the host's matches, else flow, else descriptors"),
         real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000},
              "largest depth that is used; larger depths count as no depth"),
         real("max_depth_edge", &P::max_depth_edge, "", {0, 10},

@@ -23,35 +23,38 @@ struct BoxBlurParams {
   static const FieldTable<BoxBlurParams>& fields() {
     using P = BoxBlurParams;
     static const FieldTable<P> table{
-        words("classes", &P::classes, "names of the classes that may move; empty: every class"),
-        real("min_score", &P::min_score, "", {0, 1}, "boxes below this score are ignored"),
+        words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
+        real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that is used"),
         real("min_sharpness", &P::min_sharpness, "", {0, 100},
-             "a box less sharp than this, the rest of the image being 1, is blurred by motion"),
+             "sharpness of a box relative to the rest of the image below which it counts as motion-blurred"),
         integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "boxes of an older frame are carried to this one, or dropped beyond this age"),
+                "largest age of boxes; boxes of an older frame are carried to this one up to this age"),
     };
     return table;
   }
 };
 
-/// Features in boxes that are blurred while the rest of the image is sharp: the object moves (the blur filter
-/// of COEB-SLAM).
+/// Rejects features in boxes that are blurred while the rest of the image is sharp.
+/// The blur shows that the object moves. This is the blur filter of COEB-SLAM.
 ///
-/// Formula:  E / E_rest < min_sharpness for the second differences along x or along y, E their variance over
-///           the variance of the grey values, in the box and in the image outside all such boxes. Blur by
-///           motion has a direction, so the weaker of the two decides; what is smooth by nature has little
-///           of both variances.
+/// Formula:  E / E_rest < min_sharpness for the second differences along x or along y.
+///           E is their variance over the variance of the grey values, inside the box.
+///           E_rest is the same outside all such boxes.
+///           Motion blur has a direction, so the smaller of the two ratios decides.
+///           A smooth surface has little of both variances.
 /// Needs:    boxes, grey image.
 /// Votes:    Dynamic in a blurred box, Static in a sharp one, Unknown outside.
-/// Abstains: without boxes, in boxes without texture, and where nothing is left of the image beside them.
-/// Blind to: motion that is slow for the exposure. Takes for motion: objects out of focus, and textures of
-///           stripes along x or y.
-/// State:    none. Cost: every second pixel of every second row is read once: about 0.3 ms for 640 x 480.
+/// Abstains: without boxes, in boxes without texture, and if the image outside them has no texture.
+/// Blind to: motion that is slow relative to the exposure time.
+///           Objects out of focus and stripes along x or y are mistaken for motion.
+/// State:    none.
+/// Cost:     about 0.3 ms for 640 x 480. Reads every second pixel of every second row once.
 class BoxBlurFilter final : public Filter {
  public:
   using Params = BoxBlurParams;
   static constexpr const char* kName = "box_blur";
-  static constexpr const char* kSummary = "features in boxes that are blurred while the rest is sharp";
+  static constexpr const char* kSummary =
+      "features in boxes that are blurred while the rest of the image is sharp";
 
   explicit BoxBlurFilter(Params params = Params()) : params_(std::move(params)) {
     check_parameters(params_, kName);
@@ -70,7 +73,7 @@ class BoxBlurFilter final : public Filter {
     if (boxes_.empty()) return;
     const cv::Mat& grey = context.frame().grey;
     const Sharpness rest = sharpness(grey, cv::Rect(0, 0, grey.cols, grey.rows), true);
-    if (!(rest.along_x > 0 && rest.along_y > 0)) return context.note("nothing to compare the boxes with");
+    if (!(rest.along_x > 0 && rest.along_y > 0)) return context.note("no textured image outside the boxes");
     for (const Box& box : boxes_) judge(grey, box, rest, votes);
   }
 

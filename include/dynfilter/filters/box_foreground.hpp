@@ -15,11 +15,11 @@
 
 namespace dynfilter {
 
-/// How the background that a box holds beside its object is left out.
+/// Method that separates the object in a box from its background.
 enum class BoxRefinement {
   None,
-  Depth,     ///< behind the split of the box's depths into two surfaces
-  Consensus  ///< behind the depth on which most of the box's features agree
+  Depth,     ///< splits the depths of the box into two surfaces and uses the nearer one
+  Consensus  ///< uses the depth that most features of the box share
 };
 
 template <class P>
@@ -28,17 +28,18 @@ Field<P> box_refinement(const char* name, BoxRefinement P::*member) {
                 {{"none", BoxRefinement::None},
                  {"depth", BoxRefinement::Depth},
                  {"consensus", BoxRefinement::Consensus}},
-                "only a box's foreground counts; depth: its depths split in two; consensus: the depth that "
-                "most of its features share, as RANSAC on single depths would find it");
+                "foreground of a box: none uses the whole box, depth the nearer of two surfaces, consensus "
+                "the depth that most features share");
 }
 
 struct BoxScratch {
   std::vector<float> x, y;
 };
 
-/// The features in a box, its border included, grown by `expand_px`. A late box is held against where the
-/// features were then; for features that were not found there it moves with the median flow of those inside.
-/// Returns where the box, not grown, is now.
+/// Features in a box grown by `expand_px`, border included.
+/// A late box is compared with the features' positions in its frame.
+/// Features without such a position use the median flow of the features inside.
+/// Returns the box in the current frame, not grown.
 inline cv::Rect2f features_in_box(const Context& context, cv::Rect2f box, double expand_px,
                                   const LateResult& late, BoxScratch& scratch,
                                   std::vector<std::size_t>& inside) {
@@ -56,9 +57,10 @@ inline cv::Rect2f features_in_box(const Context& context, cv::Rect2f box, double
   return {given.x + flow.x, given.y + flow.y, given.width, given.height};
 }
 
-/// The depth [m] up to which a box shows its object rather than what is behind it: the nearer of the two
-/// surfaces that its depths fall into; infinity where there is one (all of the box is foreground). Samples: a
-/// 24 x 24 grid of the depth image, or the depths of the given features where there is no image.
+/// Largest depth [m] of the object in a box, beyond which is background.
+/// Splits the depths of the box into two surfaces and returns the bound of the nearer one.
+/// Infinity if the box has one surface only.
+/// Samples a 24 x 24 grid of the depth image, or the depths of `inside` without an image.
 inline double foreground_depth_m(Context& context, const cv::Rect2f& box,
                                  const std::vector<std::size_t>& inside) {
   constexpr int kGrid = 24;
@@ -79,8 +81,9 @@ inline double foreground_depth_m(Context& context, const cv::Rect2f& box,
   return nearer_surface_m(inverse);
 }
 
-/// The depth [m] on which most features of a box agree to within `margin_m`; of equal ones the nearest.
-/// YOLO-SLAM (Wu et al. 2022) separates the object from its background like that. Infinity without depths.
+/// Median depth [m] of the layer that contains most features of a box, 2 `margin_m` thick.
+/// The nearest layer wins a tie. Infinity without depths.
+/// YOLO-SLAM (Wu et al. 2022) separates an object from its background in this way.
 inline double consensus_depth_m(Context& context, const std::vector<std::size_t>& inside, double margin_m) {
   std::vector<float> depths;
   for (const std::size_t i : inside)
@@ -89,7 +92,7 @@ inline double consensus_depth_m(Context& context, const std::vector<std::size_t>
   return depth_m ? static_cast<double>(*depth_m) : std::numeric_limits<double>::infinity();
 }
 
-/// The depth [m] beyond which a box's features are its background.
+/// Depth [m] beyond which the features of a box are background.
 inline double box_foreground_m(Context& context, const cv::Rect2f& box,
                                const std::vector<std::size_t>& inside, BoxRefinement how, double margin_m) {
   if (how == BoxRefinement::None) return std::numeric_limits<double>::infinity();

@@ -6,7 +6,7 @@
 
 namespace dynfilter {
 
-/// A registry with every rejector that the toolkit brings.
+/// A registry with all rejectors of the toolkit.
 DYNFILTER_INLINE Registry builtin_filters();
 
 }  // namespace dynfilter

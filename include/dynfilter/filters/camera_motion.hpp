@@ -9,23 +9,24 @@
 
 namespace dynfilter {
 
-/// Where a filter takes the camera's motion from.
+/// Source of the camera's motion.
 enum class MotionSource {
-  Seeds,  ///< fitted on the features that no earlier stage suspects
-  Host,   ///< the host's poses
-  Auto    ///< the host's where both are estimated, else fitted
+  Seeds,  ///< fitted on features that no earlier stage suspects
+  Host,   ///< from the host's poses
+  Auto    ///< from the host's poses if both are estimated, else fitted
 };
 
 template <class P>
 Field<P> motion_source(const char* name, MotionSource P::*member) {
   return choice(name, member,
                 {{"seeds", MotionSource::Seeds}, {"host", MotionSource::Host}, {"auto", MotionSource::Auto}},
-                "the camera's motion: fitted on seeds, the host's, or the host's where it is estimated");
+                "camera motion: seeds fits it on the seeds, host uses the host's poses, auto prefers "
+                "estimated poses of the host");
 }
 
 namespace detail {
 
-/// On the seeds; on all features when too few of them carry a motion.
+/// Fits on the seeds, or on all features if the seeds give no motion.
 inline std::optional<RigidMotion> fitted_motion(Context& context, const Match& match,
                                                 std::vector<int>& seeds) {
   for (const bool all : {false, true}) {
@@ -44,9 +45,9 @@ inline std::optional<RigidMotion> fitted_motion(Context& context, const Match& m
 
 }  // namespace detail
 
-/// The camera's motion since the match's reference, T_current_reference. Nullopt when there is none; the
-/// report says why, and where it came from. The host's motion has no inliers and no covariance. `seeds`:
-/// scratch.
+/// The camera's motion since the match's reference, T_current_reference.
+/// Nullopt if there is none; the report names the reason or the source.
+/// The host's motion has no inliers and no covariance. `seeds` is a buffer.
 inline std::optional<RigidMotion> camera_motion(Context& context, const Match& match, MotionSource source,
                                                 std::vector<int>& seeds) {
   if (source == MotionSource::Seeds) return detail::fitted_motion(context, match, seeds);
@@ -60,7 +61,7 @@ inline std::optional<RigidMotion> camera_motion(Context& context, const Match& m
     return motion;
   }
   if (source == MotionSource::Auto) return detail::fitted_motion(context, match, seeds);
-  context.note("motion: the host has none");
+  context.note("motion: no poses from the host");
   return std::nullopt;
 }
 

@@ -26,39 +26,45 @@ struct DbscanFilterParams {
   static const FieldTable<DbscanFilterParams>& fields() {
     using P = DbscanFilterParams;
     static const FieldTable<P> table{
-        real("eps_m", &P::eps_m, "m", {0.001, 100}, "how near the points of an object are (Eps)"),
+        real("eps_m", &P::eps_m, "m", {0.001, 100},
+             "radius of the neighbourhood that must contain min_points (Eps)"),
         integer("min_points", &P::min_points, "features", {1, 100000},
-                "so many dynamic features within eps_m, itself included, make a core point (MinPts)"),
+                "dynamic features within eps_m that make a core point, itself included (MinPts)"),
         flag("adaptive", &P::adaptive,
-             "choose both from the first frame with enough dynamic features, and keep them until a reset"),
+             "choose eps_m and min_points from the first frame with enough dynamic features, and keep them "
+             "until reset"),
         integer("adaptive_min_points", &P::adaptive_min_points, "features", {4, 100000},
-                "adaptive: so many dynamic features with depth are enough; eps_m and min_points until then"),
+                "adaptive: number of dynamic features with depth needed for the choice; until then eps_m and "
+                "min_points apply"),
         real("adaptive_max_eps_m", &P::adaptive_max_eps_m, "m", {0.001, 100},
-             "adaptive: a larger choice is dropped, the next frame may try"),
-        integer("max_k", &P::max_k, "", {3, 200}, "adaptive: the largest k that is tried"),
+             "adaptive: largest eps_m that is accepted; after a larger choice, the next frame chooses again"),
+        integer("max_k", &P::max_k, "", {3, 200}, "adaptive: largest neighbour number k that is tested"),
     };
     return table;
   }
 };
 
-/// Features of moving objects, from those that earlier stages called dynamic (Zhou et al. sec. 3.2.2).
+/// Extends the dynamic features of earlier stages to moving objects (Zhou et al. sec. 3.2.2).
 ///
-/// Formula:  DBSCAN over the 3-D points of the dynamic features. A feature within Eps of a core point belongs
-/// to
-///           the object and is dynamic too; noise points spread nothing.
-///           adaptive: Eps_k = mean distance to the k-th neighbour, MinPts_k = mean number of points within
-///           Eps_k; the third of the first three k in a row with equal cluster counts
+/// Formula:  DBSCAN over the 3-D points of the dynamic features.
+///           A feature within Eps of a core point belongs to the object and is dynamic.
+///           Noise points do not extend.
+///           adaptive: Eps_k is the mean distance to the k-th neighbour.
+///           MinPts_k is the mean number of points within Eps_k.
+///           The third k of the first three in a row with equal cluster counts is selected
 ///           (cluster/adaptive_dbscan.hpp).
-/// Needs:    depth, camera. In a `sequence`, after what finds dynamic features.
-/// Abstains: where nothing was called dynamic; on features without depth; never votes static.
-/// Blind to: objects with fewer dynamic features than min_points. What stands within Eps of a mover goes with
-///           it.
-/// State:    adaptive: the parameters, until reset(). Cost: 0.1 ms for 1000 features; 2 ms where it chooses.
+/// Needs:    depth, camera. Place it in a `sequence` after stages that vote dynamic.
+/// Abstains: if no feature is dynamic, and on features without depth. Never votes Static.
+/// Blind to: objects with fewer dynamic features than min_points.
+///           Static surfaces within Eps of a mover are rejected too.
+/// State:    adaptive: the chosen parameters, until reset().
+/// Cost:     0.1 ms for 1000 features; 2 ms in the frame that chooses.
 class DbscanFilter final : public Filter {
  public:
   using Params = DbscanFilterParams;
   static constexpr const char* kName = "dbscan";
-  static constexpr const char* kSummary = "features of the objects that dynamic features cluster to";
+  static constexpr const char* kSummary =
+      "features near clusters of features that earlier stages voted dynamic";
 
   explicit DbscanFilter(Params params = Params())
       : params_(params), adaptive_(AdaptiveDbscanLimits{params.max_k, kMaxPoints}) {
@@ -70,7 +76,7 @@ class DbscanFilter final : public Filter {
 
   void apply(Context& context, Votes& votes) override {
     collect(context);
-    if (seeds_.empty()) return context.note("nothing dynamic with depth to start from");
+    if (seeds_.empty()) return context.note("no dynamic feature with depth");
     const DbscanParams params = parameters(context);
     dbscan_.run(seeds_, params, clusters_);
     core_.clear();
@@ -83,7 +89,7 @@ class DbscanFilter final : public Filter {
       if (!context.judged(i)) continue;
       const KdTree::Neighbour core = tree_.nearest_within(context.points_m()[i], params.eps_m);
       if (core.index < 0) continue;
-      // From 1 at a core point to 0.5 at the edge.
+      // 1 at a core point, 0.5 at distance Eps.
       const double away = std::sqrt(static_cast<double>(core.squared_distance)) / params.eps_m;
       votes.cast(i, Vote::Dynamic, static_cast<float>(1 - 0.5 * away));
     }
@@ -91,7 +97,7 @@ class DbscanFilter final : public Filter {
 
   void reset() override { chosen_.reset(); }
 
-  /// What `adaptive` has chosen, if it has.
+  /// The parameters chosen by `adaptive`, if any.
   const std::optional<DbscanParams>& chosen() const { return chosen_; }
 
  private:

@@ -15,17 +15,17 @@
 namespace dynfilter {
 
 enum class DepthReference {
-  Frame,     ///< gap_frames back
+  Frame,     ///< the frame gap_frames back
   Keyframe,  ///< the last keyframe
   Covisible  ///< FrameView::covisible_keyframes
 };
 enum class DepthPrediction {
-  Match,  ///< of the feature's own point in the reference
-  View,   ///< of what the reference saw where the feature would have been
+  Match,  ///< depth of the feature's point in the reference, moved to the current frame
+  View,   ///< depth that the reference view has at the feature's position
   Both
 };
 enum class DepthForm {
-  Relative,  ///< a share of the depth (DeS-SLAM)
+  Relative,  ///< share of the depth (DeS-SLAM)
   Metric     ///< metres (DynaSLAM)
 };
 
@@ -44,56 +44,62 @@ struct DepthConsistencyParams {
   static const FieldTable<DepthConsistencyParams>& fields() {
     using P = DepthConsistencyParams;
     static const FieldTable<P> table{
-        choice(
-            "against", &P::against,
-            {{"frame", DepthReference::Frame},
-             {"keyframe", DepthReference::Keyframe},
-             {"covisible", DepthReference::Covisible}},
-            "frame: gap_frames back; keyframe: the last one; covisible: the keyframes that the host names"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "against frame: compare with so many back"),
+        choice("against", &P::against,
+               {{"frame", DepthReference::Frame},
+                {"keyframe", DepthReference::Keyframe},
+                {"covisible", DepthReference::Covisible}},
+               "view that predicts the depth: the frame gap_frames back, the last keyframe, or the host's "
+               "covisible keyframes"),
+        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back, for against frame"),
         choice("prediction", &P::prediction,
                {{"match", DepthPrediction::Match},
                 {"view", DepthPrediction::View},
                 {"both", DepthPrediction::Both}},
-               "match: the feature's own point there, moved; view: what was seen there at its place"),
+               "match moves the feature's reference point, view reads the reference depth at its position, "
+               "both combines them"),
         choice("form", &P::form, {{"relative", DepthForm::Relative}, {"metric", DepthForm::Metric}},
-               "relative: max_deviation (DeS-SLAM); metric: max_difference_m (DynaSLAM)"),
+               "relative tests against max_deviation like DeS-SLAM, metric against max_difference_m like "
+               "DynaSLAM"),
         real("max_deviation", &P::max_deviation, "", {0, 10},
-             "form relative: dynamic beyond (DeS-SLAM: 0.12, at keyframes 0.08)"),
+             "largest relative deviation of a static feature (DeS-SLAM: 0.12, at keyframes 0.08)"),
         real("max_difference_m", &P::max_difference_m, "m", {0, 100},
-             "form metric: dynamic beyond (DynaSLAM: 0.4, 0.6 in its code)"),
+             "largest depth difference of a static feature (DynaSLAM: 0.4, 0.6 in its code)"),
         real("max_parallax_deg", &P::max_parallax_deg, "deg", {0, 180},
-             "views whose rays to the point differ by more say nothing (DynaSLAM: 30)"),
+             "largest angle between the rays of two views to the point; other views abstain (DynaSLAM: 30)"),
         integer("patch_px", &P::patch_px, "px", {0, 50},
-                "the depths so far around a place are looked at, to tell edges from motion; 0: one pixel"),
-        real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "farther features are not judged"),
+                "radius of the patch whose depths separate edges from motion; 0: one pixel"),
+        real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "largest depth of a feature that is judged"),
         motion_source("motion", &P::motion),
     };
     return table;
   }
 };
 
-/// Features whose depth is not what an earlier view of a static scene predicts (DeS-SLAM sec. 3.2, eq. 1-6;
-/// DynaSLAM sec. III-C).
+/// Rejects features whose depth differs from the prediction of an earlier view of a static scene
+/// (DeS-SLAM sec. 3.2, eq. 1-6; DynaSLAM sec. III-C).
 ///
-/// Formula:  form relative |1 - d_proj / z| > max_deviation, at keyframes |z_r - d_r| / z_r; form metric
-///           d_proj - z > max_difference_m. prediction match: d_proj is the feature's own point of the
-///           reference, moved by the camera's motion. prediction view: the feature is moved into the
-///           reference, d_proj is the depth that was seen there; only farther depths tell of motion, nearer
-///           ones hide the place.
-/// Needs:    depth, camera; correspondences (for match, and to fit the motion), or covisible keyframes and
-///           poses.
-/// Abstains: without depth, beyond max_depth_m, on silhouettes, where the place was hidden or out of view,
-/// and
-///           without a motion.
-/// Blind to: prediction match: motion across the line of sight. prediction view: motion inside the outline of
-///           a large mover. Both: motion below the threshold, 0.36 m at 3 m with 12 %.
-/// State:    none of its own. Cost: about 0.1 ms for 1000 features, motion included, flow not.
+/// Formula:  Form relative: |1 - d_proj / z| > max_deviation, at keyframes |z_r - d_r| / z_r.
+///           Form metric: d_proj - z > max_difference_m.
+///           Prediction match: d_proj is the depth of the feature's point in the reference,
+///           moved by the camera's motion.
+///           Prediction view: the feature is projected into the reference,
+///           and d_proj is the depth of the reference there.
+///           Only a larger depth is evidence of motion; a smaller one occludes the place.
+/// Needs:    depth, camera, and one of:
+///           correspondences (for match, and to fit the motion); covisible keyframes with poses.
+/// Abstains: without depth, beyond max_depth_m, on silhouettes,
+///           where the place was occluded or out of view, and without a motion.
+/// Blind to: motion across the line of sight (match);
+///           motion inside the outline of a large mover (view).
+///           Motion below the threshold, which is 0.36 m at 3 m for 12 %.
+/// State:    none; the context keeps gap_frames frames.
+/// Cost:     about 0.1 ms for 1000 features, with motion, without flow.
 class DepthConsistencyFilter final : public Filter {
  public:
   using Params = DepthConsistencyParams;
   static constexpr const char* kName = "depth_consistency";
-  static constexpr const char* kSummary = "features at another depth than an earlier view predicts";
+  static constexpr const char* kSummary =
+      "features whose depth differs from the prediction of an earlier view";
 
   explicit DepthConsistencyFilter(Params params = Params()) : params_(params) {
     check_parameters(params_, kName);
@@ -116,7 +122,7 @@ class DepthConsistencyFilter final : public Filter {
   }
 
  private:
-  /// What one view says of one feature.
+  /// Result of one view for one feature.
   struct Opinion {
     bool dynamic = false, fixed = false;
     float score = 0;
@@ -140,7 +146,7 @@ class DepthConsistencyFilter final : public Filter {
   double limit() const {
     return params_.form == DepthForm::Relative ? params_.max_deviation : params_.max_difference_m;
   }
-  /// How much farther the predicted depth is than the measured one; `of`: what a share is a share of.
+  /// Predicted minus measured depth, in metres or as a share of `of_m`.
   double deviation(double predicted_m, double measured_m, double of_m) const {
     const double difference_m = predicted_m - measured_m;
     return params_.form == DepthForm::Relative ? difference_m / of_m : difference_m;
@@ -170,8 +176,8 @@ class DepthConsistencyFilter final : public Filter {
     }
   }
 
-  /// Another depth than predicted is motion, unless the predicted surface is right beside: then the match
-  /// slid over an edge.
+  /// A depth other than predicted is motion, except at a depth edge,
+  /// where the match has slid onto the other surface.
   void add_match(const cv::Point3f& now, double predicted_m, Opinion& opinion) const {
     const double measured_m = static_cast<double>(now.z);
     if (!(predicted_m > 0)) return;
@@ -199,7 +205,8 @@ class DepthConsistencyFilter final : public Filter {
     if (seen == SeenThere::Beyond) opinion.add(Vote::Dynamic, off, limit());
   }
 
-  /// Between the rays to a point from here and from a camera whose centre is at `centre_m`.
+  /// True if the rays to a point from the origin and from `centre_m`
+  /// enclose a small enough angle.
   bool parallax_fits(const Eigen::Vector3d& point_m, const Eigen::Vector3d& centre_m) const {
     constexpr double kDegree = 3.14159265358979323846 / 180;
     const Eigen::Vector3d from_there = point_m - centre_m;
@@ -222,7 +229,7 @@ class DepthConsistencyFilter final : public Filter {
     context.note(std::to_string(used) + " keyframes");
     for (std::size_t i = 0; i < context.size(); ++i) {
       const Tally& tally = tallies_[i];
-      if (tally.dynamic == tally.fixed) continue;  // none can tell, or they contradict each other
+      if (tally.dynamic == tally.fixed) continue;  // no view decides, or they contradict each other
       votes.cast(i, tally.dynamic > tally.fixed ? Vote::Dynamic : Vote::Static, tally.score);
     }
   }
@@ -249,7 +256,8 @@ class DepthConsistencyFilter final : public Filter {
     }
   }
 
-  /// Equation 5: z_r is the map point's depth in the keyframe, d_r that of the feature's point reprojected.
+  /// Equation 5: z_r is the map point's depth in the keyframe,
+  /// d_r is the depth of the feature's reprojected point.
   void add_map_point(const Pose& T_keyframe_world, const cv::Point3f& world_m, double reprojected_m,
                      Opinion& opinion) const {
     const double optimised_m =

@@ -14,16 +14,16 @@
 
 namespace dynfilter {
 
-/// What another view saw where a point would have to be.
+/// What another view shows at the predicted position of a point.
 enum class SeenThere {
-  Nothing,  ///< outside of that view, or no depth around the place
-  Surface,  ///< a surface at the point's depth: it was there
-  Beyond,   ///< everything around the place is farther: the point was not there
-  Nearer    ///< something nearer hides the place, or an edge runs through it: cannot tell
+  Nothing,  ///< outside the view, or no depth around the position
+  Surface,  ///< a surface at the point's depth: the point was there
+  Beyond,   ///< only farther depths: the point was not there
+  Nearer    ///< a nearer surface or a depth edge: undecided
 };
 
-/// The depths that a view saw, asked around single places. From its depth image; or from the depths of its
-/// keypoints where there is no image.
+/// Looks up depths of another view around single positions.
+/// Uses its depth image, or the depths of its keypoints without an image.
 class DepthView {
  public:
   static constexpr float kKeypointRadiusPx = 8;
@@ -36,7 +36,7 @@ class DepthView {
     set_keypoints(image_.empty() ? Span<const cv::KeyPoint>(frame.keypoints) : Span<const cv::KeyPoint>(),
                   frame.depth_m);
   }
-  /// Keypoints only, on undistorted pixels of the current camera.
+  /// Uses keypoints only, on undistorted pixels of the current camera.
   void from(const KeyframeView& keyframe, const Camera& camera) {
     camera_ = camera;
     image_ = cv::Mat();
@@ -46,9 +46,11 @@ class DepthView {
 
   bool has_image() const { return !image_.empty(); }
 
-  /// `deviation(z)`: signed, how much farther than the point a depth z [m] is; within +- `limit` they agree.
-  /// One pixel of an edge belongs to either side, so the patch decides: one agreeing depth is enough for
-  /// Surface, for Beyond all of them must be beyond. `smallest`: the deviation nearest to zero.
+  /// `deviation(z)` is signed: how much farther than the point a depth z [m] is.
+  /// Values within +- `limit` agree.
+  /// A pixel at an edge belongs to either surface, so a whole patch decides.
+  /// One agreeing depth gives Surface; Beyond requires that all depths are beyond.
+  /// `smallest` is the deviation closest to zero.
   template <class Deviation>
   SeenThere look(const cv::Point3f& point_m, int patch_px, double limit, const Deviation& deviation,
                  double& smallest) const {
@@ -88,8 +90,8 @@ class DepthView {
     grid_.build(keypoints_, 2 * kKeypointRadiusPx);
   }
 
-  /// Both return how many depths are wanted for an answer: half of the patch; two keypoints, since one alone
-  /// may stand on the other side of an edge.
+  /// Both return how many depths an answer requires: half of the patch, or two keypoints.
+  /// A single keypoint may be on the other side of an edge.
   template <class Add>
   int ask_image(const cv::Point2f& px, int patch_px, const Add& add) const {
     const int x = cvRound(px.x), y = cvRound(px.y);

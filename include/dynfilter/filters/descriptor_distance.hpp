@@ -21,32 +21,34 @@ struct DescriptorDistanceParams {
     using P = DescriptorDistanceParams;
     static const FieldTable<P> table{
         integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536},
-                "Hamming distance up to which a match counts as alike"),
+                "largest Hamming distance of matched descriptors that counts as similar"),
         real("max_offset_px", &P::max_offset_px, "px", {0, 100},
-             "flow: the earlier frame's feature so near to where flow ended is the one that was matched"),
+             "flow: largest distance between the end of the flow and the feature of the earlier frame that "
+             "counts as its match"),
         flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "compare with so many frames back"),
+        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
     };
     return table;
   }
 };
 
-/// Candidates for a mover among matches that something else doubts (Zhou et al. sec. 3.1.2): alike in their
-/// descriptors, so no random error. A member of `all`, never a rejector by itself: on its own it calls every
-/// good match dynamic.
+/// Marks matches with similar descriptors as candidates for movers (Zhou et al. sec. 3.1.2).
+/// A geometric filter that doubts such a match has found motion, not a mismatch.
+/// Use it as a member of `all`. Alone, it votes every good match dynamic.
 ///
 /// Formula:  Hamming distance <= max_distance_bits: dynamic, else static.
 /// Needs:    descriptors, correspondences.
-/// Abstains: without a match; where the earlier frame has no feature at its end (flow), or descriptors of
-///           another length.
-/// Blind to: everything but looks.
-/// State:    none of its own. Cost: about 0.03 ms for 1000 matches.
+/// Abstains: without a match, and if descriptor lengths differ.
+///           With flow: if the earlier frame has no feature at the end of the flow.
+/// Blind to: everything except appearance.
+/// State:    none; the context keeps gap_frames frames.
+/// Cost:     about 0.03 ms for 1000 matches.
 class DescriptorDistanceFilter final : public Filter {
  public:
   using Params = DescriptorDistanceParams;
   static constexpr const char* kName = "descriptor_distance";
   static constexpr const char* kSummary =
-      "features whose match looks alike: for `all`, beside a filter that doubts it";
+      "features with a similar descriptor in their match; for `all`, beside a filter that doubts the match";
 
   explicit DescriptorDistanceFilter(Params params = Params()) : params_(params) {
     check_parameters(params_, kName);
@@ -64,7 +66,7 @@ class DescriptorDistanceFilter final : public Filter {
     const cv::Mat& descriptors = context.frame().descriptors;
     if (!now_.assign(descriptors, context.size()) || !then_.assign(then.descriptors, then.keypoints.size()) ||
         descriptors.cols != then.descriptors.cols)
-      return context.note("the earlier frame has no descriptors like these");
+      return context.note("the earlier frame has no descriptors of this length");
     grid_.build(Span<const cv::KeyPoint>(then.keypoints), kCellPx);
     for (std::size_t i = 0; i < context.size(); ++i) {
       if (!context.judged(i) || !match.found(i)) continue;
@@ -79,7 +81,7 @@ class DescriptorDistanceFilter final : public Filter {
  private:
   static constexpr float kCellPx = 10;
 
-  /// The earlier frame's feature of a match, by index or by its place.
+  /// The feature of the earlier frame in a match, by index or by position.
   std::int32_t feature_of(const Match& match, std::size_t i) const {
     const std::vector<cv::KeyPoint>& features = match.reference->keypoints;
     const std::int32_t index = match.correspondences.reference_index[i];

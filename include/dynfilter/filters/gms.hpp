@@ -22,7 +22,7 @@ struct GmsFilterParams {
   bool keyframe = false;
   int gap_frames = 1;
 
-  /// Bian et al. 2017.
+  /// Parameters of Bian et al. 2017.
   static GmsFilterParams published() {
     GmsFilterParams params;
     params.grid_cells = 20;
@@ -35,40 +35,44 @@ struct GmsFilterParams {
     using P = GmsFilterParams;
     static const FieldTable<P> table{
         integer("grid_cells", &P::grid_cells, "cells", {0, 40},
-                "per side (published: 20); 0: from the number of matches"),
+                "grid cells per side (published 20); 0: chosen from the number of matches"),
         real("matches_per_cell", &P::matches_per_cell, "matches", {0.1, 1000},
-             "grid_cells 0: so many on average, with 4 to 20 cells per side"),
-        real(
-            "factor", &P::factor, "", {0, 100},
-            "kept from this times sqrt(n) supporters (published: 6), n the mean number of matches in a cell"),
+             "mean matches per cell if grid_cells is 0, within 4 to 20 cells per side"),
+        real("factor", &P::factor, "", {0, 100},
+             "a match needs this times sqrt(n) supporters, n being the mean number of matches in a cell "
+             "(published 6)"),
         flag("every_pair", &P::every_pair,
-             "every match is judged; false, as published: only those to a cell's most frequent partner"),
-        flag("rotation", &P::rotation, "the best of eight turns between the images"),
-        flag("scale", &P::scale, "the best of five ratios of size between the images, 1/2 to 2"),
-        integer("min_matches", &P::min_matches, "matches", {1, 100000}, "with fewer nothing is judged"),
+             "judge every match; false, as published: only matches to the most frequent partner of a cell"),
+        flag("rotation", &P::rotation, "test eight rotations between the images and keep the best"),
+        flag("scale", &P::scale, "test five scale ratios between the images, 1/2 to 2, and keep the best"),
+        integer("min_matches", &P::min_matches, "matches", {1, 100000},
+                "smallest number of matches; with fewer, the filter abstains"),
         flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "compare with so many frames back"),
+        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
     };
     return table;
   }
   GmsParams statistics() const { return {grid_cells, matches_per_cell, factor, every_pair, rotation, scale}; }
 };
 
-/// Features whose match is not supported by the matches around it (Bian et al. 2017, Zhou et al. sec. 3.1).
+/// Rejects features whose match has too little support from the matches around it
+/// (Bian et al. 2017; Zhou et al. sec. 3.1).
 ///
-/// Formula:  kept if S >= factor * sqrt(n): S matches of the 3 x 3 cells around go to the 3 x 3 cells around
-/// the
-///           target, n the mean number of matches in these cells (correspondence/gms.hpp).
-/// Needs:    correspondences, of any kind.
-/// Abstains: without a match; with fewer than min_matches.
-/// Blind to: what moves together: a large mover supports itself; motion within a cell.
-/// State:    none of its own. Cost: about 0.05 ms for 1000 matches, 8 times that with rotation, 5 times with
-///           scale.
+/// Formula:  kept if S >= factor * sqrt(n).
+///           S is the number of matches from the surrounding 3 x 3 cells
+///           to the 3 x 3 cells around the target.
+///           The mean number of matches in these cells is n (correspondence/gms.hpp).
+/// Needs:    correspondences of any kind.
+/// Abstains: without a match, and with fewer than min_matches.
+/// Blind to: large movers, whose matches support each other; motion within a cell.
+/// State:    none; the context keeps gap_frames frames.
+/// Cost:     about 0.05 ms for 1000 matches, 8 times that with rotation, 5 times with scale.
 class GmsFilter final : public Filter {
  public:
   using Params = GmsFilterParams;
   static constexpr const char* kName = "gms";
-  static constexpr const char* kSummary = "features whose match the matches around do not support";
+  static constexpr const char* kSummary =
+      "features whose match has too little support from surrounding matches";
 
   explicit GmsFilter(Params params = Params()) : params_(params), statistics_(params.statistics()) {
     check_parameters(params_, kName);
@@ -101,7 +105,7 @@ class GmsFilter final : public Filter {
            detail::finite(match.correspondences.reference_px[i]);
   }
 
-  /// Of the images, as the camera says, or as far as there are points.
+  /// Size of the images: from the image or the camera, else the extent of the points.
   static cv::Size image_size(const FrameView& frame, const std::vector<cv::Point2f>& now,
                              const std::vector<cv::Point2f>& then) {
     if (!frame.grey.empty()) return frame.grey.size();

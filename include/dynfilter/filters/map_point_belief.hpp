@@ -29,36 +29,44 @@ struct MapPointBeliefParams {
   static const FieldTable<MapPointBeliefParams>& fields() {
     using P = MapPointBeliefParams;
     static const FieldTable<P> table{
-        real("initial", &P::initial, "", {0.001, 0.999}, "belief that a new map point moves"),
+        real("initial", &P::initial, "", {0.001, 0.999}, "prior probability that a new map point moves"),
         real("hit", &P::hit, "", {0.5, 0.999},
-             "how often a mask is right: on it for points that move, off it for those that do not"),
-        real("threshold", &P::threshold, "", {0, 1}, "dynamic above, static below"),
-        integers("labels", &P::labels, {0, 255}, "labels that may move; empty: all but 0"),
-        real("dilate_px", &P::dilate_px, "px", {0, 200}, "so near to the mask counts as on it"),
-        integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "features are taken back by the match to the older frame of a late mask; beyond: dropped"),
+             "probability that a mask is right: on it for moving points, off it for static ones"),
+        real("threshold", &P::threshold, "", {0, 1}, "dynamic above this belief, static below"),
+        integers("labels", &P::labels, {0, 255}, "labels that may move; empty: all except 0"),
+        real("dilate_px", &P::dilate_px, "px", {0, 200},
+             "distance from the mask up to which a feature counts as on it"),
+        integer(
+            "max_age_frames", &P::max_age_frames, "frames", {0, 100},
+            "largest age of a mask; features are matched back to the frame of an older mask up to this age"),
         integer("forget_frames", &P::forget_frames, "frames", {1, 1000000},
-                "map points that were not seen for so long start again"),
+                "frames without an observation after which a map point is forgotten"),
     };
     return table;
   }
 };
 
-/// Map points that masks saw on what may move, more often than not (RDS-SLAM, Liu and Miura 2021).
+/// Rejects map points that masks mark as movable more often than not
+/// (RDS-SLAM, Liu and Miura 2021).
 ///
-/// Formula:  Bayes' rule per map point: b' = b P(z|moves) / (b P(z|moves) + (1 - b) P(z|still)), z: on or off
-///           the mask; P = hit where they agree, 1 - hit else; b starts at `initial`.
-/// Needs:    map points; a mask from time to time, late ones welcome (correspondences into their frame): each
-///           is used once. Between masks the beliefs are what counts.
-/// Abstains: at features without a map point, and at a belief of exactly `threshold`.
-/// Blind to: classes that the network does not know; whether the object moves at all.
-/// State:    one belief per map point, of those seen in the last forget_frames. Cost: about 0.1 us a feature,
-///           10 us with a mask for 1000 features.
+/// Formula:  Bayes' rule per map point, starting at `initial`:
+///           b' = b P(z|moves) / (b P(z|moves) + (1 - b) P(z|static)).
+///           The observation z is on or off the mask.
+///           P is `hit` if z agrees with the hypothesis, else 1 - hit.
+/// Needs:    map points, and masks at any rate. Each mask is used once, even when it arrives late.
+///           Late masks need correspondences to their frame.
+///           Between masks, the last beliefs decide.
+/// Abstains: on features without a map point, and at a belief of exactly `threshold`.
+/// Blind to: classes that the network does not detect; whether the object moves at all.
+/// State:    one belief per map point observed in the last forget_frames.
+///           The context keeps max_age_frames frames for late masks.
+/// Cost:     about 0.1 us per feature; 10 us with a mask for 1000 features.
 class MapPointBeliefFilter final : public Filter {
  public:
   using Params = MapPointBeliefParams;
   static constexpr const char* kName = "map_point_belief";
-  static constexpr const char* kSummary = "map points that masks saw on what may move, by Bayes' rule";
+  static constexpr const char* kSummary =
+      "map points that masks mark as movable, combined over time by Bayes' rule";
 
   explicit MapPointBeliefFilter(Params params = Params()) : params_(std::move(params)) {
     check_parameters(params_, kName);
@@ -90,7 +98,7 @@ class MapPointBeliefFilter final : public Filter {
   }
 
  private:
-  static constexpr double kMaxLogOdds = 20;  // so that no belief is beyond recall
+  static constexpr double kMaxLogOdds = 20;  // so that later masks can still change any belief
   struct Belief {
     double log_odds = 0;
     std::int64_t seen = 0;
@@ -116,7 +124,7 @@ class MapPointBeliefFilter final : public Filter {
     }
   }
 
-  /// Now and then, so that it costs nothing to speak of.
+  /// Runs every 32 frames, so that its cost is negligible.
   void forget(std::int64_t now) {
     if (now % 32 != 0) return;
     for (auto it = beliefs_.begin(); it != beliefs_.end();)

@@ -10,8 +10,9 @@
 
 namespace dynfilter {
 
-/// The connected parts of a mask (8 neighbours), numbered in the order of their first pixels. Kept as runs of
-/// pixels row by row: one pass over the image, memory for the runs only, reused from call to call.
+/// Connected components of a mask (8 neighbours), numbered in the order of their first pixels.
+/// Stored as pixel runs per row: one pass over the image, memory for the runs only.
+/// Memory is reused from call to call.
 class MaskComponents {
  public:
   void build(const MaskLookup& mask) {
@@ -28,8 +29,8 @@ class MaskComponents {
 
   int count() const { return count_; }
 
-  /// Calls f(component) for each component within `radius_px` of a pixel of the frame's image, possibly more
-  /// than once.
+  /// Calls f(component) for each component within `radius_px` of a pixel of the frame's image.
+  /// May call it more than once per component.
   template <class F>
   void around(const cv::Point2f& px, double radius_px, const F& f) const {
     mask_.any_chord(px, radius_px, [&](int row, int from, int to) {
@@ -70,7 +71,7 @@ class MaskComponents {
     }
   }
 
-  /// With the runs of the row above that touch.
+  /// Joins each run with the touching runs of the row above.
   void join(int row) {
     if (row == 0) return;
     std::size_t above = row_begin_[static_cast<std::size_t>(row) - 1];
@@ -89,7 +90,7 @@ class MaskComponents {
     a = root(a), b = root(b);
     runs_[std::max(a, b)].component = static_cast<std::uint32_t>(std::min(a, b));
   }
-  /// A root comes before all runs of its component.
+  /// Numbers the components. A root precedes all other runs of its component.
   void number() {
     count_ = 0;
     number_.resize(runs_.size());

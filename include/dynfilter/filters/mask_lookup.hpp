@@ -12,20 +12,22 @@
 
 namespace dynfilter {
 
-/// The size of the frame's images [px]; 0 x 0 when nothing says it.
+/// Size of the frame's images [px]. 0 x 0 if unknown.
 inline cv::Size image_size(const FrameView& frame) {
   if (!frame.grey.empty()) return frame.grey.size();
   if (!frame.depth.empty()) return frame.depth.size();
   return frame.camera ? cv::Size(frame.camera->width_px, frame.camera->height_px) : cv::Size();
 }
 
-/// Single questions to a mask or label image of any size, in pixels of the frame's image. Nothing is copied
-/// or dilated: a question about a neighbourhood reads that neighbourhood, eight pixels at a time.
+/// Point queries on a mask or label image of any size, in pixels of the frame's image.
+/// Copies and dilates nothing.
+/// A neighbourhood query reads only that neighbourhood, eight pixels at a time.
 class MaskLookup {
  public:
   MaskLookup() = default;
-  /// `labels`: CV_8UC1, anything else is an empty mask. `image`: what it covers; 0 x 0: its own size.
-  /// `wanted`: the labels that count; empty: all but 0.
+  /// `labels`: CV_8UC1; any other type is an empty mask.
+  /// `image`: size of the image that it covers; 0 x 0: its own size.
+  /// `wanted`: labels that count; empty: all except 0.
   MaskLookup(const cv::Mat& labels, cv::Size image, const std::vector<int>& wanted = {}) {
     if (labels.empty() || labels.type() != CV_8UC1) return;
     labels_ = labels;
@@ -43,18 +45,20 @@ class MaskLookup {
   bool empty() const { return labels_.empty(); }
   bool counts(std::uint8_t label) const { return wanted_[label]; }
 
-  /// Is this pixel on the mask? False outside of the image; a keypoint at x = width is on its last column.
+  /// True if this pixel is on the mask. False outside the image.
+  /// A keypoint at x = width belongs to the last column.
   bool at(const cv::Point2f& px) const {
     if (!inside(px)) return false;
     return counts(labels_.at<std::uint8_t>(row_of(std::round(px.y)), column_of(std::round(px.x))));
   }
-  /// Is a pixel of the mask within this distance? The same as at() on a mask dilated with a disc.
+  /// True if the mask has a pixel within this distance.
+  /// Equal to at() on a mask dilated with a disc.
   bool near(const cv::Point2f& px, double radius_px) const {
     return any_chord(px, radius_px, [&](int row, int from, int to) { return any(row, from, to); });
   }
 
-  /// The parts of the mask's rows that lie in a disc around a pixel, the pixel's own place first: calls
-  /// f(row, from, to) with inclusive columns until it returns true; then so does this.
+  /// Visits the parts of the mask's rows inside a disc around a pixel, starting at the pixel.
+  /// Calls f(row, from, to) with inclusive columns until it returns true. Returns the last result.
   template <class F>
   bool any_chord(const cv::Point2f& px, double radius_px, const F& f) const {
     if (empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;

@@ -24,34 +24,36 @@ struct MultiModelParams {
     using P = MultiModelParams;
     static const FieldTable<P> table{
         real("chance", &P::chance, "", {1e-6, 0.5},
-             "a wrong match agrees with a homography by chance with this probability"),
-        integer("max_models", &P::max_models, "homographies", {1, 1000}, "at most"),
-        integer("iterations", &P::iterations, "samples", {1, 1000000}, "per homography"),
-        integer("neighbours", &P::neighbours, "matches", {2, 1000}, "a sample is a match and two of these"),
+             "probability that a wrong match agrees with a homography by chance"),
+        integer("max_models", &P::max_models, "homographies", {1, 1000}, "largest number of homographies"),
+        integer("iterations", &P::iterations, "samples", {1, 1000000}, "RANSAC samples per homography"),
+        integer("neighbours", &P::neighbours, "matches", {2, 1000},
+                "a sample is a match and two of this many nearest matches"),
         flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "compare with so many frames back"),
+        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
     };
     return table;
   }
 };
 
-/// Mismatches: matches that no piece of any surface explains, moving or not. Sequential RANSAC (as Vincent
-/// and Laganiere 2001 use it for planes) with samples of neighbouring matches.
+/// Rejects mismatches: matches that no surface explains, static or moving.
+/// Uses sequential RANSAC with samples of neighbouring matches
+/// (Vincent and Laganiere 2001 use it for planes).
 ///
-/// Formula:  homographies H_1, H_2, ... from what the earlier ones left over, while more matches agree within
-/// d
-///           than wrong ones would by chance (number of false alarms below one); dynamic if |p1 - H_k p2| > d
-///           for every k. d: a match that ends anywhere in the image agrees with probability `chance`.
+/// Formula:  Homographies H_1, H_2, ... are fitted in turn to the unexplained matches.
+///           The loop ends if wrong matches alone would be expected to support one more.
+///           Dynamic if |p1 - H_k p2| > d for every k.
+///           A match with a random end agrees within d with probability `chance`.
 /// Needs:    correspondences.
-/// Abstains: without correspondence, and where no homography finds support.
-/// Blind to: movers, on purpose; mismatches that agree with each other (repeated texture).
-/// State:    none of its own (the context keeps gap_frames frames). Cost: about 3 ms for 300 matches of which
-///           a third is wrong.
+/// Abstains: without correspondence, and if no homography has support.
+/// Blind to: movers, by design; mismatches that agree with each other (repeated texture).
+/// State:    none; the context keeps gap_frames frames.
+/// Cost:     about 3 ms for 300 matches, a third of them wrong.
 class MultiModelFilter final : public Filter {
  public:
   using Params = MultiModelParams;
   static constexpr const char* kName = "multi_model";
-  static constexpr const char* kSummary = "mismatches: matches that none of several motions explains";
+  static constexpr const char* kSummary = "mismatches: features whose match no homography explains";
 
   explicit MultiModelFilter(Params params = Params()) : params_(params), models_(options(params)) {
     check_parameters(params_, kName);
@@ -94,7 +96,7 @@ class MultiModelFilter final : public Filter {
     return o;
   }
 
-  /// In an order that does not depend on the features'.
+  /// Sorts by position, so that the result does not depend on the features' order.
   void collect(Context& context, const Match& match) {
     constexpr double kMost = 1e6;
     entries_.clear();

@@ -14,8 +14,9 @@
 
 namespace dynfilter {
 
-/// Values at features' places, to be asked for around a place and at a like depth. What it answers does not
-/// depend on the order of the features, to the last bit. Places that are not finite are left out.
+/// Values at features, summed around a position at similar depth.
+/// The result does not depend on the order of the features, down to the last bit.
+/// Positions that are not finite are skipped.
 class NeighbourField {
  public:
   struct Sum {
@@ -31,7 +32,7 @@ class NeighbourField {
     places_.push_back(px);
     values_.push_back({px.x, px.y, depth_m, value});
   }
-  /// After the last add(). `cell_px`: about what will be asked for.
+  /// Call after the last add(). `cell_px` is approximately the radius of later queries.
   void build(float cell_px) {
     grid_.build(Span<const cv::Point2f>(places_), cell_px);
     by_place_.clear();
@@ -45,8 +46,8 @@ class NeighbourField {
     lay_out();
   }
 
-  /// Over the places within `reach_px` whose depth differs by no more than `near_m` (any, where one of the
-  /// two is NaN), weighted by 1 - (distance / reach)^2.
+  /// Sum over positions within `reach_px` whose depth differs by at most `near_m`.
+  /// Any depth counts if one of the two is NaN. The weight is 1 - (distance / reach)^2.
   Sum around(const cv::Point2f& px, float depth_m, float reach_px, float near_m) const {
     const float per_reach2 = 1 / (reach_px * reach_px);
     const Four none{};
@@ -77,7 +78,7 @@ class NeighbourField {
     }
   };
 
-  /// By place and one array per number, so that around() reads four neighbours at once.
+  /// Stores one array per number, sorted by position, so that around() reads four at once.
   void lay_out() {
     const std::size_t n = by_place_.size();
     for (std::vector<float>* column : {&x_, &y_, &depth_m_, &value_}) column->assign(n + kLanes, 0.0F);

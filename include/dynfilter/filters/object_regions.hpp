@@ -14,10 +14,10 @@
 namespace dynfilter {
 
 enum class ObjectSource {
-  Boxes,      ///< of the detector
-  Instances,  ///< the masks of the detections
-  Mask,       ///< all of the frame's mask is one object
-  Components  ///< the connected parts of the frame's mask
+  Boxes,      ///< boxes of the detections
+  Instances,  ///< instance masks of the detections
+  Mask,       ///< the frame's mask as one object
+  Components  ///< connected components of the frame's mask
 };
 
 struct ObjectRegionParams {
@@ -38,30 +38,35 @@ struct ObjectRegionParams {
                 {"instances", ObjectSource::Instances},
                 {"mask", ObjectSource::Mask},
                 {"components", ObjectSource::Components}},
-               "boxes and instances: of the detections; mask: all of it is one object; components: its "
-               "connected parts"),
-        words("classes", &P::classes, "boxes, instances: names of classes; empty: every class"),
-        words("except_classes", &P::except_classes, "boxes, instances: but these"),
-        real("min_score", &P::min_score, "", {0, 1}, "boxes, instances: detections below are ignored"),
-        integers("labels", &P::labels, {0, 255}, "mask, components: labels that count; empty: all but 0"),
-        real("near_px", &P::near_px, "px", {0, 200}, "votes so near to the object count as votes on it"),
+               "boxes and instances use the detections, mask is one object, components uses its connected "
+               "components"),
+        words("classes", &P::classes,
+              "names of the classes that are used, for boxes and instances; empty: all classes"),
+        words("except_classes", &P::except_classes,
+              "names of the classes that are excluded, for boxes and instances"),
+        real("min_score", &P::min_score, "", {0, 1},
+             "smallest score of a detection that is used, for boxes and instances"),
+        integers("labels", &P::labels, {0, 255},
+                 "labels that are used, for mask and components; empty: all except 0"),
+        real("near_px", &P::near_px, "px", {0, 200},
+             "distance from the object up to which votes count for it"),
         box_refinement("refine", &P::refine),
         real("foreground_margin_m", &P::foreground_margin_m, "m", {0, 10},
-             "how far behind the foreground's surface still belongs to it"),
+             "depth margin behind the foreground's surface that still belongs to it"),
         integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "objects of an older frame are carried to this one, or dropped beyond this age"),
+                "largest age of objects; objects of an older frame are carried to this one up to this age"),
     };
     return table;
   }
 };
 
-/// An object as features, both in growing order.
+/// Features of an object, both lists in increasing order.
 struct ObjectRegion {
-  std::vector<std::size_t> inside;  ///< what belongs to it
-  std::vector<std::size_t> near;    ///< what tells of it: inside and close to it
+  std::vector<std::size_t> inside;  ///< features that belong to it
+  std::vector<std::size_t> near;    ///< features whose votes count for it: inside and close to it
 };
 
-/// The objects of a frame that a semantic input shows.
+/// The objects that a semantic input shows in a frame.
 class ObjectRegions {
  public:
   static Input input(const ObjectRegionParams& params) {
@@ -70,7 +75,7 @@ class ObjectRegions {
                : Input::Mask;
   }
 
-  /// Valid until the next call. None when the input is missing or too old; a note says so.
+  /// Valid until the next call. Empty if the input is missing or too old, with a note.
   const std::vector<ObjectRegion>& find(Context& context, const ObjectRegionParams& params) {
     objects_.clear();
     const FrameView& frame = context.frame();

@@ -25,28 +25,31 @@ struct SemanticBoxParams {
     using P = SemanticBoxParams;
     static const FieldTable<P> table{
         semantic_role("role", &P::role),
-        words("classes", &P::classes, "names of the classes that may move; empty: every class"),
-        real("min_score", &P::min_score, "", {0, 1}, "boxes below this score are ignored"),
-        real("expand_px", &P::expand_px, "px", {0, 1000}, "each box is made larger by this on every side"),
+        words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
+        real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that is used"),
+        real("expand_px", &P::expand_px, "px", {0, 1000}, "margin added to each side of a box"),
         integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "boxes of an older frame are carried to this one, or dropped beyond this age"),
+                "largest age of boxes; boxes of an older frame are carried to this one up to this age"),
         box_refinement("refine", &P::refine),
         real("foreground_margin_m", &P::foreground_margin_m, "m", {0, 10},
-             "how far behind the foreground's surface still belongs to it"),
+             "depth margin behind the foreground's surface that still belongs to it"),
     };
     return table;
   }
 };
 
-/// Features inside a detector's boxes of classes that may move (RTS-SLAM sec. 3.2; SG-SLAM, YOLO-SLAM alike).
+/// Rejects or marks features inside detector boxes of classes that may move
+/// (RTS-SLAM sec. 3.2; also SG-SLAM and YOLO-SLAM).
 ///
-/// Formula:  p in box(class in classes, score >= min_score), grown by expand_px; with `refine: depth` also
-///           z(p) <= foreground depth of the box + foreground_margin_m.
-/// Needs:    boxes; for boxes of an older frame correspondences; for `refine: depth` depth.
-/// Votes:    role reject: Dynamic inside. role prior: marks suspects. Never Static: a detector misses things.
-/// Abstains: when no boxes came, or they are older than max_age_frames.
-/// Blind to: classes that the detector does not know; whether the object moves at all.
-/// State:    none. Cost: boxes x features comparisons, about 5 us.
+/// Formula:  p in a box of a class in `classes` with score >= min_score, grown by expand_px.
+///           With `refine`, also z(p) <= foreground depth of the box + foreground_margin_m.
+/// Needs:    boxes. Boxes of an older frame need correspondences, `refine` needs depth.
+/// Votes:    role reject: Dynamic inside. role prior: marks suspects.
+///           Never Static, because detectors miss objects.
+/// Abstains: without boxes, and if they are older than max_age_frames.
+/// Blind to: classes that the detector does not detect; whether the object moves at all.
+/// State:    none; the context carries late boxes.
+/// Cost:     one comparison per box and feature, about 5 us.
 class SemanticBoxFilter final : public Filter {
  public:
   using Params = SemanticBoxParams;

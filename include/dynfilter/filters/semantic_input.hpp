@@ -15,23 +15,24 @@ namespace dynfilter {
 
 /// What a semantic stage does with the features of a potentially moving object.
 enum class SemanticRole {
-  Prior,  ///< suspects: kept out of model fitting and judged more strictly, not dynamic for it
-  Reject  ///< dynamic
+  Prior,  ///< marks suspects: excluded from model fitting and judged more strictly, but not dynamic
+  Reject  ///< votes dynamic
 };
 
 template <class P>
 Field<P> semantic_role(const char* name, SemanticRole P::*member) {
   return choice(name, member, {{"prior", SemanticRole::Prior}, {"reject", SemanticRole::Reject}},
-                "prior: suspects for later stages; reject: dynamic");
+                "prior marks suspects for later stages; reject votes dynamic");
 }
 
-/// Which detections a stage looks at.
+/// The detections that a stage uses.
 struct DetectionFilter {
-  std::vector<std::string> classes;         ///< empty: every class ...
-  std::vector<std::string> except_classes;  ///< ... but these
+  std::vector<std::string> classes;         ///< empty: all classes
+  std::vector<std::string> except_classes;  ///< excluded classes
   double min_score = 0;
 
-  /// False too for boxes that are empty, inverted or not finite, and for scores that are not.
+  /// Also false for boxes that are empty, inverted or not finite,
+  /// and for scores that are not finite.
   bool wants(const Detection& detection) const {
     const cv::Rect2f& box = detection.box;
     if (!(box.width > 0) || !(box.height > 0) || !std::isfinite(box.x + box.width) ||
@@ -44,13 +45,14 @@ struct DetectionFilter {
   }
 };
 
-/// Boxes and masks come late. Those of an older frame are carried to this one along the features' motion from
-/// frame to frame. Where nothing leads here (the first results after a reset, or a host whose matches skip
-/// frames) the features are taken back by their match into that frame instead. `usable` is false when the
-/// result is too old, or neither is possible; a note says so.
+/// Boxes or masks of the current frame or of an older one.
+/// Older results are carried to this frame along the frame-to-frame motion of the features.
+/// If the trail has a gap, features are matched back to the frame of the result instead.
+/// Gaps occur after a reset, or if the host's matches skip frames.
+/// `usable` is false if the result is too old or neither way works. A note gives the reason.
 class LateResult {
  public:
-  /// Of the frame's detections.
+  /// Boxes of the frame.
   static LateResult boxes(Context& context, int max_age_frames, const char* what = "boxes") {
     const DetectionInput& input = *context.frame().detections;
     LateResult late(context);
@@ -63,7 +65,7 @@ class LateResult {
       late.match_back(input.frame_id, what);
     return late;
   }
-  /// Of the frame's mask.
+  /// The mask of the frame.
   static LateResult mask(Context& context, int max_age_frames) {
     const MaskInput& input = *context.frame().mask;
     LateResult late(context);
@@ -76,29 +78,30 @@ class LateResult {
       late.match_back(input.frame_id, "masks");
     return late;
   }
-  /// Never carried, only matched back: for what is learnt once of each result.
+  /// Matched back only, never carried. For filters that learn once from each result.
   static LateResult matched_mask(Context& context, std::int64_t frame_id, int max_age_frames) {
     LateResult late(context);
     late.labels_ = context.frame().mask->labels;
     if (late.of_older_frame(frame_id, max_age_frames, "masks")) late.match_back(frame_id, "masks");
     return late;
   }
-  /// How many earlier frames matching back can need; carrying needs none.
+  /// Number of earlier frames kept for matching back. Carrying needs none.
   static int history_frames(int max_age_frames) { return std::min(max_age_frames, 5); }
 
   Span<const Detection> detections() const { return detections_; }
   const cv::Mat& labels() const { return labels_; }
 
   bool usable() const { return usable_; }
-  /// Can feature i be held against detections() and labels()?
+  /// True if feature i can be compared with detections() and labels().
   bool found(std::size_t i) const { return match_ == nullptr || match_->found(i); }
-  /// Where feature i is on them; one that was not found is taken back by `flow`, that of its neighbours.
+  /// Position of feature i in the frame of the result.
+  /// A feature without a match is moved back by `flow`, the flow of its neighbours.
   cv::Point2f then_px(std::size_t i, const cv::Point2f& flow = {0, 0}) const {
     if (match_ == nullptr) return context_.pixels()[i];
     return match_->found(i) ? match_->correspondences.reference_px[i] : context_.pixels()[i] - flow;
   }
-  /// The median motion to this frame of the features that `inside` picks by their place then; (0, 0) without
-  /// any.
+  /// Median flow to this frame of the features for which `inside(position then)` is true.
+  /// (0, 0) without any.
   template <class Inside>
   cv::Point2f median_flow(const Inside& inside, std::vector<float>& x, std::vector<float>& y) const {
     x.clear();
@@ -116,7 +119,7 @@ class LateResult {
  private:
   explicit LateResult(Context& context) : context_(context) {}
 
-  /// Then age_note_ says how old it is.
+  /// Also sets age_note_.
   bool of_older_frame(std::int64_t frame_id, int max_age_frames, const char* what) {
     if (frame_id < 0 || frame_id == context_.frame().id) return false;
     const std::int64_t age = context_.frame().id - frame_id;

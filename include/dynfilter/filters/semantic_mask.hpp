@@ -14,7 +14,7 @@ namespace dynfilter {
 
 enum class MaskSource {
   Mask,      ///< FrameView::mask
-  Instances  ///< the masks of the detections
+  Instances  ///< masks of the detections
 };
 enum class OffMask { Unknown, Static };
 
@@ -33,38 +33,43 @@ struct SemanticMaskParams {
     static const FieldTable<P> table{
         semantic_role("role", &P::role),
         choice("source", &P::source, {{"mask", MaskSource::Mask}, {"instances", MaskSource::Instances}},
-               "mask: the frame's mask or label image; instances: the masks of its detections"),
-        integers("labels", &P::labels, {0, 255}, "source mask: labels that may move; empty: all but 0"),
-        words("classes", &P::classes, "source instances: names of classes that may move; empty: every class"),
-        real("min_score", &P::min_score, "", {0, 1}, "source instances: detections below are ignored"),
+               "mask uses the frame's mask or label image; instances uses the masks of its detections"),
+        integers("labels", &P::labels, {0, 255},
+                 "labels that may move, for source mask; empty: all except 0"),
+        words("classes", &P::classes,
+              "names of the classes that may move, for source instances; empty: all classes"),
+        real("min_score", &P::min_score, "", {0, 1},
+             "smallest score of a detection that is used, for source instances"),
         real("dilate_px", &P::dilate_px, "px", {0, 200},
-             "so near to the mask counts as on it (DynaSLAM: 15)"),
+             "distance from the mask up to which a feature counts as on it (DynaSLAM: 15)"),
         integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "masks of an older frame are carried to this one, or dropped beyond this age"),
+                "largest age of masks; masks of an older frame are carried to this one up to this age"),
         choice("off_mask", &P::off_mask, {{"unknown", OffMask::Unknown}, {"static", OffMask::Static}},
-               "what is voted off the mask"),
+               "vote for features off the mask"),
     };
     return table;
   }
 };
 
-/// Features on the potentially moving pixels of a mask (DynaSLAM sec. III-B, DS-SLAM, DeS-SLAM alike).
+/// Rejects or marks features on the potentially moving pixels of a mask
+/// (DynaSLAM sec. III-B; also DS-SLAM and DeS-SLAM).
 ///
-/// Formula:  label(p) in labels, or such a pixel within dilate_px of p (a disc).
-/// Needs:    a mask of any size (it is scaled to the image), or detections with instance masks; for those of
-///           an older frame correspondences.
-/// Votes:    role reject: Dynamic, less suspicious in the margin than on the mask. role prior: marks
-/// suspects.
-///           Static never, unless off_mask says so: networks miss things.
-/// Abstains: when no mask came, it cannot be used, or it is older than max_age_frames.
-/// Blind to: classes that the network does not know; whether the object moves at all.
-/// State:    none. Cost: reads the mask around each feature only, about 0.1 us each without dilation and
-///           1 us with 15 px; nothing scales with the image.
+/// Formula:  label(p) in `labels`, or such a pixel within dilate_px of p (a disc).
+/// Needs:    a mask of any size, which is scaled to the image, or detections with instance masks.
+///           Masks of an older frame need correspondences.
+/// Votes:    role reject: Dynamic, with a lower score in the margin than on the mask.
+///           role prior: marks suspects.
+///           Static only with `off_mask: static`, because networks miss objects.
+/// Abstains: without a mask, if it is unusable, and if it is older than max_age_frames.
+/// Blind to: classes that the network does not detect; whether the object moves at all.
+/// State:    none; the context carries late masks.
+/// Cost:     about 0.1 us per feature without dilation and 1 us with 15 px.
+///           Only the mask around each feature is read.
 class SemanticMaskFilter final : public Filter {
  public:
   using Params = SemanticMaskParams;
   static constexpr const char* kName = "semantic_mask";
-  static constexpr const char* kSummary = "features on a mask of what may move";
+  static constexpr const char* kSummary = "features on a mask of objects that may move";
 
   explicit SemanticMaskFilter(Params params = Params()) : params_(std::move(params)) {
     check_parameters(params_, kName);

@@ -16,11 +16,11 @@
 namespace dynfilter {
 
 enum class TrajectoryMode {
-  Rigid,        ///< the whole motion predicts where a static point is now
-  Displacement  ///< the paper: how far the point moved against how far the camera moved
+  Rigid,        ///< the full motion predicts the position of a static point
+  Displacement  ///< as published: compares the distances moved by the point and by the camera
 };
 enum class TrajectoryThreshold {
-  Noise,  ///< chi-square under the depth camera's noise model
+  Noise,  ///< chi-square under the noise model of the depth camera
   Metric  ///< alpha + beta * depth, in metres (RTS-SLAM eq. 13)
 };
 struct TrajectoryConsistencyParams {
@@ -43,48 +43,55 @@ struct TrajectoryConsistencyParams {
     static const FieldTable<P> table{
         choice("mode", &P::mode,
                {{"rigid", TrajectoryMode::Rigid}, {"displacement", TrajectoryMode::Displacement}},
-               "rigid: the whole motion; displacement: lengths only, as published"),
+               "rigid compares with the position that the motion predicts; displacement compares lengths "
+               "only, as published"),
         choice("threshold", &P::threshold,
                {{"noise", TrajectoryThreshold::Noise}, {"metric", TrajectoryThreshold::Metric}},
-               "noise: chi-square under the depth camera's noise; metric: alpha_m + beta * depth"),
-        real("max_chi2", &P::max_chi2, "", {0, 1e6}, "threshold noise: dynamic above, 3 degrees of freedom"),
+               "noise tests chi-square under the depth camera's noise; metric tests against alpha_m + beta * "
+               "depth"),
+        real("max_chi2", &P::max_chi2, "", {0, 1e6},
+             "threshold noise: largest chi-square of a static feature, 3 degrees of freedom"),
         real("pixel_sigma_px", &P::pixel_sigma_px, "px", {0.01, 100},
-             "threshold noise: of a correspondence, per axis"),
+             "threshold noise: standard deviation of a correspondence, per axis"),
         real("depth_sigma_factor", &P::depth_sigma_factor, "", {0.01, 100},
-             "threshold noise: the depth camera's noise against the model's"),
-        real("alpha_m", &P::alpha_m, "m", {0, 10}, "threshold metric: tolerance at no depth"),
-        real("beta", &P::beta, "m/m", {0, 10}, "threshold metric: growth of the tolerance with depth"),
+             "threshold noise: factor on the standard deviation of the depth noise model"),
+        real("alpha_m", &P::alpha_m, "m", {0, 10}, "threshold metric: tolerance at depth 0"),
+        real("beta", &P::beta, "m/m", {0, 10},
+             "threshold metric: growth of the tolerance per metre of depth"),
         real("min_displacement_m", &P::min_displacement_m, "m", {0, 100},
-             "mode rigid: what moved less is static, whatever the threshold says"),
+             "smallest displacement of a dynamic feature in mode rigid, for any threshold"),
         real("max_displacement_m", &P::max_displacement_m, "m", {0, 100},
-             "mode rigid: what moved more is unknown, a mismatch rather than an object; 0: no limit"),
-        real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "farther points are not judged"),
+             "largest displacement that mode rigid judges, because larger ones are likely mismatches; 0: no "
+             "limit"),
+        real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "largest depth of a feature that is judged"),
         flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "compare with so many frames back"),
+        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
         motion_source("motion", &P::motion),
     };
     return table;
   }
 };
 
-/// Features whose 3-D motion is not the camera's (RTS-SLAM sec. 3.4).
+/// Rejects features whose 3-D motion differs from the camera's (RTS-SLAM sec. 3.4).
 ///
-/// Formula:  mode displacement, eq. 10-14: | |P_t - P_r| - |t| | > alpha + beta min(d_t, d_r). It leaves
-/// rotation out.
-///           mode rigid: |R P_r + t - P_t| against the same threshold, or (threshold noise) chi-square of the
-///           miss in (u, v, depth) > max_chi2 under flow noise, depth noise and the motion's own uncertainty.
-///           |R P_r + t - P_t| in [min_displacement_m, max_displacement_m] as well (Zhou et al. eq. 1-2).
+/// Formula:  Mode displacement (eq. 10-14): | |P_t - P_r| - |t| | > alpha + beta min(d_t, d_r).
+///           This form neglects rotation.
+///           Mode rigid: |R P_r + t - P_t| against the same threshold.
+///           Threshold noise replaces this by chi-square > max_chi2 of the residual (u, v, depth),
+///           under flow noise, depth noise and the uncertainty of the motion.
+///           Mode rigid also limits |R P_r + t - P_t| to [min_displacement_m, max_displacement_m]
+///           (Zhou et al. eq. 1-2).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses.
-/// Abstains: without depth or correspondence, beyond max_depth_m, when no motion can be had.
-/// Blind to: motion below the depth camera's noise over the gap; everything, when the motion was fitted on
-/// movers. State:    none of its own (the context keeps gap_frames frames). Cost: about 0.1 ms for 1000
-/// features, motion
-///           included, flow not.
+/// Abstains: without depth or correspondence, beyond max_depth_m, and without a camera motion.
+/// Blind to: motion below the depth camera's noise over the gap;
+///           everything if the motion was fitted on movers.
+/// State:    none; the context keeps gap_frames frames.
+/// Cost:     about 0.1 ms for 1000 features, with motion, without flow.
 class TrajectoryConsistencyFilter final : public Filter {
  public:
   using Params = TrajectoryConsistencyParams;
   static constexpr const char* kName = "trajectory_consistency";
-  static constexpr const char* kSummary = "features whose 3-D motion is not the camera's";
+  static constexpr const char* kSummary = "features whose 3-D motion differs from the camera's";
 
   explicit TrajectoryConsistencyFilter(Params params = Params()) : params_(params) {
     check_parameters(params_, kName);
@@ -161,7 +168,8 @@ class TrajectoryConsistencyFilter final : public Filter {
     return (T.R() * Eigen::Vector3d(then.x, then.y, then.z) + T.t() - Eigen::Vector3d(now.x, now.y, now.z))
         .norm();
   }
-  /// Within what an object can move. What moved less is voted static.
+  /// True if the displacement is within the range of an object.
+  /// Votes Static if it is smaller.
   bool possible(double moved_m, Votes& votes, std::size_t i) const {
     if (params_.max_displacement_m > 0 && moved_m > params_.max_displacement_m) return false;
     if (moved_m >= params_.min_displacement_m) return true;
