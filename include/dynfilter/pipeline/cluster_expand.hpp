@@ -13,9 +13,9 @@
 namespace dynfilter {
 
 enum class ExpandSpace {
-  Points,  ///< distances in 3-D
-  Image,   ///< distances in pixels
-  Depth    ///< over the depth image, from pixel to pixel
+  Points,  ///< distance in 3-D
+  Image,   ///< distance in pixels
+  Depth    ///< growth over the depth image, from pixel to pixel
 };
 
 struct ClusterExpandParams {
@@ -34,32 +34,36 @@ struct ClusterExpandParams {
         choice(
             "space", &P::space,
             {{"points", ExpandSpace::Points}, {"image", ExpandSpace::Image}, {"depth", ExpandSpace::Depth}},
-            "points: neighbours in 3-D; image: in pixels; depth: grown over the depth image"),
-        real("radius_m", &P::radius_m, "m", {1e-3, 10}, "space points: neighbours are within"),
-        real("radius_px", &P::radius_px, "px", {1, 1000}, "space image: neighbours are within"),
+            "points uses neighbours in 3-D, image neighbours in pixels, depth grows over the depth image"),
+        real("radius_m", &P::radius_m, "m", {1e-3, 10}, "radius of the neighbourhood, for space points"),
+        real("radius_px", &P::radius_px, "px", {1, 1000}, "radius of the neighbourhood, for space image"),
         integer("min_neighbours", &P::min_neighbours, "features", {1, 1000},
-                "points, image: so many neighbours must be dynamic"),
+                "smallest number of dynamic neighbours, for points and image"),
         real("min_share", &P::min_share, "", {0, 1},
-             "points, image: and so large a share of those that are not unknown"),
-        integer("rounds", &P::rounds, "", {1, 100}, "points, image: how often what was added grows again"),
+             "smallest share of dynamic neighbours among those that are not unknown, for points and image"),
+        integer("rounds", &P::rounds, "", {1, 100},
+                "how often newly added features are grown again, for points and image"),
         real("max_step_share", &P::max_step_share, "", {0, 1},
-             "depth: a larger step from pixel to pixel, as a share of the depth, is an edge"),
+             "relative depth step between neighbouring pixels that counts as an edge, for depth"),
         real("max_reach_m", &P::max_reach_m, "m", {0, 100},
-             "depth: how far from a dynamic feature, in 3-D; 0: no limit"),
+             "largest 3-D distance from a dynamic feature, for depth; 0: no limit"),
     };
     return table;
   }
 };
 
-/// `cluster_expand`: what the stage calls dynamic is grown to its neighbours, in 3-D, in the image, or over
-/// the depth image up to its jumps (DynaSLAM's region growing). Added features are dynamic whatever the stage
-/// said of them; all others keep its vote. Where the space is missing (no depth), nothing is grown.
+/// `cluster_expand`: grows the stage's dynamic features to their neighbours.
+/// Neighbours are in 3-D, in the image, or connected in the depth image without a jump
+/// (DynaSLAM's region growing).
+/// Added features become dynamic regardless of the stage's vote. All others keep it.
+/// Without the data for the space, such as depth, nothing is grown.
 class ClusterExpandStage final : public Combinator {
  public:
   using Params = ClusterExpandParams;
   static constexpr const char* kName = "cluster_expand";
-  static constexpr const char* kSummary = "what the stage calls dynamic is grown to its neighbours";
-  static constexpr const char* kDynamic = "when the stage says so, or enough of its neighbours are";
+  static constexpr const char* kSummary = "grows the stage's dynamic features to their neighbours";
+  static constexpr const char* kDynamic =
+      "if the stage votes dynamic, or enough of its neighbours are dynamic";
 
   ClusterExpandStage(std::string path, Stages children, Params params = Params())
       : Combinator(kName, std::move(path), std::move(children)),

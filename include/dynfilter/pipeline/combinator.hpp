@@ -12,13 +12,13 @@ namespace dynfilter {
 
 using Stages = std::vector<std::unique_ptr<Stage>>;
 
-/// What the combinators share: children, and needs and resets passed on.
+/// Base of combinators: owns the children, merges their needs and passes on resets.
 class Combinator : public Stage {
  public:
   Combinator(std::string name, std::string path, Stages children)
       : Stage(std::move(name), std::move(path)), children_(std::move(children)) {}
 
-  /// Nothing is required of a combinator itself: a child that misses an input is skipped, not the whole.
+  /// A combinator itself requires nothing. A child without its input is skipped alone.
   Needs needs() const override {
     Needs all;
     for (const auto& child : children_) {
@@ -41,11 +41,11 @@ class Combinator : public Stage {
     out.votes.cast(i, vote, score);
     out.reasons[i] = vote == Vote::Dynamic ? reasons : 0;
   }
-  /// The bit of the combinator's own report, for what no child said.
+  /// The bit of the combinator's own report, for decisions that come from no child.
   static std::uint64_t own_reason(std::size_t self) { return self < 64 ? std::uint64_t{1} << self : 0; }
 
   Stages children_;
-  Judgement child_;  ///< scratch: one child's answer
+  Judgement child_;  ///< buffer for the result of one child
 };
 
 }  // namespace dynfilter

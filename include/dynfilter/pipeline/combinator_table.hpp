@@ -7,7 +7,8 @@
 
 namespace dynfilter {
 
-/// Every combinator that a pipeline file may name: the reader, `dynfilter filters` and the docs come from it.
+/// All combinators that a pipeline file may name.
+/// The YAML reader, `dynfilter filters` and the docs use this table.
 DYNFILTER_INLINE const std::vector<CombinatorEntry>& combinator_table();
 
 }  // namespace dynfilter

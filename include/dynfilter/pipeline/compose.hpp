@@ -8,8 +8,9 @@
 /// Pipelines in C++:
 ///
 ///     PipelineConfig config;
-///     config.before_pose = sequence(stage<SemanticBoxFilter>(), any(stage<EpipolarFilter>(),
-///     stage<Mine>(params))); Pipeline pipeline(std::move(config));
+///     config.before_pose = sequence(stage<SemanticBoxFilter>(),
+///                                   any(stage<EpipolarFilter>(), stage<Mine>(params)));
+///     Pipeline pipeline(std::move(config));
 namespace dynfilter {
 
 using StagePtr = std::unique_ptr<Stage>;
@@ -18,7 +19,7 @@ template <class F>
 StagePtr stage(typename F::Params params = typename F::Params()) {
   return std::make_unique<FilterStage>(std::make_unique<F>(std::move(params)), F::kName);
 }
-/// A filter that is there already.
+/// Wraps an existing filter.
 inline StagePtr stage(std::unique_ptr<Filter> filter) {
   std::string path = filter->name();
   return std::make_unique<FilterStage>(std::move(filter), std::move(path));

@@ -21,28 +21,31 @@ struct DepthLayersParams {
   static const FieldTable<DepthLayersParams>& fields() {
     using P = DepthLayersParams;
     static const FieldTable<P> table{
-        real("max_gap_m", &P::max_gap_m, "m", {0, 10}, "depths farther apart begin a new layer"),
-        integer("min_points", &P::min_points, "features", {1, 1000}, "smaller layers are no objects"),
+        real("max_gap_m", &P::max_gap_m, "m", {0, 10}, "smallest depth gap between two layers"),
+        integer("min_points", &P::min_points, "features", {1, 1000},
+                "smallest number of dynamic features in a layer that counts as an object"),
         real("min_share", &P::min_share, "", {0, 1},
-             "nor are layers with a smaller share of the stage's dynamic features"),
-        real("margin_px", &P::margin_px, "px", {0, 1000}, "how far around a layer's features it reaches"),
-        real("margin_m", &P::margin_m, "m", {0, 10}, "how far before and behind"),
+             "smallest share of the stage's dynamic features in a layer that counts as an object"),
+        real("margin_px", &P::margin_px, "px", {0, 1000}, "margin around a layer's features in the image"),
+        real("margin_m", &P::margin_m, "m", {0, 10}, "margin before and behind a layer's features in depth"),
     };
     return table;
   }
 };
 
-/// `depth_layers`: the features that the stage calls dynamic are split into layers by gaps in their depths. A
-/// layer with enough of them is an object: every feature in its image rectangle and its range of depths is
-/// dynamic. Dynamic features of the smaller layers, background that the stage caught at an outline, are let
-/// go (unknown). Without depth a feature keeps its vote; all others do too.
+/// `depth_layers`: splits the stage's dynamic features into layers at gaps in their depths.
+/// A layer with enough of them is an object.
+/// All features in its image rectangle and depth range become dynamic.
+/// Dynamic features of smaller layers become unknown.
+/// They are usually background that the stage included at an outline.
+/// All other features, and features without depth, keep their vote.
 class DepthLayersStage final : public Combinator {
  public:
   using Params = DepthLayersParams;
   static constexpr const char* kName = "depth_layers";
   static constexpr const char* kSummary =
-      "the stage's dynamic features in layers of depth: large layers are filled up, small ones let go";
-  static constexpr const char* kDynamic = "when it lies among the dynamic features of one layer of depth";
+      "splits the stage's dynamic features by depth; large layers are filled, small ones become unknown";
+  static constexpr const char* kDynamic = "if it is among the dynamic features of one depth layer";
 
   DepthLayersStage(std::string path, Stages children, Params params = Params())
       : Combinator(kName, std::move(path), std::move(children)), params_(params) {
@@ -60,7 +63,7 @@ class DepthLayersStage final : public Combinator {
               Judgement& out) override {
     children_[0]->judge(context, reports, out);
     if ((context.inputs() & Input::Depth) == Input::None) {
-      reports[self].note = "no depth: the stage's votes stay";
+      reports[self].note = "no depth: the stage's votes are kept";
       return;
     }
     find_layers(context, out.votes);

@@ -12,30 +12,32 @@
 
 namespace dynfilter {
 
-/// Never starve the tracker: how many features must stay.
+/// How many features must be kept, so that the tracker has enough.
 struct FloorParams {
   int min_features = 50;         ///< absolute count
-  double min_share = 0;          ///< of the frame's features
-  double min_grid_coverage = 0;  ///< of the grid cells that hold features at all, so many must keep one
+  double min_share = 0;          ///< share of the frame's features
+  double min_grid_coverage = 0;  ///< share of the occupied grid cells that must keep a feature
   int grid_columns = 8, grid_rows = 6;
-  bool restore_all = false;  ///< when the floor is reached, keep every feature instead of just enough
+  /// Keep all features when the floor is reached, instead of just enough.
+  bool restore_all = false;
 
   static const FieldTable<FloorParams>& fields() {
     using P = FloorParams;
     static const FieldTable<P> table{
-        integer("min_features", &P::min_features, "features", {0, 100000}, "keep at least so many features"),
-        real("min_share", &P::min_share, "", {0, 1}, "keep at least this share of the frame's features"),
+        integer("min_features", &P::min_features, "features", {0, 100000},
+                "smallest number of features to keep"),
+        real("min_share", &P::min_share, "", {0, 1}, "smallest share of the frame's features to keep"),
         real("min_grid_coverage", &P::min_grid_coverage, "", {0, 1},
-             "of the grid cells that hold features, this share must keep at least one"),
-        integer("grid_columns", &P::grid_columns, "cells", {1, 64}, "columns of that grid"),
-        integer("grid_rows", &P::grid_rows, "cells", {1, 64}, "rows of that grid"),
-        flag("restore_all", &P::restore_all, "keep every feature when the floor is reached (SG-SLAM)"),
+             "smallest share of the occupied grid cells that keep a feature"),
+        integer("grid_columns", &P::grid_columns, "cells", {1, 64}, "columns of the grid"),
+        integer("grid_rows", &P::grid_rows, "cells", {1, 64}, "rows of the grid"),
+        flag("restore_all", &P::restore_all, "keep all features when the floor is reached, as SG-SLAM does"),
     };
     return table;
   }
 };
 
-/// Brings back rejected features, the least suspicious first, until the floor holds.
+/// Restores rejected features, least suspicious first, until the floor is satisfied.
 class Floor {
  public:
   explicit Floor(const FloorParams& params = FloorParams()) : params_(params) {}
@@ -51,7 +53,8 @@ class Floor {
   }
 
  private:
-  /// Rejected features by suspicion; equal ones by place, so that the order of features does not matter.
+  /// Sorts rejected features by suspicion, then by position,
+  /// so that the result does not depend on the order of the features.
   void rank(const FrameView& frame, const Verdict& verdict) {
     for (std::size_t i = 0; i < verdict.size(); ++i)
       if (!verdict.keep(i)) ranked_.push_back(i);
@@ -64,7 +67,7 @@ class Floor {
     });
   }
 
-  /// Features that are nowhere (NaN) count as one place: they cannot be compared.
+  /// All NaN positions count as one position, because NaN cannot be ordered.
   static cv::Point2f place_of(const FrameView& frame, std::size_t i) {
     const cv::Point2f& pt = frame.keypoints[i].pt;
     return std::isnan(pt.x) || std::isnan(pt.y) ? cv::Point2f() : pt;
@@ -111,7 +114,7 @@ class Floor {
     }
   }
 
-  /// The grid spans the image where it is known, else the features.
+  /// The grid covers the image if its size is known, else the extent of the features.
   void lay_grid(const FrameView& frame) {
     width_px_ = static_cast<float>(frame.grey.cols);
     height_px_ = static_cast<float>(frame.grey.rows);
@@ -125,7 +128,8 @@ class Floor {
     const cv::Point2f& pt = frame.keypoints[i].pt;
     const auto place = [](float x, float size, int cells) {
       const float at = size > 0 ? x / size * static_cast<float>(cells) : 0;
-      return static_cast<std::size_t>(at > 0 ? std::min(at, static_cast<float>(cells - 1)) : 0);  // 0 for NaN
+      // NaN becomes 0.
+      return static_cast<std::size_t>(at > 0 ? std::min(at, static_cast<float>(cells - 1)) : 0);
     };
     return place(pt.y, height_px_, params_.grid_rows) * static_cast<std::size_t>(params_.grid_columns) +
            place(pt.x, width_px_, params_.grid_columns);

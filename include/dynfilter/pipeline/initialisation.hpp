@@ -8,7 +8,7 @@
 
 namespace dynfilter {
 
-/// When a host may make its first keyframe in a scene where things move.
+/// When a host may create its first keyframe in a scene with moving objects.
 struct InitialisationParams {
   double max_dynamic_share = 0.3;
   int max_frames = 0;
@@ -17,25 +17,26 @@ struct InitialisationParams {
     using P = InitialisationParams;
     static const FieldTable<P> table{
         real("max_dynamic_share", &P::max_dynamic_share, "", {0, 1},
-             "the first keyframe waits while more of the features that could be judged are dynamic"),
+             "largest share of dynamic features, among those judged, at which the first keyframe is created"),
         integer("max_frames", &P::max_frames, "frames", {0, 100000},
-                "it waits for so many frames at most; 0: never"),
+                "longest delay of the first keyframe; 0: no delay"),
     };
     return table;
   }
 };
 
-/// Zhou et al. sec. 3.1.3: the first frames are judged too, and the first keyframe waits until few features
-/// are dynamic. A frame without any verdict (the first one has nothing to compare with) waits as well.
+/// Delays the first keyframe until few features are dynamic (Zhou et al. sec. 3.1.3).
+/// The first frames are judged too.
+/// A frame without any verdict also delays it. The first frame has none, as it has no reference.
 class Initialisation {
  public:
   explicit Initialisation(const InitialisationParams& params = InitialisationParams()) : params_(params) {}
 
   void reset() { started_ = false, waited_ = 0, last_frame_.reset(); }
-  /// The host has made a keyframe: there is nothing to wait for any more.
+  /// Call when the host has created a keyframe. This ends the delay.
   void keyframe_made() { started_ = true; }
 
-  /// Fills report.wait_for_keyframe. What the floor restored counts as dynamic.
+  /// Sets report.wait_for_keyframe. Features that the floor restored count as dynamic.
   void apply(Verdict& verdict) {
     verdict.report.wait_for_keyframe = false;
     if (params_.max_frames == 0 || started_) return;
@@ -53,7 +54,7 @@ class Initialisation {
     verdict.report.wait_for_keyframe =
         judged == 0 || static_cast<double>(dynamic) > params_.max_dynamic_share * static_cast<double>(judged);
     if (verdict.report.wait_for_keyframe)
-      verdict.report.notes.push_back("initialisation: the first keyframe waits");
+      verdict.report.notes.push_back("initialisation: the first keyframe is delayed");
   }
 
  private:

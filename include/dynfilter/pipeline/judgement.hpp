@@ -7,7 +7,7 @@
 
 namespace dynfilter {
 
-/// Votes, and per feature the stages (bits) that called it dynamic.
+/// Votes, and for each feature the stages that voted dynamic, as bits.
 struct Judgement {
   Votes votes;
   std::vector<std::uint64_t> reasons;
@@ -18,7 +18,7 @@ struct Judgement {
   }
 };
 
-/// Three-valued OR (Kleene): dynamic if one says so, static if both do, else unknown.
+/// Three-valued OR (Kleene): dynamic if one vote is, static if both are, else unknown.
 ///
 ///     or       | Static   Unknown  Dynamic
 ///     Static   | Static   Unknown  Dynamic
@@ -29,7 +29,7 @@ constexpr Vote vote_or(Vote a, Vote b) {
   return a == Vote::Static && b == Vote::Static ? Vote::Static : Vote::Unknown;
 }
 
-/// Three-valued AND (Kleene): static if one says so, dynamic if both do, else unknown.
+/// Three-valued AND (Kleene): static if one vote is, dynamic if both are, else unknown.
 ///
 ///     and      | Static   Unknown  Dynamic
 ///     Static   | Static   Static   Static
@@ -40,19 +40,21 @@ constexpr Vote vote_and(Vote a, Vote b) {
   return a == Vote::Dynamic && b == Vote::Dynamic ? Vote::Dynamic : Vote::Unknown;
 }
 
-/// Three-valued NOT: static and dynamic change places, unknown stays.
+/// Three-valued NOT: exchanges static and dynamic and keeps unknown.
 constexpr Vote vote_not(Vote a) {
   return a == Vote::Static ? Vote::Dynamic : a == Vote::Dynamic ? Vote::Static : Vote::Unknown;
 }
 
-/// Guilty until proven static: unknown becomes dynamic.
+/// Turns unknown into dynamic.
 constexpr Vote vote_strict(Vote a) {
   return a == Vote::Static ? Vote::Static : Vote::Dynamic;
 }
 
-/// Enough of several votes, given the weight of those that say dynamic and unknown: dynamic when it is
-/// reached, static when it could not be reached even if all unknown ones said dynamic, else unknown. Of two
-/// equal ones, needed = 1 is vote_or(), needed = 2 vote_and(); nothing is dynamic without a vote for it.
+/// Threshold on the weight of several votes, from the weights of dynamic and unknown ones.
+/// Dynamic if the dynamic weight reaches `needed`.
+/// Static if it would not reach `needed` even with all unknown weight. Else unknown.
+/// For two equal weights, needed = 1 is vote_or() and needed = 2 is vote_and().
+/// Without a dynamic vote the result is never dynamic.
 ///
 ///     2 of 3   | dynamic votes: 0   1         2        3
 ///     unknown 0| Static     Static    Dynamic  Dynamic
@@ -66,16 +68,18 @@ constexpr Vote vote_count(double dynamic, double unknown, double needed) {
   return possible > 0 && possible >= needed - kRounding ? Vote::Unknown : Vote::Static;
 }
 
-/// Votes about one object, taken together: dynamic with at least `min_count` dynamic votes that are at least
-/// `min_share` of those that are not unknown; static with so many votes otherwise; else unknown.
+/// Combines the votes on one object.
+/// Dynamic with at least `min_count` dynamic votes, which are at least `min_share`
+/// of the known votes.
+/// Otherwise static with at least `min_count` known votes, else unknown.
 constexpr Vote vote_object(int dynamic, int fixed, int min_count, double min_share) {
   const int known = dynamic + fixed;
   if (dynamic > 0 && dynamic >= min_count && dynamic >= min_share * known - 1e-9) return Vote::Dynamic;
   return known > 0 && known >= min_count ? Vote::Static : Vote::Unknown;
 }
 
-/// What a later stage of a sequence adds to what is known: it speaks where it has an opinion, and dynamic
-/// stays.
+/// Merges the vote of a later stage of a sequence into the earlier one.
+/// A known vote replaces the earlier one, except that dynamic is final.
 ///
 ///     then     | Static   Unknown  Dynamic   (later)
 ///     Static   | Static   Static   Dynamic

@@ -9,15 +9,16 @@
 
 namespace dynfilter {
 
-/// `sequence`: stages in turn; each judges what the earlier ones did not reject, and fits its models without
-/// the features that they suspect (vote_then()).
+/// `sequence`: runs stages in order (vote_then()).
+/// Each stage judges the features that earlier ones did not reject.
+/// It fits its models without the features that they suspect.
 class SequenceStage final : public Combinator {
  public:
   static constexpr const char* kName = "sequence";
   static constexpr const char* kSummary =
-      "in turn: each judges what the earlier ones kept, models fitted without suspects";
+      "runs stages in order; each judges the survivors and fits models without suspects";
   static constexpr const char* kDynamic =
-      "when one stage says so; later stages judge the survivors and fit without the suspects";
+      "if one stage votes dynamic; later stages judge the survivors and fit without the suspects";
   SequenceStage(std::string path, Stages children)
       : Combinator(kName, std::move(path), std::move(children)) {}
 
@@ -40,12 +41,12 @@ class SequenceStage final : public Combinator {
   }
 };
 
-/// `any`: dynamic if one member says so (vote_or()). A member that was skipped or failed takes no part.
+/// `any`: dynamic if one member votes dynamic (vote_or()). Skipped or failed members do not count.
 class AnyStage final : public Combinator {
  public:
   static constexpr const char* kName = "any";
-  static constexpr const char* kSummary = "dynamic if one member says so";
-  static constexpr const char* kDynamic = "when one member says so";
+  static constexpr const char* kSummary = "dynamic if one member votes dynamic";
+  static constexpr const char* kDynamic = "if one member votes dynamic";
   AnyStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
@@ -67,15 +68,16 @@ class AnyStage final : public Combinator {
   }
 };
 
-/// `all`: dynamic if every member says so (vote_and()). Later members judge only what no earlier one called
-/// static, and what an earlier one called dynamic is kept out of their model fitting. A member that was
-/// skipped or failed leaves everything that is not static unknown.
+/// `all`: dynamic if every member votes dynamic (vote_and()).
+/// Later members judge only features that no earlier member voted static.
+/// They fit their models without the features that an earlier member voted dynamic.
+/// If a member is skipped or fails, all features that are not static are unknown.
 class AllStage final : public Combinator {
  public:
   static constexpr const char* kName = "all";
-  static constexpr const char* kSummary = "dynamic if every member says so";
+  static constexpr const char* kSummary = "dynamic if every member votes dynamic";
   static constexpr const char* kDynamic =
-      "when every member says so; later members judge only what is still in question";
+      "if every member votes dynamic; later members judge only features that are not static yet";
   AllStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
@@ -101,12 +103,12 @@ class AllStage final : public Combinator {
   }
 };
 
-/// `not`: static and dynamic change places (vote_not()).
+/// `not`: exchanges static and dynamic (vote_not()).
 class NotStage final : public Combinator {
  public:
   static constexpr const char* kName = "not";
-  static constexpr const char* kSummary = "static and dynamic change places";
-  static constexpr const char* kDynamic = "when the stage says static";
+  static constexpr const char* kSummary = "exchanges static and dynamic";
+  static constexpr const char* kDynamic = "if the stage votes static";
   NotStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
@@ -119,14 +121,15 @@ class NotStage final : public Combinator {
   }
 };
 
-/// `strict`: what the member cannot clear is dynamic (vote_strict()). For suspects: guilty until proven
-/// static, be it that flow lost them or that there is no earlier frame yet.
+/// `strict`: turns unknown into dynamic (vote_strict()).
+/// Use it for suspects, which are then dynamic unless the stage votes static.
+/// Unknown means, for example, that flow failed or that there is no earlier frame.
 class StrictStage final : public Combinator {
  public:
   static constexpr const char* kName = "strict";
   static constexpr const char* kSummary =
-      "guilty until proven static: what the stage cannot clear is dynamic";
-  static constexpr const char* kDynamic = "unless the stage says static";
+      "unknown becomes dynamic: only features that the stage votes static are kept";
+  static constexpr const char* kDynamic = "unless the stage votes static";
   StrictStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:

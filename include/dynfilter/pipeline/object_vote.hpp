@@ -25,29 +25,31 @@ struct ObjectVoteParams {
       FieldTable<P> all;
       include_fields(all, &P::region);
       all.push_back(integer("min_count", &P::min_count, "features", {1, 100000},
-                            "so many votes are needed to judge an object"));
-      all.push_back(real("min_share", &P::min_share, "", {0, 1},
-                         "an object is dynamic when this share of its votes is; unknown ones do not count"));
-      all.push_back(choice("others", &P::others,
-                           {{"keep", OtherFeatures::Keep}, {"drop", OtherFeatures::Drop}},
-                           "features of no object: keep the stage's vote, or drop it (unknown)"));
+                            "smallest number of votes that judge an object"));
+      all.push_back(
+          real("min_share", &P::min_share, "", {0, 1},
+               "smallest share of dynamic votes, unknown ones excluded, that makes an object dynamic"));
+      all.push_back(
+          choice("others", &P::others, {{"keep", OtherFeatures::Keep}, {"drop", OtherFeatures::Drop}},
+                 "for features of no object, keep uses the stage's vote and drop makes it unknown"));
       return all;
     }();
     return table;
   }
 };
 
-/// `object_vote`: the stage judges features; each object (a box, an instance mask, a mask or its connected
-/// parts) is judged by the votes on and near it (vote_object()), and its features follow. A feature of
-/// several objects is dynamic if one of them is. Features of no object, and of objects that nobody could
-/// judge, keep the stage's vote or lose it.
+/// `object_vote`: decides for whole objects.
+/// An object is a box, an instance mask, a mask or one of its connected components.
+/// The stage's votes on and near an object decide for all its features (vote_object()).
+/// A feature of several objects is dynamic if one of them is.
+/// `others` sets the vote of features of no object, and of objects that cannot be judged.
 class ObjectVoteStage final : public Combinator {
  public:
   using Params = ObjectVoteParams;
   static constexpr const char* kName = "object_vote";
-  static constexpr const char* kSummary = "the votes on an object's features decide for all of them";
+  static constexpr const char* kSummary = "the stage's votes on an object decide for all its features";
   static constexpr const char* kDynamic =
-      "when its object is: at least `min_count` votes and `min_share` of those on the object say so";
+      "if its object is: at least `min_count` votes, of which `min_share` are dynamic";
 
   ObjectVoteStage(std::string path, Stages children, Params params = Params())
       : Combinator(kName, std::move(path), std::move(children)), params_(std::move(params)) {

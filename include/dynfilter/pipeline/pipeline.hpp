@@ -21,24 +21,26 @@ struct PipelineParams {
   static const FieldTable<PipelineParams>& fields() {
     static const FieldTable<PipelineParams> table{
         real("max_time_gap_s", &PipelineParams::max_time_gap_s, "s", {0, 1e9},
-             "a longer gap between two frames, or time going back, resets the pipeline"),
+             "longest time between two frames; a longer gap, or time going backwards, resets the pipeline"),
     };
     return table;
   }
 };
 
-/// Everything a pipeline is made of. Built in C++ (pipeline/compose.hpp) or from YAML (pipeline/yaml.hpp).
+/// All parts of a pipeline.
+/// pipeline/compose.hpp creates them in C++, pipeline/yaml.hpp from YAML.
 struct PipelineConfig {
   std::string name = "pipeline";
   PipelineParams params;
   ContextParams context;
   FloorParams floor;
   InitialisationParams initialisation;
-  std::unique_ptr<Stage> before_pose, after_pose, at_keyframe;  ///< null: nothing is judged there
+  /// Null: no stage at this call point.
+  std::unique_ptr<Stage> before_pose, after_pose, at_keyframe;
 };
 
-/// Judges the features of one camera stream. Not for several threads at once. Steady state allocates nothing
-/// that scales with the image.
+/// Judges the features of one camera stream. Not thread-safe.
+/// The steady state allocates nothing that scales with the image.
 class Pipeline {
  public:
   explicit Pipeline(PipelineConfig config)
@@ -53,11 +55,12 @@ class Pipeline {
     context_.set_semantics((needs().optional & (Input::Detections | Input::Mask)) != Input::None);
   }
 
-  /// Features are extracted, the pose is at most predicted. The verdict lives until the next call.
+  /// Call when features are extracted and the pose is at most predicted.
+  /// The verdict is valid until the next call.
   const Verdict& before_pose(const FrameView& frame) { return process(frame, CallPoint::BeforePose); }
-  /// A first pose is estimated and map points are matched.
+  /// Call when a first pose is estimated and map points are matched.
   const Verdict& after_pose(const FrameView& frame) { return process(frame, CallPoint::AfterPose); }
-  /// The frame becomes a keyframe: verdicts are per map point too.
+  /// Call when the frame becomes a keyframe. Verdicts are then also per map point.
   const Verdict& at_keyframe(const FrameView& frame) { return process(frame, CallPoint::AtKeyframe); }
 
   const Verdict& process(const FrameView& frame, CallPoint call_point) {
@@ -75,7 +78,8 @@ class Pipeline {
     return verdict_;
   }
 
-  /// Forgets all earlier frames: on loss of tracking, relocalisation, or another scene.
+  /// Discards all earlier frames.
+  /// Call it on loss of tracking, after relocalisation or at a new scene.
   void reset() {
     context_.reset();
     for (const CallPoint point : kCallPoints)
@@ -84,7 +88,7 @@ class Pipeline {
     last_id_.reset();
   }
 
-  /// Tells a refined pose of a frame that was judged before; ignored when the frame is no longer kept.
+  /// Sets the refined pose of an earlier frame. Ignored if the frame is no longer kept.
   void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) {
     context_.update_pose(frame_id, T_world_camera, provenance);
   }
@@ -114,7 +118,7 @@ class Pipeline {
   }
 
   Verdict begin(const FrameView& frame, CallPoint call_point) {
-    Verdict verdict = std::move(verdict_);  // its memory is reused
+    Verdict verdict = std::move(verdict_);  // reuses its memory
     verdict.report = FrameReport();
     verdict.report.frame_id = frame.id;
     verdict.report.call_point = call_point;

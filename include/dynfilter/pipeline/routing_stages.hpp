@@ -8,14 +8,15 @@
 
 namespace dynfilter {
 
-/// `gate`: `then` judges the features that `if` calls dynamic, `else` (when given) those that it calls
-/// static; the rest stays unknown. What the gate decides is who judges, never the vote.
+/// `gate`: `then` judges the features that `if` votes dynamic.
+/// `else`, if given, judges those that it votes static. All others are unknown.
+/// `if` only selects the judging stage; its vote is not used.
 class GateStage final : public Combinator {
  public:
   static constexpr const char* kName = "gate";
-  static constexpr const char* kSummary = "`if` decides who judges a feature; `else` may be left out";
+  static constexpr const char* kSummary = "`if` selects the stage that judges a feature; `else` is optional";
   static constexpr const char* kDynamic =
-      "as `then` says where `if` says dynamic, as `else` says where it says static";
+      "where `if` and `then` vote dynamic, or `if` votes static and `else` dynamic";
   GateStage(std::string path, Stages if_then_else)
       : Combinator(kName, std::move(path), std::move(if_then_else)) {}
 
@@ -39,14 +40,15 @@ class GateStage final : public Combinator {
   Judgement gate_;
 };
 
-/// `by_region`: `inside` judges the prior suspects of earlier stages, `outside` the others: the same filter
-/// with two thresholds, usually. Models that both need are computed once.
+/// `by_region`: `inside` judges the prior suspects of earlier stages, `outside` the others.
+/// Typically both are the same filter with different thresholds.
+/// Models that both need are computed once.
 class ByRegionStage final : public Combinator {
  public:
   static constexpr const char* kName = "by_region";
   static constexpr const char* kSummary = "prior suspects are judged by `inside`, the others by `outside`";
   static constexpr const char* kDynamic =
-      "as `inside` says for prior suspects, as `outside` says for the others";
+      "if it is a prior suspect and `inside` votes dynamic, or another feature and `outside` does";
   ByRegionStage(std::string path, Stages inside_outside)
       : Combinator(kName, std::move(path), std::move(inside_outside)) {}
 

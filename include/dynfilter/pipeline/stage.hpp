@@ -16,9 +16,10 @@
 
 namespace dynfilter {
 
-/// A node of a pipeline: a filter or a combinator of nodes. judge() wraps what every node needs: skip on
-/// missing inputs, exceptions caught and named, time, counts, and votes only on the features that are to be
-/// judged here.
+/// A node of a pipeline: a filter, or a combinator of nodes.
+/// judge() implements what all nodes share.
+/// It skips a stage without its inputs, catches exceptions and measures time.
+/// It counts votes, and it restricts them to the features that the stage may judge.
 class Stage {
  public:
   Stage(std::string name, std::string path) : name_(std::move(name)), path_(std::move(path)) {}
@@ -30,7 +31,7 @@ class Stage {
   const std::string& path() const { return path_; }
   virtual Needs needs() const = 0;
   virtual void reset() = 0;
-  /// Calls `visit` on this node and all below, in the order of the file.
+  /// Calls `visit` on this node and all nodes below, in file order.
   virtual void for_each(const std::function<void(const Stage&, int depth)>& visit, int depth = 0) const {
     visit(*this, depth);
   }
@@ -54,7 +55,7 @@ class Stage {
   }
 
  protected:
-  /// Fills `out`, which comes in as all Unknown. `self` is this node's place in `reports`.
+  /// Fills `out`, which is all Unknown on entry. `self` is the index of this node in `reports`.
   virtual void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
                       Judgement& out) = 0;
 

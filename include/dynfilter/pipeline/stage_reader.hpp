@@ -15,25 +15,25 @@ namespace dynfilter {
 
 class StageReader;
 
-/// A combinator, for `dynfilter filters` and the docs.
+/// Description of a combinator for `dynfilter filters` and the docs.
 struct CombinatorCard {
   std::string name;
-  std::string form;     ///< how it is written, after `name: `
-  std::string summary;  ///< in a line
+  std::string form;     ///< notation after `name: `
+  std::string summary;  ///< one line
   std::string dynamic;  ///< "a feature is dynamic ..."
   std::vector<FieldInfo> parameters;
 };
 
-/// What a pipeline file may name besides filters.
+/// A combinator that a pipeline file may name.
 struct CombinatorEntry {
   CombinatorCard card;
   std::function<std::unique_ptr<Stage>(const YamlNode& value, const StageReader& reader)> make;
 };
 
-/// Builds the tree of stages that a YAML node describes; every error names its path.
+/// Builds the tree of stages that a YAML node describes. Every error names its path.
 class StageReader {
  public:
-  /// Of one call point: the reasons of a verdict have a bit for each of them.
+  /// Largest number of stages at one call point. A verdict's reasons have one bit for each.
   static constexpr int kMaxStages = 64;
 
   StageReader(const Registry& registry, const std::vector<CombinatorEntry>& combinators)
@@ -47,7 +47,7 @@ class StageReader {
     if (entries.size() != 1) node.fail("expected one stage, `name` or `name: { parameters }`");
     return named(entries[0].first, entries[0].second);
   }
-  /// A list with one stage at least.
+  /// A list with at least one stage.
   Stages stages(const YamlNode& node) const {
     Stages result;
     for (const YamlNode& item : node.items()) result.push_back(stage(item));
@@ -71,7 +71,7 @@ class StageReader {
         node.fail("expected the key `" + known[k] + "`");
     return result;
   }
-  /// The node under a key that must be there, among others.
+  /// The value of a required key. Other keys are allowed.
   static YamlNode required(const YamlNode& node, const std::string& key) {
     const auto value = find(node.entries(), key);
     if (!value) node.fail("expected the key `" + key + "`");
@@ -103,7 +103,7 @@ class StageReader {
 
   const Registry& registry_;
   const std::vector<CombinatorEntry>& combinators_;
-  mutable int stages_ = 0;  ///< made so far
+  mutable int stages_ = 0;  ///< created until now
 };
 
 }  // namespace dynfilter

@@ -24,28 +24,32 @@ struct TemporalParams {
   static const FieldTable<TemporalParams>& fields() {
     using P = TemporalParams;
     static const FieldTable<P> table{
-        real("reliability", &P::reliability, "", {0.5, 0.999}, "how often the stage is right"),
+        real("reliability", &P::reliability, "", {0.5, 0.999}, "probability that the stage's vote is right"),
         real("memory", &P::memory, "", {0, 1},
-             "share of the log-odds that the next frame takes over; 1: nothing is forgotten"),
+             "share of the log-odds that is kept to the next frame; 1: no forgetting"),
         real("threshold", &P::threshold, "", {0.01, 0.99}, "dynamic above this belief, static below"),
         integer("forget_frames", &P::forget_frames, "frames", {1, 1000000},
-                "map points that were not seen for so long start again"),
+                "frames without an observation after which a map point is forgotten"),
     };
     return table;
   }
 };
 
-/// `temporal`: a belief per map point where the host names them, else per track (context/feature_tracks.hpp),
-/// fed by the stage's votes with Bayes' rule,
-///   log b/(1-b) <- memory * log b/(1-b) +- log r/(1-r),
-/// + for dynamic, - for static, nothing for unknown, r = reliability. One stray vote does not decide, and a
-/// feature that the stage cannot judge keeps what its past says. A feature without any belief is unknown.
+/// `temporal`: a belief per map point if the host provides them,
+/// else per track (context/feature_tracks.hpp).
+/// The stage's votes update it with Bayes' rule:
+///   log b/(1-b) <- memory * log b/(1-b) +- log r/(1-r).
+/// The last term is added for dynamic, subtracted for static and omitted for unknown.
+/// r is the reliability.
+/// A single wrong vote does not decide.
+/// A feature that the stage cannot judge is judged by its earlier votes.
+/// A feature without a belief is unknown.
 class TemporalStage final : public Combinator {
  public:
   using Params = TemporalParams;
   static constexpr const char* kName = "temporal";
-  static constexpr const char* kSummary = "a belief per track or map point, fed by the stage's votes";
-  static constexpr const char* kDynamic = "when the belief is above the threshold";
+  static constexpr const char* kSummary = "a belief per track or map point, updated by the stage's votes";
+  static constexpr const char* kDynamic = "if the belief is above the threshold";
 
   TemporalStage(std::string path, Stages children, Params params = Params())
       : Combinator(kName, std::move(path), std::move(children)), params_(params) {
@@ -87,7 +91,8 @@ class TemporalStage final : public Combinator {
   }
 
  private:
-  static constexpr double kMostLogOdds = 8, kRounding = 1e-9;  // no belief is beyond recall
+  // So that later votes can still change any belief.
+  static constexpr double kMostLogOdds = 8, kRounding = 1e-9;
   struct Point {
     double odds = 0;
     std::int64_t seen = 0;

@@ -18,27 +18,31 @@ struct VoteParams {
   static const FieldTable<VoteParams>& fields() {
     using P = VoteParams;
     static const FieldTable<P> table{
-        real("min_votes", &P::min_votes, "votes", {0, 1e6}, "so much weight must say dynamic; 0: by share"),
+        real("min_votes", &P::min_votes, "votes", {0, 1e6},
+             "smallest weight of dynamic votes; 0: use min_share"),
         real("min_share", &P::min_share, "", {0, 1},
-             "without min_votes: so large a share of the weight of those that take part"),
-        reals("weights", &P::weights, "votes", {0, 1e6}, "one per member; none: 1 each"),
+             "smallest share of dynamic weight among participating members, if min_votes is 0"),
+        reals("weights", &P::weights, "votes", {0, 1e6}, "one weight per member; empty: 1 each"),
     };
     return table;
   }
 };
 
-/// `vote`: dynamic when enough members say so, counted or weighted (vote_count()). 1 of n is `any`, n of n is
-/// `all`, though the members do not see each other. A member that was skipped or failed takes no part in a
-/// share, and says unknown where votes are counted.
+/// `vote`: dynamic if enough members vote dynamic, counted or weighted (vote_count()).
+/// For 1 of n it equals `any`.
+/// For n of n it corresponds to `all`, but members do not know each other's votes.
+/// A skipped or failed member is excluded from a share.
+/// If votes are counted, it counts as unknown.
 class VoteStage final : public Combinator {
  public:
   using Params = VoteParams;
   static constexpr const char* kName = "vote";
-  static constexpr const char* kSummary = "dynamic if enough members say so: k of n, a share, with weights";
+  static constexpr const char* kSummary =
+      "dynamic if enough members vote dynamic: k of n, a share, or weighted";
   static constexpr const char* kDynamic =
-      "when members of enough weight say so; static when the others could not reach that any more";
+      "if the members that vote dynamic have enough weight; static if that is impossible";
 
-  /// Throws ConfigError when there are weights, but not one per member.
+  /// Throws ConfigError if weights are given, but not one per member.
   VoteStage(std::string path, Stages children, Params params = Params())
       : Combinator(kName, std::move(path), std::move(children)), params_(std::move(params)) {
     check_parameters(params_, this->path());

@@ -15,7 +15,7 @@ namespace dynfilter {
 namespace detail {
 
 inline std::unique_ptr<Stage> read_call_point(const YamlNode& node, const Registry& registry) {
-  // A call point without stages is written as an empty list.
+  // An empty list means a call point without stages.
   if (node.is_none() || (node.is_sequence() && node.items().empty())) return nullptr;
   return StageReader(registry, combinator_table()).stage(node);
 }
@@ -54,8 +54,8 @@ inline PipelineConfig read_pipeline(const YamlNode& node, const Registry& regist
   return config;
 }
 
-/// Reads a pipeline from a document that holds a `pipeline:` map among other things (an ORB-SLAM settings
-/// file, say).
+/// Reads a pipeline from a document with a `pipeline:` map.
+/// Other content is ignored, so the document may be an ORB-SLAM settings file.
 inline PipelineConfig read_pipeline(const YamlDocument& document, const Registry& registry) {
   const auto node = document.root().find("pipeline");
   if (!node) throw ConfigError(document.source(), "expected the key `pipeline`");
