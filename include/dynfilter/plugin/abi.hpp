@@ -16,15 +16,16 @@
 
 namespace dynfilter {
 
-/// Grows by one whenever a boundary type or the meaning of a call changes, even where no size does.
+/// Increases by one when a boundary type or the meaning of a call changes, even if no size changes.
 inline constexpr std::uint32_t kAbiNumber = 2;
 
-/// What the host and a plugin must agree on before one may call C++ code of the other. Plain 32-bit numbers:
-/// readable whatever the other side was built with. `tag_bytes` stays first for ever.
+/// What the host and a plugin must agree on before they call each other's C++ code.
+/// Plain 32-bit numbers are readable regardless of how the other side was built.
+/// `tag_bytes` always remains the first field.
 struct AbiTag {
   std::uint32_t tag_bytes;
   std::uint32_t abi_number;
-  std::uint32_t cxx11_abi;  ///< _GLIBCXX_USE_CXX11_ABI: which std::string
+  std::uint32_t cxx11_abi;  ///< _GLIBCXX_USE_CXX11_ABI, which selects the std::string type
   std::uint32_t pointer_bytes, string_bytes, vector_bytes;
   std::uint32_t eigen_world, eigen_major, eigen_minor, eigen_max_align_bytes;
   std::uint32_t opencv_major, opencv_minor;
@@ -46,7 +47,7 @@ constexpr std::uint32_t bytes_of() {
 
 }  // namespace detail
 
-/// The tag of the code that this header is compiled into.
+/// The tag of the code that includes this header.
 constexpr AbiTag abi_tag() {
   using detail::bytes_of;
   AbiTag tag{};
@@ -94,13 +95,13 @@ constexpr AbiTag abi_tag() {
   return tag;
 }
 
-/// A field of the tag under the name that errors use.
+/// A field of the tag with its name in error messages.
 struct AbiField {
   const char* name;
   std::uint32_t AbiTag::*value;
 };
 
-/// In the order of comparison; the first that differs is reported.
+/// In order of comparison. Errors report the first difference.
 inline constexpr AbiField kAbiFields[] = {
     {"size of the ABI tag", &AbiTag::tag_bytes},
     {"ABI number", &AbiTag::abi_number},
@@ -145,17 +146,19 @@ inline constexpr AbiField kAbiFields[] = {
 static_assert(sizeof(kAbiFields) / sizeof(kAbiFields[0]) == sizeof(AbiTag) / sizeof(std::uint32_t),
               "every field of the tag is compared");
 
-/// The first field in which the two differ, or nullptr. Reads nothing of `theirs` beyond its first field when
-/// the sizes differ.
+/// The first field that differs, or nullptr.
+/// If the sizes differ, only the first field of `theirs` is read.
 inline const AbiField* first_difference(const AbiTag& ours, const AbiTag& theirs) {
   for (const AbiField& field : kAbiFields)
     if (ours.*field.value != theirs.*field.value) return &field;
   return nullptr;
 }
 
-/// The functions of a plugin, by their C names: the tag, and one or both of the others.
+/// The functions of a plugin by their C names.
+/// The tag function is required, and at least one of the others.
 using PluginTagFunction = const AbiTag* (*)();
-/// Returns 0, or writes why not to `error` (at most `error_bytes`, terminated) and returns another number.
+/// Returns 0, or another number and the reason in `error`.
+/// The reason is terminated and at most `error_bytes` long.
 using PluginRegisterFunction = int (*)(Registry* registry, char* error, std::size_t error_bytes);
 using PluginProvidersFunction = int (*)(ProviderRegistry* registry, char* error, std::size_t error_bytes);
 inline constexpr const char* kPluginTagSymbol = "dynfilter_plugin_tag";

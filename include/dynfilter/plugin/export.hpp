@@ -13,16 +13,19 @@
   }                                                                          \
   static_assert(true, "takes the semicolon")
 
-/// Makes a loadable module export its filters: one line in one source file, outside every namespace.
+/// Exports filters from a loadable module.
+/// Write this line in one source file, outside all namespaces:
 ///     DYNFILTER_EXPORT_FILTERS(mine::MyFilter, mine::OtherFilter);
 #define DYNFILTER_EXPORT_FILTERS(...) \
   DYNFILTER_PLUGIN_TAG();             \
   DYNFILTER_REGISTER_FILTERS(__VA_ARGS__)
 
-/// The same for providers of boxes and masks (semantic/provider.hpp).
+/// The same for providers of boxes and masks (semantic/provider.hpp):
 ///     DYNFILTER_EXPORT_PROVIDERS(mine::MyDetector);
-/// A module with both kinds writes DYNFILTER_PLUGIN_TAG(); DYNFILTER_REGISTER_FILTERS(...); and
-/// DYNFILTER_REGISTER_PROVIDERS(...); instead.
+/// A module with both kinds instead writes
+///     DYNFILTER_PLUGIN_TAG();
+///     DYNFILTER_REGISTER_FILTERS(...);
+///     DYNFILTER_REGISTER_PROVIDERS(...);
 #define DYNFILTER_EXPORT_PROVIDERS(...) \
   DYNFILTER_PLUGIN_TAG();               \
   DYNFILTER_REGISTER_PROVIDERS(__VA_ARGS__)

@@ -16,12 +16,13 @@
 namespace dynfilter {
 namespace detail {
 
-/// Never closed: objects, code and type information of a plugin may be in use until the process ends.
+/// Opens a module and never closes it.
+/// Objects, code and type information of a plugin may be in use until the process ends.
 inline void* open_module(const std::filesystem::path& file) {
   std::error_code failed;
   if (!std::filesystem::is_regular_file(file, failed))
     throw PluginError(file.string() + ": no such plugin file");
-  // An absolute path, because dlopen would look a bare name up in the system's folders.
+  // dlopen searches a bare name in the system folders, so the path is absolute.
   void* module =
       dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);  // NOLINT
   if (module == nullptr) {
@@ -49,8 +50,8 @@ inline void check_tag(const AbiTag* theirs, const std::filesystem::path& file) {
                       std::to_string(ours.*field->value) + "; build it again beside this program");
 }
 
-/// What the module registers, gathered apart so that a failure half-way leaves no trace; nothing when it does
-/// not have the function.
+/// Collects what the module registers, so that a partial failure has no effect.
+/// Empty if the module does not have the function.
 template <class R>
 R registered_by(void* module, const char* symbol, const std::filesystem::path& file) {
   R found;
@@ -63,7 +64,7 @@ R registered_by(void* module, const char* symbol, const std::filesystem::path& f
   return found;
 }
 
-/// `known` and what is found, or PluginError for a name that is taken.
+/// Merges `known` and `found`. Throws PluginError if a name is taken.
 template <class R>
 R extended_by(const R& known, const R& found, const char* kind, const std::filesystem::path& file) {
   R extended = known;
@@ -83,11 +84,12 @@ inline void* open_plugin(const std::filesystem::path& file) {
 
 }  // namespace detail
 
-/// Loads a plugin and adds its filters to `registry`; returns their names. Loading executes code of the file:
-/// load only what you trust. The plugin's ABI tag is compared before any of its C++ functions is called, and
-/// the file is never unloaded. Throws PluginError, which names the file and the reason (missing, not a
-/// library, not a plugin, built for another ABI, registration failed, a name that is taken), and then leaves
-/// `registry` as it was.
+/// Loads a plugin, adds its filters to `registry` and returns their names.
+/// Loading executes code of the file, so load only files that you trust.
+/// The ABI tag is compared before any C++ function of the plugin is called.
+/// The file is never unloaded.
+/// Throws PluginError with the file and the reason, and then does not change `registry`.
+/// Reasons: missing, not a library, not a plugin, different ABI, registration failed, name taken.
 inline std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry) {
   void* module = detail::open_plugin(file);
   detail::function_of<PluginRegisterFunction>(module, kPluginRegisterSymbol, file);
@@ -96,7 +98,7 @@ inline std::vector<std::string> load_plugin(const std::filesystem::path& file, R
   return found.names();
 }
 
-/// The same for a plugin that adds filters, providers of boxes and masks, or both; returns all names.
+/// The same for plugins with filters, providers of boxes and masks, or both. Returns all names.
 inline std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry,
                                             ProviderRegistry& providers) {
   void* module = detail::open_plugin(file);
@@ -112,8 +114,8 @@ inline std::vector<std::string> load_plugin(const std::filesystem::path& file, R
   return names;
 }
 
-/// Loads every *.so of a folder, in the order of their names, not of its subfolders; returns the names of the
-/// filters. All or nothing: when one of them throws, `registry` is as it was. Nothing else scans folders.
+/// Loads every *.so of a folder in name order, without subfolders. Returns the filters' names.
+/// If one of them throws, `registry` does not change. Nothing else scans folders.
 inline std::vector<std::string> load_plugin_directory(const std::filesystem::path& folder,
                                                       Registry& registry) {
   std::error_code failed;

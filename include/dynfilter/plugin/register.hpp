@@ -15,7 +15,7 @@ inline void copy_message(const char* text, char* out, std::size_t out_bytes) noe
   out[out_bytes - 1] = '\0';
 }
 
-/// No exception leaves a plugin: what went wrong is handed back as text.
+/// No exception leaves a plugin. Errors are returned as text.
 template <class... Added, class R>
 int register_in(R* registry, char* error, std::size_t error_bytes) noexcept {
   try {
@@ -31,7 +31,8 @@ int register_in(R* registry, char* error, std::size_t error_bytes) noexcept {
 
 }  // namespace dynfilter::detail
 
-/// A plugin has at least one of these two functions beside its tag; plugin/export.hpp makes them.
+/// A plugin has its tag and at least one of these two functions.
+/// plugin/export.hpp generates them.
 #define DYNFILTER_REGISTER_FILTERS(...)                                               \
   extern "C" __attribute__((visibility("default"))) int dynfilter_plugin_register(    \
       dynfilter::Registry* registry, char* error, std::size_t error_bytes) noexcept { \
