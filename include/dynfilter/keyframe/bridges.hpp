@@ -9,8 +9,8 @@ namespace dynfilter {
 
 namespace detail {
 
-/// The vertices between the part `from` of `set` and the nearest other part, by breadth-first search through
-/// the rest of the graph; empty when there is no way.
+/// The vertices between part `from` of `set` and the nearest other part.
+/// Breadth-first search through the rest of the graph. Empty if no path exists.
 inline std::vector<Graph::Vertex> way_to_another_part(const Graph& graph, const std::vector<int>& part,
                                                       int from) {
   constexpr Graph::Vertex kNone = ~Graph::Vertex{0};
@@ -37,9 +37,11 @@ inline std::vector<Graph::Vertex> way_to_another_part(const Graph& graph, const 
 
 }  // namespace detail
 
-/// Adds vertices to `set` until any two of its vertices that the graph connects are connected within it:
-/// shortest ways from the part that holds the lowest vertex of each component to the next part (Zhou et al.
-/// sec. 3.2.1). The added ones, in the order in which they were added.
+/// Adds vertices until any two vertices of `set` that the graph connects
+/// are connected within `set`.
+/// Uses shortest paths from the part with the lowest vertex of each component to the next part
+/// (Zhou et al. sec. 3.2.1).
+/// Returns the added vertices in order of addition.
 inline std::vector<Graph::Vertex> add_bridges(const Graph& graph, VertexSet& set) {
   std::vector<Graph::Vertex> bridges;
   for (bool joined = true; joined;) {

@@ -10,8 +10,9 @@
 
 namespace dynfilter {
 
-/// Two frames are joined when they share at least `min_shared` points, and at least `min_share` of the points
-/// of the one that sees fewer. The lists ascending; n^2 merges.
+/// Connects two frames that share at least `min_shared` points.
+/// They must also share at least `min_share` of the smaller point list.
+/// The lists are ascending. Cost: n^2 merges.
 inline Graph covisibility_graph(const std::vector<const std::vector<std::int64_t>*>& points,
                                 std::size_t min_shared, double min_share = 0) {
   Graph graph(points.size());

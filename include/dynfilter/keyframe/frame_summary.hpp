@@ -11,27 +11,28 @@
 
 namespace dynfilter {
 
-/// What a keyframe selector wants to know of a tracked frame. Selectors copy what they keep.
+/// What a keyframe selector reads of a tracked frame. Selectors copy what they keep.
 struct FrameSummary {
-  std::int64_t id = -1;              ///< grows from frame to frame
-  double timestamp_s = 0;            ///< grows from frame to frame
-  Pose T_world_camera;               ///< metres
-  cv::Size image_px;                 ///< zero: unknown, then features count as evenly spread nowhere
-  std::vector<std::int64_t> points;  ///< static map points that the frame sees; negative: none, in any order
-  std::vector<cv::Point2f> pixels;   ///< where its static features are [px]
-  int dynamic_features = 0;          ///< how many features were rejected as moving
+  std::int64_t id = -1;    ///< increases from frame to frame
+  double timestamp_s = 0;  ///< increases from frame to frame
+  Pose T_world_camera;     ///< translation in metres
+  cv::Size image_px;       ///< empty: unknown; the spread of features then counts as 0
+  /// Static map points observed by the frame, in any order; negative: no map point.
+  std::vector<std::int64_t> points;
+  std::vector<cv::Point2f> pixels;  ///< positions of its static features [px]
+  int dynamic_features = 0;         ///< number of features rejected as moving
 };
 
-/// Why a frame became a keyframe.
+/// Reason for a keyframe.
 enum class KeyframeReason {
   First,        ///< the first frame
-  Gap,          ///< too many frames since the last one
-  FewShared,    ///< too few of the last one's points are still seen
-  Moved,        ///< far from the last one
+  Gap,          ///< too many frames since the last keyframe
+  FewShared,    ///< too few points of the last keyframe are still visible
+  Moved,        ///< far from the last keyframe
   Cover,        ///< in the vertex cover
-  Isolated,     ///< shares too little with any other to have an edge
-  Bridge,       ///< joins parts
-  Replacement,  ///< a cleaner neighbour of a frame with too many dynamic features
+  Isolated,     ///< has no edge, because it shares too little with any other frame
+  Bridge,       ///< connects parts
+  Replacement,  ///< cleaner neighbour of a frame with too many dynamic features
 };
 
 constexpr const char* to_string(KeyframeReason reason) {
@@ -60,11 +61,11 @@ struct SelectedFrame {
   std::int64_t id = -1;
   double timestamp_s = 0;
   KeyframeReason reason = KeyframeReason::First;
-  /// More dynamic features than allowed: use it, but cut out what moves with more care than elsewhere.
+  /// More dynamic features than allowed. Map it, but remove moving objects more strictly.
   bool cut_dynamic = false;
 };
 
-/// How far apart two cameras are.
+/// Distance between two camera poses.
 struct PoseDifference {
   double translation_m = 0, rotation_deg = 0;
 };
@@ -75,7 +76,7 @@ inline PoseDifference difference(const Pose& a, const Pose& b) {
   return {(a.t() - b.t()).norm(), std::acos(cosine) * 180 / 3.14159265358979323846};
 }
 
-/// Ascending, each once, without the negative ones.
+/// Ascending, without duplicates and negative ids.
 inline std::vector<std::int64_t> sorted_points(std::vector<std::int64_t> points) {
   points.erase(std::remove_if(points.begin(), points.end(), [](std::int64_t p) { return p < 0; }),
                points.end());
@@ -84,7 +85,7 @@ inline std::vector<std::int64_t> sorted_points(std::vector<std::int64_t> points)
   return points;
 }
 
-/// How many ids two ascending lists share. Linear.
+/// Number of ids that two ascending lists share. Linear.
 inline std::size_t shared_points(const std::vector<std::int64_t>& a, const std::vector<std::int64_t>& b) {
   std::size_t shared = 0;
   for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
@@ -96,8 +97,9 @@ inline std::size_t shared_points(const std::vector<std::int64_t>& a, const std::
   return shared;
 }
 
-/// The share of the cells of a `columns` x `rows` grid over the image that hold a feature, in [0, 1].
-/// Features outside the image and NaN count for nothing; without an image size 0.
+/// Share of the cells of a `columns` x `rows` grid over the image that contain a feature.
+/// In [0, 1].
+/// Ignores NaN and features outside the image. 0 without an image size.
 inline double occupied_share(const FrameSummary& frame, int columns, int rows) {
   if (frame.image_px.width <= 0 || frame.image_px.height <= 0) return 0;
   std::vector<std::uint8_t> cells(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0);

@@ -8,7 +8,7 @@
 
 namespace dynfilter {
 
-/// An undirected graph on vertices 0 .. size() - 1 without loops; an edge is there once.
+/// An undirected graph on vertices 0 .. size() - 1 without loops and multiple edges.
 class Graph {
  public:
   using Vertex = std::uint32_t;
@@ -25,7 +25,7 @@ class Graph {
     return std::binary_search(neighbours_[a].begin(), neighbours_[a].end(), b);
   }
 
-  /// Does nothing for a loop and for an edge that is there.
+  /// Ignores loops and existing edges.
   void connect(Vertex a, Vertex b) {
     if (a == b || connected(a, b)) return;
     insert(a, b);
@@ -43,15 +43,15 @@ class Graph {
   std::size_t edges_ = 0;
 };
 
-/// A set of vertices as a flag per vertex.
+/// A set of vertices with one flag per vertex.
 using VertexSet = std::vector<std::uint8_t>;
 
 inline std::size_t count(const VertexSet& set) {
   return static_cast<std::size_t>(std::count(set.begin(), set.end(), std::uint8_t{1}));
 }
 
-/// The number of the connected component of each vertex of `within`, counted from 0 in the order of their
-/// lowest vertices; -1 outside. Linear.
+/// Component number of each vertex of `within`, in the order of the lowest vertices; -1 outside.
+/// Linear.
 inline std::vector<int> components(const Graph& graph, const VertexSet& within) {
   std::vector<int> component(graph.size(), -1);
   std::vector<Graph::Vertex> open;
@@ -78,7 +78,7 @@ inline std::vector<int> components(const Graph& graph) {
   return components(graph, VertexSet(graph.size(), 1));
 }
 
-/// True when any two vertices of `set` that the graph connects are connected within `set`.
+/// True if any two vertices of `set` that the graph connects are connected within `set`.
 inline bool connected_within(const Graph& graph, const VertexSet& set) {
   const std::vector<int> whole = components(graph), inside = components(graph, set);
   std::vector<int> seen(graph.size(), -1);

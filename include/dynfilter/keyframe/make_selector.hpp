@@ -11,14 +11,15 @@
 
 namespace dynfilter {
 
-/// A selector by name with its default parameters. Throws ConfigError that names the known ones.
+/// Creates a selector by name with its default parameters.
+/// Throws ConfigError with the known names.
 inline std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name) {
   if (name == PoseChangeSelector::kName) return std::make_unique<PoseChangeSelector>();
   if (name == VertexCoverSelector::kName) return std::make_unique<VertexCoverSelector>();
   throw ConfigError("", "no keyframe selector `" + name + "`; known: pose_change, vertex_cover");
 }
 
-/// The same with the parameters of a YAML map, or none.
+/// The same with the parameters of a YAML map, or the defaults without one.
 inline std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name,
                                                                 const YamlNode& node) {
   if (node.is_none()) return make_keyframe_selector(name);

@@ -25,30 +25,34 @@ struct PoseChangeParams {
     using P = PoseChangeParams;
     static const FieldTable<P> table{
         real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
-             "this far from the last keyframe is moved"),
-        real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180}, "turned so far is moved, too"),
+             "distance from the last keyframe that counts as motion"),
+        real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
+             "rotation from the last keyframe that counts as motion"),
         flag("require_motion", &P::require_motion,
-             "moving is needed beside the other criteria; false: it is a reason of its own"),
+             "other criteria count only after motion; false: motion alone is a criterion"),
         integer("min_gap_frames", &P::min_gap_frames, "frames", {1, 1000000},
-                "never sooner after the last one"),
-        integer("max_gap_frames", &P::max_gap_frames, "frames", {1, 1000000}, "after so many frames"),
+                "smallest gap between two keyframes"),
+        integer("max_gap_frames", &P::max_gap_frames, "frames", {1, 1000000},
+                "gap after which a frame becomes a keyframe"),
         real("min_shared_share", &P::min_shared_share, "", {0, 1},
-             "when fewer of the last keyframe's points are seen"),
+             "share of the last keyframe's points below which a frame becomes a keyframe"),
         integer("max_dynamic_features", &P::max_dynamic_features, "", {0, 1000000},
-                "a keyframe with more is marked cut_dynamic")};
+                "number of dynamic features above which a keyframe is marked cut_dynamic")};
     return table;
   }
 };
 
-/// DeS-SLAM: the relative pose to the last keyframe beside ORB-SLAM2's criteria (frames since the last one,
-/// share of its points that are still seen). The paper gives neither thresholds nor how they combine: by
-/// default each is enough by itself; with `require_motion` the usual criteria count only once the camera has
-/// moved, which is what saves keyframes. Decides at once.
+/// Keyframe selection of DeS-SLAM: relative pose to the last keyframe, and ORB-SLAM2's criteria.
+/// The latter are frames since the last keyframe and the share of its points that are still visible.
+/// The paper gives no thresholds and no rule to combine them.
+/// By default each criterion alone is sufficient.
+/// With `require_motion` the other criteria count only after camera motion, which saves keyframes.
+/// Decides immediately.
 class PoseChangeSelector final : public KeyframeSelector {
  public:
   static constexpr const char* kName = "pose_change";
 
-  /// Throws ConfigError for a parameter out of range.
+  /// Throws ConfigError if a parameter is out of range.
   explicit PoseChangeSelector(const PoseChangeParams& params = PoseChangeParams()) : params_(params) {
     check_parameters(params_);
   }

@@ -13,24 +13,25 @@
 
 namespace dynfilter {
 
-/// Chooses the frames that a map is built from. Frames go in one by one, keyframes come out, possibly later
-/// and in batches, in the order of their ids. One object per camera stream; deterministic.
+/// Selects the frames that a map is built from.
+/// Frames are added one by one. Keyframes are returned in id order, possibly later and in batches.
+/// Use one object per camera stream. Deterministic.
 ///
 ///     for (const FrameSummary& frame : stream)
 ///       for (const SelectedFrame& key : selector.add(frame)) map(key.id);
 ///     for (const SelectedFrame& key : selector.flush()) map(key.id);
 class KeyframeSelector {
  public:
-  /// Frames that were left out, since there is nothing else to do with them.
+  /// Counts of unusable frames that were skipped.
   struct LeftOut {
     std::size_t bad_pose = 0;   ///< not rigid or not finite
-    std::size_t not_newer = 0;  ///< an id or a time stamp that does not grow
+    std::size_t not_newer = 0;  ///< id or timestamp not larger than before
   };
 
   virtual ~KeyframeSelector() = default;
   virtual std::string name() const = 0;
 
-  /// The keyframes that this frame decides, perhaps none.
+  /// Returns the keyframes that this frame decides, possibly none.
   std::vector<SelectedFrame> add(const FrameSummary& frame) {
     if (!is_rigid(frame.T_world_camera)) return ++left_out_.bad_pose, std::vector<SelectedFrame>();
     if (!std::isfinite(frame.timestamp_s) || (newest_ && !newer(frame)))
@@ -39,11 +40,11 @@ class KeyframeSelector {
     return choose(frame);
   }
 
-  /// At the end of the stream: decides what is still open.
+  /// Call at the end of the stream. Decides all pending frames.
   virtual std::vector<SelectedFrame> flush() { return {}; }
-  /// Frames that may yet become keyframes: whoever maps must keep these, ascending.
+  /// Ids of frames that may still become keyframes, ascending. The mapper must keep these frames.
   virtual std::vector<std::int64_t> pending() const { return {}; }
-  /// Forgets the stream.
+  /// Clears all state.
   void reset() {
     left_out_ = LeftOut();
     newest_.reset();

@@ -11,7 +11,7 @@
 
 namespace dynfilter {
 
-/// True when every edge has an end in `set`.
+/// True if every edge has an end in `set`.
 inline bool is_vertex_cover(const Graph& graph, const VertexSet& set) {
   for (Graph::Vertex v = 0; v < graph.size(); ++v) {
     if (set[v]) continue;
@@ -21,8 +21,8 @@ inline bool is_vertex_cover(const Graph& graph, const VertexSet& set) {
   return true;
 }
 
-/// The size of a maximal matching. No vertex cover is smaller, since each of these edges needs an end of its
-/// own.
+/// Size of a maximal matching, a lower bound of every vertex cover.
+/// A cover needs an end of each edge of the matching, and these edges share no ends.
 inline std::size_t matching_bound(const Graph& graph) {
   VertexSet matched(graph.size(), 0);
   std::size_t edges = 0;
@@ -41,13 +41,13 @@ inline std::size_t matching_bound(const Graph& graph) {
 struct VertexCover {
   VertexSet set;
   std::size_t size = 0;
-  std::size_t lower_bound = 0;  ///< no cover is smaller
+  std::size_t lower_bound = 0;  ///< size of the smallest cover is at least this
   bool optimal() const { return size == lower_bound; }
 };
 
 namespace detail {
 
-/// Branch and bound on one connected graph, with rows of bits.
+/// Branch and bound on one connected graph with rows of bits.
 class CoverSearch {
  public:
   CoverSearch(const Graph& graph, const std::vector<Graph::Vertex>& vertices, std::uint64_t max_steps)
@@ -58,7 +58,8 @@ class CoverSearch {
       for (const Graph::Vertex w : graph.neighbours(vertices[i])) set(row(i), place[w]);
   }
 
-  /// The chosen ones by place in `vertices`; `lower_bound` is their number when the search came to its end.
+  /// The selected vertices, by index in `vertices`.
+  /// `lower_bound` is their number if the search completed.
   std::vector<std::size_t> run(std::size_t& lower_bound) {
     State root{Bits(words_, 0), {}};
     for (std::size_t i = 0; i < n_; ++i) set(root.alive.data(), i);
@@ -94,7 +95,7 @@ class CoverSearch {
     clear(state.alive.data(), v);
   }
 
-  /// All that is left of u's neighbourhood are v and neighbours of v.
+  /// True if all remaining neighbours of u are v or neighbours of v.
   bool dominated(const Bits& alive, std::size_t u, std::size_t v) {
     steps_ += words_;
     for (std::size_t k = 0; k < words_; ++k) {
@@ -105,8 +106,8 @@ class CoverSearch {
     return true;
   }
 
-  /// Takes v when a neighbour u is dominated by it: some smallest cover holds v. A u of degree one is a case
-  /// of that.
+  /// Takes v if it dominates a neighbour u, because some smallest cover contains v.
+  /// This includes every u of degree one.
   bool takes_one_surely(State& state, std::size_t v) {
     for (std::size_t u = n_; u-- > 0;) {
       if (!has(state.alive.data(), u) || !has(row(v), u) || !dominated(state.alive, u, v)) continue;
@@ -129,9 +130,10 @@ class CoverSearch {
     }
   }
 
-  /// Vertices less the cliques that they are parted into: of each clique a cover leaves out one at most.
+  /// Number of vertices minus the number of cliques in a partition.
+  /// A cover omits at most one vertex of each clique.
   std::size_t clique_bound(const Bits& alive) {
-    std::vector<Bits> common;  // of each clique: who is a neighbour of all
+    std::vector<Bits> common;  // common neighbours of each clique
     std::size_t vertices = 0;
     for (std::size_t v = 0; v < n_; ++v) {
       if (!has(alive.data(), v)) continue;
@@ -184,11 +186,12 @@ class CoverSearch {
 
 }  // namespace detail
 
-/// A smallest vertex cover, or a small one when the search would take more than `max_steps` word operations
-/// per connected component (1e7: some 10 ms). First the sure ones are taken (a neighbour's whole
-/// neighbourhood lies within one's own), then branch and bound on the vertex of highest degree, bounded by a
-/// partition into cliques. The first descent is the greedy cover, so there always is an answer. Among equals
-/// low numbers are taken: callers order their vertices by liking. Deterministic.
+/// A smallest vertex cover, or a small one if the search exceeds `max_steps`.
+/// A step is one word operation; the limit is per connected component (1e7 takes about 10 ms).
+/// First takes vertices by domination.
+/// Then branches on the vertex of highest degree, bounded by a partition into cliques.
+/// The first descent is the greedy cover, so a result always exists.
+/// Ties prefer low numbers, so callers order vertices by preference. Deterministic.
 inline VertexCover small_vertex_cover(const Graph& graph, std::uint64_t max_steps = 10000000) {
   VertexCover cover;
   cover.set.assign(graph.size(), 0);

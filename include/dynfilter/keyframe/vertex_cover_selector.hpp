@@ -35,46 +35,54 @@ struct VertexCoverParams {
     constexpr int kMany = 1000000;
     static const FieldTable<P> table{
         real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
-             "so far from the last candidate: a candidate"),
-        real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180}, "or turned so far"),
+             "distance from the last candidate that makes a frame a candidate"),
+        real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
+             "rotation from the last candidate that makes a frame a candidate"),
         integer("grid_columns", &P::grid_columns, "cells", {1, 1000},
-                "of the image, for the spread of the features"),
-        integer("grid_rows", &P::grid_rows, "cells", {1, 1000}, "of the image"),
+                "columns of the image grid that measures the spread of features"),
+        integer("grid_rows", &P::grid_rows, "cells", {1, 1000}, "rows of the image grid"),
         real("min_occupied_share", &P::min_occupied_share, "", {0, 1},
-             "or features in this share of the cells; the paper: evenly distributed"),
+             "share of grid cells with features that makes a frame a candidate (the paper: evenly "
+             "distributed)"),
         integer("min_spread_gap_frames", &P::min_spread_gap_frames, "frames", {1, kMany},
-                "for its spread alone a frame is no candidate sooner after the last one; the paper: 1"),
-        integer("min_candidates", &P::min_candidates, "frames", {1, 2000}, "so many are solved together"),
+                "smallest gap between candidates that qualify by spread only (the paper: 1)"),
+        integer("min_candidates", &P::min_candidates, "frames", {1, 2000},
+                "number of candidates that are solved together"),
         integer("max_wait_frames", &P::max_wait_frames, "frames", {1, kMany},
-                "solved with fewer when the oldest has waited so long"),
-        integer("min_shared_points", &P::min_shared_points, "", {1, kMany}, "an edge"),
+                "longest wait of a candidate, after which a smaller batch is solved"),
+        integer("min_shared_points", &P::min_shared_points, "", {1, kMany},
+                "number of shared points that makes an edge"),
         real("min_shared_share", &P::min_shared_share, "", {0, 1},
-             "an edge also needs this share of the points of the one that sees fewer; the paper: 0"),
+             "smallest share of the points of the frame with fewer points for an edge (the paper: 0)"),
         flag("keep_isolated", &P::keep_isolated,
-             "take frames without an edge, which no cover holds; the paper: false"),
+             "select frames without an edge, which no cover contains (the paper: false)"),
         integer("max_dynamic_features", &P::max_dynamic_features, "", {0, kMany},
-                "a keyframe with more is replaced by a cleaner neighbour, else marked cut_dynamic")};
+                "number of dynamic features above which a keyframe is replaced by a cleaner neighbour or "
+                "marked cut_dynamic")};
     return table;
   }
 };
 
-/// Keyframes as a small vertex cover of the covisibility graph of candidates (Zhou et al. sec. 3.2.1, after
-/// KeySLAM): of any two candidates that share enough points one at least is chosen, the chosen ones are
-/// connected where the candidates are, and a frame with too many dynamic features gives way to a cleaner one
-/// that covers as well. Solved in batches; the last keyframe of a batch goes into the next one as chosen.
-/// Where candidates are dense all of them are covisible, and a cover is then nearly all of them: it is the
-/// candidates that make keyframes few.
+/// Keyframes as a small vertex cover of the covisibility graph of candidates
+/// (Zhou et al. sec. 3.2.1, after KeySLAM).
+/// Of any two candidates that share enough points, at least one is selected.
+/// Selected frames are connected where the candidates are.
+/// A frame with too many dynamic features is replaced by a cleaner one with the same coverage.
+/// Batches are solved one after another.
+/// The last keyframe of a batch is part of the next batch, already selected.
+/// If candidates are dense, all are covisible, and a cover contains nearly all of them.
+/// The number of keyframes then depends on the choice of candidates.
 class VertexCoverSelector final : public KeyframeSelector {
  public:
   static constexpr const char* kName = "vertex_cover";
 
-  /// The last batch, for reports.
+  /// Figures of the last batch, for reports.
   struct Batch {
     std::size_t candidates = 0, edges = 0, cover = 0, lower_bound = 0, bridges = 0, isolated = 0,
                 replaced = 0;
   };
 
-  /// Throws ConfigError for a parameter out of range.
+  /// Throws ConfigError if a parameter is out of range.
   explicit VertexCoverSelector(const VertexCoverParams& params = VertexCoverParams()) : params_(params) {
     check_parameters(params_);
   }
@@ -123,11 +131,11 @@ class VertexCoverSelector final : public KeyframeSelector {
     double timestamp_s;
     std::vector<std::int64_t> points;
     int dynamic_features;
-    bool second_chance = false;  ///< was in the last batch already
+    bool second_chance = false;  ///< true if it was in the last batch
   };
   using Vertex = Graph::Vertex;
 
-  /// The first of `open_` that is new.
+  /// Index of the first new candidate in `open_`.
   std::size_t fresh() const {
     std::size_t i = 0;
     while (i < open_.size() && open_[i].second_chance) ++i;
@@ -145,8 +153,8 @@ class VertexCoverSelector final : public KeyframeSelector {
 
   bool dirty(const Candidate& c) const { return c.dynamic_features > params_.max_dynamic_features; }
 
-  /// Vertices of the batch: clean frames first, since among equals the cover takes low numbers; the anchor is
-  /// the last.
+  /// Vertices of the batch. Clean frames are first, because the cover prefers low numbers.
+  /// The anchor is last.
   std::vector<const Candidate*> vertices() const {
     std::vector<const Candidate*> order;
     for (const Candidate& c : open_) order.push_back(&c);
@@ -170,7 +178,7 @@ class VertexCoverSelector final : public KeyframeSelector {
     return hand_over(vertex, set, why);
   }
 
-  /// The anchor is chosen already: what it shares with others needs no cover.
+  /// The anchor is already selected, so its edges need no cover.
   VertexSet cover(const Graph& graph, std::vector<std::optional<KeyframeReason>>& why) {
     const std::size_t n = open_.size();
     Graph uncovered(graph.size());
@@ -207,7 +215,7 @@ class VertexCoverSelector final : public KeyframeSelector {
     }
   }
 
-  /// The clean neighbour that shares most with v and can stand in for it.
+  /// The clean neighbour that shares most points with v and can replace it in the cover.
   std::optional<Vertex> cleaner(const Graph& graph, const std::vector<const Candidate*>& vertex,
                                 const VertexSet& set, Vertex v) const {
     std::optional<Vertex> best;
@@ -248,7 +256,7 @@ class VertexCoverSelector final : public KeyframeSelector {
 
   VertexCoverParams params_;
   std::vector<Candidate> open_;
-  std::optional<Candidate> anchor_;  ///< the last keyframe of the last batch
+  std::optional<Candidate> anchor_;  ///< last keyframe of the previous batch
   std::optional<std::pair<std::int64_t, Pose>> last_candidate_;
   Batch batch_;
 };
