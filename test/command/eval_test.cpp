@@ -51,7 +51,7 @@ TEST_CASE("eval of a trajectory against itself, and its bad input") {
   write_text(later, "50 1 2\n");
   check_refused("eval " + truth + " " + later, "later.txt:1: expected");
   write_text(later, "");
-  check_refused("eval " + truth + " " + later, "later.txt: holds no pose");
+  check_refused("eval " + truth + " " + later, "later.txt: contains no pose");
 }
 
 TEST_CASE("eval prints the lines that the TUM tools printed for DynaSLAM") {

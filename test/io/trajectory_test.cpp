@@ -55,7 +55,7 @@ TEST_CASE("broken trajectories: an error that names file and line") {
   CHECK(complaint("1 0 0 0 0 0 0 1\n2 0 0 0\n") ==
         path.string() + ":2: expected 'timestamp tx ty tz qx qy qz qw', found 4 fields");
   CHECK(complaint("# c\n1 0 zero 0 0 0 0 1\n") == path.string() + ":2: 'zero' is not a number");
-  CHECK(complaint("# only a comment\n") == path.string() + ": holds no pose");
+  CHECK(complaint("# only a comment\n") == path.string() + ": contains no pose");
   CHECK_THROWS_AS(read_tum_trajectory(folder.path() / "absent.txt"), dynfilter::IoError);
   CHECK_THROWS_AS(read_tum_trajectory(folder.path()), dynfilter::IoError);
 }

@@ -117,7 +117,7 @@ TEST_CASE("bad folders: one line that names the culprit") {
   }
   SUBCASE("no image that is listed is there") {
     fs::remove_all(folder / "rgb");
-    has(complaint(folder), "rgb.txt: none of the images listed is there");
+    has(complaint(folder), "rgb.txt: none of the listed images exists");
   }
   SUBCASE("a stamp that is no number") {
     write_text(folder / "rgb.txt", "100.0x rgb/100.000000.png\n");

@@ -10,9 +10,11 @@
 
 namespace dynfilter::io {
 
-/// Pairs of indices (into `a_s`, into `b_s`) whose stamps differ by less than `max_gap_s`, by time of `a_s`.
-/// The closest pair of all is taken first, then the closest of the rest and so on, each stamp once: what the
-/// TUM tools' associate.py does. Both lists ascending; n log n plus the number of close pairs.
+/// Pairs of indices (into `a_s`, into `b_s`) with timestamps closer than `max_gap_s`.
+/// Sorted by `a_s`.
+/// Greedy like associate.py of the TUM tools:
+/// the closest pair first, then the closest of the rest, each timestamp once.
+/// Both lists are ascending. Cost: n log n plus the number of close pairs.
 inline std::vector<std::pair<std::size_t, std::size_t>> associate(const std::vector<double>& a_s,
                                                                   const std::vector<double>& b_s,
                                                                   double max_gap_s) {

@@ -15,7 +15,7 @@ namespace dynfilter::io {
 
 namespace detail {
 
-/// A name beside `path` that nobody else uses: rename() is atomic only within one file system.
+/// A unique name beside `path`. rename() is atomic only within one file system.
 inline std::filesystem::path temporary_beside(const std::filesystem::path& path) {
   std::random_device device;
   std::string name = "." + path.filename().string() + ".partial-";
@@ -31,8 +31,9 @@ inline void rename_or_throw(const std::filesystem::path& from, const std::filesy
 
 }  // namespace detail
 
-/// Writes a file under a temporary name and renames it at the end: a reader sees the old file or the entire
-/// new one. Throws IoError; whatever `write` throws passes through, and no temporary file remains.
+/// Writes a file under a temporary name and renames it at the end.
+/// A reader sees the old file or the complete new one.
+/// Throws IoError. Exceptions of `write` pass through, and no temporary file remains.
 inline void write_file_atomically(const std::filesystem::path& path,
                                   const std::function<void(std::ostream&)>& write) {
   const std::filesystem::path temporary = detail::temporary_beside(path);

@@ -8,12 +8,14 @@
 
 namespace dynfilter::io {
 
-/// A folder of results that appears only when it is complete: fill path(), then commit(). Without a commit
-/// (an exception on the way) it is removed again. When the final folder exists already, the new entries
-/// replace those of the same name and everything else there stays.
+/// A folder of results that appears only when it is complete.
+/// Fill path(), then call commit().
+/// Without commit(), for example after an exception, it is removed.
+/// If the final folder exists, new entries replace those of the same name.
+/// Its other entries remain.
 class AtomicFolder {
  public:
-  /// Throws IoError when `folder` is an existing file or nothing can be written beside it.
+  /// Throws IoError if `folder` is an existing file or its parent is not writable.
   explicit AtomicFolder(const std::filesystem::path& folder) : final_(without_trailing_slash(folder)) {
     std::error_code error;
     if (std::filesystem::exists(final_, error) && !std::filesystem::is_directory(final_, error)) {
@@ -35,7 +37,7 @@ class AtomicFolder {
     if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
   }
 
-  /// Where to write until commit().
+  /// The folder to write to until commit().
   const std::filesystem::path& path() const { return path_; }
 
   void commit() {

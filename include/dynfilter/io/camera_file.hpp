@@ -16,8 +16,9 @@
 
 namespace dynfilter::io {
 
-/// A camera as a file describes it. The keys are those of ORB-SLAM's settings (`Camera.fx`, in ORB-SLAM3 also
-/// `Camera1.fx`), so that such a file can be given as it is.
+/// A camera as a file describes it.
+/// The keys are those of ORB-SLAM settings (`Camera.fx`, in ORB-SLAM3 also `Camera1.fx`),
+/// so such a file can be used directly.
 struct CameraFile {
   Camera camera;
   std::optional<double> depth_units_per_m;  ///< `DepthMapFactor`
@@ -25,7 +26,7 @@ struct CameraFile {
 
 namespace detail {
 
-/// Only the flat `key: value` lines at the left margin; whatever else a settings file holds is not ours.
+/// Reads only the flat `key: value` lines at the left margin. The rest of the file is ignored.
 inline std::map<std::string, TextLine> flat_keys(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) throw IoError(path.string() + ": no such file");
@@ -78,7 +79,7 @@ class CameraKeys {
     if (type == keys_.end()) return;
     const std::string& value = type->second.fields[0];
     if (value.find("PinHole") != std::string::npos || value.find("Pinhole") != std::string::npos) return;
-    throw IoError(at_line(path_, type->second.number) + ": only PinHole cameras are known, not " + value);
+    throw IoError(at_line(path_, type->second.number) + ": only PinHole cameras are supported, not " + value);
   }
 
  private:
@@ -88,8 +89,9 @@ class CameraKeys {
 
 }  // namespace detail
 
-/// Reads `Camera.fx fy cx cy` [px] and, where given, `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px]
-/// and `DepthMapFactor`. Other keys belong to whoever else reads the file. Throws IoError.
+/// Reads `Camera.fx fy cx cy` [px].
+/// Optional keys are `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px] and `DepthMapFactor`.
+/// Other keys are ignored. Throws IoError.
 inline CameraFile read_camera(const std::filesystem::path& path) {
   const detail::CameraKeys keys(path);
   keys.check_type();
@@ -110,12 +112,12 @@ inline CameraFile read_camera(const std::filesystem::path& path) {
   return file;
 }
 
-/// Writes what read_camera() reads, also readable by cv::FileStorage. Atomic; throws IoError.
+/// Writes what read_camera() reads. cv::FileStorage can read it too. Atomic. Throws IoError.
 inline void write_camera(const std::filesystem::path& path, const Camera& camera, double depth_units_per_m) {
   write_file_atomically(path, [&](std::ostream& out) {
     out.precision(17);
     const auto& k = camera.distortion;
-    // OpenCV's YAML tells reals from integers by the point.
+    // OpenCV's YAML distinguishes reals from integers by the decimal point.
     const auto real = [&](const char* key, double value) {
       out << key << ": " << value << (value == std::floor(value) && std::abs(value) < 1e15 ? ".0\n" : "\n");
     };
@@ -131,8 +133,8 @@ inline void write_camera(const std::filesystem::path& path, const Camera& camera
   });
 }
 
-/// The published intrinsics of the sequence that a name belongs to: TUM freiburg1-3 (also spelled fr1-3) and
-/// Bonn. nullopt for any other name.
+/// Published intrinsics for the name of a TUM (freiburg1-3 or fr1-3) or Bonn sequence.
+/// nullopt for any other name.
 inline std::optional<Camera> known_camera(const std::string& name) {
   const auto has = [&](const std::string& word) {
     for (std::size_t at = name.find(word); at != std::string::npos; at = name.find(word, at + 1)) {

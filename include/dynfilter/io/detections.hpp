@@ -17,19 +17,20 @@
 
 namespace dynfilter::io {
 
-/// The detections of one image. An empty list says that the detector saw the image and found nothing.
+/// Detections of one image. An empty list means that the detector found nothing.
 struct StampedDetections {
   double timestamp_s = 0;
   std::vector<Detection> detections;
 };
 
-/// A detector's output on a sequence, by image timestamp.
+/// Detector output for a sequence, by image timestamp.
 struct DetectionTrack {
-  std::vector<StampedDetections> images;  ///< by time
-  std::size_t unusable = 0;               ///< lines left out: an empty or non-finite box, score out of [0, 1]
+  std::vector<StampedDetections> images;  ///< sorted by time
+  /// Skipped lines: empty or non-finite box, score out of [0, 1].
+  std::size_t unusable = 0;
 
-  /// The detections of the image taken at `timestamp_s` (to half a millisecond: files round stamps), nullptr
-  /// when none came for it: which is not the same as a detector that found nothing.
+  /// Detections of the image with this timestamp, within half a millisecond because files round it.
+  /// No result gives nullptr, which differs from an empty result.
   const std::vector<Detection>* at(double timestamp_s) const {
     constexpr double kSameStamp_s = 5e-4;
     auto next = std::lower_bound(images.begin(), images.end(), timestamp_s - kSameStamp_s,
@@ -55,7 +56,7 @@ inline double detection_number(const TextLine& line, std::size_t field, const st
   return *value;
 }
 
-// Class names with blanks ("cell phone") are met in real files: the numbers are counted from both ends.
+// Some class names contain blanks ("cell phone"), so numbers are counted from both ends.
 inline Detection parse_detection(const TextLine& line, const std::filesystem::path& path) {
   const std::size_t n = line.fields.size();
   if (n < 8) {
@@ -84,8 +85,8 @@ inline bool usable(const Detection& d) {
 
 }  // namespace detail
 
-/// Reads lines `timestamp class_id class_name score x1 y1 x2 y2` (pixels) and `timestamp none`; `#` comments.
-/// Throws IoError naming file and line.
+/// Reads lines `timestamp class_id class_name score x1 y1 x2 y2` [px] and `timestamp none`.
+/// `#` starts a comment. Throws IoError with file and line.
 inline DetectionTrack read_detections(const std::filesystem::path& path) {
   std::map<double, std::vector<Detection>> by_time;
   DetectionTrack track;
@@ -102,8 +103,8 @@ inline DetectionTrack read_detections(const std::filesystem::path& path) {
   return track;
 }
 
-/// Writes what read_detections() reads: the same boxes to a thousandth of a pixel. A detection without a
-/// class name is written as `object`. Throws IoError.
+/// Writes what read_detections() reads, with boxes rounded to 0.001 px.
+/// A detection without a class name is written as `object`. Throws IoError.
 inline void write_detections(const std::filesystem::path& path,
                              const std::vector<StampedDetections>& images) {
   write_file_atomically(path, [&](std::ostream& out) {

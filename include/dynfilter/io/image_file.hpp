@@ -54,8 +54,8 @@ inline std::uint32_t crc32(const unsigned char* data, std::size_t size) {
   return c ^ 0xFFFFFFFFU;
 }
 
-/// What is wrong with these bytes as a PNG file, "" when every chunk to the end is whole. OpenCV would decode
-/// half a picture from half a file, and libpng would write to the host's stderr.
+/// Describes why these bytes are not a complete PNG file, "" if every chunk is intact.
+/// OpenCV would decode a part of a truncated file, and libpng would write to stderr.
 inline std::string png_fault(const std::vector<unsigned char>& bytes) {
   static const unsigned char kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
   if (bytes.empty()) return "is empty";
@@ -86,8 +86,8 @@ inline std::vector<unsigned char> read_bytes(const std::filesystem::path& path) 
 
 }  // namespace detail
 
-/// Reads an image with cv::imdecode (`flags`: cv::ImreadModes). Throws IoError naming the file when it is
-/// missing, truncated, damaged or no image.
+/// Reads an image with cv::imdecode (`flags`: cv::ImreadModes).
+/// Throws IoError with the file name if it is missing, truncated, damaged or not an image.
 inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   const std::vector<unsigned char> bytes = detail::read_bytes(path);
   if (path.extension() == ".png") {

@@ -24,14 +24,15 @@ void append_little_endian(std::string& bytes, T value) {
 
 }  // namespace detail
 
-/// Writes a point cloud as binary little-endian PLY (MeshLab, CloudCompare). Points in metres, colours as
-/// OpenCV's blue-green-red, one class number per point; colours and classes may be empty. Atomic; throws
-/// IoError, also when the lists differ in length.
+/// Writes a point cloud as binary little-endian PLY, for example for MeshLab or CloudCompare.
+/// Points in metres, colours in OpenCV's order (blue, green, red), one class number per point.
+/// `colours` and `classes` may be empty; otherwise they have one entry per point.
+/// Atomic. Throws IoError, also if the lengths differ.
 inline void write_ply(const std::filesystem::path& path, const std::vector<cv::Point3f>& points_m,
                       const std::vector<cv::Vec3b>& colours = {}, const std::vector<int>& classes = {}) {
   const std::size_t n = points_m.size();
   if ((!colours.empty() && colours.size() != n) || (!classes.empty() && classes.size() != n)) {
-    throw IoError(path.string() + ": as many colours and classes as points are needed, or none");
+    throw IoError(path.string() + ": colours and classes need one entry per point, or none");
   }
   std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(n) +
                       "\nproperty float x\nproperty float y\nproperty float z\n";

@@ -14,12 +14,13 @@
 
 namespace dynfilter::io {
 
-/// Labelled point tracks of one image sequence. Undistorted or distorted pixels, as the data set has them.
+/// Labelled point tracks of one image sequence.
+/// Pixels are distorted or undistorted, depending on the data set.
 struct PointTracks {
-  std::string title;  ///< first word of the first comment, e.g. "KT3DMoSeg"; "" without one
+  std::string title;  ///< first word of the first comment, e.g. "KT3DMoSeg"; "" without comments
   int points = 0, frames = 0, width_px = 0, height_px = 0;
   std::vector<int> label;       ///< per point
-  std::vector<cv::Point2f> px;  ///< points x frames, NaN where it is not visible
+  std::vector<cv::Point2f> px;  ///< points x frames, NaN if not visible
 
   const cv::Point2f& at(int point, int frame) const {
     return px[static_cast<std::size_t>(point) * static_cast<std::size_t>(frames) +
@@ -29,7 +30,7 @@ struct PointTracks {
     const cv::Point2f& p = at(point, frame);
     return std::isfinite(p.x) && std::isfinite(p.y);
   }
-  /// -1: in none.
+  /// Last frame that shows the point; -1: none.
   int last_visible(int point) const {
     for (int f = frames - 1; f >= 0; --f)
       if (visible(point, f)) return f;
@@ -56,7 +57,7 @@ inline std::optional<int> whole_number(const std::string& text, int min, int max
   return static_cast<int>(*value);
 }
 
-/// The header `# points P frames F width W height H`, wherever it stands among the comments.
+/// Parses the header `# points P frames F width W height H` at any place among the comments.
 inline bool read_track_header(const std::vector<std::string>& words, PointTracks& tracks) {
   if (words.size() < 8 || words[0] != "points" || words[2] != "frames" || words[4] != "width" ||
       words[6] != "height")
@@ -87,9 +88,9 @@ inline float track_coordinate(const std::filesystem::path& path, const TextLine&
 
 }  // namespace detail
 
-/// Reads a track file: comments with the header `# points P frames F width W height H`, then a line per
-/// point: its label, a whole number >= 0, and `x y` per frame, `nan nan` where it is not visible. Throws
-/// IoError naming file and line.
+/// Reads a track file. Comments contain the header `# points P frames F width W height H`.
+/// Each point has one line: its label, an integer >= 0, and `x y` per frame.
+/// `nan nan` means not visible. Throws IoError with file and line.
 inline PointTracks read_point_tracks(const std::filesystem::path& path) {
   const std::vector<TextLine> lines = read_text_lines(path);
   PointTracks tracks;
@@ -114,8 +115,9 @@ inline PointTracks read_point_tracks(const std::filesystem::path& path) {
   return tracks;
 }
 
-/// The label whose points spread most over the image: most cells of an 8 x 8 grid that it holds at least one
-/// point in, over all frames; of equal ones the label with more points, then the smaller label.
+/// The label with the widest spread over the image.
+/// The spread is the number of cells of an 8 x 8 grid that contain its points in any frame.
+/// Ties prefer more points, then the smaller label.
 inline int widest_label(const PointTracks& tracks) {
   constexpr int kCells = 8;
   struct Spread {

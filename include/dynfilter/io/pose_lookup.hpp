@@ -13,15 +13,18 @@
 
 namespace dynfilter::io {
 
-/// The pose at any time of a trajectory that was recorded at other times.
+/// Interpolates a trajectory at any time.
 class PoseLookup {
  public:
-  /// By time, each stamp once (sorted_by_time). Between poses further apart than `max_gap_s` there is none.
+  /// Requires a trajectory sorted by time without duplicates (sorted_by_time).
+  /// Gaps longer than `max_gap_s` are not interpolated.
   explicit PoseLookup(Trajectory trajectory, double max_gap_s = 0.12)
       : trajectory_(std::move(trajectory)), max_gap_s_(max_gap_s) {}
 
-  /// The pose with this stamp (to half a millisecond); else between the ones before and after, the position
-  /// on a straight line, the rotation at even speed; nothing outside and in gaps.
+  /// The pose with this timestamp, within half a millisecond.
+  /// Otherwise interpolates between the neighbouring poses:
+  /// the position linearly, the rotation at constant speed.
+  /// Nothing outside the trajectory and inside gaps.
   std::optional<Pose> at(double timestamp_s) const {
     const auto next = std::lower_bound(trajectory_.begin(), trajectory_.end(), timestamp_s,
                                        [](const StampedPose& p, double t) { return p.timestamp_s < t; });
@@ -36,7 +39,7 @@ class PoseLookup {
     return Pose::from(from.slerp(share, to).toRotationMatrix(), t);
   }
 
-  /// Pairs of poses that are too far apart, and the longest such gap.
+  /// Number of gaps, and the longest one [s].
   std::pair<std::size_t, double> gaps() const {
     std::pair<std::size_t, double> result{0, 0};
     for (std::size_t i = 1; i < trajectory_.size(); ++i) {
@@ -52,9 +55,10 @@ class PoseLookup {
   double max_gap_s_;
 };
 
-/// The rigid motion that takes the camera poses of one trajectory to those of another, rotations averaged and
-/// positions with them: unlike an alignment of positions it holds for a camera that stands still. Poses are
-/// paired by stamp; nothing when there is no pair.
+/// Rigid motion that maps the poses of one trajectory to those of another.
+/// It averages rotations as well as positions.
+/// It is therefore also valid for a static camera, unlike an alignment of positions.
+/// Poses are paired by timestamp. Nothing without a pair.
 inline std::optional<Pose> align_poses(const Trajectory& to, const Trajectory& from) {
   const PoseLookup lookup(to);
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();

@@ -10,13 +10,14 @@
 
 namespace dynfilter::io {
 
-/// One line of a TUM-style text file, cut at blanks, tabs and commas.
+/// One line of a TUM-style text file, split at blanks, tabs and commas.
 struct TextLine {
-  int number = 0;  ///< from 1
+  int number = 0;  ///< counted from 1
   std::vector<std::string> fields;
 };
 
-/// The lines that carry data: no blank ones, no `#` comments. Throws IoError when the file cannot be read.
+/// Reads the lines with data. Skips blank lines and `#` comments.
+/// Throws IoError if the file cannot be read.
 inline std::vector<TextLine> read_text_lines(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) throw IoError(path.string() + ": no such file");
@@ -39,7 +40,7 @@ inline std::vector<TextLine> read_text_lines(const std::filesystem::path& path) 
 
 using dynfilter::parse_number;
 
-/// For messages: `path:line`.
+/// `path:line` for messages.
 inline std::string at_line(const std::filesystem::path& path, int line) {
   return path.string() + ":" + std::to_string(line);
 }

@@ -22,7 +22,7 @@ using Trajectory = std::vector<StampedPose>;
 
 namespace detail {
 
-using TumNumbers = std::array<double, 8>;  // stamp, tx ty tz, qx qy qz qw
+using TumNumbers = std::array<double, 8>;  // timestamp, tx ty tz, qx qy qz qw
 
 inline TumNumbers tum_numbers(const TextLine& line, const std::filesystem::path& path) {
   if (line.fields.size() < 8) {
@@ -38,7 +38,7 @@ inline TumNumbers tum_numbers(const TextLine& line, const std::filesystem::path&
   return numbers;
 }
 
-// As the TUM tools: a pose with a NaN or a quaternion of zeros means that there is none.
+// Like the TUM tools: NaN or a zero quaternion means no pose.
 inline bool is_pose(const TumNumbers& n) {
   return std::all_of(n.begin(), n.end(), [](double v) { return std::isfinite(v); }) &&
          n[4] * n[4] + n[5] * n[5] + n[6] * n[6] + n[7] * n[7] > 1e-12;
@@ -51,7 +51,7 @@ inline StampedPose stamped_pose(const TumNumbers& n) {
 
 }  // namespace detail
 
-/// By time; of several poses with one stamp the last one stays (what the TUM tools' dictionaries do).
+/// Sorts by time. The last of several poses with one timestamp is kept, like in the TUM tools.
 inline Trajectory sorted_by_time(Trajectory trajectory) {
   std::stable_sort(trajectory.begin(), trajectory.end(),
                    [](const StampedPose& a, const StampedPose& b) { return a.timestamp_s < b.timestamp_s; });
@@ -61,16 +61,17 @@ inline Trajectory sorted_by_time(Trajectory trajectory) {
   return trajectory;
 }
 
-/// What was odd about a trajectory file.
+/// Irregularities of a trajectory file.
 struct TrajectoryOddities {
   std::size_t no_pose = 0;    ///< lines with NaN or an all-zero quaternion
-  std::size_t backwards = 0;  ///< stamps below the one before
-  std::size_t repeated = 0;   ///< poses that another one with the same stamp replaced
+  std::size_t backwards = 0;  ///< timestamps earlier than the one before
+  std::size_t repeated = 0;   ///< poses replaced by a later one with the same timestamp
 };
 
-/// Reads lines `timestamp[s] tx ty tz[m] qx qy qz qw` (blanks, tabs or commas between; `#` comments) and
-/// returns them by time. Lines with NaN or an all-zero quaternion are left out, as the TUM tools do. Throws
-/// IoError naming file and line for anything else, and for a file without a pose.
+/// Reads lines `timestamp[s] tx ty tz[m] qx qy qz qw` and sorts them by time.
+/// Separators are blanks, tabs or commas. `#` starts a comment.
+/// Lines with NaN or a zero quaternion are skipped, like in the TUM tools.
+/// Throws IoError with file and line for other content, and for a file without poses.
 inline Trajectory read_tum_trajectory(const std::filesystem::path& path, TrajectoryOddities& odd) {
   Trajectory trajectory;
   odd = TrajectoryOddities();
@@ -83,7 +84,7 @@ inline Trajectory read_tum_trajectory(const std::filesystem::path& path, Traject
     odd.backwards += !trajectory.empty() && numbers[0] < trajectory.back().timestamp_s ? 1 : 0;
     trajectory.push_back(detail::stamped_pose(numbers));
   }
-  if (trajectory.empty()) throw IoError(path.string() + ": holds no pose");
+  if (trajectory.empty()) throw IoError(path.string() + ": contains no pose");
   const std::size_t poses = trajectory.size();
   trajectory = sorted_by_time(std::move(trajectory));
   odd.repeated = poses - trajectory.size();
@@ -95,7 +96,8 @@ inline Trajectory read_tum_trajectory(const std::filesystem::path& path) {
   return read_tum_trajectory(path, unused);
 }
 
-/// Writes the TUM format with microseconds and nanometres; quaternions with qw >= 0. Atomic; throws IoError.
+/// Writes the TUM format with microseconds and nanometres, and quaternions with qw >= 0.
+/// Atomic. Throws IoError.
 inline void write_tum_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
   write_file_atomically(path, [&](std::ostream& out) {
     out << "# timestamp tx ty tz qx qy qz qw\n" << std::fixed;

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-/// The lists of a TUM RGB-D folder (rgb.txt, depth.txt, associations.txt), before any image is read.
+/// The lists of a TUM RGB-D folder (rgb.txt, depth.txt, associations.txt), without the images.
 namespace dynfilter::io::detail {
 
 struct StampedFile {
@@ -22,7 +22,7 @@ struct StampedFile {
 
 struct IndexedFrame {
   double timestamp_s = 0;
-  std::string colour, depth;  // depth empty: none
+  std::string colour, depth;  // depth empty: no depth image
 };
 
 struct TumIndex {
@@ -42,7 +42,7 @@ inline double stamp_of(const TextLine& line, std::size_t field, const std::files
   return *value;
 }
 
-// Earlier than the line before: an error. The same stamp again: left out by the caller.
+// False for a repeated timestamp, which the caller skips. Throws for an earlier one.
 inline bool comes_later(double timestamp_s, double last_s, const TextLine& line,
                         const std::filesystem::path& path) {
   if (timestamp_s < last_s) {
@@ -71,13 +71,13 @@ inline std::vector<StampedFile> read_file_list(const std::filesystem::path& fold
     }
     last_s = timestamp_s;
   }
-  if (files.empty() && missing > 0) throw IoError(path.string() + ": none of the images listed is there");
+  if (files.empty() && missing > 0) throw IoError(path.string() + ": none of the listed images exists");
   if (files.empty()) throw IoError(path.string() + ": lists no images");
   if (repeated > 0)
-    notes.push_back(name + ": " + counted(repeated, "image", "images") + " with a repeated stamp left out");
+    notes.push_back(name + ": " + counted(repeated, "image", "images") +
+                    " with a repeated timestamp left out");
   if (missing > 0)
-    notes.push_back(name + ": " + counted(missing, "image that is", "images that are") +
-                    " not there left out");
+    notes.push_back(name + ": " + counted(missing, "missing image", "missing images") + " left out");
   return files;
 }
 
@@ -98,7 +98,7 @@ inline TumIndex index_from_lists(const std::filesystem::path& folder, double max
   return index;
 }
 
-// Some people write the depth columns first.
+// Some files have the depth columns first.
 inline bool depth_comes_first(const TextLine& line) {
   return line.fields[1].rfind("depth", 0) == 0 && line.fields[3].rfind("depth", 0) != 0;
 }
@@ -130,14 +130,13 @@ inline TumIndex index_from_associations(const std::filesystem::path& folder, con
     }
   }
   if (index.frames.empty() && missing > 0)
-    throw IoError(path.string() + ": none of the images listed is there");
+    throw IoError(path.string() + ": none of the listed images exists");
   if (index.frames.empty()) throw IoError(path.string() + ": lists no images");
   if (repeated > 0)
     index.notes.push_back(name + ": " + counted(repeated, "line", "lines") +
-                          " with a repeated stamp left out");
+                          " with a repeated timestamp left out");
   if (missing > 0)
-    index.notes.push_back(name + ": " + counted(missing, "image that is", "images that are") +
-                          " not there left out");
+    index.notes.push_back(name + ": " + counted(missing, "missing image", "missing images") + " left out");
   return index;
 }
 
@@ -149,7 +148,7 @@ inline std::optional<std::string> associations_file(const std::filesystem::path&
   return std::nullopt;
 }
 
-// A frame of rgb.txt that found no partner is not in associations.txt: said, since the frames are counted.
+// Notes how many frames of rgb.txt associations.txt omits, because frames are counted by index.
 inline void note_unlisted(const std::filesystem::path& folder, const std::string& associations,
                           TumIndex& index) {
   std::error_code error;
@@ -160,7 +159,8 @@ inline void note_unlisted(const std::filesystem::path& folder, const std::string
                         " of rgb.txt not in it, left out");
 }
 
-/// associations.txt where there is one (it is what other systems were run on), else rgb.txt and depth.txt.
+/// Reads associations.txt if it exists, because other systems use it.
+/// Otherwise associates rgb.txt and depth.txt.
 inline TumIndex read_tum_index(const std::filesystem::path& folder, double max_gap_s) {
   const auto associations = associations_file(folder);
   TumIndex index = associations ? index_from_associations(folder, *associations, max_gap_s)

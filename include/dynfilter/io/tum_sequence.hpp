@@ -18,26 +18,29 @@
 namespace dynfilter::io {
 
 struct TumOptions {
-  double max_association_gap_s = 0.02;  ///< colour and depth further apart than this do not belong together
-  std::optional<Camera> camera;         ///< instead of the one found
-  std::optional<double> depth_units_per_m;  ///< instead of the one found; 5000 where nothing says otherwise
+  double max_association_gap_s = 0.02;  ///< largest time difference of a colour and a depth image
+  std::optional<Camera> camera;         ///< replaces the camera of the folder
+  /// Replaces the value of the folder, which is 5000 by default.
+  std::optional<double> depth_units_per_m;
 };
 
-/// One loaded frame. The images belong to the caller.
+/// One loaded frame. The caller owns the images.
 struct RgbdFrame {
   double timestamp_s = 0;
-  cv::Mat colour;           ///< CV_8UC3, blue green red
+  cv::Mat colour;           ///< CV_8UC3, in the order blue, green, red
   cv::Mat grey;             ///< CV_8UC1
-  cv::Mat depth;            ///< CV_16UC1, 0 = none; empty: this frame has no depth image
+  cv::Mat depth;            ///< CV_16UC1, 0 for no depth; empty: no depth image
   double depth_unit_m = 0;  ///< metres per unit of `depth`
 };
 
-/// A TUM RGB-D or Bonn folder as downloaded, with or without associations.txt; or one that synth wrote, which
-/// has labels as well.
+/// A TUM RGB-D or Bonn folder as downloaded, with or without associations.txt.
+/// Folders written by synth also have labels.
 class TumSequence {
  public:
-  /// Reads the lists, not the images. Throws IoError (one line, naming the file) for a missing folder, lists
-  /// that are missing, empty or out of order, when no frame has depth, and when the camera is not known.
+  /// Reads the lists, not the images.
+  /// Throws IoError with one line that names the file:
+  /// if the folder is missing, if lists are missing, empty or out of order,
+  /// if no frame has depth or the camera is unknown.
   static TumSequence open(const std::filesystem::path& folder, const TumOptions& options = {}) {
     std::error_code error;
     if (!std::filesystem::is_directory(folder, error)) throw IoError(folder.string() + ": no such folder");
@@ -52,19 +55,19 @@ class TumSequence {
 
   std::size_t size() const { return frames_.size(); }
   double timestamp_s(std::size_t i) const { return frames_.at(i).timestamp_s; }
-  /// The name of the colour image without folder and suffix: images that belong to it have the same.
+  /// Name of the colour image without folder and suffix. Related images have the same name.
   std::string image_name(std::size_t i) const {
     return std::filesystem::path(frames_.at(i).colour).stem().string();
   }
   const Camera& camera() const { return camera_; }
   const std::filesystem::path& folder() const { return folder_; }
-  /// The folder's own name, also for "." and the like.
+  /// Name of the folder itself, also for "." and similar paths.
   std::string name() const { return name_of(folder_); }
-  /// What was left out, counted, one line each.
+  /// What was skipped, with counts, one line each.
   const std::vector<std::string>& notes() const { return notes_; }
 
-  /// Throws IoError naming the file: missing, truncated, not an image, depth that is not 16 bit, or sizes
-  /// that do not fit each other or the camera.
+  /// Loads a frame. Throws IoError with the file name if an image is missing, truncated or invalid.
+  /// Depth must be 16 bit, and the sizes must match each other and the camera.
   RgbdFrame load(std::size_t i) const {
     const detail::IndexedFrame& frame = frames_.at(i);
     RgbdFrame loaded;
@@ -77,7 +80,7 @@ class TumSequence {
     return loaded;
   }
 
-  /// groundtruth.txt; nullopt where there is none. Throws IoError for one that cannot be read.
+  /// Reads groundtruth.txt; nullopt if it does not exist. Throws IoError if it cannot be read.
   std::optional<Trajectory> ground_truth() const {
     std::error_code error;
     const std::filesystem::path path = folder_ / "groundtruth.txt";
@@ -85,13 +88,14 @@ class TumSequence {
     return read_tum_trajectory(path);
   }
 
-  /// Synthetic sequences: labels/ and dynamic/ are there.
+  /// True for synthetic sequences, which have labels/ and dynamic/.
   bool has_labels() const {
     std::error_code error;
     return std::filesystem::is_directory(folder_ / "labels", error) &&
            std::filesystem::is_directory(folder_ / "dynamic", error);
   }
-  /// CV_8UC1: 0 static, 255 dynamic, 128 don't care (too slow to call, or near a silhouette). Throws IoError.
+  /// CV_8UC1: 0 static, 255 dynamic, 128 don't care (slow motion or near a silhouette).
+  /// Throws IoError.
   cv::Mat load_truth(std::size_t i) const { return load_label_image("dynamic", i); }
   /// CV_8UC1: 0 static, k = mover k, moving or not. Throws IoError.
   cv::Mat load_labels(std::size_t i) const { return load_label_image("labels", i); }
@@ -104,7 +108,7 @@ class TumSequence {
     return path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
   }
 
-  // The TUM lists name the recording in a comment, which survives a renamed folder.
+  // The TUM lists name the recording in a comment, which remains valid if the folder is renamed.
   static std::string recording_of(const std::filesystem::path& list) {
     std::ifstream in(list);
     std::string line;
@@ -130,8 +134,8 @@ class TumSequence {
     if (options.camera) found = options.camera;
     if (!found || !found->valid()) {
       throw IoError(folder_.string() +
-                    ": the camera is not known: no camera.yaml there, and the folder's name " +
-                    "does not say freiburg1, 2, 3 or bonn; give a camera file");
+                    ": the camera is not known: the folder has no camera.yaml, and its name " +
+                    "does not contain freiburg1, 2, 3 or bonn; give a camera file");
     }
     camera_ = *found;
     depth_units_per_m_ = options.depth_units_per_m.value_or(depth_units_per_m_);
