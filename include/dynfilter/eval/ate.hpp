@@ -20,8 +20,9 @@ struct Similarity {
   double scale = 1;
 };
 
-/// The similarity (or, `with_scale` false, the rigid motion) that takes `b` onto `a` with the smallest sum of
-/// squares. Horn 1987; Umeyama 1991, eq. 34-43. Columns are points; at least one, of equal number.
+/// The similarity that maps `b` to `a` with the smallest sum of squares.
+/// Without `with_scale`, the rigid motion. Horn 1987; Umeyama 1991, eq. 34-43.
+/// Columns are points. Both need the same number, at least one.
 inline Similarity align(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bool with_scale) {
   const Eigen::Vector3d mean_a = a.rowwise().mean(), mean_b = b.rowwise().mean();
   const Eigen::Matrix3Xd centred_a = a.colwise() - mean_a, centred_b = b.colwise() - mean_b;
@@ -38,20 +39,21 @@ inline Similarity align(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bo
 }
 
 struct AteOptions {
-  double max_gap_s = 0.02;  ///< stamps further apart are no pair
-  bool with_scale = false;  ///< Sim(3) instead of SE(3), for mono
+  double max_gap_s = 0.02;  ///< largest time difference of a pair
+  bool with_scale = false;  ///< Sim(3) instead of SE(3), for monocular systems
 };
 
 struct AteResult {
   std::size_t pairs = 0;
   ErrorStatistics error_m;
-  Similarity T_truth_estimate;                 ///< the alignment
-  std::vector<double> timestamps_s, errors_m;  ///< per pair: of the ground truth's pose; aligned distance
+  Similarity T_truth_estimate;  ///< the alignment
+  /// Per pair: timestamp of the ground truth, distance after alignment.
+  std::vector<double> timestamps_s, errors_m;
 };
 
-/// Absolute trajectory error of the camera's position after alignment, as evaluate_ate.py of the TUM RGB-D
-/// benchmark defines it (Sturm et al., IROS 2012, sec. VI-B). Trajectories by time. Throws Error when fewer
-/// than three stamps fit.
+/// Absolute trajectory error of the camera position after alignment,
+/// as defined by evaluate_ate.py of the TUM RGB-D benchmark (Sturm et al., IROS 2012, sec. VI-B).
+/// Trajectories must be sorted by time. Throws Error if fewer than three timestamps match.
 inline AteResult absolute_trajectory_error(const io::Trajectory& truth, const io::Trajectory& estimate,
                                            const AteOptions& options = {}) {
   std::vector<double> truth_s, estimate_s;

@@ -8,11 +8,11 @@
 
 namespace dynfilter::eval {
 
-/// What the truth image holds per pixel (CV_8UC1).
+/// Pixel values of the truth image (CV_8UC1).
 enum class Truth : std::uint8_t { Static = 0, DontCare = 128, Dynamic = 255 };
 
-/// The truth under a feature: at its rounded pixel of the distorted image. Outside the image (hosts have
-/// keypoints at exactly x = width) nobody knows.
+/// The truth at the rounded pixel of a feature in the distorted image.
+/// DontCare outside the image; some hosts have keypoints at x = width.
 inline Truth truth_at(const cv::Mat& truth, const cv::Point2f& pixel) {
   const float x = std::round(pixel.x), y = std::round(pixel.y);
   if (!(x >= 0 && y >= 0 && x < static_cast<float>(truth.cols) && y < static_cast<float>(truth.rows))) {
@@ -22,8 +22,8 @@ inline Truth truth_at(const cv::Mat& truth, const cv::Point2f& pixel) {
   return value == 0 ? Truth::Static : value == 255 ? Truth::Dynamic : Truth::DontCare;
 }
 
-/// Rejected or kept against static or dynamic, counted over features and frames. A feature whose verdict is
-/// Unknown is kept. Ratios are NaN where nothing was to be divided.
+/// Counts of rejected and kept features, static and dynamic, over all frames.
+/// A feature with verdict Unknown counts as kept. A ratio without features is NaN.
 struct Classification {
   std::size_t dynamic_rejected = 0, dynamic_kept = 0, static_rejected = 0, static_kept_count = 0,
               dont_care = 0;
@@ -45,14 +45,15 @@ struct Classification {
     dont_care += other.dont_care;
   }
 
-  /// Of the rejected ones, the share that is dynamic.
+  /// Share of the rejected features that are dynamic.
   double precision() const { return share(dynamic_rejected, static_rejected); }
-  /// Of the dynamic ones, the share that is rejected.
+  /// Share of the dynamic features that are rejected.
   double recall() const { return share(dynamic_rejected, dynamic_kept); }
-  /// Of the static ones, the share that is kept.
+  /// Share of the static features that are kept.
   double static_kept() const { return share(static_kept_count, static_rejected); }
 
-  /// Frames before this one (counted from 0) are not pooled: a filter with a memory has none yet.
+  /// Frames before this one, counted from 0, are excluded:
+  /// filters need time to fill their state.
   static constexpr std::size_t kFirstFrame = 10;
 
  private:

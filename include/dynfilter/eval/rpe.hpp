@@ -16,13 +16,13 @@ namespace dynfilter::eval {
 struct RpeResult {
   std::size_t pairs = 0;
   ErrorStatistics translation_m;
-  /// All in degrees. The TUM tools print the median in radians, under the name "deg".
+  /// All in degrees. The TUM tools print the median in radians under the name "deg".
   ErrorStatistics rotation_deg;
 };
 
 namespace detail {
 
-/// The closest of all; of two equally close ones the one that the binary search of the TUM tools meets first.
+/// The closest value. A tie is decided like the binary search of the TUM tools does.
 inline std::size_t closest_index(const std::vector<double>& sorted, double value) {
   std::size_t begin = 0, end = sorted.size(), best = 0;
   double gap = std::abs(sorted[0] - value);
@@ -60,12 +60,14 @@ inline double angle_rad(const Eigen::Matrix3d& R) {
 
 }  // namespace detail
 
-/// Relative pose error over pairs `delta_s` apart, as evaluate_rpe.py of the TUM RGB-D benchmark defines it
-/// (Sturm et al., IROS 2012, sec. VI-A) with --fixed_delta. Every estimate starts a pair, whose partner is
-/// the estimate closest to delta_s later, unless that is the last one of all; a pair counts when both ends
-/// have ground truth within twice its median interval. All pairs are taken: the tool draws 10,000 of them at
-/// random where there are more (above five minutes at 30 Hz). Trajectories by time. Throws Error when fewer
-/// than two pairs remain.
+/// Relative pose error over pairs `delta_s` apart,
+/// as defined by evaluate_rpe.py of the TUM RGB-D benchmark with --fixed_delta
+/// (Sturm et al., IROS 2012, sec. VI-A).
+/// Each estimate starts a pair with the estimate closest to delta_s later,
+/// unless that is the last estimate.
+/// A pair counts if both ends have ground truth within twice its median interval.
+/// All pairs are used. The tool samples 10,000 of them if there are more (5 minutes at 30 Hz).
+/// Trajectories must be sorted by time. Throws Error if fewer than two pairs remain.
 inline RpeResult relative_pose_error(const io::Trajectory& truth, const io::Trajectory& estimate,
                                      double delta_s = 1.0) {
   const std::vector<double> truth_s = detail::stamps_s(truth), estimate_s = detail::stamps_s(estimate);

@@ -8,12 +8,12 @@
 
 namespace dynfilter::eval {
 
-/// Of a list of errors; all NaN for an empty one. `std` divides by n, as the TUM tools do.
+/// Statistics of a list of errors. All NaN if it is empty. `std` divides by n, like the TUM tools.
 struct ErrorStatistics {
   double rmse = NAN, mean = NAN, median = NAN, std = NAN, min = NAN, max = NAN;
 };
 
-/// The mean of the two middle values where their number is even; NaN of nothing.
+/// The mean of the two middle values for an even count. NaN without values.
 inline double median(std::vector<double> values) {
   if (values.empty()) return NAN;
   std::sort(values.begin(), values.end());
