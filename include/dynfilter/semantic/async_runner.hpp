@@ -14,24 +14,28 @@
 
 namespace dynfilter {
 
-/// A provider in a thread of its own. submit() costs one copy of the image and never waits for the provider:
-/// the copy takes the place of one that still waits (newest wins, a queue of one). submit(), latest() and
-/// status() hold a mutex for as long as a swap takes.
+/// Runs a provider in its own thread.
+/// submit() costs one copy of the image and never waits for the provider.
+/// The queue holds one image, and a newer image replaces a waiting one.
+/// submit(), latest() and status() hold a mutex only for the duration of a swap.
 ///
-/// A provider that throws is reported in the status and asked again with the next image. One that takes
-/// longer than `timeout_s` for an image is abandoned: its thread is detached and owns, alone, all that it may
-/// still touch (the provider and its image), so that nothing is shared with the runner any more; should it
-/// ever return, it ends and deletes them. A thread cannot be killed: what must be killable belongs into a
-/// process (semantic/process_provider.hpp). The destructor waits `shutdown_s` at most and then does the same.
-/// A provider abandoned when main() ends must not touch static objects.
+/// A provider that throws is reported in the status and called again with the next image.
+/// A provider that takes longer than `timeout_s` for an image is abandoned.
+/// Its thread is detached and then owns the provider and the image alone.
+/// If the provider returns later, the thread deletes them and ends.
+/// A thread cannot be killed. To be able to kill a provider, run it in a process
+/// (semantic/process_provider.hpp).
+/// The destructor waits up to `shutdown_s` and then abandons the provider.
+/// A provider abandoned at the end of main() must not use static objects.
 ///
-/// The provider is used and deleted by its thread. Nothing here changes cv::setNumThreads, which is
-/// process-wide: a network's own threads compete with the tracker unless they live in a process of their own.
+/// The provider's thread uses and deletes it.
+/// cv::setNumThreads is not changed, because it applies to the whole process.
+/// A network's own threads therefore compete with the tracker unless it runs in another process.
 class AsyncRunner final : public SemanticRunner {
  public:
-  using Clock = std::function<double()>;  ///< seconds, never going back
+  using Clock = std::function<double()>;  ///< seconds, monotonic
 
-  /// `clock`: what the timeout is measured with. Throws ConfigError for parameters out of range.
+  /// `clock` measures the timeout. Throws ConfigError if a parameter is out of range.
   AsyncRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params, Clock clock = steady_s)
       : params_(params), clock_(std::move(clock)), state_(std::make_shared<State>()) {
     check_parameters(params_, "runner");
@@ -58,7 +62,7 @@ class AsyncRunner final : public SemanticRunner {
       ++final_.skipped;
       return;
     }
-    // Copied outside of the lock: spare_ belongs to this thread.
+    // Copied outside the lock: only this thread uses spare_.
     spare_.frame_id = image.frame_id;
     spare_.timestamp_s = image.timestamp_s;
     image.pixels.copyTo(spare_.pixels);
@@ -101,7 +105,7 @@ class AsyncRunner final : public SemanticRunner {
   }
 
  private:
-  /// Owned by the runner and by the worker. Under the mutex, but for what only the worker touches.
+  /// Shared by the runner and the worker. Protected by the mutex, except the worker's own members.
   struct State {
     std::mutex mutex;
     std::condition_variable wake, ended_or_not;
@@ -112,7 +116,7 @@ class AsyncRunner final : public SemanticRunner {
     SemanticImage pending;
     Result latest;
     RunnerStatus status;
-    // The worker's own.
+    // Used by the worker only.
     std::unique_ptr<SemanticProvider> provider;
     SemanticImage image;
     Clock clock;
@@ -139,7 +143,7 @@ class AsyncRunner final : public SemanticRunner {
     state.ended_or_not.notify_all();
   }
 
-  /// Takes the lock again.
+  /// Returns with the lock held.
   static void look(State& state, int epoch, std::unique_lock<std::mutex>& lock) {
     RunnerStatus counted;
     Result result = detail::look(*state.provider, state.image, counted, counted.last_error);
@@ -175,11 +179,11 @@ class AsyncRunner final : public SemanticRunner {
   std::shared_ptr<State> state_;  ///< null: abandoned
   std::thread worker_;
   SemanticImage spare_;
-  RunnerStatus final_;  ///< once abandoned
+  RunnerStatus final_;  ///< set when abandoned
   Result final_result_;
 };
 
-/// The runner for a mode.
+/// Creates the runner for a mode.
 inline std::unique_ptr<SemanticRunner> make_runner(std::unique_ptr<SemanticProvider> provider,
                                                    const RunnerParams& params) {
   if (params.mode == RunnerMode::Async) return std::make_unique<AsyncRunner>(std::move(provider), params);

@@ -32,38 +32,42 @@ struct BoxMaskParams {
   static const FieldTable<BoxMaskParams>& fields() {
     using P = BoxMaskParams;
     static const FieldTable<P> table{
-        words("classes", &P::classes, "names of the classes whose boxes get a mask; empty: every class"),
-        real("min_score", &P::min_score, "", {0, 1}, "boxes below this score get none"),
+        words("classes", &P::classes, "names of the classes with masks; empty: all classes"),
+        real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that gets a mask"),
         real("expand_share", &P::expand_share, "", {0, 1},
-             "of the box's size: so far beyond each side the object may reach"),
+             "margin beyond each side of the box, as a share of its size, that the object may cover"),
         real("margin_m", &P::margin_m, "m", {0, 10},
-             "how far behind the box's nearer surface still belongs to it"),
+             "depth margin behind the nearer surface of the box that still belongs to the object"),
         real("max_reach_m", &P::max_reach_m, "m", {0, 10},
-             "how much nearer or farther than the object's middle its parts may be"),
+             "largest depth difference between a part and the middle of the object"),
         real("max_step_share", &P::max_step_share, "", {0, 1},
-             "of the depth: a larger step from pixel to pixel is another surface"),
-        integer("close_px", &P::close_px, "px", {0, 50}, "gaps of this radius are closed"),
+             "relative depth step between neighbouring pixels that separates two surfaces"),
+        integer("close_px", &P::close_px, "px", {0, 50}, "radius of gaps that are closed"),
     };
     return table;
   }
 };
 
-/// From boxes to masks with a depth image: the person, not the wall behind. In each box the depths are split
-/// into two surfaces (cluster/depth_split.hpp); one that is hardly seen in the middle of the box is something
-/// in front and left out. The object's own depth is the median of the nearer one in the middle of the box;
-/// its mask grows from there over pixels without a depth jump, within the grown box, to no more than the
-/// nearer surface + margin_m. A box without depth in it gets no mask. What an object touches without a jump
-/// (the chair under a person) comes along, as far as the box reaches. Cost: linear in the pixels of the
-/// boxes, about 1 ms for a box of half the image.
+/// Creates masks from boxes and a depth image: the person, without the wall behind.
+/// The depths of each box are split into two surfaces (cluster/depth_split.hpp).
+/// A surface that is almost absent in the middle of the box is an occluder and is excluded.
+/// The object's depth is the median of the nearer surface in the middle of the box.
+/// The mask grows from there over pixels without a depth jump.
+/// It is limited to the enlarged box and to the depth of the nearer surface + margin_m.
+/// A box without depth gets no mask.
+/// Surfaces that touch the object without a jump are included within the box,
+/// such as the chair under a person.
+/// Cost: linear in the pixels of the boxes, about 1 ms for a box of half the image.
 class BoxMasks {
  public:
-  /// Throws ConfigError.
+  /// Throws ConfigError if a parameter is out of range.
   explicit BoxMasks(BoxMaskParams params = BoxMaskParams()) : params_(std::move(params)) {
     check_parameters(params_, "box_masks");
   }
 
-  /// Gives a mask (CV_8UC1, 255 inside) to each detection that has none and is wanted. `depth`: CV_32FC1 or
-  /// CV_16UC1 of `unit_m` metres in the boxes' pixels; anything else gives none.
+  /// Adds a mask (CV_8UC1, 255 inside) to each selected detection without one.
+  /// `depth`: CV_32FC1 or CV_16UC1 in units of `unit_m`, in the pixels of the boxes.
+  /// Any other type adds no mask.
   void add(std::vector<Detection>& detections, const cv::Mat& depth, double unit_m) {
     if (depth.empty() || (depth.type() != CV_32FC1 && depth.type() != CV_16UC1)) return;
     depth_ = depth;
@@ -122,7 +126,7 @@ class BoxMasks {
         if (z > nearest_m && z <= farthest_m) samples_.push_back(z);
       });
       if (all == 0) return {};
-      // Next to nothing in the middle of the box: something in front of the object, not the object.
+      // A surface that is almost absent in the middle of the box is an occluder, not the object.
       if (4 * samples_.size() < all) {
         nearest_m = farthest_m;
         continue;
@@ -134,7 +138,7 @@ class BoxMasks {
     return {};
   }
 
-  /// How far the nearest of the box's surfaces behind `nearest_m` reaches.
+  /// Far end of the nearest surface of the box behind `nearest_m`.
   float surface_end_m(const cv::Rect& area, float nearest_m) {
     samples_.clear();
     sample(area, [&](int, int, float z) {
@@ -186,9 +190,10 @@ class BoxMasks {
   std::vector<cv::Point> open_;
 };
 
-/// A detector of boxes that makes masks as well, from the depth image that comes with the picture: both
-/// instance masks and, where the detector has no label image of its own, one merged from them. Pipelines with
-/// `semantic_mask` run from it. Without a depth image it is the detector alone.
+/// A box detector that also creates masks from the depth image of the frame.
+/// It adds instance masks and, if the detector has no label image, one merged from them.
+/// Pipelines with `semantic_mask` can therefore use it.
+/// Without a depth image it returns the detector's result unchanged.
 class BoxMaskProvider final : public SemanticProvider {
  public:
   BoxMaskProvider(std::unique_ptr<SemanticProvider> detector, BoxMaskParams params)

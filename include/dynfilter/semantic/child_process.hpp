@@ -20,17 +20,17 @@ extern "C" char** environ;  // NOLINT: POSIX wants it declared
 
 namespace dynfilter {
 
-/// A program whose standard input and output are one socket of ours; its standard error is ours. It runs in a
-/// process group of its own and inherits no other descriptor that is closed on exec. Ends with this object:
-/// asked by closing the socket, killed when it does not go.
+/// A program with standard input and output on one socket, and the caller's standard error.
+/// It runs in its own process group and inherits no other close-on-exec descriptor.
+/// The destructor ends it: it closes the socket, and kills the program if it does not exit.
 class ChildProcess {
  public:
-  /// `argv[0]` is searched in PATH. Throws Error when it cannot be started.
+  /// `argv[0]` is searched in PATH. Throws Error if it cannot be started.
   explicit ChildProcess(const std::vector<std::string>& argv) {
     if (argv.empty() || argv[0].empty()) throw Error("no command to start");
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw failure(argv[0], errno);
-    // Above the standard ones, or dup2 onto itself would leave it to be closed on exec.
+    // Above the standard descriptors: dup2 onto itself would keep the close-on-exec flag.
     const int theirs = ::fcntl(ends[1], F_DUPFD_CLOEXEC, 3);
     ::close(ends[1]);
     socket_ = ends[0];
@@ -47,7 +47,7 @@ class ChildProcess {
     ::shutdown(socket_, SHUT_WR);
     pollfd gone{socket_, POLLIN, 0};
     char rest[256];
-    // Until it closes its end; what it still says is not wanted.
+    // Waits until the program closes its end, and discards its remaining output.
     for (int i = 0; i < 8 && ::poll(&gone, 1, kGrace_ms) > 0; ++i)
       if (::recv(socket_, rest, sizeof(rest), MSG_DONTWAIT) <= 0) break;
     kill_now();
@@ -57,7 +57,8 @@ class ChildProcess {
   int socket() const { return socket_; }
   pid_t pid() const { return pid_; }
 
-  /// With all that it has started. Returns how it ended: "exit code 1", "signal 9"; empty when unknown.
+  /// Kills the program and its process group.
+  /// Returns how it ended: "exit code 1", "signal 9"; empty if unknown.
   std::string kill_now() {
     if (pid_ <= 0) return {};
     int status = 0;

@@ -10,12 +10,12 @@
 
 namespace dynfilter {
 
-/// The names of a network's classes, in its order, and which of them are wanted.
+/// Class names of a network in its order, and the selection of them.
 class ClassList {
  public:
   ClassList() = default;
-  /// `first_label`: the network's number of the first name. `keep`: names that are wanted; empty: all. Throws
-  /// Error for one that is not in the list.
+  /// `first_label`: the network's number of the first name.
+  /// `keep`: selected names; empty: all. Throws Error for a name that is not in the list.
   ClassList(std::vector<std::string> names, int first_label, const std::vector<std::string>& keep)
       : names_(std::move(names)), first_label_(first_label), kept_(names_.size(), keep.empty()) {
     for (const std::string& name : keep) {
@@ -25,7 +25,7 @@ class ClassList {
     }
   }
 
-  /// One name a line, blanks within are part of it. Throws IoError.
+  /// Reads one name per line. A name may contain blanks. Throws IoError.
   static std::vector<std::string> from_file(const std::filesystem::path& path) {
     std::ifstream in(path);
     if (!in) throw IoError(path.string() + ": cannot be read");
@@ -42,7 +42,7 @@ class ClassList {
 
   int size() const { return static_cast<int>(names_.size()); }
   bool has(int label) const { return label >= first_label_ && label - first_label_ < size(); }
-  /// Throws Error for a label that the list does not have: the list belongs to another network.
+  /// Throws Error for a label that is not in the list, because the list is of another network.
   void check(int label) const {
     if (!has(label))
       throw Error("its output has class " + std::to_string(label) + ", but the class list has " +

@@ -9,13 +9,14 @@
 #include <string>
 #include <vector>
 
-/// From a network's output tensors to boxes. Each appends to `boxes` and throws Error when the output is not
-/// of the layout that it knows; whoever calls names the network. Nothing here needs a network.
+/// Decoders from a network's output tensors to boxes. They need no network.
+/// Each appends to `boxes` and throws Error if the output has another layout.
+/// The caller adds the network's name to the error.
 namespace dynfilter {
 
-/// One output of a Darknet [yolo] or [region] layer as cv::dnn hands it out: N x (5 + classes) or with a 1
-/// before, each row cx cy w h, all as shares of the input, objectness, and per class objectness x
-/// probability.
+/// Output of a Darknet [yolo] or [region] layer in cv::dnn: N x (5 + classes), or 1 x that.
+/// Each row is cx cy w h as shares of the input, objectness,
+/// and per class objectness x probability.
 inline void decode_yolo_regions(const cv::Mat& output, const BoxLayout& layout,
                                 std::vector<NetworkBox>& boxes) {
   const int columns = 5 + layout.classes;
@@ -37,8 +38,9 @@ inline void decode_yolo_regions(const cv::Mat& output, const BoxLayout& layout,
   }
 }
 
-/// The head of a YOLOv5 export: 1 x N x (5 + classes + coefficients), each row cx cy w h in pixels of the
-/// input, objectness, a probability per class, mask coefficients. Score: objectness x best probability.
+/// Output of a YOLOv5 export: 1 x N x (5 + classes + coefficients).
+/// Each row is cx cy w h in pixels of the input, objectness, a probability per class,
+/// and mask coefficients. The score is objectness x best probability.
 inline void decode_yolov5(const cv::Mat& output, const BoxLayout& layout, std::vector<NetworkBox>& boxes) {
   const int columns = 5 + layout.classes + layout.coefficients;
   if (!detail::is_float_tensor(output, 3) || output.size[0] != 1 || output.size[2] != columns)
@@ -57,8 +59,8 @@ inline void decode_yolov5(const cv::Mat& output, const BoxLayout& layout, std::v
   }
 }
 
-/// The head of a YOLOv8 (v9, v11) export: 1 x (4 + classes + coefficients) x N, a column per box: cx cy w h
-/// in pixels of the input, a probability per class, mask coefficients.
+/// Output of a YOLOv8, v9 or v11 export: 1 x (4 + classes + coefficients) x N.
+/// Each column is cx cy w h in pixels of the input, a probability per class and mask coefficients.
 inline void decode_yolov8(const cv::Mat& output, const BoxLayout& layout, std::vector<NetworkBox>& boxes) {
   const int rows = 4 + layout.classes + layout.coefficients;
   if (!detail::is_float_tensor(output, 3) || output.size[0] != 1 || output.size[1] != rows)
@@ -86,8 +88,9 @@ inline void decode_yolov8(const cv::Mat& output, const BoxLayout& layout, std::v
   }
 }
 
-/// A DetectionOutput layer (SSD; Caffe and TensorFlow): 1 x 1 x N x 7, each row image, label, score, x0 y0 x1
-/// y1 as shares of the input. A negative image number ends the list.
+/// Output of a DetectionOutput layer (SSD; Caffe and TensorFlow): 1 x 1 x N x 7.
+/// Each row is image, label, score, x0 y0 x1 y1 as shares of the input.
+/// A negative image number ends the list.
 inline void decode_ssd(const cv::Mat& output, const BoxLayout& layout, std::vector<NetworkBox>& boxes) {
   if (!detail::is_float_tensor(output, 4) || output.size[0] != 1 || output.size[1] != 1 ||
       output.size[3] != 7)

@@ -14,9 +14,11 @@
 
 namespace dynfilter {
 
-/// A score map per class, 1 x classes x H x W, to the label image of its largest class: CV_8UC1, H x W. With
-/// one class only the map is a foreground map: label 1 where it is above `min_foreground`. `foreground_bias`
-/// is added to all classes but the first, the background. Throws Error when the output is not of this layout.
+/// Converts a score map per class, 1 x classes x H x W, to the label image of the largest class.
+/// The result is CV_8UC1, H x W.
+/// A single class is a foreground map: label 1 where it is above `min_foreground`.
+/// `foreground_bias` is added to all classes except the first, the background.
+/// Throws Error if the output has another layout.
 inline void decode_class_scores(const cv::Mat& output, int classes, float min_foreground,
                                 float foreground_bias, cv::Mat& labels) {
   if (!detail::is_float_tensor(output, 4) || output.size[0] != 1 || output.size[1] != classes ||
@@ -44,7 +46,7 @@ inline void decode_class_scores(const cv::Mat& output, int classes, float min_fo
   }
 }
 
-/// The part of a label image of a network's whole input that holds the image; it is not resized.
+/// The part of a label image of a network's input that contains the image, not resized.
 inline cv::Mat image_part(const cv::Mat& labels, const InputFit& fit) {
   const cv::Rect area = fit.area();
   const double sx = static_cast<double>(labels.cols) / fit.input.width;
@@ -56,19 +58,21 @@ inline cv::Mat image_part(const cv::Mat& labels, const InputFit& fit) {
   return labels(cv::Rect(x0, y0, x1 - x0, y1 - y0));
 }
 
-/// Instance masks of YOLOv5 and YOLOv8: the mask of a box is the sum of `prototypes` (1 x K x h x w, covering
-/// the network's whole input), each times the box's coefficient; inside where that is above 0 (a sigmoid
-/// above one half), within the box only.
+/// Instance masks of YOLOv5 and YOLOv8.
+/// `prototypes` is 1 x K x h x w and covers the whole input of the network.
+/// The mask of a box is the sum of the prototypes times the coefficients of the box.
+/// Inside means above 0, a sigmoid above 0.5, within the box.
 class PrototypeMasks {
  public:
-  /// Throws Error when this is not of that layout.
+  /// Throws Error if the tensor has another layout.
   explicit PrototypeMasks(const cv::Mat& prototypes) : prototypes_(prototypes) {
     if (!detail::is_float_tensor(prototypes, 4) || prototypes.size[0] != 1)
       detail::wrong_layout(prototypes, "1xKxHxW mask prototypes");
   }
   int coefficients() const { return prototypes_.size[1]; }
 
-  /// CV_8UC1 of the image's size, 255 inside. `box`: pixels of the image. Bilinear between prototype pixels.
+  /// CV_8UC1 of the image's size, 255 inside. `box` is in pixels of the image.
+  /// Interpolates bilinearly between prototype pixels.
   cv::Mat mask(const std::vector<float>& coefficients, const cv::Rect2f& box, const InputFit& fit) {
     combine(coefficients);
     cv::Mat mask = cv::Mat::zeros(fit.image, CV_8UC1);
@@ -113,7 +117,8 @@ class PrototypeMasks {
   cv::Mat prototypes_, sum_;
 };
 
-/// The mask coefficients of a box: the last `coefficients` values of its row (YOLOv5) or column (YOLOv8).
+/// Mask coefficients of a box: the last `coefficients` values of its row in YOLOv5,
+/// or of its column in YOLOv8.
 inline std::vector<float> mask_coefficients(const cv::Mat& output, int anchor, int coefficients,
                                             bool in_columns) {
   const int rows = output.size[1], columns = output.size[2];

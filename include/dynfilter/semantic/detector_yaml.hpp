@@ -16,18 +16,18 @@
 
 namespace dynfilter {
 
-/// A detector as its YAML says it. Reading one opens no network: `make` does.
+/// A detector as described in YAML. Reading it opens no network; `make` does.
 struct DetectorConfig {
-  std::string name;  ///< `name:`, else the type
+  std::string name;  ///< value of `name:`, else the type
   std::string type;
-  /// Opens the files and makes the provider, a new one with every call. Throws ConfigError or IoError: one
-  /// line that names the file and what was expected.
+  /// Opens the files and creates a new provider with every call.
+  /// Throws ConfigError or IoError with one line that names the file and what was expected.
   std::function<std::unique_ptr<SemanticProvider>()> make;
 };
 
 namespace detail {
 
-/// The keys under `detector:` that are not the provider's own.
+/// The keys under `detector:` that do not belong to the provider.
 inline const std::vector<std::string>& detector_keys() {
   static const std::vector<std::string> keys{"name", "about", "type", "box_masks"};
   return keys;
@@ -42,7 +42,7 @@ inline const ProviderRegistry::Entry& provider_entry(const YamlNode& node, const
   return *entry;
 }
 
-/// Every error under the name of the YAML file, except those that name a file themselves.
+/// Adds the name of the YAML file to every error, except to errors that name a file.
 template <class F>
 auto in_document(const std::string& source, const F& f) {
   try {
@@ -59,8 +59,8 @@ auto in_document(const std::string& source, const F& f) {
 
 }  // namespace detail
 
-/// Reads the map `detector:` of a document that may hold other things (a settings file, say). Throws
-/// ConfigError naming the source, the path, and the known keys or types.
+/// Reads the map `detector:` of a document, which may contain other content.
+/// Throws ConfigError with the source, the path, and the known keys or types.
 inline DetectorConfig read_detector(const YamlDocument& document, const ProviderRegistry& registry,
                                     ProviderFiles files) {
   return detail::in_document(document.source(), [&] {
@@ -73,7 +73,7 @@ inline DetectorConfig read_detector(const YamlDocument& document, const Provider
     if (const auto about = node->find("about")) about->text();
     std::optional<BoxMaskParams> box_masks;
     if (const auto wanted = node->find("box_masks")) box_masks = read_parameters<BoxMaskParams>(*wanted);
-    // The document goes along: a node is valid as long as it lives.
+    // Captures the document, because nodes are valid only while it exists.
     config.make = [document, node = *node, entry, files = std::move(files), box_masks] {
       return detail::in_document(document.source(), [&]() -> std::unique_ptr<SemanticProvider> {
         auto provider = entry.make(node, files, detail::detector_keys());
@@ -85,7 +85,7 @@ inline DetectorConfig read_detector(const YamlDocument& document, const Provider
   });
 }
 
-/// Reads a detector's file. The files that it names lie in `network_folder`, else beside it.
+/// Reads a detector's file. Files that it names are in `network_folder`, else beside it.
 inline DetectorConfig detector_from_file(const std::filesystem::path& file, const ProviderRegistry& registry,
                                          const std::filesystem::path& network_folder = {}) {
   ProviderFiles files;

@@ -15,12 +15,14 @@
 
 namespace dynfilter {
 
-/// A network in OpenCV's cv::dnn, on the CPU: the only place where that comes in. Files are checked before
-/// OpenCV sees them, and what it throws becomes one line that names the file.
+/// A network in OpenCV's cv::dnn on the CPU. No other header includes cv::dnn.
+/// Files are checked before OpenCV reads them.
+/// OpenCV's exceptions become one line that names the file.
 class DnnNetwork {
  public:
-  /// `config`: the .cfg of Darknet, .prototxt of Caffe, .pbtxt of TensorFlow (may be empty) or empty for
-  /// ONNX. `outputs`: names of layers; empty: all that nothing follows. Throws IoError.
+  /// `config`: the .cfg of Darknet, .prototxt of Caffe or .pbtxt of TensorFlow (optional).
+  /// Empty for ONNX.
+  /// `outputs`: layer names; empty: all layers without a successor. Throws IoError.
   DnnNetwork(const std::filesystem::path& network, const std::filesystem::path& config,
              std::vector<std::string> outputs)
       : file_(network.string()), format_(network_format(network)), outputs_(std::move(outputs)) {
@@ -42,7 +44,7 @@ class DnnNetwork {
 
   const std::string& file() const { return file_; }
 
-  /// Blob: 1 x C x H x W floats. The outputs are valid until the next call.
+  /// `blob`: 1 x C x H x W floats. The outputs are valid until the next call.
   const std::vector<cv::Mat>& forward(const cv::Mat& blob) {
     guarded("cannot run this network on an input of 1x" + std::to_string(blob.size[1]) + "x" +
                 std::to_string(blob.size[2]) + "x" + std::to_string(blob.size[3]) +
@@ -76,7 +78,7 @@ class DnnNetwork {
   void load(const Bytes& weights, const Bytes& text) {
     switch (format_) {
       case NetworkFormat::Darknet: {
-        Bytes lines;  // Windows' line ends crash the reader
+        Bytes lines;  // Windows line ends crash the reader
         for (const unsigned char c : text)
           if (c != '\r') lines.push_back(c);
         net_ = cv::dnn::readNetFromDarknet(lines, weights);

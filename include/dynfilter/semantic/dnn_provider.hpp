@@ -22,7 +22,7 @@
 
 namespace dynfilter {
 
-/// How a network's output is read.
+/// Layout of a network's output.
 enum class NetworkDecoder { YoloRegions, YoloV5, YoloV8, Ssd, ClassScores };
 
 struct DnnParams {
@@ -40,50 +40,53 @@ struct DnnParams {
     using P = DnnParams;
     static const FieldTable<P> table = [] {
       FieldTable<P> t{
-          text("network", &P::network, "the file with the weights: .weights, .onnx, .caffemodel or .pb"),
-          text("config", &P::config, "its .cfg (Darknet), .prototxt (Caffe) or .pbtxt (TensorFlow, if any)"),
+          text("network", &P::network, "file with the weights: .weights, .onnx, .caffemodel or .pb"),
+          text("config", &P::config,
+               "configuration file: .cfg of Darknet, .prototxt of Caffe or .pbtxt of TensorFlow (optional)"),
           choice("decoder", &P::decoder,
                  {{"yolo_regions", NetworkDecoder::YoloRegions},
                   {"yolov5", NetworkDecoder::YoloV5},
                   {"yolov8", NetworkDecoder::YoloV8},
                   {"ssd", NetworkDecoder::Ssd},
                   {"class_scores", NetworkDecoder::ClassScores}},
-                 "the layout of the network's output"),
-          words("outputs", &P::outputs, "layers to read; empty: all that no other layer follows"),
+                 "layout of the network's output"),
+          words("outputs", &P::outputs, "layers to read; empty: all layers without a successor"),
       };
       include_fields(t, &P::input);
-      t.push_back(words("classes", &P::classes, "names of the classes in the network's order"));
-      t.push_back(text("class_file", &P::class_file, "a file with a class name on each line, instead"));
-      t.push_back(integer("first_label", &P::first_label, "", {0, 1000},
-                          "the network's number of the first name: 1 where 0 is an unnamed background"));
-      t.push_back(words("keep", &P::keep, "classes that are wanted; empty: all"));
-      t.push_back(real("min_score", &P::min_score, "", {0, 1}, "boxes below are left out"));
-      t.push_back(real("max_overlap", &P::max_overlap, "", {0, 1},
-                       "of two boxes of a class that share more (intersection over union) the better stays"));
-      t.push_back(real("min_foreground", &P::min_foreground, "", {-1e6, 1e6},
-                       "class_scores with one class: the map above this is foreground"));
+      t.push_back(words("classes", &P::classes, "class names in the network's order"));
       t.push_back(
-          real("foreground_bias", &P::foreground_bias, "", {-1e6, 1e6},
-               "class_scores: added to every class but the background; above 0 more pixels count. With "
-               "two classes of logits b counts a pixel above the probability 1 / (1 + e^b)"));
+          text("class_file", &P::class_file, "file with one class name per line, used instead of `classes`"));
+      t.push_back(integer("first_label", &P::first_label, "", {0, 1000},
+                          "the network's number of the first name; 1 if 0 is an unnamed background"));
+      t.push_back(words("keep", &P::keep, "classes that are used; empty: all"));
+      t.push_back(real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that is used"));
+      t.push_back(real("max_overlap", &P::max_overlap, "", {0, 1},
+                       "largest intersection over union of two boxes of one class; beyond it, the one with "
+                       "the lower score is removed"));
+      t.push_back(real("min_foreground", &P::min_foreground, "", {-1e6, 1e6},
+                       "for class_scores with one class, the smallest foreground value of the map"));
+      t.push_back(real("foreground_bias", &P::foreground_bias, "", {-1e6, 1e6},
+                       "for class_scores, added to all classes except the background; for two classes of "
+                       "logits, b selects pixels above probability 1 / (1 + e^b)"));
       return t;
     }();
     return table;
   }
 };
 
-/// A network that cv::dnn runs on the CPU: a detector (boxes; with masks where the network has prototypes) or
-/// a segmenter (a label image).
+/// A network that cv::dnn runs on the CPU.
+/// A detector returns boxes, and masks if it has prototypes. A segmenter returns a label image.
 ///
-/// Files:   Darknet, ONNX, Caffe, TensorFlow (`network_files.hpp`), checked before OpenCV sees them.
+/// Files:   Darknet, ONNX, Caffe, TensorFlow (`network_files.hpp`), checked before OpenCV reads them.
 /// Input:   resized or letterboxed, (pixel - mean) * scale / std, three channels.
-/// Output:  boxes in pixels of the image, cut at its borders, non-maximum suppression per class. The label
-///          image of a segmenter covers the image in the network's resolution; instance masks are also merged
-///          into one, label = class id + 1.
-/// Errors:  IoError naming the network file; the constructor runs it once on a grey image, so that a layout
-/// or
-///          a class list that does not fit is found before the first frame.
-/// Threads: OpenCV's own; how many is a setting of the process, which this does not touch.
+/// Output:  boxes in pixels of the image, clipped at its borders,
+///          with non-maximum suppression per class.
+///          The label image of a segmenter covers the image at the network's resolution.
+///          Instance masks are also merged into a label image, label = class id + 1.
+/// Errors:  IoError naming the network file.
+///          The constructor runs the network once on a grey image,
+///          to detect a wrong layout or class list before the first frame.
+/// Threads: OpenCV's own. Their number is a setting of the process and is not changed here.
 class DnnProvider final : public SemanticProvider {
  public:
   using Params = DnnParams;
@@ -126,7 +129,7 @@ class DnnProvider final : public SemanticProvider {
     if (params.classes.empty() == params.class_file.empty())
       throw ConfigError("classes", "expected the class names, either here or in a `class_file`");
     if (params.decoder == NetworkDecoder::ClassScores && params.first_label != 0)
-      throw ConfigError("first_label", "expected 0: the maps of a segmenter are named from the first on");
+      throw ConfigError("first_label", "expected 0, because a segmenter's maps are named from the first one");
     return params;
   }
 
@@ -206,7 +209,7 @@ class DnnProvider final : public SemanticProvider {
     params_.decoder == NetworkDecoder::YoloV5 ? decode_yolov5(head, layout, boxes_)
                                               : decode_yolov8(head, layout, boxes_);
   }
-  /// The output with the boxes; a second one of four dimensions holds mask prototypes.
+  /// The output with the boxes. A second output with four dimensions contains mask prototypes.
   const cv::Mat& head_of(const std::vector<cv::Mat>& outputs, std::optional<PrototypeMasks>& masks) const {
     const cv::Mat* head = nullptr;
     for (const cv::Mat& output : outputs) {

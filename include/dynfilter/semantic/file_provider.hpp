@@ -25,16 +25,17 @@ struct FileProviderParams {
   static const FieldTable<FileProviderParams>& fields() {
     using P = FileProviderParams;
     static const FieldTable<P> table{
-        text("detections", &P::detections, "a file of boxes by timestamp (io/detections.hpp)"),
-        text("masks", &P::masks, "a folder of 8-bit PNGs, each named by its timestamp, 0 for the background"),
+        text("detections", &P::detections, "file of boxes by timestamp (io/detections.hpp)"),
+        text("masks", &P::masks, "folder of 8-bit PNGs named by timestamp; 0 is the background"),
     };
     return table;
   }
 };
 
-/// What a network said earlier: boxes and masks from files, by the timestamp of the image (to half a
-/// millisecond). An image that neither knows is one for which none came. Throws IoError: files that cannot be
-/// read, a folder without a mask whose name is a number.
+/// Earlier results of a network: boxes and masks from files, by image timestamp.
+/// Timestamps match within half a millisecond.
+/// An image in neither file has no result.
+/// Throws IoError if a file cannot be read or no mask in the folder has a number as its name.
 class FileProvider final : public SemanticProvider {
  public:
   using Params = FileProviderParams;

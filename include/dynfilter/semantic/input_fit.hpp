@@ -6,16 +6,18 @@
 
 namespace dynfilter {
 
-/// How an image is brought to a network's input size.
+/// How an image is scaled to a network's input size.
 enum class ImageFit {
-  Stretch,   ///< both sides on their own: the usual way of Darknet, SSD and DeepLab
-  Letterbox  ///< one scale, the rest filled on both sides: YOLOv5 and later
+  Stretch,   ///< scales both sides independently; used by Darknet, SSD and DeepLab
+  Letterbox  ///< uses one scale and fills the rest on both sides; used by YOLOv5 and later
 };
 
-/// Where an image lies in a network's input. Places are continuous: (0, 0) is the corner of the first pixel.
+/// Position of an image in a network's input.
+/// Coordinates are continuous: (0, 0) is the corner of the first pixel.
 struct InputFit {
   cv::Size image, input;
-  double scale_x = 1, scale_y = 1, offset_x_px = 0, offset_y_px = 0;  ///< input = scale * image + offset
+  /// Input = scale * image + offset.
+  double scale_x = 1, scale_y = 1, offset_x_px = 0, offset_y_px = 0;
 
   static InputFit of(cv::Size image, cv::Size input, ImageFit how) {
     InputFit fit{image, input};
@@ -26,20 +28,20 @@ struct InputFit {
     const cv::Rect area = fit.area();
     fit.offset_x_px = area.x;
     fit.offset_y_px = area.y;
-    // The whole pixels that the image is really resized to.
+    // The integer size that the image is resized to.
     fit.scale_x = static_cast<double>(area.width) / image.width;
     fit.scale_y = static_cast<double>(area.height) / image.height;
     return fit;
   }
 
-  /// The pixels of the input that hold the image.
+  /// The pixels of the input that contain the image.
   cv::Rect area() const {
     const cv::Size size(std::clamp(cvRound(image.width * scale_x), 1, input.width),
                         std::clamp(cvRound(image.height * scale_y), 1, input.height));
     return {(input.width - size.width) / 2, (input.height - size.height) / 2, size.width, size.height};
   }
 
-  /// A box of the input in pixels of the image, cut at its borders; may be empty.
+  /// Converts a box of the input to pixels of the image and clips it. The result may be empty.
   cv::Rect2f to_image(const cv::Rect2f& box) const {
     const auto x = [&](float at) {
       return clamped((static_cast<double>(at) - offset_x_px) / scale_x, image.width);

@@ -8,9 +8,9 @@
 
 namespace dynfilter {
 
-/// The instance masks of detections as one label image: CV_8UC1, 0 = none, class id + 1 (255 at most; 1 for a
-/// class that is not known). Where masks overlap the better score is on top. A mask of another size is left
-/// out.
+/// Merges the instance masks of detections to one label image.
+/// CV_8UC1, 0: no object, else class id + 1, at most 255; 1 for an unknown class.
+/// Where masks overlap, the higher score wins. Masks of another size are skipped.
 inline cv::Mat merged_masks(const std::vector<Detection>& detections, cv::Size image) {
   std::vector<const Detection*> order;
   for (const Detection& d : detections)

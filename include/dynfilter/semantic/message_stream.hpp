@@ -20,11 +20,13 @@ namespace dynfilter {
 /// The other side has closed the stream.
 class EndOfStream : public Error {
  public:
-  EndOfStream() : Error("the other side has gone") {}
+  EndOfStream() : Error("the other side closed the connection") {}
 };
 
-/// Lines and bytes over a socket or a pair of pipes, with a deadline. Throws EndOfStream when the other side
-/// has gone and Error for all else: late, too long a line. Never raises SIGPIPE on a socket.
+/// Lines and bytes over a socket or a pair of pipes, with a deadline.
+/// Throws EndOfStream if the other side closes the stream,
+/// and Error for other failures, such as a timeout or a line that is too long.
+/// Never raises SIGPIPE on a socket.
 class MessageStream {
  public:
   static constexpr double kForever = 1e9;
@@ -32,13 +34,13 @@ class MessageStream {
   /// Does not own the descriptors.
   MessageStream(int in, int out) : in_(in), out_(out) {}
 
-  /// What is called next must be done in so much time.
+  /// Sets the time limit for the next calls.
   void set_deadline(double seconds) {
     seconds_ = seconds;
     end_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   }
 
-  /// Without its end.
+  /// Returns a line without its line end.
   std::string read_line() {
     for (;;) {
       const std::size_t end = buffer_.find('\n', begin_);

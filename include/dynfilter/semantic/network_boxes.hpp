@@ -11,25 +11,25 @@
 
 namespace dynfilter {
 
-/// One object as a network's output says it.
+/// One object in a network's output.
 struct NetworkBox {
   cv::Rect2f box;   ///< pixels of the network's input
-  int label = -1;   ///< the network's own number
+  int label = -1;   ///< label of the network
   float score = 0;  ///< [0, 1]
-  int anchor = -1;  ///< its row or column in the output, for the mask coefficients there
+  int anchor = -1;  ///< row or column in the output, which contains the mask coefficients
 };
 
-/// What a decoder of boxes must be told.
+/// Input of a decoder of boxes.
 struct BoxLayout {
-  cv::Size input;        ///< of the network [px]
-  int classes = 0;       ///< the length of the class list
-  int coefficients = 0;  ///< mask coefficients behind the class scores; 0: a network without masks
-  float min_score = 0;   ///< boxes below are left out
+  cv::Size input;        ///< input size of the network [px]
+  int classes = 0;       ///< length of the class list
+  int coefficients = 0;  ///< mask coefficients after the class scores; 0: no masks
+  float min_score = 0;   ///< smallest score of a box that is used
 };
 
 namespace detail {
 
-/// "1x84x8400".
+/// Shape such as "1x84x8400".
 inline std::string shape_text(const cv::Mat& tensor) {
   std::string text;
   for (int i = 0; i < tensor.dims; ++i) text += (i > 0 ? "x" : "") + std::to_string(tensor.size[i]);
@@ -49,7 +49,7 @@ inline cv::Rect2f centred_box(float x, float y, float width, float height) {
   return {x - width / 2, y - height / 2, width, height};
 }
 
-/// Networks gone wrong give NaN and boxes of no size: left out.
+/// Appends the box unless it has NaN or no area.
 inline void add_if_sound(const NetworkBox& box, std::vector<NetworkBox>& boxes) {
   const cv::Rect2f& b = box.box;
   if (b.width > 0 && b.height > 0 && std::isfinite(b.x) && std::isfinite(b.y) && std::isfinite(b.width) &&
@@ -64,8 +64,9 @@ inline float overlap_share(const cv::Rect2f& a, const cv::Rect2f& b) {
   return both > 0 ? both / (a.area() + b.area() - both) : 0.0F;
 }
 
-/// Greedy non-maximum suppression within each class: the best first, of equal ones the earlier; what overlaps
-/// a kept box of its class by more than `max_overlap` (intersection over union) goes.
+/// Greedy non-maximum suppression within each class, highest score first, then by order.
+/// Removes boxes that overlap a kept box of their class by more than `max_overlap`
+/// (intersection over union).
 inline void suppress_doubles(std::vector<NetworkBox>& boxes, float max_overlap) {
   std::stable_sort(boxes.begin(), boxes.end(),
                    [](const NetworkBox& a, const NetworkBox& b) { return a.score > b.score; });

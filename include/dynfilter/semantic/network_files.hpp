@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-/// What is wrong with a network's files, found before any parser sees them: cv::dnn reads beyond the end of
-/// short weights, and protobuf writes to stderr.
+/// Checks of a network's files before a parser reads them.
+/// cv::dnn reads beyond the end of truncated weights, and protobuf writes to stderr.
 namespace dynfilter {
 
 enum class NetworkFormat { Darknet, Onnx, Caffe, TensorFlow };
@@ -24,7 +24,7 @@ inline std::string to_string(NetworkFormat format) {
   return kNames[static_cast<std::size_t>(format)];
 }
 
-/// By the suffix of the file with the weights. Throws Error.
+/// Determined by the suffix of the weights file. Throws Error.
 inline NetworkFormat network_format(const std::filesystem::path& network) {
   const std::string suffix = network.extension().string();
   if (suffix == ".weights") return NetworkFormat::Darknet;
@@ -40,7 +40,7 @@ using Bytes = std::vector<unsigned char>;
 
 namespace detail {
 
-/// A base-128 number at `at`, which moves behind it; nullopt when the bytes end within.
+/// Reads a base-128 number at `at` and advances `at`. nullopt if the bytes end inside it.
 inline std::optional<std::uint64_t> varint(const Bytes& bytes, std::size_t& at) {
   std::uint64_t value = 0;
   for (unsigned shift = 0; shift < 70 && at < bytes.size(); shift += 7) {
@@ -70,7 +70,7 @@ inline std::string without_blanks(std::string text) {
   return text;
 }
 
-/// The sections of a Darknet .cfg. Throws Error naming the line.
+/// Parses the sections of a Darknet .cfg. Throws Error with the line.
 inline std::vector<ConfigSection> darknet_sections(const std::string& config) {
   std::vector<ConfigSection> sections;
   std::istringstream lines(config);
@@ -93,7 +93,7 @@ inline std::vector<ConfigSection> darknet_sections(const std::string& config) {
   return sections;
 }
 
-/// The layers that a [route] or [shortcut] names: absolute, or counted back from layer `here`.
+/// The layers that a [route] or [shortcut] names, absolute or relative to layer `here`.
 inline std::vector<std::size_t> layers_named(const ConfigSection& section, const char* key,
                                              std::size_t here) {
   std::vector<std::size_t> layers;
@@ -110,7 +110,7 @@ inline std::vector<std::size_t> layers_named(const ConfigSection& section, const
   return layers;
 }
 
-/// Channels behind each layer and weights in total, walking through a configuration.
+/// Computes the channels after each layer and the total number of weights.
 class DarknetCount {
  public:
   explicit DarknetCount(const std::vector<ConfigSection>& sections) {
@@ -120,7 +120,7 @@ class DarknetCount {
       channels_.push_back(current_);
     }
   }
-  /// nullopt when there is a layer whose weights are not known here.
+  /// nullopt if the number of weights of some layer is unknown here.
   std::optional<std::size_t> weights() const { return known_ ? std::make_optional(weights_) : std::nullopt; }
 
  private:
@@ -162,8 +162,8 @@ class DarknetCount {
 
 }  // namespace detail
 
-/// "" when these bytes are whole protobuf fields from beginning to end, as ONNX, TensorFlow and Caffe files
-/// are; else what is wrong. Looks at the outermost fields only.
+/// Checks that the bytes are complete protobuf fields, as in ONNX, TensorFlow and Caffe files.
+/// Returns "" or the fault. Checks the outermost fields only.
 inline std::string protobuf_fault(const Bytes& bytes) {
   if (bytes.empty()) return "is empty";
   std::size_t at = 0;
@@ -198,7 +198,8 @@ inline std::string protobuf_fault(const Bytes& bytes) {
   return "";
 }
 
-/// "" when this can be a protobuf text (.prototxt, .pbtxt): its braces close.
+/// Checks that the text may be protobuf text (.prototxt, .pbtxt): its braces are balanced.
+/// Returns "" or the fault.
 inline std::string protobuf_text_fault(const std::string& text) {
   int depth = 0;
   bool quoted = false, comment = false, any = false;
@@ -217,12 +218,13 @@ inline std::string protobuf_text_fault(const std::string& text) {
   return depth > 0 || quoted ? "is truncated" : "";
 }
 
-/// "" when a Darknet weights file has the size that its configuration asks for, or when that has layers whose
-/// weights are not known here. Throws Error for a configuration that is none.
+/// Checks that a Darknet weights file has the size that its configuration requires.
+/// Returns "" or the fault; "" also if the number of weights of some layer is unknown here.
+/// Throws Error for an invalid configuration.
 inline std::string darknet_fault(const std::string& config, const Bytes& weights) {
   const auto count = detail::DarknetCount(detail::darknet_sections(config)).weights();
   if (weights.size() < 16) return weights.empty() ? "is empty" : "is truncated";
-  // major, minor, revision; then the images seen in training, 8 bytes since version 0.2.
+  // major, minor, revision; then the number of training images, 8 bytes since version 0.2.
   const std::int32_t version = static_cast<std::int32_t>(weights[0]) * 10 + weights[4];
   const std::size_t header = version >= 2 ? 20 : 16;
   if (!count || weights.size() == header + 4 * *count) return "";

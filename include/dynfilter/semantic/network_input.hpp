@@ -28,22 +28,23 @@ struct NetworkInputParams {
         integer("width_px", &P::width_px, "px", {1, 8192}, "width of the network's input"),
         integer("height_px", &P::height_px, "px", {1, 8192}, "height of the network's input"),
         choice("fit", &P::fit, {{"stretch", ImageFit::Stretch}, {"letterbox", ImageFit::Letterbox}},
-               "stretch: each side on its own; letterbox: one scale, the rest filled"),
+               "stretch scales both sides independently; letterbox uses one scale and fills the rest"),
         real("scale", &P::scale, "", {1e-9, 1e9}, "input = (pixel - mean) * scale / std, pixels 0 to 255"),
-        reals("mean", &P::mean, "", {-1e6, 1e6}, "one, or one per channel in the network's order"),
-        reals("std", &P::std, "", {1e-9, 1e9}, "one, or one per channel in the network's order"),
+        reals("mean", &P::mean, "", {-1e6, 1e6}, "one number, or one per channel in the network's order"),
+        reals("std", &P::std, "", {1e-9, 1e9}, "one number, or one per channel in the network's order"),
         choice("channels", &P::channels, {{"rgb", ChannelOrder::Rgb}, {"bgr", ChannelOrder::Bgr}},
-               "the order that the network was trained with"),
-        integer("padding", &P::padding, "", {0, 255}, "fit letterbox: the grey of the filled borders"),
+               "channel order of the network"),
+        integer("padding", &P::padding, "", {0, 255}, "grey value of the filled borders, for letterbox"),
     };
     return table;
   }
 };
 
-/// Images to the tensors that a network wants: 1 x 3 x H x W floats. Buffers are kept from image to image.
+/// Converts images to a network's input tensor, 1 x 3 x H x W floats.
+/// Buffers are reused from image to image.
 class NetworkInput {
  public:
-  /// Throws ConfigError.
+  /// Throws ConfigError if a parameter is out of range.
   explicit NetworkInput(NetworkInputParams params) : params_(std::move(params)) {
     check_parameters(params_);
     for (const auto& [name, list] : {std::pair{"mean", &params_.mean}, {"std", &params_.std}})

@@ -17,15 +17,15 @@
 
 namespace dynfilter {
 
-/// What a provider in another process and its host say to each other (docs/semantics.md): lines of text, then
-/// raw pixels. Version 1.
+/// Messages between a provider in another process and its host (docs/semantics.md).
+/// Lines of text, then raw pixels. Version 1.
 namespace protocol {
 
 inline constexpr const char* kHello = "dynfilter-provider 1";
 inline constexpr int kMaxSide = 16384;
 inline constexpr int kMaxDetections = 10000;
 
-/// What the provider threw, told in an orderly way.
+/// An exception of the provider, reported by the protocol.
 class Told : public Error {
  public:
   using Error::Error;
@@ -47,7 +47,7 @@ inline void read_rows(MessageStream& stream, cv::Mat& image) {
     stream.read_bytes(image.ptr(r), static_cast<std::size_t>(image.cols) * image.elemSize());
 }
 
-/// `image ID TIMESTAMP WIDTH HEIGHT CHANNELS`, then the rows.
+/// Writes `image ID TIMESTAMP WIDTH HEIGHT CHANNELS`, then the rows.
 inline void write_image(MessageStream& stream, const SemanticImage& image) {
   if (image.pixels.type() != CV_8UC1 && image.pixels.type() != CV_8UC3)
     throw Error("an image must have 1 or 3 channels of 8 bits");
@@ -71,8 +71,8 @@ inline void read_image(MessageStream& stream, SemanticImage& image) {
   read_rows(stream, image.pixels);
 }
 
-/// `detections N` and N lines `CLASS_ID SCORE X1 Y1 X2 Y2 CLASS NAME`, `labels WIDTH HEIGHT` and the rows,
-/// both or one or none; then `end`.
+/// Writes `detections N` with N lines `CLASS_ID SCORE X1 Y1 X2 Y2 CLASS NAME`,
+/// and `labels WIDTH HEIGHT` with the rows. Each part is optional. Ends with `end`.
 inline void write_result(MessageStream& stream, const std::optional<SemanticResult>& result) {
   if (result && result->detections) {
     stream.write_text("detections " + std::to_string(result->detections->size()) + "\n");
@@ -133,8 +133,9 @@ inline std::optional<SemanticResult> read_result(MessageStream& stream) {
   return result;
 }
 
-/// The provider's side: answers images on `in` until the host closes the stream. Throws Error for what is not
-/// this protocol. What the provider throws is told to the host.
+/// The provider's side: answers images on `in` until the host closes the stream.
+/// Exceptions of the provider are reported to the host.
+/// Throws Error if the input violates the protocol.
 inline void serve(SemanticProvider& provider, int in, int out) {
   MessageStream stream(in, out);
   stream.write_text(std::string(kHello) + "\n");

@@ -21,28 +21,31 @@ struct ProcessProviderParams {
   static const FieldTable<ProcessProviderParams>& fields() {
     using P = ProcessProviderParams;
     static const FieldTable<P> table{
-        words("command", &P::command, "the program and its arguments, e.g. [dynfilter, serve, yolo.yaml]"),
-        real("timeout_s", &P::timeout_s, "s", {0.001, 3600}, "without an answer by then it is killed"),
-        real("start_timeout_s", &P::start_timeout_s, "s", {0.001, 3600}, "the same for its first line"),
+        words("command", &P::command, "program and arguments, e.g. [dynfilter, serve, yolo.yaml]"),
+        real("timeout_s", &P::timeout_s, "s", {0.001, 3600},
+             "longest time for an answer, after which the program is killed"),
+        real("start_timeout_s", &P::start_timeout_s, "s", {0.001, 3600},
+             "longest time for the first line, after which the program is killed"),
         integer("restarts", &P::restarts, "", {0, 1000},
-                "how often it is started again after it died or was killed"),
+                "how often the program is restarted after it ended or was killed"),
     };
     return table;
   }
 };
 
-/// A provider that is a program of its own, in any language (docs/semantics.md has the protocol). Its
-/// threads, its memory and its crashes are not the tracker's: a network may use as many threads as it likes
-/// or, told so, one, whereas cv::setNumThreads within the tracker's process would change the tracker's too. A
-/// program that hangs, dies or says something else is killed with all that it started, reported by an
-/// exception, and started again with the next image, `restarts` times.
+/// A provider in a separate program, in any language (docs/semantics.md has the protocol).
+/// Its threads, memory and crashes do not affect the tracker.
+/// A network there can use any number of threads.
+/// In the tracker's process, cv::setNumThreads would also affect the tracker.
+/// A program that hangs, ends or violates the protocol is killed with its process group.
+/// This is reported by an exception. The next image starts it again, up to `restarts` times.
 class ProcessProvider final : public SemanticProvider {
  public:
   using Params = ProcessProviderParams;
   static constexpr const char* kName = "process";
-  static constexpr const char* kSummary = "a program of its own that speaks a small protocol";
+  static constexpr const char* kSummary = "a separate program that implements a small protocol";
 
-  /// Starts the program and waits for its first line. Throws Error, one line that names it.
+  /// Starts the program and waits for its first line. Throws Error with one line that names it.
   explicit ProcessProvider(Params params) : params_(std::move(params)) {
     check_parameters(params_, kName);
     start();
@@ -77,7 +80,7 @@ class ProcessProvider final : public SemanticProvider {
     });
   }
 
-  /// An error that the program itself tells of leaves it running.
+  /// After an error that the program itself reports, it continues to run.
   template <class Talk>
   auto talk(double timeout_s, const Talk& exchange) -> decltype(exchange()) {
     try {

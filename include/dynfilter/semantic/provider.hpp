@@ -10,27 +10,30 @@
 
 namespace dynfilter {
 
-/// One image on its way to a provider. The pixels are good until infer() returns, in whatever thread: a
-/// provider that keeps them longer keeps a copy.
+/// One image for a provider.
+/// The pixels are valid until infer() returns, in any thread.
+/// A provider that keeps them longer must copy them.
 struct SemanticImage {
   std::int64_t frame_id = -1;
   double timestamp_s = 0;
-  cv::Mat pixels;           ///< CV_8UC3 (BGR) or CV_8UC1
-  cv::Mat depth;            ///< CV_32FC1 or CV_16UC1, same size as `pixels`; empty: none. Few providers look
+  cv::Mat pixels;  ///< CV_8UC3 (BGR) or CV_8UC1
+  /// CV_32FC1 or CV_16UC1, same size as `pixels`; empty: no depth. Few providers use it.
+  cv::Mat depth;
   double depth_unit_m = 1;  ///< metres per unit of `depth`
 };
 
-/// What a provider found in one image. What it does not make stays unset; an empty list of detections says
-/// that it looked and found nothing.
+/// Result of a provider for one image. Outputs that the provider does not create remain unset.
+/// An empty list of detections means that the provider found nothing.
 struct SemanticResult {
-  std::int64_t frame_id = -1;  ///< the image it was computed on
+  std::int64_t frame_id = -1;  ///< the image that it was computed on
   double timestamp_s = 0;
-  std::optional<std::vector<Detection>> detections;  ///< pixels of that image
-  std::optional<cv::Mat> labels;                     ///< CV_8UC1, 0 = background, of any size
+  std::optional<std::vector<Detection>> detections;  ///< in pixels of that image
+  std::optional<cv::Mat> labels;                     ///< CV_8UC1 of any size, 0: background
 };
 
-/// Who makes boxes and masks: a network, a file, a program of its own. An object without globals, used by one
-/// thread at a time. How late its results come, and what happens then, is not its concern.
+/// A source of boxes and masks: a network, a file or a separate program.
+/// It has no global state and is used by one thread at a time.
+/// The runner handles the delay of its results.
 class SemanticProvider {
  public:
   SemanticProvider() = default;
@@ -40,8 +43,9 @@ class SemanticProvider {
 
   virtual std::string name() const = 0;
 
-  /// Looks at one image. Same image, same result. An empty optional: it has nothing to say about this image
-  /// ("none came"). May throw any std::exception; whoever calls reports it and goes on without.
+  /// Processes one image. The same image must give the same result.
+  /// An empty optional means that there is no result for this image.
+  /// May throw any std::exception. The caller reports it and continues without a result.
   virtual std::optional<SemanticResult> infer(const SemanticImage& image) = 0;
 };
 

@@ -14,12 +14,12 @@
 
 namespace dynfilter {
 
-/// Where the files lie that a detector's YAML names: folders in the order in which they are searched.
+/// Search path for the files that a detector's YAML names: folders in search order.
 struct ProviderFiles {
   std::vector<std::filesystem::path> folders;
 
-  /// A file or folder by the name that the YAML gives it; an absolute one is taken as it is. Throws IoError
-  /// that says where it was looked for and, in `what`, for which purpose.
+  /// Finds a file or folder by its name in the YAML. An absolute path is used directly.
+  /// Throws IoError with the searched folders and the purpose `what`.
   std::filesystem::path find(const std::string& name, const std::string& what) const {
     std::error_code failed;
     std::filesystem::path path(name);
@@ -36,18 +36,19 @@ struct ProviderFiles {
   }
 };
 
-/// What a kind of provider is, without making one.
+/// Description of a kind of provider, available without creating one.
 struct ProviderCard {
   std::string type, summary;
   std::vector<FieldInfo> parameters;
 };
 
-/// Makes a provider from the map under `detector:`. `other_keys` stand in the same map and are not its own.
+/// Creates a provider from the map under `detector:`.
+/// Keys in `other_keys` are accepted but do not belong to the provider.
 using ProviderFactory = std::function<std::unique_ptr<SemanticProvider>(
     const YamlNode& node, const ProviderFiles& files, const std::vector<std::string>& other_keys)>;
 
-/// The kinds of provider that a detector's YAML may name as its `type`. A value, passed in: nothing registers
-/// itself, nothing is global.
+/// The kinds of provider that a detector's YAML may name as its `type`.
+/// A plain value that the caller passes in. Nothing registers itself, and nothing is global.
 class ProviderRegistry {
  public:
   struct Entry {
@@ -55,17 +56,17 @@ class ProviderRegistry {
     ProviderFactory make;
   };
 
-  /// Throws ConfigError when the name is taken.
+  /// Throws ConfigError if the name is taken.
   void add(Entry entry) {
     const std::string type = entry.card.type;
-    if (type.empty()) throw ConfigError("", "a provider without a name cannot be registered");
+    if (type.empty()) throw ConfigError("", "a provider needs a name to be registered");
     if (!entries_.emplace(type, std::move(entry)).second)
       throw ConfigError("", "a provider named `" + type + "` is registered already");
   }
 
-  /// P has a struct P::Params with fields(), the constants P::kName and P::kSummary, and a constructor
-  /// P(Params, ProviderFiles), or P(Params) when it opens no files. The constructor throws IoError for files
-  /// and ConfigError for parameters that make no sense together.
+  /// P has a struct P::Params with fields(), and the constants P::kName and P::kSummary.
+  /// Its constructor is P(Params, ProviderFiles), or P(Params) if it opens no files.
+  /// The constructor throws IoError for files and ConfigError for inconsistent parameters.
   template <class P>
   void add() {
     using Params = typename P::Params;

@@ -13,12 +13,12 @@
 
 namespace dynfilter {
 
-/// When the results of a provider arrive. All but Async are reproducible bit for bit.
+/// When the results of a provider arrive. All modes except Async are bit-for-bit reproducible.
 enum class RunnerMode {
-  Async,  ///< when they are done, in a thread of its own
+  Async,  ///< when they are complete, computed in a separate thread
   Sync,   ///< before submit() returns
-  Late,   ///< those of frame k with frame k + late_frames
-  Rate    ///< as of a provider that takes 1 / rate_hz by the images' timestamps, always busy
+  Late,   ///< results of frame k arrive with frame k + late_frames
+  Rate    ///< simulates a provider that is always busy and takes 1 / rate_hz, in image time
 };
 
 struct RunnerParams {
@@ -36,18 +36,18 @@ struct RunnerParams {
                 {"sync", RunnerMode::Sync},
                 {"late", RunnerMode::Late},
                 {"rate", RunnerMode::Rate}},
-               "when results arrive; sync, late and rate are for experiments, bit for bit reproducible"),
-        integer("late_frames", &P::late_frames, "frames", {0, 1000}, "mode late: so many frames later"),
-        real("rate_hz", &P::rate_hz, "Hz", {0.001, 1000}, "mode rate: results a second"),
+               "when results arrive; sync, late and rate are for experiments and bit-for-bit reproducible"),
+        integer("late_frames", &P::late_frames, "frames", {0, 1000}, "delay of results, for mode late"),
+        real("rate_hz", &P::rate_hz, "Hz", {0.001, 1000}, "results per second, for mode rate"),
         real("timeout_s", &P::timeout_s, "s", {0.001, 3600},
-             "mode async: a provider that takes longer for one image is abandoned"),
-        real("shutdown_s", &P::shutdown_s, "s", {0, 1}, "mode async: how long the destructor waits at most"),
+             "longest time for one image, after which the provider is abandoned, for mode async"),
+        real("shutdown_s", &P::shutdown_s, "s", {0, 1}, "longest wait of the destructor, for mode async"),
     };
     return table;
   }
 };
 
-/// "async", "sync", "late:3" or "rate:2" (Hz). Throws ConfigError.
+/// Parses "async", "sync", "late:3" or "rate:2" (Hz). Throws ConfigError.
 inline RunnerParams parse_runner_mode(const std::string& text) {
   const std::size_t colon = text.find(':');
   const std::string word = text.substr(0, colon);
@@ -67,20 +67,20 @@ inline RunnerParams parse_runner_mode(const std::string& text) {
   return params;
 }
 
-/// How a runner fares. submitted = looked_at + skipped + what is waiting.
+/// Counters of a runner. submitted = looked_at + skipped + images that wait.
 struct RunnerStatus {
   std::int64_t submitted = 0;
-  std::int64_t skipped = 0;    ///< never looked at: a newer image came first
-  std::int64_t looked_at = 0;  ///< handed to the provider, the one that it is busy with included
+  std::int64_t skipped = 0;    ///< replaced by a newer image before processing
+  std::int64_t looked_at = 0;  ///< passed to the provider, including the current one
   std::int64_t results = 0;
-  std::int64_t silent = 0;  ///< the provider had nothing to say
-  std::int64_t failed = 0;  ///< it threw
-  bool abandoned = false;   ///< it hung; no more results will come
-  std::string last_error;   ///< of the last that failed, or why it was abandoned
+  std::int64_t silent = 0;  ///< the provider had no result
+  std::int64_t failed = 0;  ///< the provider threw
+  bool abandoned = false;   ///< the provider hung; no more results arrive
+  std::string last_error;   ///< of the last failure, or the reason for abandoning
 };
 
-/// Hands images to a provider and results to the tracker. One object per camera stream, used by one thread
-/// (the tracker's).
+/// Passes images to a provider and results to the tracker.
+/// One object per camera stream, used by the tracker's thread only.
 class SemanticRunner {
  public:
   using Result = std::shared_ptr<const SemanticResult>;
@@ -90,19 +90,19 @@ class SemanticRunner {
   SemanticRunner& operator=(const SemanticRunner&) = delete;
   virtual ~SemanticRunner() = default;
 
-  /// The next frame, with an id that grows. The pixels are copied where they are needed later.
+  /// Submits the next frame, with increasing ids. Pixels are copied if they are needed later.
   virtual void submit(const SemanticImage& image) = 0;
 
-  /// The newest result there is, with the id of the frame it saw; null: none came yet. It stays the same
-  /// until a newer one is there.
+  /// The newest result, with the id of its frame; null: none yet.
+  /// It does not change until a newer one arrives.
   virtual Result latest() = 0;
 
   virtual RunnerStatus status() = 0;
 
-  /// Another scene: results of the images submitted so far are not handed out any more.
+  /// Call at a scene change. Results of images submitted earlier are then discarded.
   virtual void reset() = 0;
 
-  /// The newest result, once; null when there is none since the last call.
+  /// Returns each newest result once; null if there is no new one since the last call.
   Result take() {
     Result newest = latest();
     if (newest == taken_) return nullptr;
@@ -116,7 +116,7 @@ class SemanticRunner {
 
 namespace detail {
 
-/// One look of a provider, with all that can go wrong written to the status. Null without a result.
+/// Runs the provider once and writes errors to the status. Null without a result.
 inline SemanticRunner::Result look(SemanticProvider& provider, const SemanticImage& image,
                                    RunnerStatus& status, std::string& error) {
   try {

@@ -11,12 +11,14 @@
 
 namespace dynfilter {
 
-/// The modes Sync, Late and Rate: the provider looks within submit(), its results are held back as the mode
-/// says. Time is that of the images' timestamps and their number: same images, same results at the same
-/// frames. An image that a busy provider would not have seen is not looked at.
+/// The modes Sync, Late and Rate.
+/// The provider runs inside submit(), and its results are held back according to the mode.
+/// Time is that of the images' timestamps and their number.
+/// The same images therefore give the same results at the same frames.
+/// An image that arrives while the simulated provider is busy is skipped.
 class SimulatedRunner final : public SemanticRunner {
  public:
-  /// Throws ConfigError for parameters out of range and for mode Async.
+  /// Throws ConfigError for mode Async and if a parameter is out of range.
   SimulatedRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params)
       : provider_(std::move(provider)), params_(params) {
     check_parameters(params_, "runner");
@@ -49,7 +51,8 @@ class SimulatedRunner final : public SemanticRunner {
   }
 
  private:
-  static constexpr double kSameTime_s = 1e-6;  // a frame at the very end of an interval is in time
+  // A frame exactly at the end of an interval is in time.
+  static constexpr double kSameTime_s = 1e-6;
   struct Waiting {
     std::int64_t submitted;
     Result result;
