@@ -11,23 +11,27 @@
 
 namespace dynfilter::mapping {
 
-/// The pixels of what a detector drew a box around, from depth alone.
+/// The pixels of the object in a detector's box, from depth only.
 ///
-/// The nearer side of the box (nearer_surface_m) falls into parts where the depth jumps. Of these the body is
-/// the part that fills most of the middle of the box, and all whose mean depth is within 0.6 m of that one's:
-/// legs below a desk, an arm in front of the chest. Pixels of the farther side belong to it up to 0.6 m
-/// behind that depth: a hand. What is farther before or behind (a desk, a chair, a shelf) does not, though it
-/// is in the box. Where no part fills a tenth of the middle, something stands before the body: the farther
-/// side is split in turn, until one does or it splits no more; then the body is all of the first nearer side.
+/// The nearer side of the box (nearer_surface_m) is divided into parts at depth jumps.
+/// The core is the part that fills most of the middle of the box.
+/// The body is the core and all parts with a mean depth within 0.6 m of it.
+/// These are, for example, legs below a desk or an arm in front of the chest.
+/// Pixels of the farther side up to 0.6 m behind the core also belong to it, such as a hand.
+/// Parts that are farther away in depth, such as a desk or a shelf, are excluded.
+/// If no part fills a tenth of the middle, an occluder is in front of the body.
+/// The farther side is then split again, until a part fills the middle or no split is left.
+/// In the latter case, the body is the whole first nearer side.
 ///
-/// The masks of semantic/box_masks.hpp are of the one thing that a box is around; here what is missed stays
-/// in the map as a ghost, so all that may belong to it goes.
+/// semantic/box_masks.hpp computes tighter masks.
+/// A missed pixel remains in the map as a ghost, so this class includes all that may be the body.
 ///
-/// Blind to what touches the body without a jump, and to somebody who stands behind.
-/// Cost: linear in the box, about 5 ns a pixel, per split. Buffers are kept.
+/// Blind to: objects that touch the body without a jump, and a person behind it.
+/// Cost: linear in the box, about 5 ns per pixel and split. Buffers are reused.
 class BoxBody {
  public:
-  /// `depth_m`: CV_32FC1, 0 = none; `box` within it. `body` becomes CV_8UC1 of the box's size, 255: body.
+  /// `depth_m`: CV_32FC1, 0: no depth. `box` is inside it.
+  /// `body` becomes CV_8UC1 of the box's size, 255 on the body.
   void run(const cv::Mat& depth_m, const cv::Rect& box, cv::Mat& body) {
     const cv::Mat depth = depth_m(box);
     const float behind_m = find_body(depth);
@@ -48,7 +52,7 @@ class BoxBody {
   static constexpr double kMinMiddleShare = 0.1;
   static constexpr double kMaxStepShare = 0.02;
   struct Part {
-    std::uint32_t parent;  ///< a smaller number, or its own
+    std::uint32_t parent;  ///< a smaller number, or the part itself
     std::size_t pixels, in_the_middle;
     double sum_m;
     bool body;
@@ -60,7 +64,8 @@ class BoxBody {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
   }
 
-  /// Marks the body's parts. Up to what depth pixels of the farther side belong to it, too; 0: none does.
+  /// Marks the parts of the body.
+  /// Returns the depth up to which pixels of the farther side belong to it; 0: none.
   float find_body(const cv::Mat& depth) {
     const float nearer_side_m = nearer_side_from(depth, 0);
     for (float farthest_m = nearer_side_m;;) {
@@ -74,7 +79,7 @@ class BoxBody {
     for (std::size_t p = 1; p < parts_.size(); ++p) parts_[p].body = true;
     return 0;
   }
-  /// How far the nearer side reaches of what is farther than this.
+  /// Far end of the nearer side among the depths beyond `beyond_m`.
   float nearer_side_from(const cv::Mat& depth, float beyond_m) {
     inverse_.clear();
     for (int y = 0; y < depth.rows; y += 4)
@@ -83,7 +88,7 @@ class BoxBody {
     return static_cast<float>(nearer_surface_m(inverse_));
   }
 
-  /// Part 0 is everything else: no depth, or on the farther side.
+  /// Part 0 contains pixels without depth and those of the farther side.
   void find_parts(const cv::Mat& depth, float farthest_m) {
     width_ = depth.cols;
     middle_ = cv::Rect(depth.cols / 4, depth.rows / 10, depth.cols - 2 * (depth.cols / 4), depth.rows / 2);
@@ -127,7 +132,7 @@ class BoxBody {
     }
   }
 
-  /// The part that fills most of the middle of the box; 0: none fills enough of it.
+  /// The part that fills most of the middle of the box; 0: no part fills enough.
   std::size_t core_part() const {
     std::size_t core = 0;
     for (std::size_t p = 1; p < parts_.size(); ++p)

@@ -10,15 +10,19 @@
 
 namespace dynfilter::mapping {
 
-/// Which voxels of a map were removed by free space. First those that were seen through (CarveParams). Then
-/// the rest of what was removed: most of a person who left is seen through, but not what stood before places
-/// without depth. A voxel that few keyframes saw, `spread_max_seen` or fewer, goes when at least
-/// `spread_share` of its neighbours within two cells are gone; and so on until nothing changes. The outcome
-/// does not depend on the order: who goes only ever brings others closer to going.
+/// The voxels of a map that free space removes.
+/// First, voxels that enough keyframes saw through are removed (CarveParams).
+/// Then the removal spreads to the remains of the same object.
+/// A person who left is mostly seen through, except in front of pixels without depth.
+/// A voxel spreads if at most `spread_max_seen` keyframes saw it
+/// and at least `spread_share` of its neighbours within two cells are removed.
+/// This repeats until nothing changes.
+/// The result does not depend on the order, because a removal only favours further removals.
 class Carving {
  public:
-  /// Neighbours are those of the same class. Cost: one look at each voxel, and 124 look-ups for those
-  /// that few keyframes saw and that have a neighbour that went.
+  /// Neighbours have the same class.
+  /// Cost: one test per voxel, and 124 look-ups per voxel that few keyframes saw
+  /// and that has a removed neighbour.
   Carving(const VoxelMap& map, const CarveParams& params) : map_(map), params_(params), gone_(map.size(), 0) {
     if (!params.enabled) return;
     std::vector<std::uint32_t> open;

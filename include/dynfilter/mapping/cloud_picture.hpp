@@ -13,8 +13,9 @@
 
 namespace dynfilter::mapping {
 
-/// A picture of a cloud from a camera: every point is a square as large as `leaf_m` appears there, the
-/// nearest one counts. CV_8UC3 on dark grey. Distortion is neglected.
+/// Renders a cloud from a camera, CV_8UC3 on dark grey.
+/// Every point is a square with the projected size of `leaf_m`, and the nearest point wins.
+/// Distortion is neglected.
 inline cv::Mat render_cloud(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
                             const Pose& T_world_camera) {
   cv::Mat picture(size, CV_8UC3, cv::Scalar(40, 40, 40)), depth(size, CV_32FC1, cv::Scalar(1e9));
@@ -43,12 +44,14 @@ inline cv::Mat render_cloud(const MapCloud& cloud, double leaf_m, const Camera& 
   return picture;
 }
 
-/// The camera turned about its own axes until its y axis points straight down: floors, ceilings and desks
-/// make the heights of a cloud pile up, and do so most when it is level. `T_world_camera`: tilted by at most
-/// 44 degrees and hardly rolled. Cost: sorts the points.
+/// Rotates the camera about its centre until its y axis points straight down.
+/// Floors, ceilings and desks concentrate the heights of a cloud at few values.
+/// This concentration is strongest if the pose is level.
+/// `T_world_camera` may be tilted by at most 44 degrees and must have little roll.
+/// Cost: sorts the points.
 inline Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera) {
   const Pose T = inverse(T_world_camera);
-  // One point per 10 cm: key objects are far denser than the rest, and a screen stands upright.
+  // One point per 10 cm: key objects are much denser than the rest, and a screen is upright.
   std::vector<std::array<int, 3>> cells;
   for (const cv::Point3f& p : cloud.points_m)
     cells.push_back({cvFloor(10 * p.x), cvFloor(10 * p.y), cvFloor(10 * p.z)});
@@ -66,7 +69,7 @@ inline Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera) {
     const Eigen::Vector3d down = Eigen::AngleAxisd(tilt * kDeg, Eigen::Vector3d::UnitX()) *
                                  Eigen::AngleAxisd(roll * kDeg, Eigen::Vector3d::UnitZ()) *
                                  Eigen::Vector3d::UnitY();
-    std::vector<int> pile(256, 0);  // of 8 cm
+    std::vector<int> pile(256, 0);  // bins of 8 cm
     for (const Eigen::Vector3d& q : points)
       ++pile[static_cast<std::size_t>(std::clamp(down.dot(q) / 0.08 + 128, 0.0, 255.0))];
     double score = 0;
@@ -83,7 +86,7 @@ inline Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera) {
   return T_world_camera * Pose::from(turn, Eigen::Vector3d::Zero());
 }
 
-/// The points that are at most `above_m` above a level pose: a room without its ceiling.
+/// The points at most `above_m` above a level pose: a room without its ceiling.
 inline MapCloud without_ceiling(const MapCloud& cloud, const Pose& T_world_level, double above_m = 0.5) {
   MapCloud low;
   const Eigen::Vector3d down = T_world_level.R().col(1);
@@ -97,8 +100,8 @@ inline MapCloud without_ceiling(const MapCloud& cloud, const Pose& T_world_level
   return low;
 }
 
-/// An oblique view from behind and above a level pose, as near as the middle 96 % of the cloud per axis
-/// allows.
+/// An oblique view from behind and above a level pose.
+/// It is as close as the middle 96 % of the cloud per axis allows.
 inline Pose overview_pose(const MapCloud& cloud, const Pose& T_world_level, const Camera& camera,
                           cv::Size size) {
   if (cloud.size() == 0) return T_world_level;
@@ -131,13 +134,13 @@ inline Pose overview_pose(const MapCloud& cloud, const Pose& T_world_level, cons
   return T_world_level * Pose::from(turn, centre - turn.col(2) * back_m);
 }
 
-/// The picture of the overview: the room from above, without its ceiling. `T_world_first`: some camera that
-/// saw it, upright.
+/// Renders the room from above without its ceiling.
+/// `T_world_first`: any upright camera pose inside the scene.
 inline cv::Mat render_overview(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
                                const Pose& T_world_first) {
   const Pose level = level_pose(cloud, T_world_first);
   MapCloud low = without_ceiling(cloud, level);
-  if (2 * low.size() < cloud.size()) low = cloud;  // a shelf, a staircase: no room with a ceiling
+  if (2 * low.size() < cloud.size()) low = cloud;  // most points are above: no room with a ceiling
   return render_cloud(low, leaf_m, camera, size, overview_pose(low, level, camera, size));
 }
 

@@ -18,16 +18,19 @@
 
 namespace dynfilter::mapping {
 
-/// Which pixels of a depth image belong into a map. Cut out: the mask of what moves; things of moving classes
-/// that a detector found; dynamic features, clustered with DBSCAN and grown to depth pixels (Zhou et al. sec.
-/// 3.2.2); a rim around all these; and both sides of depth jumps, where a sensor measures points that are on
-/// neither surface. Cost: linear in the pixels, about 0.6 ms for 640 x 480 where nothing is grown. Buffers
-/// are kept.
+/// Selects the pixels of a depth image that belong in a map. It removes:
+///  - the mask of moving objects;
+///  - detections of moving classes;
+///  - dynamic features, clustered with DBSCAN and grown to depth pixels (Zhou et al. sec. 3.2.2);
+///  - a rim around all of these;
+///  - both sides of depth jumps, where a sensor measures points on neither surface.
+/// Cost: linear in the pixels, about 0.6 ms for 640 x 480 without growth. Buffers are reused.
 class DepthCut {
  public:
   explicit DepthCut(const CutParams& params = CutParams()) : params_(params) {}
 
-  /// `depth_m`: CV_32FC1, 0 = none, of the size of frame.depth. Pixels beyond `max_depth_m` are not usable.
+  /// `depth_m`: CV_32FC1, 0: no depth, with the size of frame.depth.
+  /// Pixels beyond `max_depth_m` are not usable.
   void run(const cv::Mat& depth_m, const MapFrame& frame, float max_depth_m = 1e6F) {
     moving_.create(depth_m.size(), CV_8UC1);
     moving_.setTo(0);
@@ -39,9 +42,11 @@ class DepthCut {
     combine(depth_m, max_depth_m);
   }
 
-  const cv::Mat& moving() const { return moving_; }  ///< CV_8UC1, not 0: cut out as moving, rim included
-  const cv::Mat& usable() const { return usable_; }  ///< CV_8UC1, 255: has a depth and belongs into the map
-  std::size_t pixels() const { return pixels_; }     ///< with a depth
+  /// CV_8UC1, not 0: removed as moving, rim included.
+  const cv::Mat& moving() const { return moving_; }
+  /// CV_8UC1, 255: has depth and belongs in the map.
+  const cv::Mat& usable() const { return usable_; }
+  std::size_t pixels() const { return pixels_; }  ///< pixels with depth
   std::size_t cut_pixels() const { return cut_pixels_; }
   std::size_t edge_pixels() const { return edge_pixels_; }
 
@@ -68,8 +73,8 @@ class DepthCut {
       add_body(depth_m, camera, box);
   }
 
-  /// From the rim of the box on without a depth jump, too: an arm leaves the box. Not from below: there the
-  /// floor begins.
+  /// Also grows beyond the rim of the box without a depth jump, because an arm may reach out of it.
+  /// Does not grow from the lower side, where the floor begins.
   void add_body(const cv::Mat& depth_m, const Camera& camera, const cv::Rect& box) {
     body_.run(depth_m, box, in_box_);
     moving_(box) |= in_box_;
@@ -91,7 +96,7 @@ class DepthCut {
     moving_ |= grown_;
   }
 
-  /// Features of a frame with a depth: in 3-D and in pixels.
+  /// Features of a frame with depth, in 3-D and in pixels.
   struct Features {
     std::vector<cv::Point2f> px;
     std::vector<cv::Point3f> m;
@@ -124,7 +129,7 @@ class DepthCut {
     }
   }
 
-  /// A feature whose neighbours within the clusters' radius mostly say the opposite is left out.
+  /// Removes features with mostly opposite votes among the neighbours within the cluster radius.
   void outvote() {
     const std::size_t moving = moving_features_.m.size(), all = moving + still_features_.m.size();
     if (all == moving) return;

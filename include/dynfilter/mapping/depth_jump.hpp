@@ -7,14 +7,14 @@
 
 namespace dynfilter::mapping {
 
-/// Where a depth image jumps from one surface to another: neighbours that differ by more than a share of the
-/// depth and three standard deviations of its noise.
+/// Detects jumps between two surfaces of a depth image.
+/// Neighbours differ by more than a share of the depth and three standard deviations of its noise.
 class DepthJump {
  public:
   explicit DepthJump(double max_step_share) : share_(static_cast<float>(max_step_share)) {}
 
-  /// Depths [m], 0: none; nothing jumps to where there is none. Without branches: compilers take many pixels
-  /// at once.
+  /// Depths [m], 0: no depth. A pixel without depth is never part of a jump.
+  /// Branchless, so that compilers vectorise it.
   DYNFILTER_AS_CALLER bool operator()(float a_m, float b_m) const {
     const float nearer = a_m < b_m ? a_m : b_m;
     const float limit = base_m_ + nearer * (share_ + quadratic_per_m_ * nearer);

@@ -11,11 +11,12 @@
 
 namespace dynfilter::mapping {
 
-/// The viewing rays of all pixels, (x, y, 1) per unit of depth: a row and a column of numbers for a pinhole
-/// camera, a table for one with distortion. Computed once per camera and image size.
+/// Viewing rays of all pixels, (x, y, 1) per unit of depth.
+/// Stored as a row and a column for a pinhole camera, and as a table with distortion.
+/// Computed once per camera and image size.
 class PixelRays {
  public:
-  /// Cheap when nothing changed. Where the distortion has no inverse the rays are NaN.
+  /// Cheap if nothing changed. Rays are NaN where the distortion has no inverse.
   void set(const Camera& camera, cv::Size size) {
     if (camera == camera_ && size == size_) return;
     camera_ = camera;
@@ -34,7 +35,7 @@ class PixelRays {
   cv::Size size() const { return size_; }
   bool is_table() const { return camera_.distorted(); }
   const float* x_row(int y) const { return x_.data() + (is_table() ? row(y) : 0); }
-  const float* y_row(int y) const { return y_.data() + row(y); }       ///< of a table
+  const float* y_row(int y) const { return y_.data() + row(y); }       ///< row of the table
   float y_of(int y) const { return y_[static_cast<std::size_t>(y)]; }  ///< without distortion
 
  private:
@@ -55,21 +56,21 @@ class PixelRays {
   std::vector<float> x_, y_;
 };
 
-/// Points in the camera frame [m], x right, y down, z forward, one per pixel, as three arrays. A pixel
-/// without a usable depth has z = 0 (and x = y = 0).
+/// Points in the camera frame [m] (x right, y down, z forward), one per pixel, as three arrays.
+/// A pixel without usable depth has x = y = z = 0.
 struct DepthPoints {
   cv::Size size;
   std::vector<float> x, y, z;
 };
 
-/// Depths outside of this range are left out.
+/// Depths outside this range are not used.
 struct DepthRange {
   float min_m = 0.1F, max_m = 10;
 };
 
 namespace detail {
 
-/// Depths [m] of `n` pixels; 0 where there is none. Comparisons with NaN are false.
+/// Depths [m] of `n` pixels, 0 without depth. Comparisons with NaN are false.
 DYNFILTER_AS_CALLER inline void read_depths(const std::uint16_t* depth, int n, float unit_m, DepthRange range,
                                             float* z) {
   for (int i = 0; i < n; ++i) {
@@ -85,7 +86,7 @@ DYNFILTER_AS_CALLER inline void read_depths(const float* depth, int n, float uni
   }
 }
 
-/// Of `n` pixels of row y from column x0 on; `depth`: CV_16UC1 or CV_32FC1.
+/// Depths of `n` pixels of row y from column x0. `depth`: CV_16UC1 or CV_32FC1.
 DYNFILTER_AS_CALLER inline void read_depths(const cv::Mat& depth, int y, int x0, int n, float unit_m,
                                             DepthRange range, float* z) {
   if (depth.type() == CV_16UC1)
@@ -94,7 +95,7 @@ DYNFILTER_AS_CALLER inline void read_depths(const cv::Mat& depth, int y, int x0,
     read_depths(depth.ptr<float>(y) + x0, n, unit_m, range, z);
 }
 
-/// x, y, z of these pixels.
+/// Points of these pixels.
 DYNFILTER_AS_CALLER inline void read_points(const cv::Mat& depth, float unit_m, DepthRange range,
                                             const PixelRays& rays, int y, int x0, int n, float* __restrict px,
                                             float* __restrict py, float* __restrict pz) {
@@ -115,9 +116,10 @@ DYNFILTER_AS_CALLER inline void read_points(const cv::Mat& depth, float unit_m, 
 
 }  // namespace detail
 
-/// Back-projects a depth image: x = (u - cx) z / fx and so on, with the rays of `rays`, whose size must be
-/// the depth's. `depth`: CV_16UC1 or CV_32FC1 of `unit_m` metres; anything else gives false and no points.
-/// Linear in the pixels; nothing is allocated from the second image of a size on.
+/// Back-projects a depth image with `rays` of the same size: x = (u - cx) z / fx.
+/// `depth`: CV_16UC1 or CV_32FC1 in units of `unit_m`.
+/// Returns false, without points, for any other type.
+/// Cost: linear in the pixels. Nothing is allocated after the first image of a size.
 inline bool back_project_depth(const cv::Mat& depth, double unit_m, const PixelRays& rays, DepthRange range,
                                DepthPoints& out) {
   const bool known = depth.type() == CV_16UC1 || depth.type() == CV_32FC1;

@@ -19,17 +19,18 @@
 
 namespace dynfilter::mapping {
 
-/// What a keyframe's depth image says of places in the world, kept small (6 bytes per 4 x 4 pixels, 115 KB
-/// for 640 x 480): was a surface seen there, or was it seen through? Through: the place lies in front of
-/// everything that was measured within 4 to 8 pixels around, by more than the margin and the noise. So no
-/// place at a silhouette, on a grazing surface, beside pixels without depth or at the image's edge is ever
-/// seen through: doubt keeps points.
+/// What a keyframe's depth image shows at places in the world: a surface, or free space.
+/// Stored compactly: 6 bytes per 4 x 4 pixels, 115 KB for 640 x 480.
+/// A place is seen through if all depths within 4 to 8 pixels are behind it
+/// by more than the margin and the noise.
+/// Therefore no place at a silhouette, on a grazing surface, beside pixels without depth
+/// or at the image's edge is ever seen through. In doubt, points are kept.
 class DepthView {
  public:
   static constexpr int kBlockBits = 2, kBlockPx = 1 << kBlockBits;
 
-  /// `depth_m`: CV_32FC1, 0 = none. `moving`: CV_8UC1 of its size, not 0 = moves: such pixels show free space
-  /// in front of them, but no static surface.
+  /// `depth_m`: CV_32FC1, 0: no depth. `moving`: CV_8UC1 of its size, not 0: moving.
+  /// Moving pixels show free space in front of them, but no static surface.
   void build(const cv::Mat& depth_m, const cv::Mat& moving, const Camera& camera, const CarveParams& params) {
     camera_ = camera;
     params_ = params;
@@ -48,10 +49,11 @@ class DepthView {
   }
   std::size_t bytes() const { return blocks_.capacity() * sizeof(Block); }
 
-  /// For the voxels of a map from `begin` on: f(index, seen, through), of which at most one is 1, the others
-  /// 0. Batches that are surely out of view are left out. `leaf_m`: of the map's level. A pure function of
-  /// the voxel's key, the view and its pose, so that votes can be taken back. Cost: about 5 ns a voxel; next
-  /// to nothing where its batch is out of view.
+  /// Calls f(index, seen, through) for the voxels of a map from `begin`.
+  /// At most one of the two is 1, the other is 0.
+  /// Skips batches that are certainly out of view. `leaf_m`: leaf of the map's level.
+  /// The result depends only on the voxel's key, the view and its pose, so votes can be undone.
+  /// Cost: about 5 ns per voxel, and almost nothing for a batch out of view.
   template <class F>
   void visit(const KeyList& keys, std::size_t begin, double leaf_m, const Pose& T_world_camera,
              const F& f) const {
@@ -79,8 +81,8 @@ class DepthView {
     std::uint16_t seen[kAtOnce], through[kAtOnce];
   };
 
-  /// What space a view may say anything of: a pyramid in front of the camera, as far as it measured and the
-  /// noise at that distance allows.
+  /// The space that a view can judge: a pyramid in front of the camera,
+  /// limited by the measured depths and the noise at that distance.
   class Sight {
    public:
     Sight(const DepthView& view, double leaf_m, const Pose& T)
@@ -94,8 +96,7 @@ class DepthView {
       bottom_ = view.tallest(), top_ = -bottom_;
     }
 
-    /// Never false for a box with a voxel that look() says something of: slack_m is far more than rounding
-    /// can do.
+    /// Never false for a box with a voxel that look() judges. slack_m is much larger than rounding.
     bool may_reach(const CellBox& box) const {
       Eigen::Vector3d centre, half;
       for (int a = 0; a < 3; ++a) {
@@ -105,7 +106,7 @@ class DepthView {
       }
       const double slack_m = 1e-4 + 1e-5 * (centre.lpNorm<1>() + half.sum() + t_.lpNorm<1>());
       const Eigen::Vector3d p = R_ * centre + t_;
-      // The largest value of normal . point in the box.
+      // Largest value of normal . point in the box.
       const auto most = [&](double x, double y, double z) {
         const Eigen::Vector3d normal(x, y, z);
         return normal.dot(p) + (R_.transpose() * normal).cwiseAbs().dot(half) + slack_m;
@@ -116,8 +117,8 @@ class DepthView {
     }
 
    private:
-    /// Farther than every depth by more than the noise. What lies between two such distances is, too: the
-    /// noise grows with the square of the distance.
+    /// True if z exceeds every depth by more than the noise.
+    /// It then also holds between two such distances, because the noise grows quadratically.
     bool beyond_all(double z) const {
       return z - view_.farthest_m_ > margin_m_ + view_.params_.noise_sigmas * DepthNoise().sigma_m(z) + 0.01;
     }
@@ -136,7 +137,7 @@ class DepthView {
     return static_cast<std::uint16_t>(std::clamp(m / kUnitM, 1.0, 65535.0));
   }
 
-  /// `own`: the block's least depth less its noise; 0 where a quarter of the block has none.
+  /// `own`: smallest depth of the block minus its noise; 0 if a quarter of the block has no depth.
   void summarise(const cv::Mat& depth_m, const cv::Mat& moving, int bx, int by,
                  std::vector<std::uint16_t>& own) {
     int measured = 0, still = 0;
@@ -174,7 +175,7 @@ class DepthView {
     return least;
   }
 
-  /// One function for all callers: what it computes must be equal each time.
+  /// noinline: all callers must compute identical results.
   __attribute__((noinline)) void look(const std::uint64_t* keys, std::size_t n, double leaf_m, const Pose& T,
                                       Projected& voxels) const {
     dynfilter::detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
@@ -205,7 +206,7 @@ class DepthView {
     std::fill(out.z + n, out.z + kAtOnce, 0.0F);
   }
 
-  /// The block that each is seen in; the last one, which knows nothing, for those out of view.
+  /// Block of each voxel in the image. Voxels out of view use the last block, which is unknown.
   template <class L>
   DYNFILTER_AS_CALLER void find_blocks(std::size_t n, Projected& voxels) const {
     const auto fx = static_cast<float>(camera_.fx_px), fy = static_cast<float>(camera_.fy_px),
@@ -230,8 +231,8 @@ class DepthView {
   }
   double widest() const { return 1.25 * (columns_ * kBlockPx + 16) / camera_.fx_px; }
   double tallest() const { return 1.25 * (rows_ * kBlockPx + 16) / camera_.fy_px; }
-  /// Moves the points to where a camera without distortion would see them at the same pixel. What lies a
-  /// quarter of the image beside it is not looked at: there the polynomial may turn back.
+  /// Moves the points to the pixels of the distorted image.
+  /// Skips points more than a quarter of the image outside, where the polynomial may turn back.
   void distort(std::size_t n, Projected& voxels) const {
     const auto wide = static_cast<float>(widest()), tall = static_cast<float>(tallest());
     for (std::size_t k = 0; k < n; ++k) {
@@ -245,7 +246,7 @@ class DepthView {
     }
   }
 
-  /// Without branches: nobody could predict them.
+  /// Branchless, because the outcomes are unpredictable.
   DYNFILTER_AS_CALLER void judge(std::size_t n, double leaf_m, Projected& voxels) const {
     const auto unit_m = static_cast<float>(kUnitM),
                margin_m = static_cast<float>(params_.margin_m + kHalfDiagonal * leaf_m),
@@ -272,7 +273,7 @@ class DepthView {
   CarveParams params_;
   int columns_ = 0, rows_ = 0;
   double farthest_m_ = 0;
-  std::vector<Block> blocks_ = std::vector<Block>(1);  ///< and one for what is out of view
+  std::vector<Block> blocks_ = std::vector<Block>(1);  ///< plus one block for voxels out of view
 };
 
 }  // namespace dynfilter::mapping

@@ -25,10 +25,11 @@ struct CellBox {
   }
 };
 
-/// Keys in the order in which they came, in batches of 256 with a box around each. Voxels that came together
-/// mostly lie together, so a view need not look at most batches of a large map (DepthView). A box holds all
-/// keys that were in its batch, also those that were replaced since: the more is taken out of a map, the less
-/// is left out.
+/// Keys in order of insertion, in batches of 256 with a bounding box each.
+/// Voxels that are added together are usually close together.
+/// A view therefore skips most batches of a large map (DepthView).
+/// A box also covers keys of its batch that were replaced later.
+/// After many removals, fewer batches are skipped.
 class KeyList {
  public:
   static constexpr std::size_t kBatch = 256;
@@ -36,7 +37,7 @@ class KeyList {
   std::size_t size() const { return keys_.size(); }
   std::uint64_t operator[](std::size_t i) const { return keys_[i]; }
   const std::vector<std::uint64_t>& keys() const { return keys_; }
-  /// Of the batch that key `i` is in.
+  /// Box of the batch that contains key `i`.
   const CellBox& box_of(std::size_t i) const { return boxes_[i / kBatch]; }
   std::size_t bytes() const {
     return keys_.capacity() * sizeof(keys_[0]) + boxes_.capacity() * sizeof(CellBox);

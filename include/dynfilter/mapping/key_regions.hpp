@@ -13,9 +13,9 @@
 
 namespace dynfilter::mapping {
 
-/// The pixels of static key objects: the boxes (or instance masks) of the listed classes, less what is cut
-/// out as moving (RTS-SLAM, Algorithm 2, lines 5 to 10). Classes are numbered from 1 in the order of the
-/// list.
+/// The pixels of static key objects (RTS-SLAM, Algorithm 2, lines 5 to 10).
+/// These are the boxes or instance masks of the listed classes, without moving pixels.
+/// Classes are numbered from 1 in list order.
 class KeyRegions {
  public:
   explicit KeyRegions(std::vector<std::string> classes = {}) : classes_(std::move(classes)) {}
@@ -24,14 +24,14 @@ class KeyRegions {
     return std::any_of(detections.begin(), detections.end(),
                        [&](const Detection& d) { return label_of(d) > 0; });
   }
-  /// Number of a detection's class, 0: not a key class.
+  /// Number of a detection's class; 0: not a key class.
   int label_of(const Detection& detection) const {
     const auto at = std::find(classes_.begin(), classes_.end(), detection.class_name);
     return at == classes_.end() ? 0
                                 : static_cast<int>(std::min<std::ptrdiff_t>(at - classes_.begin(), 254)) + 1;
   }
 
-  /// `usable`: CV_8UC1, not 0: belongs into the map. Where boxes overlap the better score counts.
+  /// `usable`: CV_8UC1, not 0: belongs in the map. Where boxes overlap, the higher score wins.
   void mark(Span<const Detection> detections, const cv::Mat& usable) {
     inside_.create(usable.size(), CV_8UC1);
     inside_.setTo(0);
@@ -53,9 +53,10 @@ class KeyRegions {
     outside_ = outside_own_;
   }
 
-  const cv::Mat& inside() const { return inside_; }    ///< CV_8UC1: class numbers, 0 outside
-  const cv::Mat& outside() const { return outside_; }  ///< CV_8UC1: usable and in no key region
-  cv::Rect area() const { return area_; }              ///< around all key regions
+  const cv::Mat& inside() const { return inside_; }  ///< CV_8UC1: class numbers, 0 outside
+  /// CV_8UC1: usable and outside all key regions.
+  const cv::Mat& outside() const { return outside_; }
+  cv::Rect area() const { return area_; }  ///< bounds of all key regions
 
  private:
   void mark_one(const Detection& d) {

@@ -7,9 +7,9 @@
 
 namespace dynfilter::mapping::detail {
 
-/// Vectors of GCC and Clang, for what compilers do not vectorise by themselves: conversions that may trap.
-/// Four lanes fit every processor, eight want AVX2. Wide ones go through references: by value they would
-/// change the calling convention.
+/// Vectors of GCC and Clang for code that compilers do not vectorise: conversions that may trap.
+/// Four lanes work on every processor, eight need AVX2.
+/// Wide vectors are passed by reference, because by value they change the calling convention.
 template <int kLanes>
 struct Lanes;
 template <>
@@ -34,7 +34,7 @@ DYNFILTER_AS_CALLER inline void store_lane(T* to, const Lane& lane) {
   std::memcpy(to, &lane, sizeof lane);
 }
 
-/// Towards zero where `inside` (all bits set), else 0.
+/// Truncates towards zero where `inside` has all bits set, else returns 0.
 template <class L>
 DYNFILTER_AS_CALLER inline void truncate_inside(const typename L::Float& value, const typename L::Int& inside,
                                                 typename L::Int& whole) {

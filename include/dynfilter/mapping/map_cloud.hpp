@@ -11,8 +11,8 @@
 
 namespace dynfilter::mapping {
 
-/// Indices of those voxels of a map that `shown(index)` accepts, in the order of their keys: equal maps give
-/// equal lists of voxels, whatever was added and taken out before.
+/// Indices of the voxels that `shown(index)` accepts, in key order.
+/// Equal maps give equal lists, independent of their history.
 template <class Shown>
 std::vector<std::uint32_t> voxels_in_order(const VoxelMap& map, const Shown& shown) {
   std::vector<std::uint32_t> order;
@@ -23,12 +23,12 @@ std::vector<std::uint32_t> voxels_in_order(const VoxelMap& map, const Shown& sho
   return order;
 }
 
-/// A voxel's centroid in quanta of the map.
+/// Centroid of a voxel in quanta of the map.
 inline double voxel_units(const Voxel& v, std::size_t axis) {
   return static_cast<double>(v.weighted_units[axis]) / static_cast<double>(v.weight) + 0.5;
 }
 
-/// Centroids [m], mean colours and classes. `unit_m`: the map's quantum.
+/// Appends centroids [m], mean colours and classes. `unit_m`: quantum of the map.
 inline void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& order, double unit_m,
                          MapCloud& cloud) {
   for (const std::uint32_t i : order) {
@@ -43,19 +43,19 @@ inline void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& 
   }
 }
 
-/// Collects which keyframes put points into which points of a cloud.
+/// Collects which keyframes contribute to which points of a cloud.
 class SourceCollector {
  public:
   static constexpr std::uint32_t kHidden = ~std::uint32_t{0};
 
-  /// The places in the cloud of a map's voxels; `begin`: of the first in `order`.
+  /// Positions of a map's voxels in the cloud. `begin`: position of the first one in `order`.
   static std::vector<std::uint32_t> places(const VoxelMap& map, const std::vector<std::uint32_t>& order,
                                            std::size_t begin) {
     std::vector<std::uint32_t> place(map.size(), kHidden);
     for (const std::uint32_t i : order) place[i] = static_cast<std::uint32_t>(begin++);
     return place;
   }
-  /// `keyframe`: rising numbers.
+  /// `keyframe`: increasing numbers.
   void add(const VoxelMap& map, const std::vector<std::uint32_t>& place,
            const std::vector<WorldPoint>& points, std::uint32_t keyframe) {
     for (const WorldPoint& p : points) {

@@ -8,14 +8,14 @@
 
 namespace dynfilter::mapping {
 
-/// What is done with the boxes of things that may move, where they come without a mask.
+/// What is removed for boxes of moving classes without a mask.
 enum class BoxCut {
-  Ignore,      ///< nothing: masks and dynamic features only
-  Foreground,  ///< the body in the box (box_body.hpp), and what it goes on to without a depth jump
+  Ignore,      ///< nothing; only masks and dynamic features are removed
+  Foreground,  ///< the body in the box (box_body.hpp), and what it reaches without a depth jump
   All,         ///< the entire box
 };
 
-/// How moving things and doubtful depths are cut out of a depth image (depth_cut.hpp).
+/// How moving objects and unreliable depths are removed from a depth image (depth_cut.hpp).
 struct CutParams {
   BoxCut boxes = BoxCut::Foreground;
   std::vector<std::string> moving_classes = dynfilter::moving_classes();
@@ -31,18 +31,20 @@ struct CutParams {
     static const FieldTable<P> table{
         choice("moving_boxes", &P::boxes,
                {{"ignore", BoxCut::Ignore}, {"foreground", BoxCut::Foreground}, {"all", BoxCut::All}},
-               "what is cut out of boxes of moving classes that come without a mask"),
-        words("moving_classes", &P::moving_classes, "names of detections that may move"),
+               "what is removed for boxes of moving classes without a mask"),
+        words("moving_classes", &P::moving_classes, "names of the detection classes that may move"),
         real("cluster_eps_m", &P::cluster_eps_m, "m", {0.001, 100},
-             "radius in which dynamic features are one cluster"),
+             "radius of the neighbourhood in which dynamic features form a cluster"),
         integer("cluster_min_points", &P::cluster_min_points, "", {1, 1000},
-                "dynamic features that make a moving object; fewer are left alone"),
+                "smallest number of dynamic features that makes a moving object"),
         real("grow_reach_m", &P::grow_reach_m, "m", {0, 100},
-             "how far an object reaches from its features; 0: any"),
-        integer("band_px", &P::band_px, "px", {0, 100}, "rim around what moves that is cut out, too"),
+             "largest distance of an object's pixels from its features; 0: no limit"),
+        integer("band_px", &P::band_px, "px", {0, 100},
+                "width of the rim around moving objects that is also removed"),
         real("max_step_share", &P::max_step_share, "of the depth", {0, 10},
-             "a larger step to the next pixel, beyond the noise, is a depth jump; 0: none is looked for"),
-        integer("edge_px", &P::edge_px, "px", {0, 20}, "rim left out on both sides of a depth jump"),
+             "depth step to the next pixel, beyond the noise, that counts as a depth jump; 0: no detection"),
+        integer("edge_px", &P::edge_px, "px", {0, 20},
+                "width of the rim that is removed on both sides of a depth jump"),
     };
     return table;
   }
@@ -61,19 +63,21 @@ struct CarveParams {
   static const FieldTable<CarveParams>& fields() {
     using P = CarveParams;
     static const FieldTable<P> table{
-        flag("carve", &P::enabled, "remove what other keyframes see through"),
+        flag("carve", &P::enabled, "remove points that other keyframes see through"),
         real("carve_margin_m", &P::margin_m, "m", {0, 100},
-             "how far behind a point a depth must lie at least"),
+             "smallest distance between a point and the surface behind it that is seen through it"),
         real("carve_noise_sigmas", &P::noise_sigmas, "", {0, 100},
-             "and beyond the depth's noise, in standard deviations"),
-        integer("carve_min_views", &P::min_views, "", {1, 1000}, "keyframes that must see through a point"),
-        real("seen_per_through", &P::seen_per_through, "", {0, 1e6},
-             "keyframes that saw a surface there outvote this share of them: hidden when seen < this x "
-             "through"),
+             "standard deviations of the depth noise that are added to the margin"),
+        integer("carve_min_views", &P::min_views, "", {1, 1000},
+                "smallest number of keyframes that must see through a point"),
+        real(
+            "seen_per_through", &P::seen_per_through, "", {0, 1e6},
+            "a point is hidden if fewer keyframes see its surface than this times those that see through it"),
         integer("spread_max_seen", &P::spread_max_seen, "", {0, 65535},
-                "what so few keyframes saw goes with its neighbours; 0: stays"),
+                "largest number of observations of a point that is removed with its neighbours; 0: no such "
+                "removal"),
         real("spread_share", &P::spread_share, "", {0, 1},
-             "when this share of its neighbours within two voxels is gone"),
+             "smallest share of removed neighbours within two voxels that removes such a point"),
     };
     return table;
   }
@@ -88,17 +92,18 @@ struct OutlierParams {
   static const FieldTable<OutlierParams>& fields() {
     using P = OutlierParams;
     static const FieldTable<P> table{
-        flag("outliers", &P::enabled, "remove lonely voxels"),
+        flag("outliers", &P::enabled, "remove isolated voxels"),
         integer("outlier_neighbours", &P::neighbours, "", {1, 64},
-                "so many nearest neighbours are looked at"),
+                "number of nearest neighbours whose distance is averaged"),
         real("outlier_sigmas", &P::sigmas, "", {0, 1000},
-             "lonely: their mean distance is so many standard deviations above that of all voxels"),
+             "a voxel is isolated if its mean distance exceeds the mean of all voxels by this many standard "
+             "deviations"),
     };
     return table;
   }
 };
 
-/// Alignment of a keyframe with the map before it is fused (registration.hpp).
+/// Alignment of a keyframe with the map before fusion (registration.hpp).
 struct RegistrationParams {
   bool enabled = false;
   double max_correction_m = 0.05;
@@ -108,16 +113,19 @@ struct RegistrationParams {
   static const FieldTable<RegistrationParams>& fields() {
     using P = RegistrationParams;
     static const FieldTable<P> table{
-        flag("register_keyframes", &P::enabled, "align each keyframe with the map before it is fused"),
-        real("max_correction_m", &P::max_correction_m, "m", {0, 10}, "a larger correction is not believed"),
-        real("max_correction_deg", &P::max_correction_deg, "deg", {0, 90}, "nor a larger turn"),
-        integer("registration_min_points", &P::min_points, "", {20, 2000}, "with fewer pairs it abstains"),
+        flag("register_keyframes", &P::enabled, "align each keyframe with the map before fusion"),
+        real("max_correction_m", &P::max_correction_m, "m", {0, 10},
+             "largest correction of the position that is accepted"),
+        real("max_correction_deg", &P::max_correction_deg, "deg", {0, 90},
+             "largest correction of the rotation that is accepted"),
+        integer("registration_min_points", &P::min_points, "", {20, 2000},
+                "smallest number of point pairs; with fewer, the keyframe is not aligned"),
     };
     return table;
   }
 };
 
-/// The map. Leaf: voxel edge r_v outside of the key regions.
+/// Parameters of the map. leaf_m is the voxel edge r_v outside the key regions.
 struct MappingParams {
   double leaf_m = 0.02;
   int max_voxels = 2000000;
@@ -138,14 +146,14 @@ struct MappingParams {
       FieldTable<P> t{
           real("leaf_m", &P::leaf_m, "m", {0.001, 10}, "edge of a voxel"),
           integer("max_voxels", &P::max_voxels, "", {1000, 100000000},
-                  "when the map holds more, its leaf doubles"),
+                  "largest number of voxels; beyond it, the leaf doubles"),
           real("max_keyframe_mb", &P::max_keyframe_mb, "MB", {0, 1e6},
-               "for keyframes that can still be removed or moved; the oldest become permanent"),
-          real("min_depth_m", &P::min_depth_m, "m", {0, 1000}, "nearer depths are not used"),
-          real("max_depth_m", &P::max_depth_m, "m", {0.01, 1000}, "farther depths are not used"),
-          words("key_classes", &P::key_classes, "detections of static objects that are kept at full density"),
+               "memory for keyframes that can be removed or moved; beyond it, the oldest become permanent"),
+          real("min_depth_m", &P::min_depth_m, "m", {0, 1000}, "smallest depth that is used"),
+          real("max_depth_m", &P::max_depth_m, "m", {0.01, 1000}, "largest depth that is used"),
+          words("key_classes", &P::key_classes, "classes of static objects that are kept at full density"),
           integer("key_divisor", &P::key_divisor, "", {1, 64},
-                  "leaf in key regions: leaf_m divided by this power of two"),
+                  "power of two that divides leaf_m in key regions"),
           integer("key_window", &P::key_window, "frames", {0, 1000},
                   "frames before and after a keyframe that refine its key regions (N_w)"),
       };
@@ -159,7 +167,7 @@ struct MappingParams {
   }
 };
 
-/// Throws ConfigError, naming the parameter, also for what a single range cannot say.
+/// Throws ConfigError with the parameter, also for combinations that are invalid.
 inline void check_mapping(const MappingParams& p, const std::string& path = "mapping") {
   check_parameters(p, path);
   if (p.min_depth_m >= p.max_depth_m)

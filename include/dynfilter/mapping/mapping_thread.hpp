@@ -17,24 +17,30 @@
 
 namespace dynfilter::mapping {
 
-/// What a mapping thread did.
+/// Counters of a mapping thread.
 struct MappingThreadStatus {
-  std::size_t submitted = 0, fused = 0, skipped = 0;  ///< keyframes; skipped: the map could not use them
-  std::size_t dropped = 0;                            ///< keyframes that found the queue full
-  std::size_t dropped_neighbours = 0;                 ///< other frames that found it full
-  std::string last_note;                              ///< of the last keyframe that was skipped
-  std::size_t pixels = 0;                             ///< of the fused ones: with a usable depth
-  std::size_t left_pixels = 0;                        ///< of those: neither cut out nor at a depth jump
-  double fused_ms = 0;                                ///< time that fusing them took
+  std::size_t submitted = 0, fused = 0, skipped = 0;  ///< keyframes; skipped: unusable for the map
+  /// Keyframes dropped because the queue was full.
+  std::size_t dropped = 0;
+  /// Other frames dropped because the queue was full.
+  std::size_t dropped_neighbours = 0;
+  std::string last_note;  ///< of the last skipped keyframe
+  /// Pixels with usable depth in fused keyframes.
+  std::size_t pixels = 0;
+  /// Of these: neither removed as moving nor at a depth jump.
+  std::size_t left_pixels = 0;
+  double fused_ms = 0;  ///< total time of fusion
 };
 
-/// A StaticMap in a thread of its own: the tracker pays for a copy of the images and never waits. The queue
-/// holds `capacity` frames; a frame that finds it full is dropped and counted, while removals and moves
-/// always go in. As long as nothing is dropped the map is bit for bit that of the same calls on a StaticMap.
-/// The destructor finishes the frame at hand and drops the rest; call finish() first to have all of them.
+/// A StaticMap in its own thread. The tracker only copies the images and never waits.
+/// The queue holds `capacity` frames. A frame that finds it full is dropped and counted.
+/// Removals and moves are never dropped.
+/// Without drops, the map is bit for bit that of the same calls on a StaticMap.
+/// The destructor completes the current frame and drops the others.
+/// Call finish() first to process all of them.
 class MappingThread {
  public:
-  /// Throws ConfigError.
+  /// Throws ConfigError if a parameter is out of range.
   explicit MappingThread(const MappingParams& params = MappingParams(), std::size_t capacity = 16)
       : map_(params), capacity_(capacity), worker_([this] { work(); }) {}
   ~MappingThread() {
@@ -58,12 +64,12 @@ class MappingThread {
     push([id, T_world_camera](StaticMap& map, MappingThreadStatus&) { map.move(id, T_world_camera); });
   }
 
-  /// Waits until all that was submitted is done.
+  /// Waits until everything submitted is processed.
   void finish() {
     std::unique_lock<std::mutex> lock(mutex_);
     idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
   }
-  /// The map after all that was submitted; waits for it.
+  /// The map after everything submitted. Waits for it.
   MapCloud cloud() {
     std::unique_lock<std::mutex> lock(mutex_);
     idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
@@ -87,7 +93,7 @@ class MappingThread {
  private:
   using Job = std::function<void(StaticMap&, MappingThreadStatus&)>;
 
-  /// A frame with all that it points to.
+  /// A frame with deep copies of its data.
   struct OwnedFrame {
     MapFrame frame;
     std::vector<cv::Point2f> moving_px, still_px;
@@ -154,7 +160,7 @@ class MappingThread {
       MappingThreadStatus done;
       try {
         job(map_, done);
-      } catch (const std::exception& error) {  // out of memory, above all: the tracker goes on
+      } catch (const std::exception& error) {  // mostly out of memory; the tracker continues
         ++done.skipped;
         done.last_note = error.what();
       }
@@ -171,7 +177,7 @@ class MappingThread {
     }
   }
 
-  StaticMap map_;  ///< the worker's while busy_
+  StaticMap map_;  ///< used by the worker while busy_
   std::size_t capacity_;
   std::mutex mutex_;
   std::condition_variable wake_, idle_;
@@ -179,7 +185,7 @@ class MappingThread {
   std::size_t frames_waiting_ = 0;
   bool stop_ = false, busy_ = false;
   MappingThreadStatus status_;
-  std::thread worker_;  ///< last: it uses all the others
+  std::thread worker_;  ///< last member, because it uses all others
 };
 
 }  // namespace dynfilter::mapping

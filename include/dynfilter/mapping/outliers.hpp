@@ -14,22 +14,25 @@
 
 namespace dynfilter::mapping {
 
-/// Statistical outlier removal (Rusu et al., Robotics and Autonomous Systems 2008, sec. 4.1) on voxels: a
-/// voxel's mean distance to its nearest `neighbours` is compared with the mean over all voxels plus `sigmas`
-/// standard deviations. Distances count up to kReach leaves, the more distant and the missing as kReach: a
-/// lonely voxel does not spoil the statistics, and only cells that near need to be looked at. Neighbours are
-/// those of the same class.
+/// Statistical outlier removal on voxels
+/// (Rusu et al., Robotics and Autonomous Systems 2008, sec. 4.1).
+/// Compares a voxel's mean distance to its nearest `neighbours`
+/// with the mean over all voxels plus `sigmas` standard deviations.
+/// Larger distances and missing neighbours count as kReach leaves.
+/// An isolated voxel then does not distort the statistics, and the search is local.
+/// Neighbours have the same class.
 ///
-/// Cost: linear. Voxels in the order of their keys are rows along x, and the 25 rows around a voxel move on
-/// with it: no look-ups. Depends only on what is in the map, not on how it came there.
+/// Cost: linear. Voxels in key order are rows along x.
+/// The 25 rows around a voxel advance with it, without look-ups.
+/// The result depends only on the content of the map, not on its history.
 class OutlierFilter {
  public:
   static constexpr int kReach = 2;
 
   explicit OutlierFilter(const OutlierParams& params) : params_(params) {}
 
-  /// `order`: voxels in the order of their keys. Takes outliers out of it; nothing when there are no more
-  /// voxels than neighbours wanted.
+  /// `order`: voxels in key order. Removes outliers from it.
+  /// Does nothing if there are at most `neighbours` voxels.
   void run(const VoxelMap& map, std::vector<std::uint32_t>& order) {
     if (!params_.enabled || order.size() <= static_cast<std::size_t>(params_.neighbours)) return;
     read(map, order);
@@ -51,7 +54,7 @@ class OutlierFilter {
  private:
   static constexpr int kSide = 2 * kReach + 1;
   struct Nearest {
-    std::array<float, 64> squared;  ///< rising
+    std::array<float, 64> squared;  ///< increasing
     int wanted;
     explicit Nearest(int n) : wanted(n) { squared.fill(static_cast<float>(kReach * kReach)); }
     void add(float d2) {
@@ -67,7 +70,7 @@ class OutlierFilter {
     }
   };
 
-  /// Keys, and where in its cell a voxel's centroid is, in leaves.
+  /// Reads keys, and the position of each centroid in its cell, in leaves.
   void read(const VoxelMap& map, const std::vector<std::uint32_t>& order) {
     const double leaf_units = std::ldexp(1.0, VoxelMap::kLeafBits + map.level());
     keys_.clear();
@@ -84,7 +87,7 @@ class OutlierFilter {
   }
 
   void measure(std::vector<float>& mean) const {
-    std::array<std::size_t, kSide * kSide> row{};  // where the row begins that is beside the voxel at hand
+    std::array<std::size_t, kSide * kSide> row{};  // start of each row beside the current voxel
     for (std::size_t i = 0; i < keys_.size(); ++i) {
       Nearest nearest(params_.neighbours);
       for (int r = 0; r < kSide * kSide; ++r) {

@@ -11,37 +11,38 @@
 
 namespace dynfilter::mapping::detail {
 
-/// Points on their way into a grid: 256 at a time stay in the first cache.
+/// Points to be added to a grid. A block of 256 fits the first-level cache.
 struct PointBlock {
   static constexpr int kSize = 256;
   int n = 0;
-  alignas(32) float x[kSize], y[kSize], z[kSize];  ///< what is beyond n counts for nothing
+  alignas(32) float x[kSize], y[kSize], z[kSize];  ///< entries from n on are ignored
   std::uint32_t colour[kSize];                     ///< b | g << 8 | r << 16
   std::uint8_t label[kSize];
   alignas(32) std::int32_t usable[kSize];  ///< 0 or 1
 };
 
-/// How a grid divides space and its table.
+/// How a grid divides space and its hash table.
 struct GridScale {
   float per_unit;  ///< quanta per metre
   int sub_bits;    ///< a leaf is 2^sub_bits quanta
   int table_bits;
 };
 
-/// Keys, places and remainders of a block's points.
+/// Keys, table positions and remainders of a block's points.
 struct KeyedBlock {
-  static constexpr int kFar = 64, kNear = 12;  ///< entries of the table, then keys, are fetched so far ahead
+  static constexpr int kFar = 64, kNear = 12;  ///< prefetch distance of table entries, then of keys
   alignas(32) std::uint64_t key[PointBlock::kSize];
   alignas(32) std::uint32_t place[PointBlock::kSize + kFar];
-  alignas(32) std::int32_t rest[3][PointBlock::kSize];  ///< within the voxel, in quanta
+  alignas(32) std::int32_t rest[3][PointBlock::kSize];  ///< position within the voxel, in quanta
   alignas(32) std::int32_t cell[3][PointBlock::kSize];
   alignas(32) std::int32_t ok[PointBlock::kSize];  ///< 0 or 1
-  /// What the point adds to its voxel, 16 bits each from the lowest on: x, y, z of rest, and 1.
+  /// The contribution of a point to its voxel: four 16-bit numbers.
+  /// From the lowest bits: x, y and z of rest, and 1.
   alignas(32) std::uint64_t summand[PointBlock::kSize];
 };
 
-/// One axis: cell and remainder of every point. Coordinates out of the keys' range, infinite or NaN make a
-/// point not ok.
+/// Cell and remainder of every point for one axis.
+/// Points that are infinite, NaN or out of the keys' range become not ok.
 template <class L>
 DYNFILTER_AS_CALLER inline void split_axis(const float* v, int n, const GridScale& scale, std::int32_t* cell,
                                            std::int32_t* rest, std::int32_t* ok) {
@@ -57,14 +58,15 @@ DYNFILTER_AS_CALLER inline void split_axis(const float* v, int n, const GridScal
     units *= scale.per_unit;
     const Int inside = (units < limit) & (units >= -limit);
     truncate_inside<L>(units, inside, q);
-    q += (__builtin_convertvector(q, Float) > units) & inside;  // floor: that goes towards zero
+    // Floor, because the conversion truncates towards zero.
+    q += (__builtin_convertvector(q, Float) > units) & inside;
     store_lane(cell + i, Int(q >> scale.sub_bits));
     store_lane(rest + i, Int(q & mask));
     store_lane(ok + i, Int(good & inside));
   }
 }
 
-/// Keys, places and summands of a block's points. Compilers vectorise this by themselves.
+/// Keys, table positions and summands of a block's points. Compilers vectorise this loop.
 DYNFILTER_AS_CALLER inline void make_keys(const std::uint8_t* label, int n, int table_bits,
                                           KeyedBlock& keyed) {
   for (int i = 0; i < n; ++i) {
@@ -88,7 +90,7 @@ DYNFILTER_AS_CALLER inline void split_points(const PointBlock& block, const Grid
   make_keys(block.label, block.n, scale.table_bits, keyed);
 }
 
-/// Points one after the other as three arrays.
+/// Converts points to three arrays.
 DYNFILTER_AS_CALLER inline void take_points(const cv::Point3f* points, int n, PointBlock& block) {
   static_assert(sizeof(cv::Point3f) == 3 * sizeof(float));
   const float* from = &points->x;

@@ -21,18 +21,23 @@
 
 namespace dynfilter::mapping {
 
-/// Aligns a keyframe's cloud with the map before it is fused (DeS-SLAM sec. 3.3 names a registration, not
-/// which one): point-to-plane ICP (Chen and Medioni 1992) with Cauchy weights. A map voxel's plane is that of
-/// its neighbours within two cells. Offsets of up to about two leaves are found.
+/// Aligns a keyframe's cloud with the map before fusion.
+/// DeS-SLAM (sec. 3.3) has a registration, but does not specify it.
+/// This is point-to-plane ICP (Chen and Medioni 1992) with Cauchy weights.
+/// The plane of a map voxel is fitted to its neighbours within two cells.
+/// Finds offsets of up to about two leaves.
 ///
-/// Nothing when the cloud and the map do not say enough: fewer than `min_points` pairs or a third of the
-/// points tried, planes that leave a direction open (one wall, a corridor), a correction above the bounds, or
-/// a fit that is not better. Deterministic. Cost: about 2000 points, 125 look-ups each, a few times.
+/// Returns nothing in these cases:
+///  - fewer than `min_points` pairs, or than a third of the tested points;
+///  - planes that leave a direction undetermined, such as one wall or a corridor;
+///  - a correction above the limits;
+///  - a fit that is not better.
+/// Deterministic. Cost: about 2000 points with 125 look-ups each, a few times.
 class MapRegistration {
  public:
   explicit MapRegistration(const RegistrationParams& params) : params_(params) {}
 
-  /// `cloud`: camera frame; `unit_m`: the map's quantum. Returns the better pose.
+  /// `cloud`: camera frame; `unit_m`: quantum of the map. Returns the improved pose.
   std::optional<Pose> run(const VoxelMap& map, double unit_m, const std::vector<VoxelPoint>& cloud,
                           const Pose& T_world_camera) {
     planes_.clear();
@@ -148,7 +153,8 @@ class MapRegistration {
     sum_up(normal);
     return normal;
   }
-  /// Turns are about the points' centre and count by its distance: all six numbers are metres.
+  /// Rotation is about the centre of the points and scaled by their distance.
+  /// All six numbers are therefore in metres.
   void sum_up(Normal& normal) const {
     normal.pairs = pairs_.size();
     for (const Pair& pair : pairs_) {

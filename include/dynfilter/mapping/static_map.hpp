@@ -28,30 +28,36 @@
 
 namespace dynfilter::mapping {
 
-/// What a map holds.
+/// Content of a map.
 struct MapState {
-  std::size_t voxels = 0, key_voxels = 0;  ///< on the coarse and on the fine grid, hidden ones included
-  double leaf_m = 0, key_leaf_m = 0;       ///< as they are now: leaves double when the map is full
+  /// On the coarse and on the fine grid, hidden voxels included.
+  std::size_t voxels = 0, key_voxels = 0;
+  double leaf_m = 0, key_leaf_m = 0;  ///< current values; leaves double when the map is full
   std::size_t keyframes = 0, permanent_keyframes = 0;
   std::size_t voxel_bytes = 0, keyframe_bytes = 0;
 };
 
-/// The dense map of the static scene, built from keyframes (RTS-SLAM sec. 3.5). Each keyframe's depth image
-/// is cut (DepthCut), thinned to a cloud of voxel centroids in the camera frame, moved by its pose and added
-/// to the voxels of the world as whole numbers. So a keyframe can be taken out again, or put at another pose,
-/// and the map is then, bit for bit, what it would be without it or with that pose from the start.
+/// The dense map of the static scene, built from keyframes (RTS-SLAM sec. 3.5).
+/// Moving pixels are removed from each keyframe's depth image (DepthCut).
+/// The rest becomes a cloud of voxel centroids in the camera frame.
+/// The cloud is transformed by the pose and added to the world's voxels as integers.
+/// A keyframe can therefore be removed or moved later.
+/// The map is then bit for bit as if the keyframe had never been added, or had this pose.
 ///
-/// Free space removes what a mask missed: per voxel is counted how many keyframes saw a surface there and how
-/// many saw through it (DepthView, Carving), earlier and later ones alike. A person who stood for some
-/// keyframes and then left is hidden once enough keyframes saw the wall behind; a new thing in a place that
-/// was seen to be free is held back until it was seen often enough.
+/// Free space removes what a mask missed.
+/// Each voxel counts how many keyframes see a surface there and how many see through it
+/// (DepthView, Carving), regardless of their order.
+/// A person who left is hidden once enough keyframes see the wall behind.
+/// A new object in free space is added only after enough keyframes see it.
 ///
-/// Memory is bounded: at most max_voxels (when full, leaves double), and at most max_keyframe_mb of keyframe
-/// clouds and views; beyond that the oldest keyframes become permanent: they stay in the map, but can no
-/// longer be removed or moved. Not thread-safe: mapping_thread.hpp.
+/// Memory is bounded. The map holds at most max_voxels; when it is full, leaves double.
+/// Keyframe clouds and views take at most max_keyframe_mb.
+/// Beyond that, the oldest keyframes become permanent.
+/// They remain in the map, but can no longer be removed or moved.
+/// Not thread-safe; see mapping_thread.hpp.
 class StaticMap {
  public:
-  /// Throws ConfigError.
+  /// Throws ConfigError if a parameter is out of range.
   explicit StaticMap(const MappingParams& params = MappingParams())
       : params_((check_mapping(params), params)),
         cut_(params.cut),
@@ -60,13 +66,14 @@ class StaticMap {
         key_regions_(params.key_classes),
         registration_(params.registration) {}
 
-  /// Fuses a keyframe. One that cannot be used changes nothing; report.note says why.
+  /// Fuses a keyframe. An unusable keyframe changes nothing; report.note gives the reason.
   MapReport add(const MapFrame& frame) {
     const auto start = std::chrono::steady_clock::now();
     MapReport report;
     report.T_world_camera = frame.T_world_camera;
     report.note = why_not(frame);
-    if (report.note.empty() && find(frame.id) != nullptr) report.note = "a keyframe of this id is in the map";
+    if (report.note.empty() && find(frame.id) != nullptr)
+      report.note = "the map already has a keyframe with this id";
     if (report.note.empty()) {
       fuse(frame, report);
       report.used = true;
@@ -76,9 +83,9 @@ class StaticMap {
     return report;
   }
 
-  /// Any other frame, in order of time: only its key regions are looked at (Algorithm 2). Within key_window
-  /// frames of a keyframe, before or after it, they refine that keyframe and move with it. Frames without
-  /// detections of key classes cost next to nothing.
+  /// Adds key regions of any other frame (Algorithm 2). Call it in order of time.
+  /// Within key_window frames of a keyframe, before or after it, they refine that keyframe.
+  /// They move with it. Frames without detections of key classes cost almost nothing.
   MapReport observe(const MapFrame& frame) {
     MapReport report;
     report.T_world_camera = frame.T_world_camera;
@@ -105,8 +112,8 @@ class StaticMap {
     return report;
   }
 
-  /// Takes a keyframe out: the map is then as if it had never been added. False if it is unknown or
-  /// permanent.
+  /// Removes a keyframe. The map is then as if it had never been added.
+  /// False if it is unknown or permanent.
   bool remove(std::int64_t id) {
     const auto at =
         std::find_if(keyframes_.begin(), keyframes_.end(), [&](const auto& k) { return k->id == id; });
@@ -117,8 +124,8 @@ class StaticMap {
     return true;
   }
 
-  /// Puts a keyframe at another pose, as after a loop closure; it is not aligned with the map again. False,
-  /// and nothing changes, if it is unknown or permanent or the pose is not rigid.
+  /// Moves a keyframe to another pose, for example after loop closure, without alignment.
+  /// False, without effect, if it is unknown or permanent or the pose is not rigid.
   bool move(std::int64_t id, const Pose& T_world_camera) {
     Keyframe* keyframe = find(id);
     if (keyframe == nullptr || !is_rigid(T_world_camera)) return false;
@@ -132,9 +139,9 @@ class StaticMap {
     return std::any_of(keyframes_.begin(), keyframes_.end(), [&](const auto& k) { return k->id == id; });
   }
 
-  /// The map as points, sorted by class and place: equal maps give equal clouds. Without voxels that were
-  /// seen through, without lonely ones and, where there are fine voxels of key objects, without the coarse
-  /// ones.
+  /// The map as points, sorted by class and position. Equal maps give equal clouds.
+  /// Excludes voxels that were seen through and isolated voxels.
+  /// Excludes coarse voxels where fine voxels of key objects exist.
   MapCloud cloud() const {
     MapCloud cloud;
     const Shown shown = shown_voxels();
@@ -143,8 +150,9 @@ class StaticMap {
     return cloud;
   }
 
-  /// Which keyframes each point of cloud() came from; a neighbour's points count as their keyframe's. Made
-  /// anew from the keyframes' clouds, in about the time that fusing them took.
+  /// The keyframes that contribute to each point of cloud().
+  /// A neighbour's points count as those of its keyframe.
+  /// Recomputed from the keyframes' clouds, in about the time of their fusion.
   MapSources sources() const {
     const Shown shown = shown_voxels();
     const auto fine = SourceCollector::places(key_map_, shown.fine, 0),
@@ -183,7 +191,7 @@ class StaticMap {
     return params_.leaf_m / params_.key_divisor * std::ldexp(1.0, key_map_.level());
   }
 
-  /// Doubles all leaves, as happens by itself when the map is full.
+  /// Doubles all leaves. This happens automatically when the map is full.
   void double_leaf() {
     map_.coarsen();
     key_map_.coarsen();
@@ -195,12 +203,12 @@ class StaticMap {
   struct Keyframe {
     std::int64_t id = -1;
     double timestamp_s = 0;
-    Pose T_world_camera, T_given;              ///< given: before it was aligned with the map
+    Pose T_world_camera, T_given;              ///< T_given: before alignment with the map
     std::vector<VoxelPoint> cloud, key_cloud;  ///< camera frame
     DepthView view;
   };
   struct Shown {
-    std::vector<std::uint32_t> fine, coarse;  ///< voxels in the order of the cloud
+    std::vector<std::uint32_t> fine, coarse;  ///< voxels in cloud order
   };
   struct Neighbour {
     std::int64_t number;
@@ -240,8 +248,8 @@ class StaticMap {
     return {};
   }
 
-  /// Depths in metres, 0 where there is none. Those beyond max_depth_m stay: they show that what is in front
-  /// of them is free.
+  /// Depths in metres, 0: no depth.
+  /// Depths beyond max_depth_m are kept, because they prove free space in front of them.
   void read_depth(const MapFrame& frame) {
     rays_.set(frame.camera, frame.depth.size());
     depth_m_.create(frame.depth.size(), CV_32FC1);
@@ -303,7 +311,7 @@ class StaticMap {
     report.registered = true;
   }
 
-  /// Also finds the rest of the picture: key_regions_.outside().
+  /// Also computes the rest of the image, key_regions_.outside().
   void cloud_of_key_regions(const MapFrame& frame, std::vector<VoxelPoint>& cloud, MapReport& report) {
     key_regions_.mark(frame.detections, cut_.usable());
     cloud.clear();
@@ -316,7 +324,7 @@ class StaticMap {
     report.key_points += cloud.size();
   }
 
-  /// A neighbour's points in the keyframe's camera frame: they move with the keyframe.
+  /// Stores a neighbour's points in the keyframe's camera frame, so that they move with it.
   static void append_in(Keyframe& keyframe, const Neighbour& neighbour) {
     const Pose T = inverse(keyframe.T_given) * neighbour.T_world_camera;
     for (VoxelPoint p : neighbour.cloud) {
@@ -342,14 +350,14 @@ class StaticMap {
     if (params_.carve.enabled) vote(keyframe, 0, 0, -1);
   }
 
-  /// Sign 1 adds, -1 takes out.
+  /// Sign 1 adds, -1 removes.
   void fuse_points(VoxelMap& map, double unit_m, const std::vector<VoxelPoint>& cloud, std::size_t begin,
                    const Pose& T, int sign) {
     outside_ += to_world(cloud, begin, T, unit_m, world_);
     sign > 0 ? map.add(world_.data(), world_.size()) : map.subtract(world_.data(), world_.size());
   }
-  /// Points in whole quanta of the map; returns how many are outside of it. One function for all callers:
-  /// what it computes must be equal each time.
+  /// Converts points to quanta of the map. Returns how many are out of range.
+  /// noinline: all callers must compute identical results.
   __attribute__((noinline)) static std::size_t to_world(const std::vector<VoxelPoint>& cloud,
                                                         std::size_t begin, const Pose& T, double unit_m,
                                                         std::vector<WorldPoint>& world) {
@@ -380,7 +388,7 @@ class StaticMap {
     return outside;
   }
 
-  /// A keyframe's votes on the voxels from these indices on.
+  /// Adds a keyframe's votes on the voxels from these indices.
   void vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin, int sign) {
     vote_in(map_, keyframe, begin, leaf_m(), sign);
     vote_in(key_map_, keyframe, key_begin, key_leaf_m(), sign);
@@ -414,7 +422,7 @@ class StaticMap {
       ++permanent_;
     }
   }
-  /// Its votes stay, in the counters that nobody takes anything out of.
+  /// Moves its votes to the permanent counters, from which nothing is removed.
   void make_permanent(const Keyframe& keyframe) {
     if (!params_.carve.enabled) return;
     for (VoxelMap* map : {&map_, &key_map_}) {
@@ -456,8 +464,8 @@ class StaticMap {
     return order;
   }
 
-  static constexpr float kFarthestM = 65;              ///< DepthView's range
-  static constexpr std::size_t kMaxKeyframes = 60000;  ///< a vote counts up to 65535
+  static constexpr float kFarthestM = 65;              ///< range of DepthView
+  static constexpr std::size_t kMaxKeyframes = 60000;  ///< votes count up to 65535
 
   MappingParams params_;
   DepthCut cut_;

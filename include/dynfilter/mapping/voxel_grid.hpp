@@ -17,12 +17,12 @@
 
 namespace dynfilter::mapping {
 
-/// A voxel's centroid, in the frame of the points that went in.
+/// Centroid of a voxel, in the frame of the input points.
 struct VoxelPoint {
   float x, y, z;
   std::uint8_t b, g, r;  ///< mean colour, rounded
-  std::uint8_t label;    ///< class, 0: none
-  std::uint32_t count;   ///< points in the voxel, 0 only by default
+  std::uint8_t label;    ///< class, 0: no class
+  std::uint32_t count;   ///< number of points in the voxel
 
   bool operator==(const VoxelPoint& o) const {
     return x == o.x && y == o.y && z == o.z && b == o.b && g == o.g && r == o.r && label == o.label &&
@@ -30,16 +30,17 @@ struct VoxelPoint {
   }
 };
 
-/// What a voxel grid reads of a depth image.
+/// What a voxel grid reads from a depth image.
 struct DepthSource {
   cv::Mat depth;  ///< CV_16UC1 or CV_32FC1
   double unit_m = 1;
   DepthRange range;
-  const PixelRays* rays = nullptr;  ///< of the depth's size
-  cv::Mat bgr;                      ///< CV_8UC3 or CV_8UC1 of the depth's size; empty: grey
-  cv::Mat usable;                   ///< CV_8UC1: only pixels that are not 0; empty: all
-  cv::Mat labels;                   ///< CV_8UC1: classes, kept apart; empty: 0
-  cv::Rect area;                    ///< empty: the entire image
+  const PixelRays* rays = nullptr;  ///< with the size of the depth image
+  /// CV_8UC3 or CV_8UC1 with the size of the depth image; empty: grey.
+  cv::Mat bgr;
+  cv::Mat usable;  ///< CV_8UC1: pixels that are not 0 are used; empty: all
+  cv::Mat labels;  ///< CV_8UC1: classes, which are kept apart; empty: 0
+  cv::Rect area;   ///< empty: the whole image
 };
 
 namespace detail {
@@ -49,7 +50,7 @@ struct FourSums {
   using Four = std::uint32_t __attribute__((vector_size(16)));
   Four v{};
 
-  /// Four numbers of 16 bits.
+  /// Adds four 16-bit numbers.
   void add(std::uint64_t summand) {
     using FourShort = std::uint16_t __attribute__((vector_size(8)));
     FourShort four;
@@ -58,19 +59,20 @@ struct FourSums {
   }
 };
 
-/// A grid's quantum and the way back from sums of quanta to metres.
+/// A grid's quantum, and the conversion from sums of quanta to metres.
 struct CentroidScale {
   double unit_m, units_per_leaf;
 };
 
-/// Half a quantum makes up for the floor that each coordinate went through.
+/// Half a quantum compensates the floor of each coordinate.
 DYNFILTER_AS_CALLER inline void write_centroid(const FourSums& sums, std::uint64_t key,
                                                const CentroidScale& scale, VoxelPoint& out) {
   using FourInts = std::int32_t __attribute__((vector_size(16)));
   using FourFloats = float __attribute__((vector_size(16)));
   using FourDoubles = double __attribute__((vector_size(32)));
   const FourInts cell{VoxelKey::axis(key, 0), VoxelKey::axis(key, 1), VoxelKey::axis(key, 2), 0};
-  const FourInts sum = reinterpret_cast<FourInts>(sums.v) ^ INT32_MIN;  // conversions are of signed numbers
+  // Conversions are of signed numbers.
+  const FourInts sum = reinterpret_cast<FourInts>(sums.v) ^ INT32_MIN;
   const double share = 1.0 / static_cast<double>(sums.v[3]);
   const FourDoubles units = __builtin_convertvector(cell, FourDoubles) * scale.units_per_leaf +
                             (__builtin_convertvector(sum, FourDoubles) + 2147483648.0) * share + 0.5;
@@ -89,16 +91,20 @@ DYNFILTER_AS_CALLER inline void write_colour(const FourSums& sum, VoxelPoint& ou
 
 }  // namespace detail
 
-/// The voxel grid of RTS-SLAM (eq. 15-19): voxel v = floor(p / leaf), one point per voxel, the centroid of
-/// the points in it. Coordinates are summed as whole multiples of leaf / 4096, so that the sums are exact and
-/// do not depend on the points' order; the centroid is off by at most that quantum. (Above 2^20 points the
-/// quantum doubles per doubling.) Voxels come out in the order in which the points first reach them. Points
-/// of different classes are kept apart.
+/// The voxel grid of RTS-SLAM (eq. 15-19): voxel v = floor(p / leaf).
+/// The result has one point per voxel, the centroid of its points.
+/// Coordinates are summed as integer multiples of leaf / 4096.
+/// The sums are exact and do not depend on the points' order.
+/// The error of a centroid is at most this quantum.
+/// Above 2^20 points, the quantum doubles with each doubling.
+/// Voxels are in the order in which points first reach them. Classes are kept apart.
 ///
-/// Cost: linear. What limits a voxel grid is memory: each point wants a place in a table larger than the
-/// caches. So keys of 256 points are computed at once, their places are fetched ahead, and the table holds
-/// nothing but 4-byte indices; a new voxel is made without a branch, because at small leaves nobody can
-/// predict it. Buffers are kept.
+/// Cost: linear. A voxel grid is memory-bound,
+/// because each point accesses a table larger than the caches.
+/// Keys of 256 points are therefore computed together and their table entries are prefetched.
+/// The table holds only 4-byte indices.
+/// A new voxel is created without a branch, which would be unpredictable at small leaves.
+/// Buffers are reused.
 class VoxelGrid {
  public:
   /// Throws ConfigError unless 1e-4 m <= leaf_m <= 1e3 m.
@@ -110,7 +116,8 @@ class VoxelGrid {
   }
   double leaf_m() const { return leaf_m_; }
 
-  /// Points that are not finite or beyond 131072 leaves from the origin are left out. `colours` may be empty.
+  /// Skips points that are not finite or beyond 131072 leaves from the origin.
+  /// `colours` may be empty.
   void run(Span<const cv::Point3f> points_m, Span<const cv::Vec3b> colours, std::vector<VoxelPoint>& out) {
     begin(points_m.size());
     const bool coloured = colours.size() == points_m.size();
@@ -129,8 +136,9 @@ class VoxelGrid {
     finish(coloured, out);
   }
 
-  /// Straight from a depth image, without the points in between. Images of other types or sizes than the
-  /// depth's are ignored; without rays of that size nothing comes out.
+  /// Reads a depth image directly, without intermediate points.
+  /// Images of other types or sizes than the depth image are ignored.
+  /// Without rays of that size the result is empty.
   void run(const DepthSource& source, std::vector<VoxelPoint>& out) {
     const cv::Mat& depth = source.depth;
     const bool known = depth.type() == CV_16UC1 || depth.type() == CV_32FC1;
@@ -139,7 +147,7 @@ class VoxelGrid {
     const cv::Rect area = source.area.empty() ? all : (source.area & all);
     begin(static_cast<std::size_t>(area.area()));
     const bool coloured = fits(source.bgr, depth, CV_8UC3) || fits(source.bgr, depth, CV_8UC1);
-    // Tiles of 32 x 8 pixels: neighbours in both directions share voxels while those are in the cache.
+    // Tiles of 32 x 8 pixels: neighbours share voxels while these are in the cache.
     for (int y = area.y; y < area.y + area.height; y += kTileRows)
       for (int x = area.x; x < area.x + area.width; x += kTileColumns) {
         const cv::Rect tile = cv::Rect(x, y, kTileColumns, kTileRows) & area;
@@ -149,7 +157,7 @@ class VoxelGrid {
     finish(coloured, out);
   }
 
-  /// Points of the last run that were left out because they were too far from the origin or not finite.
+  /// Points of the last run that were too far from the origin or not finite.
   std::size_t outside() const { return outside_; }
 
  private:
@@ -218,7 +226,7 @@ class VoxelGrid {
     int outside = 0;
     for (int i = 0; i < n; ++i) outside += block_.usable[i] & ~keyed.ok[i];
     outside_ += static_cast<std::size_t>(outside);
-    // What is looked at ahead beyond the block's end.
+    // Padding for the prefetch beyond the block's end.
     std::fill(keyed.place + n, keyed.place + n + kFar, 0U);
     coloured ? insert<true>() : insert<false>();
     if (std::size_t{voxels_} * 5 > table_.size() * 2) resize_table(bits_ + 1);
@@ -240,8 +248,8 @@ class VoxelGrid {
       const std::uint64_t key = keyed_.key[i];
       std::uint32_t place = keyed_.place[i], j = table[place];
       for (;;) {
-        // 1 where there is none; written so that no compiler makes a branch of it. The next voxel is made
-        // ready before it is known whether it is wanted.
+        // 1 for a new voxel, written so that no compiler makes it a branch.
+        // The next voxel is prepared before it is known whether it is needed.
         const std::uint32_t made = (j - 1) >> 31;
         keys[voxels + 1] = key;
         sums[voxels + 1] = {};
@@ -262,7 +270,7 @@ class VoxelGrid {
     voxels_ = voxels;
   }
 
-  /// Room for the voxels that one block may add. Entry 0 means "none".
+  /// Reserves space for the voxels that one block may add. Entry 0 means "none".
   void reserve_block() {
     const std::size_t needed = std::size_t{voxels_} + detail::PointBlock::kSize + 1;
     if (needed <= sums_.size()) return;
@@ -305,7 +313,7 @@ class VoxelGrid {
   std::uint32_t voxels_ = 0;
   std::size_t outside_ = 0;
   std::vector<std::uint32_t> table_;  ///< index of a voxel, 0: free
-  std::vector<std::uint64_t> keys_;   ///< of the voxels, from 1 on
+  std::vector<std::uint64_t> keys_;   ///< of the voxels, from index 1
   std::vector<detail::FourSums> sums_, colours_;
   detail::PointBlock block_;
   detail::KeyedBlock keyed_;

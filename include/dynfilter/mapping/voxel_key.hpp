@@ -5,14 +5,15 @@
 
 namespace dynfilter::mapping {
 
-/// A cube of a grid and the class of what is in it, as one number: 18 bits per axis, 8 bits class (0: none).
-/// Numbers sort by class, z, y, x.
+/// A grid cell and the class of its content as one number.
+/// 18 bits per axis, 8 bits class (0: none). Numbers sort by class, z, y, x.
 struct VoxelKey {
   static constexpr int kAxisBits = 18;
-  static constexpr std::int32_t kOffset = 1 << (kAxisBits - 1);  ///< cells from -kOffset to kOffset - 1
+  /// Cells range from -kOffset to kOffset - 1.
+  static constexpr std::int32_t kOffset = 1 << (kAxisBits - 1);
   static constexpr std::uint64_t kMask = (std::uint64_t{1} << kAxisBits) - 1;
 
-  /// A key as two numbers of 32 bits.
+  /// A key as two 32-bit numbers.
   struct Halves {
     std::uint32_t lower, upper;
   };
@@ -30,16 +31,16 @@ struct VoxelKey {
     return static_cast<std::int32_t>(key >> (a * kAxisBits) & kMask) - kOffset;
   }
   static std::uint8_t label(std::uint64_t key) { return static_cast<std::uint8_t>(key >> (3 * kAxisBits)); }
-  /// The cell of a grid of leaves 2^levels as large that holds this one.
+  /// The cell that contains this one in a grid with 2^levels times the leaf.
   static std::uint64_t coarser(std::uint64_t key, int levels) {
     return pack(axis(key, 0) >> levels, axis(key, 1) >> levels, axis(key, 2) >> levels, label(key));
   }
-  /// Multiplicative (Fibonacci) hashing: a place in a table of 2^bits, 1 <= bits <= 32. A lattice of keys is
-  /// spread more evenly than at random.
+  /// Multiplicative (Fibonacci) hashing to a position in a table of 2^bits, 1 <= bits <= 32.
+  /// It spreads a lattice of keys more evenly than a random hash.
   static std::uint32_t place(std::uint64_t key, int bits) {
     return static_cast<std::uint32_t>(key * kGolden >> (64 - bits));
   }
-  /// The same by numbers that every processor's vectors can multiply.
+  /// The same with multiplications that the vectors of every processor support.
   static std::uint32_t place(Halves key, int bits) {
     constexpr auto lower = static_cast<std::uint32_t>(kGolden),
                    upper = static_cast<std::uint32_t>(kGolden >> 32);

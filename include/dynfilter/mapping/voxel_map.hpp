@@ -13,19 +13,19 @@
 
 namespace dynfilter::mapping {
 
-/// A point in the world as whole multiples of the map's quantum, with its weight: what is added to a VoxelMap
-/// and taken out of it again, bit for bit.
+/// A weighted point in the world, as integer multiples of the map's quantum.
+/// It can be added to a VoxelMap and removed again exactly.
 struct WorldPoint {
   std::array<std::int32_t, 3> units;
   std::uint32_t weight;
   std::uint8_t b, g, r, label;
 };
 
-/// The sums of a voxel. All are whole numbers, so that adding and subtracting in any order is exact.
+/// The sums of a voxel. All are integers, so adding and subtracting is exact in any order.
 struct Voxel {
   std::array<std::int64_t, 3> weighted_units{};  ///< sum of weight x coordinates
   std::uint32_t weight = 0;                      ///< pixels
-  std::uint32_t points = 0;                      ///< keyframe points; 0: the voxel goes
+  std::uint32_t points = 0;                      ///< keyframe points; at 0 the voxel is removed
   std::array<std::uint32_t, 3> colour{};         ///< sums over points: blue, green, red
 
   bool operator==(const Voxel& o) const {
@@ -34,24 +34,27 @@ struct Voxel {
   }
 };
 
-/// How many views saw a surface in a voxel, and how many saw through it (depth_view.hpp). Beside the sums,
-/// not among them: a view votes on all voxels that it sees, and memory is what that costs.
+/// How many views see a surface in a voxel, and how many see through it (depth_view.hpp).
+/// Stored apart from the sums, because a view votes on all visible voxels
+/// and this step is memory-bound.
 struct VoxelVotes {
-  std::uint16_t seen = 0, through = 0;          ///< views that are stored
-  std::uint16_t old_seen = 0, old_through = 0;  ///< views that are permanent, at most 65535
+  std::uint16_t seen = 0, through = 0;          ///< votes of stored views
+  std::uint16_t old_seen = 0, old_through = 0;  ///< votes of permanent views, at most 65535
 
   bool operator==(const VoxelVotes& o) const {
     return seen == o.seen && through == o.through && old_seen == o.old_seen && old_through == o.old_through;
   }
 };
 
-/// Voxels of the world by key, in an open-addressing table. The leaf is 2^(kLeafBits + level) quanta: keys
-/// nest, so that the leaf can double without touching a sum. The set of voxels and their sums depend only on
-/// what is in the map, not on the order or on what was once there; the order of the lists does.
-/// 64 bytes a voxel and 8 to 16 bytes of table.
+/// Voxels of the world by key, in an open-addressing table.
+/// The leaf is 2^(kLeafBits + level) quanta.
+/// Keys nest, so the leaf can double without a change of the sums.
+/// The set of voxels and their sums depend only on the content, not on order or history.
+/// Only the order of the lists does.
+/// Memory: 64 bytes per voxel and 8 to 16 bytes of table.
 class VoxelMap {
  public:
-  static constexpr int kLeafBits = 12;  ///< quanta per leaf: 4096
+  static constexpr int kLeafBits = 12;  ///< 4096 quanta per leaf
 
   explicit VoxelMap(int level = 0) : level_(level) { resize_table(10); }
 
@@ -74,7 +77,7 @@ class VoxelMap {
     return VoxelKey::pack(p.units[0] >> shift, p.units[1] >> shift, p.units[2] >> shift, p.label);
   }
 
-  /// New voxels are appended: they are those from the size before on.
+  /// Adds points. New voxels are appended, from the previous size on.
   void add(const WorldPoint* points, std::size_t n) {
     for_each_ahead(points, n, [&](std::uint64_t key, const WorldPoint& p) {
       Voxel& v = voxels_[find_or_make(key)];
@@ -84,7 +87,7 @@ class VoxelMap {
       v.colour[0] += p.b, v.colour[1] += p.g, v.colour[2] += p.r;
     });
   }
-  /// Takes out what was added with equal numbers. Voxels that hold nothing any more go.
+  /// Removes points that were added with equal numbers. Empty voxels are removed.
   void subtract(const WorldPoint* points, std::size_t n) {
     for_each_ahead(points, n, [&](std::uint64_t key, const WorldPoint& p) {
       const std::uint32_t i = find(key);
@@ -97,8 +100,8 @@ class VoxelMap {
     });
   }
 
-  /// Doubles the leaf. Sums are added; votes of stored views are set to 0 (they have to be cast again), those
-  /// of permanent views become the largest.
+  /// Doubles the leaf and adds the sums. Votes of stored views become 0 and must be cast again.
+  /// Votes of permanent views become the maximum.
   void coarsen() {
     VoxelMap coarse(level_ + 1);
     for (std::size_t i = 0; i < keys_.size(); ++i) {
@@ -118,7 +121,7 @@ class VoxelMap {
     *this = std::move(coarse);
   }
 
-  /// Index of a voxel, kNone if there is none.
+  /// Result of find() if the voxel does not exist.
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   std::uint32_t find(std::uint64_t key) const {
     const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
@@ -129,7 +132,7 @@ class VoxelMap {
   }
 
  private:
-  /// Calls f(key, point); the table's entries are fetched a few points ahead.
+  /// Calls f(key, point) and prefetches the table entries of later points.
   template <class F>
   void for_each_ahead(const WorldPoint* points, std::size_t n, const F& f) {
     constexpr std::size_t kAhead = 16;
@@ -164,8 +167,9 @@ class VoxelMap {
     return made - 1;
   }
 
-  /// The last voxel takes its place in the lists, and later entries of the table move up (linear probing
-  /// without tombstones, Knuth vol. 3, sec. 6.4, algorithm R).
+  /// Moves the last voxel of the lists to this index.
+  /// Later table entries move up (linear probing without tombstones,
+  /// Knuth vol. 3, sec. 6.4, algorithm R).
   void erase(std::uint32_t i) {
     const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
     std::uint32_t hole = place_of(i);
