@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Door 1 of 3: one rejector, alone, on a scene whose truth is known exactly.
+// Runs one rejector on a synthetic scene with exact truth.
 #include <cstdio>
 #include <dynfilter/filters/trajectory_consistency.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Door 2 of 3: a front end's loop around a pipeline from YAML.
-//   02_yaml_pipeline PIPELINE.yaml SEQUENCE      any TUM RGB-D folder; boxes from its detections.txt, if
-//   there
+// The loop of a front end around a pipeline from YAML.
+//   02_yaml_pipeline PIPELINE.yaml SEQUENCE
+// SEQUENCE is a TUM RGB-D folder. Boxes are read from its detections.txt, if it exists.
 #include <cstdio>
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/io/detections.hpp>
@@ -27,7 +27,7 @@ void run(const char* pipeline_file, const std::filesystem::path& folder) {
     std::vector<cv::KeyPoint> keypoints;
     orb->detect(image.grey, keypoints);
 
-    FrameView frame;  // what this front end has; everything but the keypoints is optional
+    FrameView frame;  // all fields except the keypoints are optional
     frame.id = static_cast<std::int64_t>(i);
     frame.timestamp_s = image.timestamp_s;
     frame.keypoints = keypoints;
@@ -40,7 +40,7 @@ void run(const char* pipeline_file, const std::filesystem::path& folder) {
         frame.detections = DetectionInput{-1, *boxes};
 
     const Verdict& verdict = pipeline.before_pose(frame);
-    // Here a front end would track with the features for which verdict.keep(i) holds.
+    // A front end now tracks with the features for which verdict.keep(i) is true.
     std::printf("frame %zu: %zu of %zu features kept\n", i, verdict.kept(), verdict.size());
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A front end of one page around a pipeline: ORB, matches to the last frame, PnP. Everything else that a SLAM
-// has is missing; the lines that matter are those between "dynfilter" and "end".
+// A minimal front end around a pipeline: ORB, matches to the last frame, PnP.
+// It has no other part of a SLAM system.
+// The lines between "dynfilter" and "end" connect the pipeline.
 //   04_pnp_loop PIPELINE.yaml SEQUENCE
 #include <cstdio>
 #include <dynfilter/dynfilter.hpp>
@@ -10,7 +11,7 @@
 
 namespace {
 
-/// What is left of a frame for the next one to match with.
+/// Features of a frame that the next frame is matched with.
 struct Features {
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
@@ -40,7 +41,8 @@ Features kept(const Features& all, const dynfilter::Verdict& verdict) {
   return out;
 }
 
-/// T_now_before from 3-D points of the last frame and pixels of this one; identity when there are too few.
+/// T_now_before from 3-D points of the last frame and pixels of this one.
+/// Identity if there are too few.
 cv::Matx44d motion(const Features& before, const Features& now, const dynfilter::Camera& camera) {
   std::vector<cv::DMatch> matches;
   if (!before.descriptors.empty() && !now.descriptors.empty())

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The table of docs/semantics.md: what pipelines lose when boxes and masks come late.
+# The table of docs/semantics.md: accuracy of pipelines with late boxes and masks.
 #   bash examples/lateness.sh "SEQUENCE..." [DYNFILTER]     needs the built command; about a minute per row
-# PIPELINES and MODES choose others, OPTIONS goes to `dynfilter compare` as it is.
+# PIPELINES and MODES select others. OPTIONS is passed to `dynfilter compare`.
 set -eu
 sequences=${1:?sequences, e.g. those that synth wrote}
 dynfilter=${2:-$(dirname "${BASH_SOURCE[0]}")/../build/command/examples/dynfilter/dynfilter}

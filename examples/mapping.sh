@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The tables of docs/mapping.md: thinning, ghosts by pipeline, keyframes by selector, on rendered scenes.
+# The tables of docs/mapping.md on rendered scenes:
+# downsampling, ghosts by pipeline, keyframes by selector.
 #   bash examples/mapping.sh FOLDER [DYNFILTER]     needs the built command; about a quarter of an hour
-# TABLES (thin ghosts keyframes), SCENES, PIPELINES and POSES (TRUE ESTIMATED) choose others. MAPS=FOLDER keeps the maps and their pictures.
+# TABLES (thin ghosts keyframes), SCENES, PIPELINES and POSES (TRUE ESTIMATED) select others.
+# MAPS=FOLDER keeps the maps and their pictures.
 set -eu
 folder=$(realpath -m "${1:?a folder for the sequences}")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The tables of docs/results.md: the default pipeline with and without a detector and every published preset, on every
-# rendered scene.
+# The tables of docs/results.md, on every rendered scene:
+# the default pipeline with and without a detector, and every published preset.
 #   bash examples/results.sh FOLDER [DYNFILTER]     needs the built command; about half an hour
-# SCENES, SEEDS and PIPELINES choose others.
+# SCENES, SEEDS and PIPELINES select others.
 set -eu
 folder=$(realpath -m "${1:?a folder for the sequences}")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

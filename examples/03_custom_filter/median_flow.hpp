@@ -27,14 +27,16 @@ struct MedianFlowParams {
   }
 };
 
-/// Features that move otherwise than most of the image.
+/// Rejects features whose flow differs from that of most of the image.
+/// This is an example, not a useful method.
 ///
 /// Formula:  |flow_i - median flow of the seeds| > max_difference_px, flow since the last frame.
-/// Needs:    correspondences. Votes: Dynamic beyond the limit, else Static.
-/// Abstains: without a correspondence, and on all features when there are fewer than min_matches.
-/// Blind to: parallax. It takes near things for movers as soon as the camera moves sideways: an example, not
-/// a
-///           method. State: none. Cost: one median.
+/// Needs:    correspondences.
+/// Votes:    Dynamic beyond the limit, else Static.
+/// Abstains: without a correspondence, and on all features with fewer than min_matches.
+/// Blind to: parallax. If the camera moves sideways, near static objects are rejected.
+/// State:    none.
+/// Cost:     one median.
 class MedianFlowFilter final : public dynfilter::Filter {
  public:
   using Params = MedianFlowParams;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Loads a plugin and runs a pipeline that uses it on a small exact scene with a mover:
+// Loads a plugin and runs a pipeline with it on a small exact scene with a mover:
 //   try_filter PLUGIN.so PIPELINE.yaml
 #include <cstdio>
 #include <dynfilter/core/error.hpp>

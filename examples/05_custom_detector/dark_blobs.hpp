@@ -24,8 +24,10 @@ struct DarkBlobsParams {
   }
 };
 
-/// A box and a mask for each connected dark region: an example of a provider, not a detector of anything. One
-/// that opens files takes `const dynfilter::ProviderFiles&` as a second argument of its constructor.
+/// Returns a box and a mask for each connected dark region.
+/// This is an example of a provider, not a useful detector.
+/// A provider that opens files has `const dynfilter::ProviderFiles&`
+/// as the second argument of its constructor.
 class DarkBlobs final : public dynfilter::SemanticProvider {
  public:
   using Params = DarkBlobsParams;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Loads the plugin, makes the provider that a YAML file asks for, and shows it a grey picture with a dark
-// square.
+// Loads the plugin and creates the provider of a YAML file.
+// Then runs it on a grey image with a dark square.
 #include <cstdio>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>

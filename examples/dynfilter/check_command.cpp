@@ -28,7 +28,7 @@ bool is_filter(const Stage& stage) {
   return dynamic_cast<const FilterStage*>(&stage) != nullptr;
 }
 
-// What the stages need at least, what they use on top, taken over all of them.
+// Required and optional inputs over all stages.
 Needs needs_of(const Pipeline& pipeline) {
   Needs all;
   for (const CallPoint point : kCallPoints) {

@@ -9,12 +9,12 @@ class App;
 
 namespace dynfilter::command {
 
-/// What the chosen subcommand does; returns the exit code.
+/// Runs the selected subcommand and returns the exit code.
 using Action = std::function<int()>;
 
 enum ExitCode { kDone = 0, kFailed = 1, kBadInput = 2 };
 
-// One file per subcommand: each adds its options to `app` and, when it was chosen, sets `action`.
+// One file per subcommand. Each adds its options to `app` and sets `action` if it is selected.
 void add_check(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_detect(CLI::App& app, Action& action);

@@ -38,7 +38,7 @@ DetectorConfig load_detector(const std::string& name, const std::string& network
   std::error_code error;
   if (!network_dir.empty() && !std::filesystem::is_directory(network_dir, error))
     throw IoError(network_dir + ": no such folder of networks");
-  // What OpenCV would write of a network that it cannot load comes as an error of one line.
+  // The command prints its own one-line error for a network that OpenCV cannot load.
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   return detector_from_file(find_preset(name, kDetectors), command_providers(plugins), network_dir);
 }

@@ -12,19 +12,20 @@
 
 namespace dynfilter::command {
 
-/// The filters that a pipeline may name here: built in, the oracle, and those of the plugins given.
+/// The filters that a pipeline may name here: built-in ones, the oracle, and those of `plugins`.
 Registry command_registry(const std::vector<std::string>& plugins,
                           std::shared_ptr<const OracleLabels> truth = std::make_shared<OracleLabels>());
 
-/// The kinds of provider that a detector's file may name here: built in, and those of the plugins given.
+/// The kinds of provider that a detector's file may name here:
+/// built-in ones and those of `plugins`.
 ProviderRegistry command_providers(const std::vector<std::string>& plugins);
 
-/// A detector by a preset's name or by its file. The files that it names lie in `network_dir`, else beside
-/// it.
+/// Loads a detector by preset name or file.
+/// Files that it names are in `network_dir`, else beside the detector's file.
 DetectorConfig load_detector(const std::string& name, const std::string& network_dir,
                              const std::vector<std::string>& plugins);
 
-/// A pipeline by a preset's name or by its file, made of these filters.
+/// Loads a pipeline by preset name or file, made of the filters in `registry`.
 PipelineConfig load_pipeline(const std::string& name, const Registry& registry);
 
 }  // namespace dynfilter::command

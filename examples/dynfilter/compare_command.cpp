@@ -28,7 +28,7 @@ struct CompareOptions {
 
 struct Row {
   Summary summary;
-  std::string variant;  ///< "" unless variants were asked for
+  std::string variant;  ///< "" unless variants were requested
 };
 
 /// A pipeline over all its rows.
@@ -36,11 +36,11 @@ struct Medians {
   std::string pipeline;
   std::size_t runs = 0, frames = 0, tracked_frames = 0;
   double ate_median_m = NAN, ate_max_m = NAN, recall = NAN, static_kept = NAN;
-  double over_oracle = NAN;  ///< the median ATE over that of the pipeline `oracle`, if that took part
+  double over_oracle = NAN;  ///< median ATE over that of the pipeline `oracle`, if it is included
   double total_ms = NAN, filters_ms = NAN;
 };
 
-/// `a, b` as a shell hands it over: `a,` and `b`, or ` b` after the comma.
+/// `a, b` as the shell passes it: `a,` and `b`, or ` b` after the comma.
 std::vector<std::string> without_blanks(const std::vector<std::string>& words) {
   std::vector<std::string> names;
   for (const std::string& word : words) {
@@ -109,7 +109,7 @@ Medians medians_of(const std::string& pipeline, const std::vector<Row>& rows) {
   return m;
 }
 
-// In the order in which the pipelines first appear.
+// In order of first appearance.
 std::vector<Medians> all_medians(const std::vector<Row>& rows) {
   std::vector<std::string> names;
   for (const Row& row : rows) {
@@ -158,7 +158,7 @@ std::string cell(double value, int digits) {
 
 using Table = std::vector<std::vector<std::string>>;
 
-// The first `left` columns to the left, figures to the right.
+// The first `left` columns are left-aligned, figures are right-aligned.
 void print_table(const Table& table, std::size_t left) {
   std::vector<std::size_t> widths(table[0].size(), 0);
   for (const auto& line : table) {
@@ -174,7 +174,7 @@ void print_table(const Table& table, std::size_t left) {
   }
 }
 
-// Each note once, with the pipelines that it is about unless it is about all.
+// Prints each note once, with its pipelines unless it concerns all.
 void print_notes(const std::vector<Row>& rows) {
   std::vector<std::pair<std::string, std::set<std::string>>> notes;
   std::set<std::string> pipelines;

@@ -45,7 +45,7 @@ class Images {
       file_ = input;
       return;
     }
-    io::TumOptions tum;  // no camera is needed here: any that fits images of every size
+    io::TumOptions tum;  // no camera is needed; any camera accepts images of every size
     tum.camera.emplace();
     tum.camera->fx_px = tum.camera->fy_px = 1;
     tum.camera->width_px = tum.camera->height_px = 0;
@@ -77,7 +77,7 @@ class Images {
   std::optional<io::TumSequence> sequence_;
 };
 
-/// How often a class was found.
+/// Number of detections of a class.
 struct ClassCount {
   std::size_t boxes = 0, images = 0, images_with_two = 0;
 };
@@ -86,7 +86,7 @@ struct Report {
   std::string detector, input;
   std::size_t images = 0, with_boxes = 0, with_mask = 0, boxes = 0;
   std::map<std::string, ClassCount> classes;
-  std::map<int, double> label_share;  ///< of the pixels of all masks, by label but 0
+  std::map<int, double> label_share;  ///< share of the pixels of all masks, by label except 0
   double median_ms = 0;
 
   void count(const SemanticResult& result) {
@@ -148,7 +148,7 @@ void print_text(const Report& report, const std::string& out) {
   if (!out.empty()) fmt::print("  written to {}\n", out);
 }
 
-/// detections.txt, masks/ and overlay/. They appear together at the end, or not at all.
+/// Writes detections.txt, masks/ and overlay/. All appear at the end, or none.
 class DetectOutput {
  public:
   explicit DetectOutput(const std::filesystem::path& folder) : folder_(folder) {
@@ -166,7 +166,7 @@ class DetectOutput {
     }
     if (result.labels) {
       std::filesystem::create_directory(folder_.path() / "masks");
-      cv::Mat whole;  // the image's size, whatever the network's resolution
+      cv::Mat whole;  // in the image's size, at any network resolution
       cv::resize(*result.labels, whole, image.pixels.size(), 0, 0, cv::INTER_NEAREST);
       write(folder_.path() / "masks" / (name + ".png"), whole);
       picture.mask = whole;

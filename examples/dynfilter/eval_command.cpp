@@ -22,11 +22,11 @@ struct EvalOptions {
 
 struct Evaluation {
   eval::AteResult ate;
-  std::optional<eval::RpeResult> rpe;  // none: shorter than a second
+  std::optional<eval::RpeResult> rpe;  // none: the trajectory is shorter than one second
 };
 
-// The TUM tools print the median of the rotation in radians under the name "deg"; every other figure is in
-// degrees.
+// The TUM tools print the median of the rotation in radians under the name "deg".
+// All other figures are in degrees.
 constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
 
 Evaluation evaluate(const EvalOptions& options) {

@@ -16,11 +16,11 @@
 
 namespace dynfilter::command {
 
-/// All points of the keyframes, cut as the map cuts them, but not thinned and nothing carved: for programs
-/// that thin by themselves, and what a map is compared with.
+/// All points of the keyframes after the map's cut, neither merged into voxels nor carved.
+/// For programs that downsample themselves, and as a reference for a map.
 class FullCloud {
  public:
-  /// Throws IoError when `file` cannot be in its folder.
+  /// Throws IoError if `file` cannot be created.
   FullCloud(std::filesystem::path file, const mapping::MappingParams& params)
       : file_(std::move(file)), params_(params), cut_(params.cut) {
     check_target(file_);
@@ -30,7 +30,7 @@ class FullCloud {
     const auto start = std::chrono::steady_clock::now();
     const mapping::MapFrame frame = keyframe.view();
     rays_.set(frame.camera, frame.depth.size());
-    // Farther depths than the map takes belong to what the cut looks at.
+    // The cut also uses depths beyond the map's range.
     const mapping::DepthRange range{static_cast<float>(params_.min_depth_m), 65};
     if (!mapping::back_project_depth(frame.depth, frame.depth_unit_m, rays_, range, points_)) return;
     cut_.run(cv::Mat(frame.depth.size(), CV_32FC1, points_.z.data()), frame,

@@ -7,16 +7,16 @@
 
 namespace dynfilter::command {
 
-/// Keys in the order in which they are written.
+/// Keys are written in insertion order.
 using Json = nlohmann::ordered_json;
 
-/// null for what is not a number: JSON has no NaN.
+/// null for NaN and infinity, which JSON does not have.
 inline Json number_or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-/// Bytes that are not UTF-8 (of a folder's name, say, or of a provider's error) become U+FFFD: JSON has no
-/// other place for them, and a run's results must not be lost for them.
+/// JSON text. Bytes that are not UTF-8 become U+FFFD, so that no results are lost.
+/// They may come from a folder's name or a provider's error.
 inline std::string json_text(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -27,7 +27,7 @@ int complain(std::string message, int exit_code) {
   return exit_code;
 }
 
-// CLI11 would say only that one is missing.
+// CLI11 itself only reports that a subcommand is missing.
 void check_subcommand(const CLI::App& app, const std::string& name) {
   if (name.empty() || name[0] == '-') return;
   std::vector<std::string> known;
@@ -37,7 +37,7 @@ void check_subcommand(const CLI::App& app, const std::string& name) {
                          "; there are: " + dynfilter::detail::joined(known));
 }
 
-// `help X` is `X --help`.
+// `help X` is the same as `X --help`.
 std::vector<std::string> words_of(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (words.empty() || words.front() != "help") return words;
@@ -65,7 +65,7 @@ int dispatch(int argc, char** argv) {
   add_serve(app, action);
   std::vector<std::string> words = words_of(argc, argv);
   check_subcommand(app, words.empty() ? "" : words.front());
-  std::reverse(words.begin(), words.end());  // the last one first, as CLI11 takes them
+  std::reverse(words.begin(), words.end());  // reversed, as CLI11 expects
   try {
     app.parse(words);
   } catch (const CLI::ParseError& error) {
@@ -75,8 +75,8 @@ int dispatch(int argc, char** argv) {
   return action();
 }
 
-// Where a standard stream is closed, the next file that is opened would take its number, and results would be
-// printed into it. This one cannot be written to.
+// If a standard stream is closed, the next opened file would get its number.
+// Results would then be printed to that file. This descriptor rejects writing instead.
 void occupy_closed_streams() {
   for (int opened = 0; opened >= 0 && opened <= STDERR_FILENO;) {
     opened = ::open("/dev/null", O_RDONLY);
@@ -90,7 +90,7 @@ int run(int argc, char** argv) {
   } catch (const dynfilter::Error& error) {
     return complain(error.what(), kBadInput);
   } catch (const std::exception& error) {
-    if (std::ferror(stdout) != 0) return kFailed;  // main() says so
+    if (std::ferror(stdout) != 0) return kFailed;  // main() reports it
     return complain(std::string("internal error: ") + error.what(), kFailed);
   }
 }

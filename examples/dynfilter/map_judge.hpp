@@ -17,10 +17,10 @@
 
 namespace dynfilter::command {
 
-/// Judges the map of a rendered sequence against the exact surfaces of its scene.
+/// Evaluates the map of a rendered sequence against the exact surfaces of its scene.
 class MapJudge {
  public:
-  /// Throws IoError where the sequence does not tell its scene, or tells another one.
+  /// Throws IoError if the sequence does not name its scene, or names another one.
   MapJudge(const io::TumSequence& sequence, const mapping::MappingParams& params)
       : sequence_(&sequence),
         truth_(scene_of(sequence)),
@@ -33,14 +33,14 @@ class MapJudge {
                     ": the camera of that scene is elsewhere than groundtruth.txt says");
   }
 
-  /// Every frame with depth.
+  /// Call with every frame that has depth.
   void see(std::size_t index, const io::RgbdFrame& frame) {
     const std::optional<Pose> pose = poses_.at(sequence_->timestamp_s(index));
     if (!pose || frames_++ % kStep != 0) return;
     truth_.see(frame.depth, frame.depth_unit_m, sequence_->load_labels(index), sequence_->camera(), *pose);
   }
 
-  /// Every keyframe of the map.
+  /// Call with every keyframe of the map.
   void add_keyframe(const MapInput& input) {
     const double stamp_s = sequence_->timestamp_s(input.index);
     stamps_s_.push_back(stamp_s);
@@ -52,8 +52,8 @@ class MapJudge {
     oracle_.add(frame);
   }
 
-  /// `estimate`: the poses that the map was built with; it is aligned with the truth. `sources`: which
-  /// keyframes the points came from; where they do not know it, it may have been any.
+  /// `estimate`: poses that the map was built with. They are aligned with the truth.
+  /// `sources`: keyframes of the points. Where these are unknown, any keyframe may be the source.
   MapTruthSummary judge(const mapping::MapCloud& cloud, const mapping::MapSources& sources,
                         const io::Trajectory& estimate) {
     MapTruthSummary result;
@@ -77,7 +77,8 @@ class MapJudge {
   }
 
  private:
-  static constexpr std::size_t kStep = 4;  ///< every so manieth frame says what there is to see
+  /// Visible surface is computed from every kStep-th frame.
+  static constexpr std::size_t kStep = 4;
 
   static synth::MapTruth scene_of(const io::TumSequence& sequence) {
     const std::optional<synth::SceneName> name = synth::read_scene_name(sequence.folder());

@@ -17,13 +17,14 @@
 
 namespace dynfilter::command {
 
-/// Which frames a map is built from: `own`, the front end's keyframes; `every:N`; or a selector of keyframe/.
-/// Frames wait here until it is known whether they are keyframes.
+/// Selects the frames that a map is built from.
+/// The rule is `own` (the front end's keyframes), `every:N`, or a selector of keyframe/.
+/// Frames are buffered here until the decision.
 class MapKeyframes {
  public:
   using Take = std::function<void(const MapInput&)>;
 
-  /// Throws ConfigError.
+  /// Throws ConfigError for an unknown rule.
   explicit MapKeyframes(const std::string& rule) : rule_(rule) {
     if (rule == "own") return;
     if (rule.rfind("every:", 0) == 0) {
@@ -41,7 +42,8 @@ class MapKeyframes {
 
   const std::string& rule() const { return rule_; }
 
-  /// Hands on, in order, what this frame decides. `own`: the front end made it a keyframe.
+  /// Passes on, in order, the keyframes that this frame decides.
+  /// `own`: the front end made it a keyframe.
   void add(MapInput input, const FrameSummary& summary, bool own, const Take& take) {
     const std::int64_t id = input.frame.id;
     waiting_.push_back(std::move(input));
@@ -54,7 +56,7 @@ class MapKeyframes {
     release(open.empty() ? id + 1 : *std::min_element(open.begin(), open.end()), take);
   }
 
-  /// At the end.
+  /// Call at the end. Passes on the remaining keyframes.
   void flush(const Take& take) {
     if (selector_) mark(selector_->flush());
     if (!waiting_.empty()) release(waiting_.back().frame.id + 1, take);

@@ -23,11 +23,11 @@
 
 namespace dynfilter::command {
 
-/// A frame for the map, with all that it points to.
+/// A frame for the map, with deep copies of its data.
 struct MapInput {
   std::size_t index = 0;  ///< in the sequence
   bool keyframe = false;
-  mapping::MapFrame frame;  ///< but for the lists
+  mapping::MapFrame frame;  ///< without the lists
   std::vector<cv::Point2f> moving_px, still_px;
   std::vector<Detection> detections;
 
@@ -40,17 +40,17 @@ struct MapInput {
   }
 };
 
-/// Throws IoError when a file cannot be there.
+/// Throws IoError if a file cannot be created.
 inline void check_target(const std::filesystem::path& file) {
   const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
   if (!std::filesystem::is_directory(folder)) throw IoError(folder.string() + ": no such folder");
   if (std::filesystem::is_directory(file)) throw IoError(file.string() + ": is a folder");
 }
 
-/// The static map of a sequence, in a thread of its own, and its files.
+/// Builds the static map of a sequence in its own thread and writes its files.
 class MapOutput {
  public:
-  /// Throws IoError when `file` cannot be in its folder, ConfigError for parameters.
+  /// Throws IoError if `file` cannot be created, ConfigError for invalid parameters.
   MapOutput(std::filesystem::path file, const mapping::MappingParams& params)
       : file_(std::move(file)), map_(params, kCapacity) {
     check_target(file_);
@@ -59,7 +59,8 @@ class MapOutput {
   void add(const MapInput& input) {
     const mapping::MapFrame view = input.view();
     if (!first_) first_ = View{view.camera, view.depth.size(), view.T_world_camera};
-    if (++waiting_ == kCapacity) {  // files are read faster than filmed: rather wait than drop a frame
+    // Files are read faster than filmed: wait instead of dropping a frame.
+    if (++waiting_ == kCapacity) {
       map_.finish();
       waiting_ = 1;
     }
@@ -68,12 +69,12 @@ class MapOutput {
 
   void move(std::int64_t id, const Pose& T_world_camera) { map_.move(id, T_world_camera); }
 
-  /// Waits for all that was added.
+  /// Waits until all added frames are processed.
   mapping::MapCloud cloud() { return map_.cloud(); }
   mapping::MapSources sources() { return map_.sources(); }
 
-  /// The cloud, and a picture of it from above and from the first camera beside it: both or, where one cannot
-  /// be written, none. Nothing for a cloud without points.
+  /// Writes the cloud, and pictures of it from above and from the first camera.
+  /// If one cannot be written, none is. Writes nothing for a cloud without points.
   MapSummary write(const mapping::MapCloud& cloud) {
     const mapping::MapState state = map_.state();
     const mapping::MappingThreadStatus status = map_.status();
@@ -92,7 +93,8 @@ class MapOutput {
 
  private:
   static constexpr std::size_t kCapacity = 128;
-  static constexpr std::size_t kPointBytes = 19;  ///< in the file: three floats, three colours, a class
+  /// In the file: three floats, three colours, one class.
+  static constexpr std::size_t kPointBytes = 19;
   struct View {
     Camera camera;
     cv::Size size;
@@ -123,7 +125,7 @@ class MapOutput {
 
   std::filesystem::path file_;
   mapping::MappingThread map_;
-  std::size_t waiting_ = 0;  ///< at most, since it was last empty
+  std::size_t waiting_ = 0;  ///< upper bound since the queue was last empty
   std::optional<View> first_;
 };
 

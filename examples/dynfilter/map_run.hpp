@@ -25,7 +25,7 @@
 
 namespace dynfilter::command {
 
-/// Does any stage of the pipeline have this name?
+/// True if a stage of the pipeline has this name.
 inline bool uses_stage(const Pipeline& pipeline, const std::string& name) {
   bool found = false;
   for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
@@ -40,7 +40,7 @@ inline bool has_stages(const Pipeline& pipeline) {
          pipeline.stages(CallPoint::AtKeyframe);
 }
 
-/// Throws ConfigError.
+/// Throws ConfigError for invalid parameters.
 inline mapping::MappingParams map_params(const RunOptions& options) {
   mapping::MappingParams params;
   if (!options.map_config.empty()) {
@@ -63,8 +63,10 @@ inline mapping::MappingParams map_params(const RunOptions& options) {
   return params;
 }
 
-/// The settled points of the odometry's map (two keyframes or more saw them) that a camera there has in view,
-/// not hidden by what it measured: unlike matches they do not flicker from frame to frame.
+/// Reliable points of the odometry's map that are visible from this camera.
+/// Reliable means observed by two keyframes or more.
+/// A point is visible if it is in the image and not occluded in the depth image.
+/// Unlike matches, this set changes little from frame to frame.
 inline std::vector<std::int64_t> points_in_view(const odometry::Map& map, const Camera& camera,
                                                 const io::RgbdFrame& frame, const Pose& T_world_camera) {
   const Eigen::Isometry3d T = T_world_camera.isometry().inverse();
@@ -88,7 +90,7 @@ inline std::vector<std::int64_t> points_in_view(const odometry::Map& map, const 
   return seen;
 }
 
-/// What of a tracked frame a keyframe selector wants to know.
+/// Converts a tracked frame for a keyframe selector.
 inline FrameSummary frame_summary(const odometry::Odometry& odometry, const odometry::TrackResult& result,
                                   const Camera& camera, const io::RgbdFrame& frame) {
   FrameSummary summary;
@@ -102,11 +104,12 @@ inline FrameSummary frame_summary(const odometry::Odometry& odometry, const odom
   return summary;
 }
 
-/// The map of a sequence that is played. What the pipeline rejects is cut out of the depth images; boxes and
-/// masks are, where the pipeline has a stage that looks at them.
+/// The map of a sequence during a run.
+/// Removes from the depth images what the pipeline rejects.
+/// Removes boxes and masks if the pipeline has a stage that uses them.
 class MapRun {
  public:
-  /// `sequence` must outlive this. Throws Error for options that cannot be used.
+  /// `sequence` must outlive this object. Throws Error for unusable options.
   MapRun(const RunOptions& options, const Pipeline& pipeline, const io::TumSequence& sequence)
       : sequence_(&sequence),
         params_(map_params(options)),
@@ -119,8 +122,8 @@ class MapRun {
     if (!options.map_full.empty()) full_.emplace(options.map_full, params_);
   }
 
-  /// A frame as played, whose index in the sequence is `index`. `truth`: CV_8UC1, what moves by the
-  /// renderer's labels, or empty.
+  /// Adds a frame with its `index` in the sequence.
+  /// `truth`: CV_8UC1, pixels that move according to the renderer's labels, or empty.
   void add(std::size_t index, const io::RgbdFrame& frame, const odometry::TrackResult& result,
            const odometry::Odometry& odometry, const odometry::SemanticInputs& inputs,
            const FrameVerdict& verdict, const cv::Mat& truth) {
@@ -137,7 +140,7 @@ class MapRun {
                    [this](const MapInput& decided) { take(decided); });
   }
 
-  /// With `estimate`, the poses as they are known in the end, by the frames' own stamps.
+  /// `estimate`: final poses with the frames' own timestamps, if given.
   MapSummary finish(const io::Trajectory& estimate, std::vector<std::string>& notes) {
     keyframes_.flush([this](const MapInput& decided) { take(decided); });
     std::map<double, Pose> poses;
@@ -170,8 +173,8 @@ class MapRun {
     Pose T_world_camera;
   };
 
-  // About the first frames a pipeline that compares frames cannot know what moves, and it would stay in the
-  // map.
+  // A pipeline that compares frames cannot judge the first ones.
+  // Moving objects in them would remain in the map.
   bool knows_nothing(const FrameVerdict& verdict) {
     settled_ = settled_ || !judges_ || frames_offered_ > kMostHeldBack ||
                verdict.count(Vote::Unknown) < verdict.features.size();

@@ -10,35 +10,35 @@
 
 namespace dynfilter::command {
 
-/// `--truth`: the map against the exact surfaces of a rendered scene.
+/// `--truth`: evaluation of the map against the exact surfaces of a rendered scene.
 struct MapTruthSummary {
-  double ghosts = NAN, astray = NAN;  ///< shares of the points: on a mover, on nothing
-  double coverage = NAN;              ///< share of the static surface that the camera saw
-  double oracle_coverage = NAN;       ///< what true masks and true poses cover with the same keyframes
+  double ghosts = NAN, astray = NAN;  ///< shares of the points: on a mover, on no surface
+  double coverage = NAN;              ///< share of the visible static surface
+  double oracle_coverage = NAN;       ///< the same for true masks and poses with the same keyframes
   double error_median_m = NAN, error_p95_m = NAN;
 
   double of_oracle() const { return coverage / oracle_coverage; }
 };
 
-/// `--map-full`: what would be without a map.
+/// `--map-full`: the cloud without a map.
 struct FullCloudSummary {
   std::string file;
   std::size_t points = 0, bytes = 0;
   double ms_per_keyframe = NAN;
 };
 
-/// The map of `--map`.
+/// Figures of `--map`.
 struct MapSummary {
-  std::string file;                ///< "": the map is empty, nothing was written
-  std::string keyframes_by;        ///< which frames it is built from
-  std::size_t frames_offered = 0;  ///< with a pose and a depth image
+  std::string file;                ///< "": the map is empty, and nothing is written
+  std::string keyframes_by;        ///< rule that selects the keyframes
+  std::size_t frames_offered = 0;  ///< frames with a pose and a depth image
   std::size_t points = 0, keyframes = 0, skipped = 0, dropped = 0;
-  std::size_t full_points = 0;  ///< of all keyframes, a point per pixel, after the cut
+  std::size_t full_points = 0;  ///< of all keyframes, one point per pixel after the cut
   std::size_t cut_points = 0;   ///< moving, or at a depth jump
-  std::size_t bytes = 0;        ///< in memory, with all that lets keyframes be moved
+  std::size_t bytes = 0;        ///< in memory, including what is needed to move keyframes
   std::size_t cloud_bytes = 0;  ///< of the points in the file
   double leaf_m = 0, ms_per_keyframe = NAN;
-  std::string last_note;  ///< why a keyframe was skipped
+  std::string last_note;  ///< reason why a keyframe was skipped
   std::optional<FullCloudSummary> full;
   std::optional<MapTruthSummary> truth;
 };

@@ -10,7 +10,7 @@
 
 namespace dynfilter::command {
 
-/// The lines about the map, for people.
+/// Readable text about the map.
 inline std::string map_text(const MapSummary& m) {
   const auto percent = [](double share) {
     return std::isfinite(share) ? fmt::format("{:.2f} %", 100 * share) : std::string("-");

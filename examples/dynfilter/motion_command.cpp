@@ -32,7 +32,7 @@ struct MotionOptions {
   bool json = false;
 };
 
-/// Which labels are to be found.
+/// The labels to detect.
 struct Task {
   Positive positive = Positive::Movers;
   int background = 1;
@@ -82,18 +82,18 @@ Positive positive_of(const std::string& word, const io::PointTracks& tracks) {
   return Positive::Movers;
 }
 
-/// KITTI's rate is 10 Hz; the clips of Hopkins155 were filmed at 15 to 30 Hz.
+/// KITTI has 10 Hz; the clips of Hopkins155 have 15 to 30 Hz.
 double rate_of(double given_hz, const io::PointTracks& tracks) {
   return given_hz > 0 ? given_hz : tracks.title == "Hopkins155" ? 20.0 : 10.0;
 }
 
-/// The points that are visible in a frame, as a host would hand them over.
+/// The visible points of a frame, in the form that a host provides.
 struct TrackFrame {
-  std::vector<int> points;  ///< of the file, per feature
+  std::vector<int> points;  ///< point in the file, per feature
   std::vector<cv::KeyPoint> keypoints;
   std::vector<std::int32_t> reference;
 
-  /// `feature_of`: per point its feature in the last frame, -1: none. It is brought up to date.
+  /// `feature_of`: feature of each point in the last frame, -1: none. Updated for this frame.
   void fill(const io::PointTracks& tracks, int frame, std::vector<std::int32_t>& feature_of) {
     points.clear(), keypoints.clear(), reference.clear();
     std::vector<std::int32_t> now(feature_of.size(), -1);
@@ -119,7 +119,7 @@ Camera camera_of(const io::PointTracks& tracks, double focal_px) {
   return camera;
 }
 
-/// Per point: was it called dynamic in the last frame that shows it?
+/// For each point: true if it is dynamic in the last frame that shows it.
 std::vector<bool> judge_tracks(Pipeline& pipeline, const io::PointTracks& tracks,
                                const MotionOptions& options) {
   const double rate_hz = rate_of(options.rate_hz, tracks);

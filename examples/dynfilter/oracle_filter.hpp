@@ -12,13 +12,14 @@
 
 namespace dynfilter::command {
 
-/// The labels of the frame that is being judged (CV_8UC1, 0 = static); whoever plays the sequence fills it.
+/// Labels of the current frame (CV_8UC1, 0: static). The player of the sequence fills it.
 struct OracleLabels {
   cv::Mat labels;
 };
 
-/// What perfect knowledge would reach: rejects the features that lie on a labelled mover of a synthetic
-/// sequence, moving or not. A filter of the command's own, not of the toolkit: this is all that one takes.
+/// Upper bound with perfect knowledge.
+/// Rejects the features on a labelled mover of a synthetic sequence, moving or not.
+/// The filter belongs to the command, and shows how to add one without the toolkit.
 class OracleFilter final : public Filter {
  public:
   static constexpr const char* kName = "oracle";

@@ -13,25 +13,26 @@
 
 namespace dynfilter::command {
 
-/// One feature with its verdict, for the eye.
+/// One feature with its verdict.
 struct MarkedFeature {
   cv::Point2f pixel;
   Vote decision = Vote::Unknown;
-  bool restored = false;      ///< dynamic, brought back by the floor
-  std::uint64_t reasons = 0;  ///< bit k: stage k of `OverlayFrame::stages` said dynamic
+  bool restored = false;      ///< dynamic, restored by the floor
+  std::uint64_t reasons = 0;  ///< bit k: stage k of `OverlayFrame::stages` voted dynamic
 };
 
 struct OverlayFrame {
   cv::Mat colour;                   ///< CV_8UC3
   std::string title;                ///< one line above the picture
-  std::vector<std::string> stages;  ///< what the reason bits mean
+  std::vector<std::string> stages;  ///< stage of each reason bit
   std::vector<MarkedFeature> features;
   std::vector<Detection> detections;
-  cv::Mat mask;  ///< CV_8UC1, potentially dynamic pixels; empty: none
+  cv::Mat mask;  ///< CV_8UC1, potentially dynamic pixels; empty: no mask
 };
 
-/// Draws verdicts: static green, unknown grey, dynamic red with a symbol and shade per stage (several stages:
-/// several symbols), boxes and masks, and below the picture what the symbols mean and how many there are.
+/// Draws verdicts: static green, unknown grey, dynamic red with a symbol and shade per stage.
+/// A feature with several stages has several symbols.
+/// Also draws boxes and masks, and a legend with counts below the picture.
 class Overlay {
  public:
   cv::Mat draw(const OverlayFrame& frame) const {
@@ -115,7 +116,7 @@ class Overlay {
     if (!any) symbol(0, p, shade(0), picture);
   }
 
-  // Cross, circle, square, diamond, plus: told apart without colours, and readable on top of each other.
+  // Cross, circle, square, diamond and plus differ without colour and are readable when superposed.
   static void symbol(std::size_t stage, cv::Point p, const cv::Scalar& colour, cv::Mat& picture) {
     for (const auto& [ink, width] : {std::pair<cv::Scalar, int>{{0, 0, 0}, 4}, {colour, 2}}) {
       switch (stage % 5) {
@@ -161,7 +162,7 @@ class Overlay {
     return legend;
   }
 
-  // Rows needed; draws them where there is a strip.
+  // Returns the number of rows. Draws them if `strip` is given.
   static int layout(const std::vector<LegendEntry>& legend, int width, cv::Mat* strip) {
     int x = 12, row = 0;
     for (const LegendEntry& entry : legend) {

@@ -16,10 +16,10 @@
 
 namespace dynfilter::command {
 
-/// What the pipeline said about one frame, all call points together, per feature as extracted.
+/// Verdict of the pipeline on one frame over all call points, per extracted feature.
 struct FrameVerdict {
   std::vector<MarkedFeature> features;
-  std::vector<std::string> notes;  ///< "stage: note" and the frame's own
+  std::vector<std::string> notes;  ///< "stage: note" and the frame's notes
   double correspondence_ms = 0, filters_ms = 0;
 
   std::size_t count(Vote vote) const {
@@ -32,11 +32,11 @@ struct FrameVerdict {
   }
 };
 
-/// The pipeline as the odometry's judge; keeps the record of the frame for files and pictures.
+/// The pipeline as the odometry's judge. Records the frame for files and pictures.
 class PipelineJudge final : public odometry::FeatureJudge {
  public:
   explicit PipelineJudge(PipelineConfig config) : pipeline_(std::move(config)) {
-    // In the order of the file, so that a stage has the same symbol in every picture.
+    // In file order, so that a stage has the same symbol in every picture.
     for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
       if (const Stage* root = pipeline_.stages(point))
         root->for_each([&](const Stage& stage, int) { name_leaf(stage); });
@@ -61,9 +61,9 @@ class PipelineJudge final : public odometry::FeatureJudge {
 
   const FrameVerdict& record() const { return record_; }
   const Pipeline& pipeline() const { return pipeline_; }
-  /// What the bits of MarkedFeature::reasons mean, so far.
+  /// Stage of each bit of MarkedFeature::reasons.
   const std::vector<std::string>& stages() const { return stages_; }
-  /// The same as words: "semantic_box+epipolar".
+  /// The same as text: "semantic_box+epipolar".
   std::string reason(const MarkedFeature& feature) const {
     std::string text;
     for (std::size_t k = 0; k < stages_.size() && k < 64; ++k) {
@@ -118,7 +118,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
     record_.notes.insert(record_.notes.end(), report.notes.begin(), report.notes.end());
   }
 
-  // Stages of one name (inside and outside of a region) are one reason for the reader.
+  // Stages with one name, inside and outside a region, are one reason.
   std::uint64_t named_reasons(const Verdict& verdict, std::size_t i) {
     std::uint64_t bits = 0;
     for (std::size_t k = 0; k < verdict.report.stages.size() && k < 64; ++k) {
@@ -136,7 +136,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
 
   Pipeline pipeline_;
   FrameVerdict record_;
-  std::vector<std::size_t> alive_;  ///< view index -> feature as extracted
+  std::vector<std::size_t> alive_;  ///< view index -> extracted feature
   std::vector<std::uint8_t> flags_;
   bool wait_ = false;
   std::vector<std::string> stages_;

@@ -12,8 +12,9 @@
 
 namespace dynfilter::command {
 
-/// A kind of file that is found by a short name as well: where such files lie beside the installed program
-/// (<prefix>/share/dynfilter/...) and in the source tree.
+/// A kind of file that also has short names.
+/// The files are beside the installed program (<prefix>/share/dynfilter/...)
+/// and in the source tree.
 struct PresetKind {
   const char *from_bin, *source, *what;
 };
@@ -42,7 +43,7 @@ inline std::vector<std::string> preset_names(const PresetKind& kind = kPipelines
   return names;
 }
 
-/// A file by a preset's name or by its path. Throws ConfigError that lists the presets.
+/// Finds a file by preset name or path. Throws ConfigError with the list of presets.
 inline std::filesystem::path find_preset(const std::string& name, const PresetKind& kind) {
   std::error_code error;
   const bool is_path = name.find('/') != std::string::npos || std::filesystem::path(name).has_extension();

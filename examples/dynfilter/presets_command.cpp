@@ -19,7 +19,7 @@ struct Preset {
   std::string name, about, file;
 };
 
-/// `about` under the one key of the file, "" without it.
+/// `about` under the first key of the file, "" without it.
 std::string about(const std::string& file) {
   const YamlDocument document = YamlDocument::from_file(file);
   for (const auto& [key, value] : document.root().entries())
@@ -37,7 +37,7 @@ std::vector<Preset> presets_of(const PresetKind& kind) {
   return presets;
 }
 
-/// In lines of 80 columns.
+/// Wraps at 80 columns.
 void print_about(const std::string& about) {
   std::istringstream words(about);
   std::string line = "   ";

@@ -10,8 +10,8 @@
 
 namespace dynfilter::command {
 
-/// A bar on stderr while something long goes on; nothing at all where stderr is no terminal. It is wiped at
-/// the end, so that errors and results stand alone.
+/// A progress bar on stderr, or nothing if stderr is not a terminal.
+/// It is removed at the end, so that it does not mix with errors and results.
 class Progress {
  public:
   explicit Progress(std::string label) : label_(std::move(label)), shown_(isatty(STDERR_FILENO) != 0) {}

@@ -17,7 +17,7 @@ std::string figure(double value, const char* unit) {
   return std::isfinite(value) ? fmt::format("{:.4f}{}", value, unit) : "-";
 }
 
-// Nothing when all came at once and well.
+// Prints nothing if all results arrived on time without errors.
 void print_detector(const DetectorSummary& d) {
   if (d.mode == "sync" && d.failed == 0) return;
   fmt::print("  detector      {}: {} results", d.mode, d.results);

@@ -29,7 +29,7 @@ inline io::TumSequence open_sequence(const RunOptions& options) {
   return io::TumSequence::open(options.sequence, tum);
 }
 
-/// Indices into the sequence in the order in which they are played: turned round first, then cut.
+/// Indices into the sequence in playing order: first reversed, then cut.
 inline std::vector<std::size_t> playing_order(const RunOptions& options, std::size_t size) {
   std::vector<std::size_t> order(size);
   for (std::size_t i = 0; i < size; ++i) order[i] = options.reverse ? size - 1 - i : i;
@@ -86,11 +86,11 @@ inline std::optional<io::DetectionTrack> load_detections(const RunOptions& optio
   return track;
 }
 
-/// A folder of masks or label images, 8-bit PNGs named as the colour images. A colour image without one is an
-/// image for which no mask came.
+/// A folder of masks or label images: 8-bit PNGs with the names of the colour images.
+/// A colour image without a file has no mask.
 class MaskFolder {
  public:
-  /// Throws IoError when a folder was asked for and holds no mask of the sequence.
+  /// Throws IoError if a folder was requested and has no mask of the sequence.
   MaskFolder(const RunOptions& options, const io::TumSequence& sequence) {
     if (options.no_masks) return;
     const std::filesystem::path folder =
@@ -108,7 +108,7 @@ class MaskFolder {
     if (found == 0) files_.clear();
   }
 
-  /// Throws IoError for an image that cannot be read or has not one channel of 8 bits.
+  /// Throws IoError if an image cannot be read or is not 8-bit with one channel.
   std::optional<MaskInput> load(std::size_t i) const {
     if (files_.empty() || files_[i].empty()) return std::nullopt;
     MaskInput mask;

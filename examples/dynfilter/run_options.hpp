@@ -10,7 +10,7 @@
 
 namespace dynfilter::command {
 
-/// The options of all commands that play a sequence.
+/// Options of all commands that play a sequence.
 inline void add_play_options(CLI::App& command, RunOptions& options) {
   command.add_option("--camera", options.camera,
                      "camera file (keys as in ORB-SLAM settings) instead of the one found");
@@ -55,13 +55,13 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
       ->capture_default_str();
 }
 
-/// The options that `run` and `compare` share.
+/// Options of `run` and `compare`.
 inline void add_run_options(CLI::App& command, RunOptions& options) {
   add_play_options(command, options);
   command.add_flag("--reverse", options.reverse, "play from the last frame to the first");
 }
 
-/// What `run --map` and `map` share. The caller says what they need.
+/// Options of `run --map` and `map`. The caller declares their dependencies.
 inline std::vector<CLI::Option*> add_map_options(CLI::App& command, RunOptions& options) {
   return {command.add_option("--map-leaf-m", options.map_leaf_m,
                              "edge of the map's voxels, metres (default 0.02)"),

@@ -19,7 +19,7 @@
 
 namespace dynfilter::command {
 
-/// The files of a run. They appear together when finish() has come through, or not at all.
+/// The files of a run. They appear together after finish(), or not at all.
 class RunOutput {
  public:
   RunOutput(const std::filesystem::path& folder, std::size_t frames, std::size_t overlay_every)
@@ -27,7 +27,7 @@ class RunOutput {
     std::filesystem::create_directory(folder_.path() / "overlay");
   }
 
-  /// verdicts.csv and, now and then, a picture.
+  /// Writes a row of verdicts.csv and, at intervals, a picture.
   void add(const FrameRow& row, const PipelineJudge& judge, OverlayFrame picture) {
     for (const MarkedFeature& f : judge.record().features) {
       fmt::format_to(std::back_inserter(verdicts_), "{},{:.2f},{:.2f},{},{},{}\n", row.index, f.pixel.x,

@@ -32,7 +32,7 @@ struct FrameRow {
   double total_ms() const { return extraction_ms + correspondence_ms + filters_ms + tracking_ms; }
 };
 
-/// How the boxes and masks came.
+/// Counters of boxes and masks.
 struct DetectorSummary {
   std::string mode;
   std::int64_t looked_at = 0, skipped = 0, results = 0, silent = 0, failed = 0;
@@ -42,7 +42,7 @@ struct DetectorSummary {
   double age_median_frames = NAN, age_max_frames = NAN;
 };
 
-/// summary.json; NaN stands for null.
+/// Content of summary.json. NaN is written as null.
 struct Summary {
   std::string sequence, pipeline;
   std::size_t frames = 0, tracked_frames = 0;
@@ -91,7 +91,7 @@ inline Json to_json(const Summary& s) {
   return json;
 }
 
-/// `sequence` and `pipeline` first.
+/// Puts `sequence` and `pipeline` first.
 inline Json named_json(const Summary& s) {
   Json json{{"sequence", s.sequence}, {"pipeline", s.pipeline}};
   json.update(to_json(s));

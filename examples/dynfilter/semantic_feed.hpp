@@ -20,8 +20,8 @@
 
 namespace dynfilter::command {
 
-/// The boxes and masks that lie beside a sequence, as a provider: by frame id, which counts the frames
-/// played.
+/// A provider for the boxes and masks beside a sequence, by frame id.
+/// Frame ids count the played frames.
 class SequenceFiles final : public SemanticProvider {
  public:
   SequenceFiles(std::optional<io::DetectionTrack> boxes, MaskFolder masks, std::vector<std::size_t> order,
@@ -48,16 +48,16 @@ class SequenceFiles final : public SemanticProvider {
   std::vector<double> stamps_s_;
 };
 
-/// From a provider to the odometry, as late as the mode says.
+/// Feeds results of a provider to the odometry, with the delay of the mode.
 class SemanticFeed {
  public:
-  /// `is_files`: what throws then is the user's input, not a detector's mishap.
+  /// `is_files`: errors are then about the user's input, not about a detector.
   SemanticFeed(std::unique_ptr<SemanticProvider> provider, const std::string& mode, bool is_files)
       : runner_(make_runner(std::move(provider), parse_runner_mode(mode))), is_files_(is_files) {
     summary_.mode = mode;
   }
 
-  /// The next frame; what there is for it, good until the next call.
+  /// Submits the next frame and returns its semantic inputs, valid until the next call.
   odometry::SemanticInputs next(std::int64_t frame_id, const io::RgbdFrame& frame) {
     SemanticImage image;
     image.frame_id = frame_id;
@@ -77,7 +77,7 @@ class SemanticFeed {
     return inputs;
   }
 
-  /// What next() said last.
+  /// The result that next() returned last.
   const SemanticResult* result() const { return result_.get(); }
 
   DetectorSummary summary() {

@@ -46,7 +46,7 @@ class SequenceRun {
     oracle_ = uses_stage(judge_.pipeline(), OracleFilter::kName);
     if (oracle_ && !sequence_.has_labels())
       throw IoError(options.sequence + ": has no labels/, which `oracle` needs");
-    // In reverse "has moved over the last frames" is another question than the truth images answer.
+    // In reverse, the truth images do not apply: they describe motion over the previous frames.
     judged_by_truth_ = sequence_.has_labels() && !options.reverse;
     if (sequence_.has_labels() && options.reverse)
       summary_.notes.emplace_back("played in reverse: no precision and recall");
@@ -76,13 +76,13 @@ class SequenceRun {
   static std::string frames(std::size_t n) { return fmt::format("{} {}", n, n == 1 ? "frame" : "frames"); }
   void count_note(std::string note) { summary_.notes.push_back(std::move(note)); }
 
-  // A front end wants time to go on: in reverse the stamps are mirrored at the first frame.
+  // A front end needs increasing time. In reverse, timestamps are mirrored at the first frame.
   double played_s(std::size_t i) const {
     const double stamp_s = sequence_.timestamp_s(i);
     return options_.reverse ? 2 * sequence_.timestamp_s(order_[0]) - stamp_s : stamp_s;
   }
 
-  // The poses of another SLAM; frames without one are not played.
+  // Reads the poses of another SLAM. Frames without a pose are not played.
   void read_poses() {
     io::TrajectoryOddities odd;
     const io::Trajectory given = io::read_tum_trajectory(options_.trajectory, odd);
@@ -132,7 +132,7 @@ class SequenceRun {
         options_.detector_mode, true);
   }
 
-  // A detector with a thread of its own is as late as it would be at the camera's pace.
+  // An asynchronous detector gets the frames at the camera's rate, to have a realistic delay.
   void keep_pace(double timestamp_s) {
     if (options_.detector_mode != "async") return;
     if (!began_) began_ = std::chrono::steady_clock::now();
@@ -198,7 +198,7 @@ class SequenceRun {
     return picture;
   }
 
-  // With the frames' own stamps again.
+  // With the frames' own timestamps.
   io::Trajectory trajectory() const {
     std::map<double, double> own_s;
     for (const std::size_t i : order_) own_s[played_s(i)] = sequence_.timestamp_s(i);
@@ -220,7 +220,7 @@ class SequenceRun {
   std::optional<MapRun> map_;
   std::optional<RunOutput> output_;
   std::vector<FrameRow> rows_;
-  std::map<std::string, std::size_t> notes_;  ///< what stages noted, and in how many frames
+  std::map<std::string, std::size_t> notes_;  ///< note of a stage, and its number of frames
   Summary summary_;
   std::size_t blank_depth_ = 0;
   bool oracle_ = false, judged_by_truth_ = false, any_depth_ = false;

@@ -23,7 +23,7 @@ int serve(const ServeOptions& options) {
   cv::setNumThreads(options.threads);
   const std::unique_ptr<SemanticProvider> provider =
       load_detector(options.detector, options.network_dir, options.plugins).make();
-  // What a library prints must not get between the answers.
+  // Output of libraries must not mix with the answers.
   const int answers = ::dup(STDOUT_FILENO);
   ::dup2(STDERR_FILENO, STDOUT_FILENO);
   protocol::serve(*provider, STDIN_FILENO, answers);

@@ -26,7 +26,7 @@ std::string scenes() {
   return text;
 }
 
-// A sequence of ours may be written again; anything else that lies there is somebody's.
+// Only a synthetic sequence may be overwritten.
 bool is_synthetic(const std::filesystem::path& folder) {
   std::error_code error;
   return std::filesystem::is_directory(folder / "labels", error) &&

@@ -14,8 +14,9 @@
 
 namespace dynfilter::odometry {
 
-/// Poses as seven numbers: translation, then quaternion (x y z w). Costs give the six derivatives along the
-/// motion exp(xi) T in the first six columns, so the derivative of `Plus` is the identity there.
+/// Poses as seven numbers: translation, then quaternion (x y z w).
+/// Costs return the derivatives along the motion exp(xi) T in the first six columns.
+/// The derivative of `Plus` is therefore the identity there.
 class PoseManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return 7; }
@@ -55,7 +56,8 @@ class PoseManifold final : public ceres::Manifold {
   }
 };
 
-/// Pixel and disparity residual of one sighting, in sigmas, with analytic derivatives.
+/// Pixel and disparity residual of one observation, in standard deviations,
+/// with analytic derivatives.
 class SightingCost final : public ceres::SizedCostFunction<3, 7, 3> {
  public:
   SightingCost(const Pinhole& camera, const Sighting& sighting) : camera_(camera), sighting_(sighting) {}
@@ -87,13 +89,15 @@ class SightingCost final : public ceres::SizedCostFunction<3, 7, 3> {
   Sighting sighting_;
 };
 
-/// Windowed bundle adjustment: the given keyframes move, others that see the same points stay, points move.
+/// Windowed bundle adjustment. The given keyframes and all their points are optimised.
+/// Other keyframes that observe these points are fixed.
 class BundleAdjuster {
  public:
   BundleAdjuster(const Pinhole& camera, const BundleOptions& options) : camera_(camera), options_(options) {}
 
-  /// Improves `map` in place and drops sightings that disagree afterwards. `sighting(keyframe, feature)`
-  /// gives the measurement. The first keyframe of the map never moves.
+  /// Improves `map` in place, then removes observations with large residuals.
+  /// `sighting(keyframe, feature)` returns the measurement.
+  /// The first keyframe of the map is always fixed.
   template <class SightingOf>
   void adjust(Map& map, const std::vector<std::int32_t>& window, SightingOf&& sighting) {
     select_points(map, window);
@@ -141,7 +145,7 @@ class BundleAdjuster {
       blocks_[k].used = true;
       ++fixed;
     }
-    // Without anything fixed the whole window would float: its oldest keyframe holds it.
+    // Without a fixed keyframe the window has a free gauge, so its oldest keyframe is fixed.
     if (fixed == 0 && !blocks_[0].used)
       blocks_[*std::min_element(window.begin(), window.end())].moves = false;
   }
@@ -217,7 +221,7 @@ class BundleAdjuster {
   std::vector<std::int64_t> points_;
   std::vector<Eigen::Vector3d> positions_;
   std::vector<Block> blocks_;
-  std::deque<SightingCost> costs_;  ///< the problem keeps pointers into it
+  std::deque<SightingCost> costs_;  ///< the problem keeps pointers to its elements
 };
 
 }  // namespace dynfilter::odometry

@@ -11,7 +11,7 @@ namespace dynfilter::odometry {
 /// 256 bits of an ORB descriptor.
 using Descriptor = std::array<std::uint64_t, 4>;
 
-/// Set bits of a word. Written out: without -mpopcnt the builtin is a function call.
+/// Number of set bits. Without -mpopcnt the builtin would be a function call.
 inline int count_bits(std::uint64_t v) {
   v -= (v >> 1) & 0x5555555555555555ULL;
   v = (v & 0x3333333333333333ULL) + ((v >> 2) & 0x3333333333333333ULL);
@@ -24,7 +24,7 @@ inline int hamming(const Descriptor& a, const Descriptor& b) {
          count_bits(a[3] ^ b[3]);
 }
 
-/// A view of the descriptors as OpenCV hands them around: N x 32, CV_8U. Not a copy.
+/// A view of the descriptors as an N x 32 CV_8U matrix, without a copy.
 inline cv::Mat as_matrix(std::vector<Descriptor>& descriptors) {
   return descriptors.empty() ? cv::Mat()
                              : cv::Mat(static_cast<int>(descriptors.size()), 32, CV_8U, descriptors.data());

@@ -8,8 +8,8 @@
 
 namespace dynfilter::odometry {
 
-/// Which features lie in a window: cells of fixed size, features sorted by cell. Undistorted features may lie
-/// outside the image: they belong to the nearest cell.
+/// Finds the features in a window: cells of fixed size, features sorted by cell.
+/// Undistorted features outside the image belong to the nearest cell.
 class FeatureGrid {
  public:
   void build(const std::vector<cv::KeyPoint>& keypoints, cv::Size size) {

@@ -16,14 +16,14 @@
 
 namespace dynfilter::odometry {
 
-/// The features of one frame: parallel arrays that are compacted together.
+/// Features of one frame in parallel arrays, which are compacted together.
 struct FrameFeatures {
-  std::vector<cv::KeyPoint> keypoints;  ///< pixels of the image as taken
+  std::vector<cv::KeyPoint> keypoints;  ///< pixels of the original image
   std::vector<cv::KeyPoint> keypoints_undistorted;
   std::vector<Descriptor> descriptors;
-  std::vector<float> depth_m;           ///< NaN: none, or at a silhouette
-  std::vector<std::int64_t> map_point;  ///< -1: none
-  std::vector<std::int32_t> extracted;  ///< its place among the features as extracted
+  std::vector<float> depth_m;           ///< NaN: no depth, or at a silhouette
+  std::vector<std::int64_t> map_point;  ///< -1: no map point
+  std::vector<std::int32_t> extracted;  ///< index among the extracted features
 
   std::size_t size() const { return keypoints.size(); }
 
@@ -65,8 +65,8 @@ inline double square(double x) {
   return x * x;
 }
 
-/// Depth [m] at a pixel of the image as taken: the median of the 3x3 pixels around it; NaN where there is
-/// none or where it jumps nearby (at a silhouette it belongs to either side).
+/// Depth [m] at a pixel of the original image: the median of its 3x3 neighbourhood.
+/// NaN without depth, and near a depth jump, where it may belong to either side.
 template <class T>
 float depth_at(const cv::Mat& depth, double unit_m, cv::Point2f at, const DepthOptions& options) {
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();

@@ -16,8 +16,9 @@
 
 namespace dynfilter::odometry {
 
-/// All that connects the odometry with the toolkit: fills the frame view, asks the judge, removes what it
-/// rejects from the features, and remembers it for the caller.
+/// Connects the odometry with the toolkit.
+/// It fills the frame view, calls the judge and removes rejected features.
+/// It also keeps the rejections for the caller.
 class JudgeGate {
  public:
   explicit JudgeGate(FeatureJudge* judge) : judge_(judge) {}

@@ -19,9 +19,10 @@ struct Observation {
 struct MapPoint {
   Eigen::Vector3d world_m = Eigen::Vector3d::Zero();
   Descriptor descriptor{};
-  int octave = 0;         ///< where it was seen first, and ...
-  double distance_m = 0;  ///< ... from how far: together they predict the octave elsewhere
-  std::int32_t born = 0;  ///< keyframe that made it
+  int octave = 0;  ///< octave of the first observation
+  /// Distance of the first observation; with the octave, it predicts the octave of others.
+  double distance_m = 0;
+  std::int32_t born = 0;  ///< keyframe that created it
   int visible = 1, found = 1;
   bool alive = true;
   std::vector<Observation> observations;
@@ -30,7 +31,7 @@ struct MapPoint {
 struct Keyframe {
   std::int64_t frame_id = 0;
   Eigen::Isometry3d T_camera_world;
-  Pose T_world_camera;  ///< the same, as the toolkit wants it
+  Pose T_world_camera;  ///< the same pose in the toolkit's type
   FrameFeatures features;
 
   void set_pose(const Eigen::Isometry3d& T) {
@@ -39,7 +40,7 @@ struct Keyframe {
   }
 };
 
-/// Keyframes and points by index. Points that are culled keep their index.
+/// Keyframes and points by index. Indices of removed points are not reused.
 class Map {
  public:
   std::vector<Keyframe> keyframes;
@@ -72,7 +73,8 @@ class Map {
     point(i).alive = false;
   }
 
-  /// Keyframes that see the given points, by how many they see (ties: the newer first), at most `limit`.
+  /// Keyframes that observe the given points, by number of observations, at most `limit`.
+  /// Ties prefer the newer keyframe.
   std::vector<std::int32_t> covisible(const std::vector<std::int64_t>& seen, std::size_t limit) const {
     std::vector<std::int32_t> votes(keyframes.size(), 0), order;
     for (const std::int64_t i : seen)
@@ -87,7 +89,7 @@ class Map {
     return order;
   }
 
-  /// The live points that these keyframes see, each once, in ascending order.
+  /// The points that these keyframes observe, in ascending order without duplicates.
   std::vector<std::int64_t> points_of(const std::vector<std::int32_t>& frames) const {
     std::vector<std::int64_t> result;
     for (const std::int32_t k : frames)

@@ -12,7 +12,7 @@
 
 namespace dynfilter::odometry {
 
-/// Makes keyframes and map points, and keeps the newest part of the map consistent.
+/// Creates keyframes and map points, and keeps the newest part of the map consistent.
 class Mapper {
  public:
   Mapper(const Pinhole& camera, const OdometryOptions& options)
@@ -21,15 +21,15 @@ class Mapper {
   const Map& map() const { return map_; }
   Map& map() { return map_; }
 
-  /// The octave in which a point will be seen by a camera there.
+  /// The octave in which this camera will observe the point.
   int expected_octave(const MapPoint& point, const Eigen::Isometry3d& T_camera_world) const {
     const double distance_m = (T_camera_world * point.world_m).norm();
     const double steps = std::log(point.distance_m / distance_m) / std::log(options_.extractor.scale_factor);
     return std::clamp(point.octave + static_cast<int>(std::lround(steps)), 0, options_.extractor.levels - 1);
   }
 
-  /// Turns a tracked frame into a keyframe: its map points get an observation, its other features with depth
-  /// become points. The new keyframe's index.
+  /// Turns a tracked frame into a keyframe and returns its index.
+  /// Its map points get an observation. Its other features with depth become points.
   std::int32_t insert(std::int64_t frame_id, FrameFeatures& features,
                       const Eigen::Isometry3d& T_camera_world) {
     const auto index = static_cast<std::int32_t>(map_.keyframes.size());
@@ -48,7 +48,7 @@ class Mapper {
     return index;
   }
 
-  /// Removal of points that do not hold, then bundle adjustment around the newest keyframe.
+  /// Removes bad points, then runs bundle adjustment around the newest keyframe.
   void refine(bool adjust = true) {
     const auto newest = static_cast<std::int32_t>(map_.keyframes.size()) - 1;
     if (newest < 1) return;
@@ -76,7 +76,8 @@ class Mapper {
     return static_cast<std::int64_t>(map_.points.size()) - 1;
   }
 
-  /// Young points must prove themselves: found where they should be visible, and seen by a second keyframe.
+  /// Removes young points that are not found where they should be visible,
+  /// or that no second keyframe observes.
   void cull(std::int32_t newest) {
     constexpr int kYoung = 3, kSettled = 2;
     constexpr double kMinFound = 0.25;

@@ -10,24 +10,24 @@
 
 namespace dynfilter::odometry {
 
-/// A point to be found again in a frame.
+/// A point to search for in a frame.
 struct SearchPoint {
   Eigen::Vector3d world_m;
   Descriptor descriptor;
-  int octave = 0;               ///< where it is expected
+  int octave = 0;               ///< expected octave
   std::int64_t map_point = -1;  ///< -1: only a point of the last frame
 };
 
 struct Window {
   double radius_px = 15;  ///< at octave 0; grows with the octave
-  int octaves = 1;        ///< below and above the expected one
+  int octaves = 1;        ///< search range below and above the expected octave
   int max_distance = 80;
   double max_ratio = 0.9;
 };
 
-/// Finds known points in a frame, near where a pose predicts them, by descriptor. A point goes to at most one
-/// feature and a feature to at most one point (the closer descriptor wins); features that have a map point
-/// already are left alone.
+/// Finds known points in a frame by descriptor, near their predicted positions.
+/// Each point matches at most one feature and each feature at most one point.
+/// The closer descriptor wins. Features with a map point are skipped.
 class ProjectionMatcher {
  public:
   ProjectionMatcher(const Pinhole& camera, double scale_factor, int levels) : camera_(camera) {
@@ -37,7 +37,7 @@ class ProjectionMatcher {
 
   void set_image(cv::Size size) { image_ = size; }
 
-  /// feature[i]: where points[i] was found, -1: nowhere.
+  /// feature[i]: feature that matches points[i]; -1: none.
   void match(const std::vector<SearchPoint>& points, const Eigen::Isometry3d& T_camera_world,
              const FrameFeatures& features, const FeatureGrid& grid, const Window& window,
              std::vector<std::int32_t>& feature) {
@@ -55,7 +55,7 @@ class ProjectionMatcher {
     }
   }
 
-  /// Whether a point would be in the picture, and where (u, v, disparity).
+  /// True if a point is inside the image. Sets its position (u, v, disparity).
   bool visible(const Eigen::Vector3d& world_m, const Eigen::Isometry3d& T_camera_world,
                Eigen::Vector3d& expected_px) const {
     constexpr double kNear = 0.1;

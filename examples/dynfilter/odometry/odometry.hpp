@@ -21,12 +21,13 @@
 
 namespace dynfilter::odometry {
 
-/// RGB-D odometry in the manner of ORB-SLAM's tracking and local mapping, without loop closing: a stand-in
-/// for a user's SLAM. It knows of moving objects only what the judge says. One thread, deterministic (for the
-/// last bit call cv::setNumThreads(1)). One object per camera stream.
+/// RGB-D odometry like ORB-SLAM's tracking and local mapping, without loop closing.
+/// It represents a user's SLAM. It knows about moving objects only through the judge.
+/// Single-threaded and deterministic; for bit-exact results call cv::setNumThreads(1).
+/// One object per camera stream.
 class Odometry {
  public:
-  /// `judge` may be null (nothing is rejected) and must outlive the odometry.
+  /// `judge` may be null, which rejects nothing. It must outlive the odometry.
   Odometry(const Camera& camera, const OdometryOptions& options, FeatureJudge* judge)
       : camera_(camera),
         options_(options),
@@ -35,9 +36,12 @@ class Odometry {
         tracker_(pinhole(), options),
         gate_(judge) {}
 
-  /// One frame: `frame.grey` CV_8UC1, `frame.depth` CV_16UC1 or CV_32FC1 (times `depth_unit_m`) or empty.
-  /// With `known` the pose is that one, as another SLAM found it; all else is done alike, so that the judge
-  /// is asked as ever. Give a pose for every frame or for none.
+  /// Processes one frame.
+  /// `frame.grey`: CV_8UC1.
+  /// `frame.depth`: CV_16UC1 or CV_32FC1 in units of `depth_unit_m`, or empty.
+  /// `known` replaces the estimated pose, for example by that of another SLAM.
+  /// Everything else runs as usual, including the judge.
+  /// Provide a pose for every frame or for none.
   TrackResult process(const io::RgbdFrame& frame, const SemanticInputs& inputs = {},
                       const std::optional<Pose>& known = std::nullopt) {
     TrackResult result;
@@ -68,8 +72,8 @@ class Odometry {
     return result;
   }
 
-  /// Camera poses of all tracked frames in the world of the first camera, as known now: bundle adjustment has
-  /// improved the keyframes that they hang on. Poses that were given stay.
+  /// Current poses of all tracked frames in the world of the first camera.
+  /// Bundle adjustment of their keyframes is included. Provided poses do not change.
   std::vector<io::StampedPose> trajectory() const {
     std::vector<io::StampedPose> poses;
     for (const Anchored& a : anchored_) {
@@ -80,10 +84,10 @@ class Odometry {
     return poses;
   }
 
-  /// The features of the last frame that no call rejected, with their map points.
+  /// Features of the last frame that no call rejected, with their map points.
   const FrameFeatures& features() const { return features_; }
 
-  /// The features of the last frame as extracted, and at which point each one was rejected.
+  /// Extracted features of the last frame, and the call point at which each one was rejected.
   const std::vector<cv::KeyPoint>& extracted() const { return gate_.extracted(); }
   const std::vector<RejectedAt>& rejected_at() const { return gate_.rejected_at(); }
   const Map& map() const { return mapper_.map(); }
@@ -91,7 +95,7 @@ class Odometry {
  private:
   struct Anchored {
     double timestamp_s;
-    std::int32_t keyframe;                ///< -1: the world itself
+    std::int32_t keyframe;                ///< -1: the world
     Eigen::Isometry3d T_camera_keyframe;  ///< or T_camera_world
   };
 
@@ -150,7 +154,7 @@ class Odometry {
     if (found && tracker_.needs_keyframe(map, features_, pose_, result)) make_keyframe(result, watch);
   }
 
-  // Matches tell which map points are seen, and change nothing about the pose.
+  // Matches determine the visible map points and do not change the pose.
   void follow(const Eigen::Isometry3d& pose, TrackResult& result, Stopwatch& watch) {
     Map& map = mapper_.map();
     pose_ = pose;

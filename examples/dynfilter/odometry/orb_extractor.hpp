@@ -15,9 +15,11 @@
 
 namespace dynfilter::odometry {
 
-/// ORB features (Rublee et al., ICCV 2011) that are spread over the image: cv::ORB alone crowds them on the
-/// strongest texture. FAST corners per pyramid level and cell, suppression by square covering, orientation by
-/// intensity centroid; the descriptor is OpenCV's. About 8 ms for 1000 features of a 640x480 image.
+/// ORB features (Rublee et al., ICCV 2011), spread over the image.
+/// cv::ORB alone concentrates them on the strongest texture.
+/// FAST corners per pyramid level and cell, suppression by square covering,
+/// orientation by intensity centroid. The descriptor is OpenCV's.
+/// Cost: about 8 ms for 1000 features of a 640x480 image.
 class OrbExtractor {
  public:
   explicit OrbExtractor(const ExtractorOptions& options)
@@ -28,7 +30,7 @@ class OrbExtractor {
       half_width_[y] = static_cast<int>(std::floor(std::sqrt(kHalfPatch * kHalfPatch - y * y)));
   }
 
-  /// Replaces the contents of `keypoints` (pixels of `grey`, with octave, size and angle) and `descriptors`.
+  /// Replaces `keypoints` (pixels of `grey`, with octave, size and angle) and `descriptors`.
   void extract(const cv::Mat& grey, std::vector<cv::KeyPoint>& keypoints,
                std::vector<Descriptor>& descriptors) {
     keypoints.clear();
@@ -37,7 +39,7 @@ class OrbExtractor {
     double share = (1 - shrink) / (1 - std::pow(shrink, options_.levels)), due = 0, scale = 1;
     for (int level = 0; level < options_.levels; ++level) {
       if (!build_level(grey, level, scale)) break;
-      due += options_.features * share;  // what one level lacks, the next ones provide
+      due += options_.features * share;  // later levels make up for missing features
       const int wanted = static_cast<int>(std::lround(due));
       due -= extract_level(level, scale, wanted, keypoints, descriptors);
       share *= shrink;
@@ -47,7 +49,7 @@ class OrbExtractor {
 
  private:
   static constexpr int kHalfPatch = 15;
-  static constexpr int kBorder = 19;  // the descriptor's rotated patch stays inside
+  static constexpr int kBorder = 19;  // keeps the descriptor's rotated patch inside
 
   bool build_level(const cv::Mat& grey, int level, double scale) {
     const cv::Size size(cvRound(grey.cols / scale), cvRound(grey.rows / scale));
@@ -67,7 +69,7 @@ class OrbExtractor {
     if (chosen_.empty()) return 0;
     for (cv::KeyPoint& corner : chosen_) {
       corner.angle = orientation(levels_[level], corner.pt);
-      corner.octave = 0;  // to OpenCV every level is an image of its own: it need not build a pyramid again
+      corner.octave = 0;  // each level is a separate image for OpenCV, which then builds no pyramid
     }
     orb_->compute(levels_[level], chosen_, level_descriptors_);
     const std::size_t first = descriptors.size();
@@ -83,7 +85,7 @@ class OrbExtractor {
   }
 
   void find_corners(const cv::Mat& image) {
-    constexpr int kRing = 3;  // FAST leaves this margin itself
+    constexpr int kRing = 3;  // margin of FAST itself
     const cv::Rect inner(kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder);
     corners_.clear();
     const int columns = std::max(1, inner.width / options_.cell_px),

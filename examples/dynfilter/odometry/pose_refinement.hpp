@@ -17,24 +17,27 @@ struct PosePoint {
 };
 
 struct RefinementOptions {
-  int rounds = 3;       ///< between them points are sorted into inliers and outliers anew
-  int iterations = 8;   ///< per round, at most
-  double huber = 2.45;  ///< in sigmas
+  int rounds = 3;       ///< points are classified into inliers and outliers before each round
+  int iterations = 8;   ///< maximum per round
+  double huber = 2.45;  ///< in standard deviations
   double acceleration_m_s2 = 9,
-         turn_deg_s2 = 450;  ///< how the camera may change its way: 1 cm, 0.5 deg at 30 Hz
+         turn_deg_s2 = 450;  ///< change of the camera's motion: 1 cm and 0.5 deg at 30 Hz
 };
 
-/// The pose that explains sightings of known points best: Levenberg-Marquardt on 6 unknowns with Huber
-/// weights over pixel and disparity residuals, then again on the inliers only. Afterwards `inlier[i]` says
-/// whether point i agrees (95 % chi-square). An expected pose counts as one more measurement: nothing beside
-/// hundreds of points, but two dozen far ones cannot tell a shift from a turn and would be off by decimetres.
-/// Deterministic; about 0.1 ms for 500 points.
+/// The pose that best explains observations of known points.
+/// Levenberg-Marquardt on 6 unknowns with Huber weights over pixel and disparity residuals,
+/// then again on the inliers only.
+/// Sets `inlier[i]` if point i agrees (95 % chi-square).
+/// An expected pose is one additional measurement. It has no effect beside hundreds of points.
+/// Two dozen distant points do not separate translation from rotation.
+/// Without the expected pose, they would be off by decimetres.
+/// Deterministic. Cost: about 0.1 ms for 500 points.
 class PoseRefiner {
  public:
   PoseRefiner(const Pinhole& camera, const RefinementOptions& options = {})
       : camera_(camera), options_(options) {}
 
-  /// The next refinements are held to this pose, weakly; `after_s` since it was left to itself.
+  /// Adds this pose as a weak prior. `after_s`: time without a measurement.
   void expect(const Eigen::Isometry3d& T_camera_world, double after_s) {
     const double s2 = std::max(after_s, kLeastStep_s) * std::max(after_s, kLeastStep_s);
     const double sigma_m = options_.acceleration_m_s2 * s2,
@@ -45,7 +48,7 @@ class PoseRefiner {
   }
   void expect_nothing() { expected_.reset(); }
 
-  /// The number of inliers; improves the pose in place.
+  /// Improves the pose in place. Returns the number of inliers.
   int refine(const std::vector<PosePoint>& points, Eigen::Isometry3d& T_camera_world,
              std::vector<std::uint8_t>& inlier) const {
     inlier.assign(points.size(), 1);
@@ -57,7 +60,7 @@ class PoseRefiner {
     return count;
   }
 
-  /// Sum of Huber costs, as ceres::HuberLoss over each point's residual vector defines it (half of it).
+  /// Sum of Huber costs over each point's residual vector, half of what ceres::HuberLoss defines.
   double cost(const std::vector<PosePoint>& points, const std::vector<std::uint8_t>& use,
               const Eigen::Isometry3d& T) const {
     return accumulate(points, use, T).cost;
@@ -66,7 +69,7 @@ class PoseRefiner {
  private:
   static constexpr int kMinPoints = 6;
   static constexpr double kLeastStep_s = 1.0 / 30;
-  static constexpr double kNear = 0.05;  // metres; points nearer or behind say nothing
+  static constexpr double kNear = 0.05;  // metres; points closer or behind are not used
 
   struct System {
     Matrix6d H = Matrix6d::Zero();

@@ -12,7 +12,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-/// A pinhole camera without distortion, and the scale that turns inverse depth into a disparity.
+/// A pinhole camera without distortion, and the factor that converts inverse depth to disparity.
 struct Pinhole {
   double fx_px, fy_px, cx_px, cy_px, baseline_fx_px_m;
 
@@ -43,7 +43,8 @@ struct Pinhole {
   }
 };
 
-/// One sighting of a point: pixel, disparity, and the weights (1/sigma) of both; weight 0: no depth there.
+/// One observation of a point: pixel, disparity and their weights (1/sigma).
+/// Weight 0 means no depth.
 struct Sighting {
   Eigen::Vector3d measured_px;
   double pixel_weight = 1, disparity_weight = 0;

@@ -12,13 +12,15 @@
 
 namespace dynfilter::odometry {
 
-/// A pose without any prediction: descriptors are compared with all known points (mutual best, ratio test),
-/// then RANSAC over three 3D-3D pairs, scored by reprojection. For relocalisation only: about 5 ms.
+/// Estimates a pose without a prediction.
+/// Compares descriptors with all known points (mutual best, ratio test).
+/// Then runs RANSAC over three 3D-3D pairs, scored by reprojection.
+/// Used for relocalisation only. Cost: about 5 ms.
 class PoseRecovery {
  public:
   explicit PoseRecovery(const Pinhole& camera) : camera_(camera) {}
 
-  /// The number of agreeing pairs; the pose is set where that is at least `min_inliers`.
+  /// Returns the number of inlier pairs. Sets the pose if it is at least `min_inliers`.
   int recover(const std::vector<SearchPoint>& points, const FrameFeatures& features, int min_inliers,
               Eigen::Isometry3d& T_camera_world) {
     match(points, features);

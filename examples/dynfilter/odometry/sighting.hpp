@@ -9,7 +9,7 @@
 
 namespace dynfilter::odometry {
 
-/// The measurement that a feature is: coarser octaves are less exact.
+/// The measurement of a feature. Coarser octaves have more noise.
 inline Sighting sighting(const OdometryOptions& options, const Pinhole& camera, const FrameFeatures& features,
                          std::size_t i) {
   const cv::KeyPoint& keypoint = features.keypoints_undistorted[i];

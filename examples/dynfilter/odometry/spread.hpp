@@ -9,13 +9,13 @@
 
 namespace dynfilter::odometry {
 
-/// Picks strong corners that keep their distance from each other: suppression by square covering (Bailo et
-/// al., Pattern Recognition Letters 2018). Corners are visited from the strongest; each one that is taken
-/// blocks a square around it. The half side of the square is found by bisection such that about `wanted`
-/// stay.
+/// Selects strong corners with a minimum distance: suppression by square covering
+/// (Bailo et al., Pattern Recognition Letters 2018).
+/// Corners are visited from the strongest. Each selected one blocks a square around it.
+/// The size of the square is found by bisection, so that about `wanted` corners remain.
 class Spreader {
  public:
-  /// The corners that stay, strongest first. O(n log n + n log(image side)).
+  /// The selected corners, strongest first. O(n log n + n log(image side)).
   const std::vector<cv::KeyPoint>& spread(std::vector<cv::KeyPoint>& corners, cv::Size size, int wanted) {
     std::sort(corners.begin(), corners.end(), stronger);
     if (static_cast<int>(corners.size()) <= wanted) return taken_ = corners;
@@ -51,7 +51,7 @@ class Spreader {
   }
 
   void block(int x, int y, int columns, int rows) {
-    constexpr int kReach = 2;  // cells of half a half side
+    constexpr int kReach = 2;  // in cells of half a half side
     const int left = std::max(0, x - kReach), right = std::min(columns - 1, x + kReach);
     for (int j = std::max(0, y - kReach); j <= std::min(rows - 1, y + kReach); ++j) {
       std::uint8_t* row = &blocked_[static_cast<std::size_t>(j) * columns];

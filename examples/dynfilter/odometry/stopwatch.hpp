@@ -7,7 +7,7 @@ namespace dynfilter::odometry {
 
 class Stopwatch {
  public:
-  /// Milliseconds since the last call (or the beginning).
+  /// Milliseconds since the last call, or since construction.
   double lap_ms() {
     const auto now = std::chrono::steady_clock::now();
     const double ms = std::chrono::duration<double, std::milli>(now - last_).count();

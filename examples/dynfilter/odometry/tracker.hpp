@@ -18,7 +18,8 @@
 
 namespace dynfilter::odometry {
 
-/// Finds the pose of a frame from the last one, from the local map, or, after a loss, from keyframes.
+/// Estimates the pose of a frame from the last frame and the local map.
+/// After a loss, it uses keyframes.
 class Tracker {
  public:
   Tracker(const Pinhole& camera, const OdometryOptions& options)
@@ -34,7 +35,8 @@ class Tracker {
   }
   void index(const FrameFeatures& features) { grid_.build(features.keypoints_undistorted, image_); }
 
-  /// T_camera_world by constant velocity; none after a loss. The pose to be found is held to it, weakly.
+  /// T_camera_world by constant velocity; none after a loss.
+  /// It is also a weak prior of the pose.
   std::optional<Eigen::Isometry3d> predict(double timestamp_s) {
     if (!last_tracked_) return std::nullopt;
     if (!velocity_) return last_pose_;
@@ -49,7 +51,7 @@ class Tracker {
   }
   void forget_motion() { velocity_.reset(); }
 
-  /// A first pose from the points of the last frame, those without a map point included.
+  /// Estimates a first pose from the points of the last frame, including those without a map point.
   bool track_last_frame(const Map& map, const Eigen::Isometry3d& predicted, FrameFeatures& features,
                         Eigen::Isometry3d& pose) {
     collect_last_points(map);
@@ -69,7 +71,7 @@ class Tracker {
     return false;
   }
 
-  /// The pose against the points of the keyframes that see the same things; the number that agree.
+  /// Refines the pose with the points of covisible keyframes. Returns the number of inliers.
   int track_local_map(Mapper& mapper, FrameFeatures& features, Eigen::Isometry3d& pose) {
     Map& map = mapper.map();
     collect_local_points(mapper, features, pose);
@@ -88,7 +90,8 @@ class Tracker {
     return inliers;
   }
 
-  /// A pose without prediction: from the reference keyframe, then from older ones in turn, two per frame.
+  /// Estimates a pose without prediction, from the reference keyframe,
+  /// then from older ones in turn, two per frame.
   bool recover(const Map& map, FrameFeatures& features, Eigen::Isometry3d& pose) {
     refiner_.expect_nothing();
     const auto count = static_cast<std::int32_t>(map.keyframes.size());
@@ -128,10 +131,10 @@ class Tracker {
       keyframe_points_ += map.alive(i) && (index == 0 || map.point(i).observations.size() > 1);
   }
 
-  /// Remembers this frame for the next one. True if the track was lost just now.
+  /// Stores this frame for the next one. True if the track has just been lost.
   bool frame_done(bool tracked, double timestamp_s, const FrameFeatures& features,
                   const Eigen::Isometry3d& pose) {
-    refiner_.expect_nothing();  // the next frame's pose may be known: nothing is predicted then
+    refiner_.expect_nothing();  // if the next pose is given, nothing is predicted
     const bool newly_lost = last_tracked_ && !tracked;
     if (tracked) {
       const double interval_s = timestamp_s - last_timestamp_s_;
