@@ -81,6 +81,6 @@ TEST_CASE("presets are listed with what they are about") {
   CHECK(result.exit_code == 0);
   CHECK(contains(result.out, "\n  rts_slam\n    "));
   CHECK(contains(result.out, "\n  yolo_fastest\n"));
-  CHECK(contains(result.out, "The default: what does not follow the background"));
+  CHECK(contains(result.out, "The default: rejects what moves against the background"));
   CHECK(contains(dynfilter("presets --json").out, "\"name\": \"dynfilter\""));
 }
