@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// DBSCAN on the grid against a FLANN radius loop, and the adaptive choice of its parameters against the
-// sorted n x n matrix as published. `ratio` is the quotient of the medians in the same run. The points are
-// those of a depth image: surfaces of a room with people in it.
+// GridDbscan against a FLANN radius loop,
+// and the adaptive choice of parameters against the published sorted n x n matrix.
+// `ratio` is the quotient of the medians in the same run.
+// The points are those of a depth image: surfaces of a room with people.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -47,7 +48,7 @@ std::vector<Points> rooms(int n, float scale) {
   return sets;
 }
 
-/// Surfaces grow with n, so that the number of neighbours stays.
+/// Surfaces grow with n, so that the number of neighbours is constant.
 void dbscan(benchmark::State& state) {
   const auto n = static_cast<int>(state.range(0));
   const auto sets = rooms(n, std::sqrt(static_cast<float>(n) / 1000.0F));
@@ -61,7 +62,7 @@ void dbscan(benchmark::State& state) {
   state.counters["noise"] = static_cast<double>(std::count(ours.label.begin(), ours.label.end(), -1));
 }
 
-/// Eps_k and MinPts_k for k = 1 ... 30 from the sorted matrix, no clustering yet.
+/// Eps_k and MinPts_k for k = 1 ... 30 from the sorted matrix, without clustering.
 double published(const Points& points, std::vector<float>& matrix) {
   const std::size_t n = points.size();
   matrix.resize(n * n);
@@ -84,7 +85,7 @@ double published(const Points& points, std::vector<float>& matrix) {
   return sum;
 }
 
-/// Ours includes all clusterings that lead to the choice, the anchor none.
+/// Ours includes all clusterings up to the choice, the reference none.
 void adaptive(benchmark::State& state) {
   const auto sets = rooms(static_cast<int>(state.range(0)), 1);
   AdaptiveDbscanLimits limits;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Each line runs ours and the anchor (cv::calcOpticalFlowPyrLK, cv::BFMatcher with cross-check) alternately
-// in the same run; `ratio` is the quotient of the medians.
+// Each line runs ours and the reference alternately in the same run.
+// `ratio` is the quotient of the medians.
+// References: cv::calcOpticalFlowPyrLK, cv::BFMatcher with cross-check.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -18,7 +19,7 @@ using namespace dynfilter;
 
 namespace {
 
-constexpr int kSets = 4;  // rotated: a repeated small set flatters
+constexpr int kSets = 4;  // rotated, because a small repeated set stays in the cache
 
 struct FlowSet {
   cv::Mat current, reference;
@@ -67,7 +68,7 @@ std::vector<DescriptorSet> descriptor_sets() {
   return sets;
 }
 
-/// Of this thread alone: other programs on the machine do not count.
+/// CPU time of this thread, independent of other programs.
 double cpu_ms() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -87,8 +88,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Runs ours and the anchor alternately; the reported time is ours, the counters hold the ratio of the
-/// medians.
+/// Runs ours and the reference alternately.
+/// The reported time is ours, the counters contain the ratio of the medians.
 template <class Ours, class Anchor>
 void compare(benchmark::State& state, const Ours& ours, const Anchor& anchor) {
   cv::setNumThreads(1);

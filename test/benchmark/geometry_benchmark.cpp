@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Each line runs ours and the anchor alternately in the same run; `ratio` is the quotient of the medians.
-// Anchors: cv::findFundamentalMat(USAC_FAST), Eigen::umeyama in a RANSAC loop, ceres::Problem with an
-// analytic Jacobian, cv::undistortPoints.
+// Each line runs ours and the reference alternately in the same run.
+// `ratio` is the quotient of the medians.
+// References: cv::findFundamentalMat(USAC_FAST), Eigen::umeyama in a RANSAC loop,
+// ceres::Problem with an analytic Jacobian, cv::undistortPoints.
 #include <benchmark/benchmark.h>
 #include <ceres/ceres.h>
 
@@ -23,7 +24,7 @@ using namespace geometry_test;
 
 namespace {
 
-constexpr int kSets = 50;  // rotated: a repeated small set flatters
+constexpr int kSets = 50;  // rotated, because a small repeated set stays in the cache
 
 double cpu_s() {
   timespec t;
@@ -36,7 +37,7 @@ double median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-/// Mean time per set of both, set after set; the median over the iterations of the benchmark.
+/// Mean time per set of both, alternating; the median over the iterations of the benchmark.
 template <class Ours, class Anchor>
 void compare(benchmark::State& state, Ours ours, Anchor anchor) {
   cv::setNumThreads(1);
@@ -103,8 +104,8 @@ std::vector<RigidScene> rigid_sets(double outliers) {
   return sets;
 }
 
-/// What a user would write: umeyama on three points, inliers within 5 cm, 99 % confidence, umeyama on the
-/// inliers.
+/// A typical user implementation: umeyama on three points, inliers within 5 cm, 99 % confidence,
+/// umeyama on the inliers.
 struct UmeyamaRansac {
   Eigen::Matrix3Xd p, c;
   void load(const RigidScene& s) {
@@ -141,7 +142,7 @@ void rigid_ransac(benchmark::State& state) {
   const std::vector<RigidScene> sets = rigid_sets(static_cast<double>(state.range(0)) / 100);
   const std::vector<int> all = sets[0].all();
   RigidMotionOptions options;
-  options.refine_iterations = 0;  // the search alone, as the anchor
+  options.refine_iterations = 0;  // search only, like the reference
   RigidMotionEstimator estimator(options);
   std::vector<UmeyamaRansac> anchors(kSets);
   for (int i = 0; i < kSets; ++i) anchors[i].load(sets[i]);
@@ -154,7 +155,7 @@ void rigid_ransac(benchmark::State& state) {
 }
 BENCHMARK(rigid_ransac)->Arg(30)->Arg(50)->ArgName("outliers_percent")->Unit(benchmark::kMillisecond);
 
-/// Reprojection and depth of one point over (translation, rotation) from the left, analytic.
+/// Reprojection and depth of one point over a left perturbation (translation, rotation), analytic.
 class PoseCost : public ceres::SizedCostFunction<3, 3, 4> {
  public:
   PoseCost(const cv::Point3f& p, const cv::Point3f& c, const RigidMotionOptions& o)
@@ -190,7 +191,7 @@ class PoseCost : public ceres::SizedCostFunction<3, 3, 4> {
   double wx_, wy_, wz_;
 };
 
-/// q' = exp(delta) q; its Jacobian hands the cost's first three columns through.
+/// q' = exp(delta) q. Its Jacobian passes on the first three columns of the cost.
 class LeftTurn : public ceres::Manifold {
  public:
   int AmbientSize() const override { return 4; }

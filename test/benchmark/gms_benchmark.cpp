@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// GMS against a port of the published algorithm: a dense matrix of cell pairs per place of the grid, searched
-// row by row, as in opencv_contrib's matchGMS (which Debian's OpenCV lacks). `ratio` is the quotient of the
-// medians in the same run, `equal` the share of equal decisions.
+// GMS against a port of the published algorithm.
+// Like opencv_contrib's matchGMS, which Debian's OpenCV lacks,
+// it searches a dense matrix of cell pairs per grid placement row by row.
+// `ratio` is the quotient of the medians in the same run, `equal` the share of equal decisions.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -21,7 +22,7 @@ struct MatchSet {
   std::vector<cv::Point2f> first, second;
 };
 
-/// A camera that turns and comes nearer, features at different depths, 30 % mismatches.
+/// A camera that rotates and approaches, features at different depths, 30 % mismatches.
 MatchSet matches(int n, unsigned seed) {
   std::mt19937 random(seed);
   const auto uniform = [&](double low, double high) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The voxel grid against PCL's VoxelGrid and back-projection against OpenCV's rgbd::depthTo3d, each where it
-// was found, on 307,200 points of a room with a noisy depth camera. `ratio` is the quotient of the medians in
-// the same run.
+// The voxel grid against PCL's VoxelGrid, and back-projection against OpenCV's rgbd::depthTo3d.
+// A reference is used if it is installed.
+// The input is 307,200 points of a room from a noisy depth camera.
+// `ratio` is the quotient of the medians in the same run.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -128,7 +129,7 @@ void back_projection(benchmark::State& state) {
 BENCHMARK(back_projection)->UseManualTime()->Iterations(160)->Unit(benchmark::kMillisecond);
 #endif
 
-/// Without an anchor: what a leaf costs alone.
+/// Cost of a leaf size, without a reference.
 void voxel_grid_alone(benchmark::State& state) {
   const Sets sets;
   VoxelGrid grid(static_cast<double>(state.range(0)) / 100);

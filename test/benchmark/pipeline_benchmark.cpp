@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// All of S + G + T (boxes, epipolar, trajectory) besides features and flow: the goals are 0.5 ms for 1000
-// features to 30 % on movers, 1 ms at 50 %, and a growth of at most n^1.1.
+// S + G + T (boxes, epipolar, trajectory) without features and flow.
+// The goals for 1000 features are 0.5 ms with up to 30 % on movers and 1 ms with 50 %.
+// The time must grow by at most n^1.1.
 #include <benchmark/benchmark.h>
 
 #include <dynfilter/filters/builtin.hpp>
@@ -16,7 +17,7 @@ using synth::ExactFrame;
 using synth::ExactScene;
 using synth::MovingBox;
 
-/// About so many features a frame, of which so many percent lie on two movers.
+/// Frames with about `size` features, `dynamic_percent` of them on two movers.
 std::vector<ExactFrame> frames(int dynamic_percent, int size) {
   const int movers = size * dynamic_percent / 200;
   ExactScene scene;

@@ -10,7 +10,7 @@
 
 namespace dynfilter::bench {
 
-/// Of this thread alone: other programs on the machine do not count.
+/// CPU time of this thread, independent of other programs.
 inline double cpu_ms() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -23,8 +23,8 @@ inline double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Runs ours and the anchor alternately on rotating input sets; the reported time is ours, the counters hold
-/// the ratio of the medians.
+/// Runs ours and the reference alternately on rotating input sets.
+/// The reported time is ours, the counters contain the ratio of the medians.
 template <class Ours, class Anchor>
 void compare(benchmark::State& state, std::size_t sets, const Ours& ours, const Anchor& anchor) {
   const auto timed = [](const auto& f, std::size_t set) {

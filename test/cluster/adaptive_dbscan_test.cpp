@@ -13,7 +13,7 @@ using point_sets::Points;
 
 namespace {
 
-/// As published: the n x n matrix of distances, its rows sorted.
+/// As published: the n x n matrix of distances with sorted rows.
 std::vector<DbscanCandidate> from_matrix(const Points& all, int max_k) {
   Points points;
   for (const cv::Point3f& p : all)
@@ -90,9 +90,10 @@ TEST_CASE("so they are for awkward points") {
   }
 }
 
-// On a line of spacing s every inner point has its first two neighbours at s, the next two at 2 s; the two
-// ends have theirs at s, 2 s, 3 s, 4 s. With 100 points Eps_1 = s, so inner points have 3 within it, ends 2:
-// the mean is 2.98, MinPts_1 = 3.
+// On a line of spacing s, an inner point has two neighbours at s and two at 2 s.
+// The two ends have theirs at s, 2 s, 3 s, 4 s.
+// With 100 points Eps_1 = s, so inner points have 3 points within it, ends 2.
+// The mean is 2.98, so MinPts_1 = 3.
 TEST_CASE("a line, by hand") {
   const Points points = point_sets::line(100, 0.5F);
   AdaptiveDbscan adaptive;
@@ -128,7 +129,8 @@ TEST_CASE("two people two metres apart never share a cluster, and most of them i
 }
 
 TEST_CASE("a long list of pairs is not kept, and that changes nothing") {
-  // One heap and a few far points: the mean distance spans the heap, nearly all pairs are within it.
+  // One cluster and a few distant points.
+  // The mean distance exceeds the cluster, so nearly all pairs are within it.
   const Points points = point_sets::joined(point_sets::box(400, 0.05F, 2), point_sets::box(12, 60, 3));
   check_against_matrix(points);
 }

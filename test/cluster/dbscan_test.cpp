@@ -31,7 +31,7 @@ struct Twin {
     return detail::finite(points_[i]) && detail::finite(points_[j]) &&
            detail::squared_distance(points_[i], points_[j]) <= detail::squared_radius(params_.eps_m);
   }
-  /// Components of the core points near point i: where a border point may go.
+  /// Components of the core points near point i, which a border point may join.
   std::set<int> choices(std::size_t i) const {
     std::set<int> found;
     for (std::size_t j = 0; j < points_.size(); ++j)
@@ -123,8 +123,8 @@ TEST_CASE("two blobs and a stray, by hand") {
 }
 
 TEST_CASE("a point on the border of two clusters goes to the nearer core point") {
-  // Cores at 1 and 3.8 (three points within 1 each); the one at 2 is 1 from the first and 0.9 ... from none
-  // else.
+  // Cores at 1 and 3.8, with three points within 1 each.
+  // The point at 2 is 1 from the first core and farther from the other.
   Points points{{0, 0, 0}, {1, 0, 0}, {1, 0.5F, 0}, {2, 0, 0}, {2.9F, 0, 0}, {2.9F, 0.5F, 0}, {3.8F, 0, 0}};
   Clusters clusters;
   GridDbscan().run(points, {1.0, 4}, clusters);
@@ -160,7 +160,7 @@ TEST_CASE("the order of the points does not matter") {
 }
 
 TEST_CASE("heaps of equal points take no longer than others") {
-  // 40,000 points in two heaps just apart: all pairs would be 400 million.
+  // 40,000 points in two separate clusters: all pairs would be 400 million.
   const Points heaps =
       point_sets::joined(Points(20000, cv::Point3f(0, 0, 0)), Points(20000, cv::Point3f(0.1001F, 0, 0)));
   Clusters clusters;

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-/// Points for clustering, friendly and awkward. Deterministic.
+/// Point sets for clustering, simple and difficult. Deterministic.
 namespace point_sets {
 
 using Points = std::vector<cv::Point3f>;
@@ -21,7 +21,7 @@ class Source {
   float uniform(float low, float high) {
     return low + (high - low) * static_cast<float>(random_() >> 8U) / 16777216.0F;
   }
-  /// Of unit variance, from twelve uniform ones.
+  /// Unit variance, from twelve uniform numbers.
   float bell() {
     float sum = -6;
     for (int i = 0; i < 12; ++i) sum += uniform(0, 1);
@@ -33,7 +33,7 @@ class Source {
   std::mt19937 random_;
 };
 
-/// Blobs of people's size at room depth, and some strays.
+/// Person-sized clusters at room depth, and some outliers.
 inline Points blobs(int n, int blob_count, float sigma_m, unsigned seed) {
   Source source(seed);
   Points centres, points;
@@ -79,7 +79,7 @@ inline Points joined(Points a, const Points& b) {
   return a;
 }
 
-/// Name and points: what a search structure is likely to get wrong.
+/// Names and points of difficult inputs for search structures.
 inline std::vector<std::pair<std::string, Points>> awkward() {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
                   kInf = std::numeric_limits<float>::infinity();

@@ -7,7 +7,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A network of a few numbers that boxes what is red, its YAML, and a picture with something red.
+/// A network of a few numbers that detects red, its YAML, and an image with a red area.
 class Workshop {
  public:
   Workshop() {
@@ -65,7 +65,7 @@ TEST_CASE("detect and run refuse detectors that cannot be: one line each") {
   const std::string whole = read_text(shop.root() / "net.onnx");
   write_text(shop.root() / "net.onnx", whole.substr(0, whole.size() / 2));
   check_refused("detect " + image + with, "net.onnx: is truncated");
-  // OpenCV's own words about a layer that it does not have stay away.
+  // OpenCV's own message about an unsupported layer is suppressed.
   write_text(shop.root() / "net.onnx",
              tiny::model(tiny::bytes(1, tiny::node("NoSuchLayer", {"image"}, "out")) +
                          tiny::bytes(11, tiny::value_info("image", {1, 3, 4, 4})) +
@@ -82,7 +82,7 @@ TEST_CASE("run takes boxes and masks from a detector") {
   const Workshop shop;
   REQUIRE(dynfilter("synth walking_static " + shop.file("walking") + " --frames 12 --seed 3").exit_code == 0);
   const std::string run = "run " + shop.file("walking") + " --pipeline rts_slam_s --json ";
-  // What was written to files says the same as a detector that reads those files.
+  // A detector that reads the written files gives the same result.
   write_text(shop.root() / "f.yaml",
              "%YAML:1.0\n---\ndetector: { type: files, detections: detections.txt, masks: masks }\n");
   const CommandResult files = dynfilter(run);

@@ -77,7 +77,7 @@ TEST_CASE("map: gaps, repeated and decreasing stamps are survived and said") {
   REQUIRE(given.size() == 14);
   std::string text;
   for (std::size_t i = 0; i < 14; ++i)
-    if (i < 6 || i > 9) text += given[i] + "\n";  // 5 and 10 are too far apart to say what was between
+    if (i < 6 || i > 9) text += given[i] + "\n";  // the gap from 5 to 10 is too long to interpolate
   write_text(out.path() / "odd.txt", text + given[2] + "\n");
   const CommandResult r = dynfilter(map_command((out.path() / "odd.txt").string(), out.path() / "map.ply",
                                                 "--pipeline none --keyframes own --map-leaf-m 0.1"));
@@ -126,8 +126,7 @@ TEST_CASE("map: a voxel as large as the scene is said; a full disk leaves the ol
          contains(coarse.err, "the map is empty")));
   REQUIRE(dynfilter(map_command(truth(), file, how + "0.1")).exit_code == 0);
   const std::string old = read_text(file), old_picture = read_text(picture);
-  // What a full disk does to a file of more than 800 kB, done by a limit: the picture fits, the cloud does
-  // not.
+  // Simulates a full disk by a file size limit: the picture fits, the cloud does not.
   const std::string limited = "bash -c \"trap '' XFSZ; ulimit -f 800; exec '" DYNFILTER_COMMAND "' " +
                               map_command(truth(), file, how + "0.01") + "\" >/dev/null 2>" +
                               (out.path() / "err").string();

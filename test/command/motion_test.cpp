@@ -13,7 +13,7 @@ double total_f1(const std::string& json, const std::string& what) {
   return number_in(json, "\"f1\": {", what);
 }
 
-/// JSON text; empty: there is no such data.
+/// JSON text; empty without the data.
 std::string judged(const char* folder, const char* pipeline, const char* more = "") {
   const fs::path data = fs::path(DYNFILTER_DATA_DIR) / "motion" / folder;
   if (!fs::exists(data)) {
@@ -63,13 +63,14 @@ TEST_CASE("dynfilter_mono on the KT3DMoSeg clips, movers against background: the
   if (json.empty()) return;
   CHECK(total_f1(json, "mean") >= 0.93);
   CHECK(total_f1(json, "median") >= 0.93);
-  CHECK(total_f1(json, "min") >= 0.85);         // no clip where the background is taken for the mover
+  // In no clip is the background mistaken for the mover.
+  CHECK(total_f1(json, "min") >= 0.85);
   CHECK(f1_of(json, "seq028_clip02") >= 0.85);  // 14 of 187 points move
   CHECK(f1_of(json, "seq095_clip01") >= 0.90);  // 81 % of the points move
 }
 
-// Gaps are times: a clip of KITTI's that is said to be filmed at half or twice the rate is judged over half
-// or twice as many frames.
+// Gaps are times: for a clip declared at half or twice the rate,
+// half or twice as many frames are used.
 TEST_CASE("dynfilter_mono on the KT3DMoSeg clips does not hang on the frame rate") {
   for (const char* rate : {" --rate-hz 5", " --rate-hz 7", " --rate-hz 14", " --rate-hz 20"}) {
     CAPTURE(rate);

@@ -6,7 +6,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// With a redirection of its own.
+/// With a redirection.
 CommandResult dynfilter_to(const std::string& redirection, const std::string& arguments) {
   const TemporaryFolder folder;
   const std::string err = (folder.path() / "err").string();
@@ -44,7 +44,7 @@ TEST_CASE("bytes that are not UTF-8 lose no results") {
   CHECK(contains(check.out, "caf" + kReplacement + "/p.yaml"));
   CHECK(contains(check.out, "\"pipeline\": \"na" + kReplacement + "me\""));
 
-  // A provider that tells of an error in Latin-1, and a sequence in such a folder.
+  // A provider with an error message in Latin-1, and a sequence in a folder with such a name.
   write_text(odd / "d.yaml", "%YAML:1.0\n---\ndetector:\n  type: process\n  command: [ /bin/sh, \"" +
                                  (odd / "d.sh").string() + "\" ]\n  restarts: 100\n");
   write_text(odd / "d.sh",

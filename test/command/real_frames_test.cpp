@@ -6,8 +6,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The medians of six runs each, forward and in reverse from frames 0, 5 and 10, as JSON text; empty: there
-/// is no such data.
+/// Medians of six runs as JSON text: forward and reverse, from frames 0, 5 and 10.
+/// Empty without the data.
 std::string six_runs(const char* sequence, const std::string& options) {
   const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / sequence;
   if (!fs::exists(folder)) {

@@ -25,7 +25,7 @@ inline CommandResult dynfilter(const std::string& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out), read_text(err)};
 }
 
-/// Bad usage or input: exit code 2, nothing on stdout, and on stderr one line that says this.
+/// Checks for bad usage or input: exit code 2, empty stdout, one line on stderr with this reason.
 inline void check_refused(const std::string& arguments, const std::string& reason) {
   CAPTURE(arguments);
   const CommandResult result = dynfilter(arguments);
@@ -41,7 +41,7 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// The number after `"key": ` behind the place where `section` begins in JSON text.
+/// The number after `"key": `, after `section` begins in JSON text.
 inline double number_in(const std::string& json, const std::string& section, const std::string& key) {
   const auto from = json.find(section);
   REQUIRE(from != std::string::npos);

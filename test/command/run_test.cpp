@@ -10,7 +10,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A copy that a test may spoil.
+// A copy that a test may damage.
 class Copy {
  public:
   Copy() : folder_(root_.path() / "copy") {
@@ -25,7 +25,7 @@ class Copy {
     return files.at(static_cast<std::size_t>(n));
   }
   std::string out() const { return (root_.path() / "out").string(); }
-  /// Refused with this reason, and nothing but the copy is there afterwards.
+  /// Checks that the run is refused with this reason and leaves no files.
   void check_run_refused(const std::string& reason, const std::string& more = "") const {
     check_refused("run '" + folder_.string() + "' --pipeline none --out '" + out() + "' " + more, reason);
     int entries = 0;

@@ -8,7 +8,7 @@
 
 namespace dynfilter_test {
 
-/// One short walking sequence for all tests. Whoever spoils it works on a copy.
+/// One short walking sequence for all tests. A test that damages it uses a copy.
 class Walking {
  public:
   Walking() : folder_(root_.path() / "walking") {
@@ -28,7 +28,7 @@ class Walking {
   std::filesystem::path folder_;
 };
 
-/// A figure of JSON text, as text.
+/// A value of JSON text, as text.
 inline std::string value_of(const std::string& json, const std::string& key) {
   const std::size_t at = json.find("\"" + key + "\": ");
   if (at == std::string::npos) return "absent";

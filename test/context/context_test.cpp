@@ -43,7 +43,7 @@ TEST_CASE("a late mask is carried with the depth image, whether the context was 
   const synth::ExactScene scene = synth::preset(synth::Preset::General);
   cv::Mat depth(480, 640, CV_32FC1, cv::Scalar(4.0)), labels = cv::Mat::zeros(480, 640, CV_8UC1);
   depth(cv::Rect(200, 100, 200, 300)).setTo(cv::Scalar(2.0));
-  labels(cv::Rect(180, 80, 240, 340)).setTo(cv::Scalar(1));  // with some of what lies behind
+  labels(cv::Rect(180, 80, 240, 340)).setTo(cv::Scalar(1));  // with some background
   const auto carried = [&](bool told, const cv::Mat& image) {
     Context context;
     context.set_semantics(told);
@@ -66,7 +66,7 @@ TEST_CASE("a late mask is carried with the depth image, whether the context was 
   REQUIRE_FALSE(told.empty());
   REQUIRE(not_told.size() == told.size());
   CHECK(cv::norm(told, not_told, cv::NORM_INF) == 0);
-  CHECK((flat.empty() || cv::norm(told, flat, cv::NORM_INF) > 0));  // the depth image does matter here
+  CHECK((flat.empty() || cv::norm(told, flat, cv::NORM_INF) > 0));  // the depth image has an effect
 }
 
 TEST_CASE("what is kept does not depend on the host's buffers") {
@@ -159,7 +159,7 @@ TEST_CASE("references: k frames back, the oldest when there are fewer, the last 
     CHECK(reference_id({false, 30}) == (k == 0 ? -1 : std::max(0, k - 3)));
     CHECK(reference_id({true, 1}) == (k > 1 ? 1 : -1));
     if (k == 5)
-      CHECK(context.match_with(1).reference != nullptr);  // gone from the ring, kept as the keyframe
+      CHECK(context.match_with(1).reference != nullptr);  // no longer in the ring, kept as the keyframe
     if (k == 5) CHECK(context.match_with(0).reference == nullptr);
     if (k == 5)
       CHECK(context.match({false, 1}).correspondences.count() > frame.size() / 2);  // by descriptors
@@ -175,7 +175,7 @@ TEST_CASE("the host's matches are used for the frame that they are about, and fo
     const synth::ExactFrame frame = scene.frame(k);
     show(context, frame);
     if (k == 3) {
-      CHECK(context.match({false, 3}).reference->id == 2);  // whatever was asked for
+      CHECK(context.match({false, 3}).reference->id == 2);  // independent of the requested gap
       const synth::ExactFrame first = scene.frame(0);
       const Match& late = context.match_with(0);
       REQUIRE(late.reference != nullptr);

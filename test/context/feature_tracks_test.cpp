@@ -10,15 +10,15 @@ using namespace dynfilter;
 
 namespace {
 
-/// What is known of a feature: where it is now, and where it was in the frame before.
+/// Position of a feature now and in the previous frame.
 struct Seen {
   cv::Point2f px, was_px;
-  std::int32_t index = -1;  ///< of the feature in the frame before; -1: only the place is known
+  std::int32_t index = -1;  ///< index in the previous frame; -1: only the position is known
   float depth_m = 2, was_depth_m = 2;
   bool found = true;
 };
 
-/// Shows frames to FeatureTracks as a context would.
+/// Passes frames to FeatureTracks like a context does.
 class Frames {
  public:
   void show(FeatureTracks& tracks, std::int64_t id, std::int64_t reference_id,
@@ -68,7 +68,7 @@ TEST_CASE("the host's indices are followed, wherever the features went, up to th
   CHECK(tracks.size() == 2);
   CHECK(tracks.length(0) == 0);
   CHECK(tracks.previous(0) == -1);
-  // They change places in the list, and jump far.
+  // They change order in the list and jump far.
   frames.show(tracks, 1, 0, {moved({300, 200}, {340, 200}, 1), moved({100, 50}, {100, 90}, 0)});
   CHECK(tracks.previous(0) == 1);
   CHECK(tracks.previous(1) == 0);
@@ -101,7 +101,7 @@ TEST_CASE("where only places are known the nearest feature lends its past, shift
   Frames frames;
   frames.show(tracks, 0, -1, {at(100, 50), at(103, 50)});
   frames.show(tracks, 1, 0, {moved({100, 50}, {110, 52}), moved({103, 50}, {113, 52})});
-  // Detected anew, 0.5 px right of and 1 px below where the feature was, and 1.9 m away instead of 2.
+  // Detected again, 0.5 px right of and 1 px below the old position, at 1.9 m instead of 2 m.
   Seen seen = moved({110.5F, 53}, {120, 55});
   seen.was_depth_m = 1.95F;
   seen.depth_m = 1.9F;
@@ -125,7 +125,7 @@ TEST_CASE("nothing within the jump: a track of one step") {
   CHECK(tracks.previous(1) == 0);
 }
 
-// 4 % of 2 m: 2.09 m is another surface, 2.07 m is not, and a missing depth does not tell.
+// 4 % of 2 m: 2.09 m is another surface, 2.07 m is not, and a missing depth passes.
 TEST_CASE("a feature on another surface lends no past, though it is nearer") {
   FeatureTracks tracks(4, 2.0);
   Frames frames;

@@ -14,8 +14,9 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-/// A person at 2 m before a wall at 4 m, in front of a camera that turns: the person moves by (4, 1) px a
-/// frame, the wall by (-3, 0). Features every 10 px, depth images without noise.
+/// A person at 2 m in front of a wall at 4 m, with a rotating camera.
+/// The person moves by (4, 1) px per frame, the wall by (-3, 0) px.
+/// Features every 10 px, depth images without noise.
 struct Walk {
   cv::Rect2f person(int k) const {
     return {40.0F + 4 * static_cast<float>(k), 60.0F + static_cast<float>(k), 50, 120};
@@ -143,7 +144,7 @@ TEST_CASE("what one result missed is bridged once two have shown it; nothing fou
   for (int k = 0; k <= 4; ++k) walk.add(k, late.trail());
   CHECK(boxes_at(4, 1, {walk.box(1)}).size() == 1);
   walk.add(5, late.trail());
-  CHECK(boxes_at(5, 2, {}).empty());  // shown once only: a false alarm
+  CHECK(boxes_at(5, 2, {}).empty());  // detected only once: a false alarm
   walk.add(6, late.trail());
   CHECK(boxes_at(6, 3, {walk.box(3), walk.box(3, "dog")}).size() == 2);  // classes do not mix
   walk.add(7, late.trail());
@@ -158,7 +159,7 @@ TEST_CASE("what one result missed is bridged once two have shown it; nothing fou
   CHECK(bridged[0].detection.track_id == track);
   CHECK(overlap(bridged[0].detection.box, walk.person(8)) > 0.99);
   for (int k = 9; k < 50; ++k) walk.add(k, late.trail());
-  CHECK(boxes_at(49, 40, {}).empty());  // for too long
+  CHECK(boxes_at(49, 40, {}).empty());  // too long without a detection
 }
 
 TEST_CASE("where no trail leads there is no answer, and nothing of before a reset comes back") {

@@ -37,7 +37,7 @@ TEST_CASE("selection: the place that sorting gives, whatever the values") {
           std::vector<float> copy = values;
           CHECK(select_in_place(copy.data(), count, at) == sorted[at]);
           std::sort(copy.begin(), copy.end());
-          CHECK(copy == sorted);  // nothing was lost
+          CHECK(copy == sorted);  // no value was lost
         }
       }
   std::vector<float> nothing(100, std::nanf(""));

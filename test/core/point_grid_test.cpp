@@ -34,8 +34,9 @@ std::vector<std::int32_t> visited(const PointGrid& grid, const cv::Point2f& cent
   return found;
 }
 
-/// Every usable point in the circle is visited, no point is visited twice, and from a centre among the points
-/// none is that lies farther than the circle and a cell. (What is out there belongs to the outermost cells.)
+/// Checks that every usable point in the circle is visited and no point twice.
+/// From a centre among the points, none is visited beyond the circle plus one cell.
+/// Points outside belong to the outermost cells.
 void check_against_all(const std::vector<cv::Point2f>& points, const std::vector<cv::Point2f>& centres,
                        float cell_px, float radius_px, float largest_cell_px) {
   PointGrid grid;

@@ -94,7 +94,7 @@ void check_equal(const dynfilter::YamlNode& ours, const cv::FileNode& theirs) {
     REQUIRE(items.size() == theirs.size());
     for (std::size_t i = 0; i < items.size(); ++i) check_equal(items[i], theirs[static_cast<int>(i)]);
   } else if (theirs.isString()) {
-    const std::string text = theirs.string();  // which keeps a comment
+    const std::string text = theirs.string();  // which preserves comments
     CHECK(ours.text() == text.substr(0, text.find_last_not_of(' ', text.find(" #")) + 1));
   } else {
     CHECK(ours.real() == theirs.real());
@@ -230,7 +230,7 @@ TEST_CASE("any bytes are a document or a ConfigError") {
     try {
       const YamlDocument document = YamlDocument::from_text(text);
       ++documents;
-    } catch (const ConfigError&) {  // all else ends the test
+    } catch (const ConfigError&) {  // any other exception ends the test
     }
   }
   CHECK(documents > 500);

@@ -34,8 +34,8 @@ Features random_features(std::size_t n, int bytes, unsigned seed, float width_px
   return f;
 }
 
-// The same features, moved by up to `motion_px`, with `flips` bits changed, an octave apart at most,
-// shuffled.
+// The same features in another order, moved by up to `motion_px`, with `flips` bits changed,
+// at most one octave apart.
 Features moved(const Features& from, float motion_px, int flips, unsigned seed,
                std::vector<std::int32_t>& origin) {
   std::mt19937 random(seed);
@@ -70,7 +70,7 @@ int bits_between(const cv::Mat& a, int row_a, const cv::Mat& b, int row_b) {
   return bits;
 }
 
-// The twin: every pair, no grid, no words.
+// Reference implementation: every pair, without grid and words.
 struct Twin {
   const Features &current, &reference;
   const DescriptorMatchParams& params;
@@ -164,7 +164,8 @@ TEST_CASE("An expected position moves the window") {
   params.search_radius_px = 10;
   CHECK(compare_with_twin(current, reference, params, expected) == 300);
   CHECK(compare_with_twin(current, reference, params, {}) < 10);
-  expected[7].x = std::numeric_limits<float>::quiet_NaN();  // no idea: searched where it is
+  // Unknown: searched at its current position.
+  expected[7].x = std::numeric_limits<float>::quiet_NaN();
   compare_with_twin(current, reference, params, expected);
 }
 
@@ -211,7 +212,8 @@ TEST_CASE("Odd input finds nothing and throws nothing") {
   CHECK(count(current.view(), reference.view()) == 47);
   Features wild = reference;
   wild.keypoints[static_cast<std::size_t>(origin[10])].pt.y = nan;
-  wild.keypoints[static_cast<std::size_t>(origin[11])].pt = {9e5F, -9e5F};  // a huge extent: large cells
+  // A huge extent: large cells.
+  wild.keypoints[static_cast<std::size_t>(origin[11])].pt = {9e5F, -9e5F};
   CHECK(count(current.view(), wild.view()) == 45);
 }
 

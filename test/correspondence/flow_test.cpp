@@ -34,7 +34,7 @@ Correspondences track(const cv::Mat& current, const cv::Mat& reference,
   return out;
 }
 
-// A texture shown at +shift has every point of it `shift` further left and up in the picture.
+// In a texture shifted by +shift, every point is `shift` further left and up in the image.
 void check_shift(const Correspondences& found, const std::vector<cv::Point2f>& points, cv::Point2f shift,
                  float tolerance_px) {
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -73,14 +73,14 @@ TEST_CASE("Between unrelated images less than 2 % is found") {
   for (const double sigma_px : {0.0, 1.5, 3.0})
     for (const FlowCheck check : {FlowCheck::Residual, FlowCheck::ForwardBackward}) {
       if (check == FlowCheck::Residual && sigma_px > 2)
-        continue;  // a few blobs per patch: too little to tell
+        continue;  // a few blobs per patch contain too little information
       CAPTURE(sigma_px);
       CAPTURE(check);
       const Correspondences found = track(test::noise_image({640, 480}, 4, sigma_px),
                                           test::noise_image({640, 480}, 5, sigma_px), points, with(check));
       CHECK(found.count() < 20);
     }
-  // The trap itself: LK's own status believes nearly all of them.
+  // LK's own status accepts nearly all of them.
   const Correspondences believed = track(test::noise_image({640, 480}, 4, 0),
                                          test::noise_image({640, 480}, 5, 0), points, with(FlowCheck::None));
   CHECK(believed.count() > 700);

@@ -24,7 +24,7 @@ struct Matches {
   std::vector<cv::Point2f> first, second;
 };
 
-/// Clumps of features that move as one, and as many mismatches as asked for.
+/// Groups of features that move together, and the given share of mismatches.
 Matches scene(int n, double mismatches, unsigned seed, double turn_rad = 0, double ratio = 1) {
   std::mt19937 random(seed);
   const auto uniform = [&](double low, double high) {
@@ -51,7 +51,7 @@ struct Cell {
   bool operator==(const Cell& o) const { return x == o.x && y == o.y; }
 };
 
-/// By the paper's definition, every match against every other: no counters, no tables of neighbours.
+/// Reference implementation of the paper's definition: every match against every other.
 class Twin {
  public:
   Twin(const Matches& m, const GmsParams& params, int cells) : params_(params), m_(m), cells_(cells) {}
@@ -82,7 +82,7 @@ class Twin {
   static bool exists(const Cell& c, int cells, int from_x = 0, int from_y = 0) {
     return c.x >= from_x && c.y >= from_y && c.x < cells && c.y < cells;
   }
-  /// The published patterns: neighbour j (1 ... 9) of the first image corresponds to this one of the second.
+  /// The published patterns: neighbour of the second image for neighbour j (1 ... 9) of the first.
   static int pattern(int turn, int j) {
     static constexpr int kPatterns[8][9] = {{1, 2, 3, 4, 5, 6, 7, 8, 9}, {4, 1, 2, 7, 5, 3, 8, 9, 6},
                                             {7, 4, 1, 8, 5, 2, 9, 6, 3}, {8, 7, 4, 9, 5, 1, 6, 3, 2},
@@ -110,7 +110,7 @@ class Twin {
     }
     return kept;
   }
-  /// Where most matches of a cell go; of equals the first in the order of rows.
+  /// Most frequent target cell of a cell; the first in row order wins a tie.
   Cell partner(const std::vector<Cell>& a, const std::vector<Cell>& b, const Cell& from) const {
     std::map<int, int> count;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -236,7 +236,7 @@ TEST_CASE("one clump that agrees is kept, one match that does not is not, by han
   // Nine cells hold 41 matches: 40 >= 6 sqrt(41 / 9) = 12.8.
   CHECK(std::count(k.begin(), k.end() - 1, 1) == 40);
   CHECK(k.back() == 0);
-  // Twelve of them: 12 >= 6 sqrt(12 / 9) = 6.9; three: 3 < 6 sqrt(3 / 9) = 3.46.
+  // 12 of them: 12 >= 6 sqrt(12 / 9) = 6.9. Three: 3 < 6 sqrt(3 / 9) = 3.46.
   m.first.resize(12), m.second.resize(12);
   const auto twelve = kept(m, published());
   CHECK(std::count(twelve.begin(), twelve.end(), 1) == 12);
@@ -259,7 +259,7 @@ TEST_CASE("points on and beyond the border, and odd ones, are no danger") {
   CHECK(k[304] == 0);  // not finite
   CHECK(k[305] == 0);
   CHECK(kept({}, all).empty());
-  // All at the very corner: they agree.
+  // All at the corner: they agree.
   const Matches corner{std::vector<cv::Point2f>(60, {640, 480}), std::vector<cv::Point2f>(60, {640, 480})};
   const auto at_corner = kept(corner, published());
   CHECK(std::count(at_corner.begin(), at_corner.end(), 1) == 60);

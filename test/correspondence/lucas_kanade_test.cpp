@@ -143,7 +143,7 @@ TEST_CASE("Every window that it supports reads within the border, on images of a
       ImagePyramid a;
       a.build(test::noise_image(size, 6, 0), window_px, 3, false);
       const float right = static_cast<float>(size.width - 1), bottom = static_cast<float>(size.height - 1);
-      // The sanitizers watch the corners.
+      // The sanitizers check the corners.
       const Tracked found =
           own(tracker, a, a, {{0, 0}, {right, 0}, {0, bottom}, {right, bottom}, {right / 2, bottom / 2}}, 1);
       CHECK(found.status.size() == 5);

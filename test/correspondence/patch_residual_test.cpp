@@ -20,7 +20,7 @@ ImagePyramid pyramid_of(const cv::Mat& image, int window_px = 21) {
   return pyramid;
 }
 
-// The twin: all in double, straight from the definition, on the same rows.
+// Reference implementation: the definition in double, on the same rows.
 double twin(const test::WaveTexture& texture, cv::Point2f a, cv::Point2f b) {
   std::vector<double> va, vb;
   for (int y = -10; y <= 10; y += 2)

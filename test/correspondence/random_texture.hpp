@@ -8,8 +8,7 @@
 
 namespace test {
 
-/// A texture with a closed form, so that shifting it by a fraction of a pixel is exact: a sum of random
-/// waves.
+/// A sum of random waves. Its closed form makes shifts by fractions of a pixel exact.
 class WaveTexture {
  public:
   explicit WaveTexture(unsigned seed, int waves = 60) {

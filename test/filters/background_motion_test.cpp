@@ -35,7 +35,7 @@ ExactScene noisy(ExactScene scene) {
   return scene.pixel_noise(0.1).depth_noise(0.0014);
 }
 
-/// Plays frames to a filter as a pipeline would, after `edit` and with prior suspects.
+/// Runs a filter on frames like a pipeline, after `edit` and with prior suspects.
 class Player {
  public:
   using Edit = std::function<void(ExactFrame&)>;
@@ -130,8 +130,9 @@ TEST_CASE("background_motion: movers that take the majority of the points later 
   }
 }
 
-// Each of the two movers holds more points than the background, and nothing is known of the camera: the view
-// alone does not always tell. What is taken for the background is then a mover, and the other mover is found.
+// Each of the two movers has more points than the background, and the camera's motion is unknown.
+// A single view does not always determine the background.
+// If a mover is mistaken for it, the other mover is found.
 TEST_CASE("background_motion: a majority from the first frame on is solved for some views only") {
   int solved = 0;
   for (const std::uint64_t seed : {1, 2, 3}) {
@@ -143,8 +144,9 @@ TEST_CASE("background_motion: a majority from the first frame on is solved for s
   CHECK(solved >= 1);
 }
 
-// 2.5 mm a frame at 2 m are 0.67 px: two standard deviations of coarse matches in the first frame, seven
-// times as much over six frames. Of exact matches they are twelve at once.
+// 2.5 mm per frame at 2 m are 0.67 px.
+// For coarse matches, this is two standard deviations in the first frame and 14 over six frames.
+// For exact matches, it is twelve in the first frame.
 TEST_CASE("background_motion: slow motion shows over the track, or at once where matches are exact") {
   const auto slow = [](double noise_px) {
     return noisy(ExactScene().mover(MovingBox(60).at({0, 0, 2}).moving({0.0025, 0, 0})))
@@ -201,7 +203,7 @@ TEST_CASE(
     return !f.reference_index.empty() && f.reference_index[i] < 0;
   };
   BackgroundMotionParams alone, in_company;
-  alone.neighbour_px = 1;  // nobody has neighbours
+  alone.neighbour_px = 1;  // so that no point has neighbours
   in_company.neighbour_px = 150, in_company.neighbour_m = 5;
   Player player(alone), among_static(in_company);
   const ExactScene scene = noisy(synth::preset(Preset::Rigid)).missing_matches(0.2);
@@ -224,7 +226,7 @@ TEST_CASE(
     }
     CHECK(with_depth >= 10);
     CHECK(blind >= 10);
-    CHECK(spared == with_depth + blind);  // their neighbours stand still
+    CHECK(spared == with_depth + blind);  // their neighbours are static
   }
 }
 

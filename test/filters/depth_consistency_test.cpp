@@ -31,7 +31,8 @@ Score score(const synth::ExactScene& scene, const DepthConsistencyParams& params
   return Score(judge(filter, scene, frame), scene.frame(frame));
 }
 
-/// A wall at 3 m, a person at 1.8 m in columns `from` to `to` of a still camera; features on a 10 px grid.
+/// A wall at 3 m, a person at 1.8 m in columns `from` to `to`, a static camera.
+/// Features on a 10 px grid.
 struct Room {
   Room(int from, int to) : depth(110, 110, CV_32FC1, cv::Scalar(3)) {
     camera.fx_px = camera.fy_px = 100;
@@ -69,7 +70,7 @@ Votes second(const Room& before, const Room& now, DepthConsistencyParams params,
   return votes;
 }
 
-/// A current frame at the origin and one keyframe 0.3 m to its left; a feature straight ahead at 2 m.
+/// A current frame at the origin, one keyframe 0.3 m to its left, and a feature 2 m ahead.
 struct AtKeyframe {
   AtKeyframe() {
     camera.fx_px = camera.fy_px = 100;
@@ -122,7 +123,8 @@ TEST_CASE("a rigid scene rejects nothing, whatever the camera does") {
     }
 }
 
-// d_proj is the last depth, for a still camera: 1 - 2.26 / 2 = -0.13 against 0.12, 1 - 2.22 / 2 = -0.11.
+// For a static camera d_proj is the last depth.
+// The limit is 0.12: 1 - 2.26 / 2 = -0.13, 1 - 2.22 / 2 = -0.11.
 TEST_CASE("equation 1 with its limit of 12 percent") {
   const auto moves = [](double step_m) {
     return synth::ExactScene()
@@ -143,7 +145,7 @@ TEST_CASE(
   for (const auto& params : {params_for(DepthPrediction::View), params_for(DepthPrediction::Both),
                              params_for(DepthPrediction::View, DepthForm::Metric)}) {
     const Votes votes = second(before, now, params);
-    CHECK(votes[now.grid.at(60, 50)] == Vote::Dynamic);  // the wall was seen there
+    CHECK(votes[now.grid.at(60, 50)] == Vote::Dynamic);  // the wall was visible there
     CHECK(votes[now.grid.at(60, 20)] == Vote::Dynamic);
     CHECK(votes[now.grid.at(30, 50)] == Vote::Unknown);  // uncovered
     CHECK(votes[now.grid.at(90, 50)] == Vote::Static);
@@ -153,7 +155,7 @@ TEST_CASE(
   CHECK(still.count(Vote::Dynamic) == 0);
 }
 
-// The person moves by 2 px: where an edge runs through the patch, nothing is said.
+// The person moves by 2 px: a patch with an edge abstains.
 TEST_CASE("edges are told from motion by the patch, a single pixel takes them for motion") {
   const Room before(52, 80), now(49, 77);
   DepthConsistencyParams patch = params_for(DepthPrediction::View), pixel = patch;
@@ -183,11 +185,11 @@ TEST_CASE("equation 5 at keyframes: the map point's depth there against the repr
   CHECK(at.judge(DepthPrediction::Match, 0.095)[0] == Vote::Static);
   at.points_m = {{0, 0, 2.15F}};  // 0.0698
   CHECK(at.judge(DepthPrediction::Match)[0] == Vote::Static);
-  at.keyframe_ids = {8, 3};  // the keyframe does not see it
+  at.keyframe_ids = {8, 3};  // the keyframe does not observe it
   CHECK(at.judge(DepthPrediction::Match)[0] == Vote::Unknown);
 }
 
-// (0, 0, 2) seen from 0.3 m to the left: u = 50 + 100 * 0.3 / 2 = 65.
+// (0, 0, 2) viewed from 0.3 m to the left: u = 50 + 100 * 0.3 / 2 = 65.
 TEST_CASE("a feature without a map point: what the keyframe saw at its place") {
   AtKeyframe at;
   at.ids = {-1};
@@ -200,7 +202,7 @@ TEST_CASE("a feature without a map point: what the keyframe saw at its place") {
   CHECK(saw(3.0F, 3.1F) == Vote::Dynamic);
   CHECK(saw(1.0F, 3.0F) == Vote::Unknown);                // an edge
   CHECK(saw(1.0F, 1.0F) == Vote::Unknown);                // hidden
-  CHECK(saw(kNan, 3.0F) == Vote::Unknown);                // one alone does not tell
+  CHECK(saw(kNan, 3.0F) == Vote::Unknown);                // a single depth does not decide
   at.keyframe.T_world_camera.translation_m = {-2, 0, 0};  // 45 degrees
   CHECK(saw(3.0F, 3.0F) == Vote::Unknown);
 }
@@ -257,7 +259,7 @@ TEST_CASE(
   now.grid.keypoints[0].pt = {110, 110};
   now.grid.keypoints[1].pt = {kNan, 20};
   now.grid.keypoints[2].pt = {-1e30F, 1e30F};
-  // second() looks at pixels: no match for the odd ones.
+  // second() uses pixels: no match for the odd features.
   Room odd = now;
   std::vector<std::int32_t> index = GridScene::same();
   for (int i = 0; i < 3; ++i) index[static_cast<std::size_t>(i)] = -1;

@@ -33,8 +33,9 @@ bool all_unknown(const Votes& votes) {
   return votes.count(Vote::Unknown) == votes.size();
 }
 
-/// A camera that looks ahead from 1.5 m above a road and drives 8 m/s; the road, walls on both sides, and a
-/// car's front of 30 points on the oncoming lane which drives at `speed_m_s` towards it.
+/// A camera 1.5 m above a road that drives at 8 m/s and looks ahead.
+/// The scene has the road, walls on both sides, and the front of a car with 30 points.
+/// The car is on the oncoming lane and drives at `speed_m_s`.
 class Road {
  public:
   explicit Road(double speed_m_s, double rate_hz = 10) : speed_m_s_(speed_m_s), rate_hz_(rate_hz) {}
@@ -115,7 +116,7 @@ TEST_CASE("flow_consistency: movers off their epipolar line are found, with nois
   }
 }
 
-// The car's own speed doubles its flow, but along the lines on which static points flow.
+// The car's own speed doubles its flow, but along the direction of static flow.
 TEST_CASE("flow_consistency: an oncoming car is found by its foot above the ground only") {
   const Road road(8);
   const Votes with_ground = road.judge({}), without = road.judge(without_ground());
@@ -136,7 +137,7 @@ TEST_CASE("flow_consistency: gaps are times, not frames") {
   }
 }
 
-// The flow of one frame (0.1 px) drowns in noise; that of a second does not.
+// The flow of one frame (0.1 px) is below the noise; that of a second is not.
 TEST_CASE("flow_consistency: slow movers are found over a long gap") {
   constexpr double kRate_hz = 20;
   FlowConsistencyFilter filter;
@@ -168,11 +169,11 @@ TEST_CASE("flow_consistency: slow movers are found over a long gap") {
   }
   int found = 0, lost = 0;
   for (std::size_t i = 0; i < votes.size(); ++i) (i < 40 ? found : lost) += votes[i] == Vote::Dynamic ? 1 : 0;
-  CHECK(found >= 32);  // static points shine through it
+  CHECK(found >= 32);  // static points are visible through it
   CHECK(lost <= 10);
 }
 
-// A track of one frame has no long gap; it is judged over the one that it has.
+// A track of one frame has no long gap. It is judged over one frame.
 TEST_CASE("flow_consistency: young tracks are judged too") {
   const ExactScene scene = synth::preset(Preset::General).mono();
   FlowConsistencyFilter filter;
@@ -278,7 +279,8 @@ TEST_CASE("flow_consistency: all features in one place, on one line, on the edge
       filter.apply(context, votes);
       context.finish(false);
     }
-    CHECK(votes.count(Vote::Dynamic) <= (c.kind == 2 ? 3U : 0U));  // what stops at the edge is left behind
+    // Static points cut off by the edge remain.
+    CHECK(votes.count(Vote::Dynamic) <= (c.kind == 2 ? 3U : 0U));
   }
 }
 
@@ -300,7 +302,8 @@ TEST_CASE("feature tracks: chained by the host's index, or by the nearest featur
   CHECK(tracks.length(0) == 1);
   CHECK(tracks.previous(0) == 1);
   stored.id = 1;
-  matched({53, 50}, -1);  // flow came from 1 px beside the feature: its past is shifted by that
+  // The flow ended 1 px beside the feature, so its past positions are shifted.
+  matched({53, 50}, -1);
   tracks.follow(2, match, {{55, 50}}, {{55, 50}});
   CHECK(tracks.length(0) == 2);
   CHECK(tracks.previous(0) == 0);
@@ -312,7 +315,7 @@ TEST_CASE("feature tracks: chained by the host's index, or by the nearest featur
   tracks.follow(3, match, {{62, 50}}, {{62, 50}});
   CHECK(tracks.length(0) == 1);
   CHECK(tracks.previous(0) == -1);
-  stored.id = 2;  // not the frame that was followed last
+  stored.id = 2;  // not the frame that was added last
   matched({62, 50}, 0);
   tracks.follow(4, match, {{64, 50}}, {{64, 50}});
   CHECK(tracks.length(0) == 1);

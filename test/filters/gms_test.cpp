@@ -64,7 +64,7 @@ Votes votes_of(Filter& filter, const TwoFrames& frames) {
   return votes;
 }
 
-/// An even grid of matches by (3, 2) px, and odd ones by (-150, 100).
+/// A regular grid of matches by (3, 2) px, and `odd` mismatches by (-150, 100) px.
 TwoFrames even_field(int width, int height, int odd) {
   TwoFrames frames;
   frames.camera.width_px = width, frames.camera.height_px = height;
@@ -90,7 +90,7 @@ TEST_CASE("gms: a rigid scene rejects nothing, whatever the camera does") {
     GmsFilter filter;
     const ExactScene scene = synth::preset(Preset::Rigid).camera_motion(step);
     const Score score(judge(filter, scene, 8), scene.frame(8));
-    // What is close and alone at its depth has nobody who moves alike.
+    // A near point that is alone at its depth has no neighbour with similar motion.
     CHECK(score.static_kept() >= 0.995);
     CHECK(score.static_confirmed >= score.static_count - 3);
   }
@@ -166,13 +166,13 @@ TEST_CASE("gms: too few, odd and matchless features stay unknown") {
 }
 
 TEST_CASE("gms: of flow and of descriptors it makes as much") {
-  // Without host matches: features move by (6, 4), their descriptors tell them apart.
+  // Without host matches: features move by (6, 4) and are identified by their descriptors.
   TwoFrames frames = even_field(640, 480, 0);
   frames.then_descriptors.create(static_cast<int>(frames.then.size()), 32, CV_8UC1);
   cv::RNG random(7);
   random.fill(frames.then_descriptors, cv::RNG::UNIFORM, 0, 256);
   frames.now_descriptors = frames.then_descriptors.clone();
-  // Two features swap their places: both matches are then odd ones.
+  // Two features swap their positions: both matches are then wrong.
   const auto a = frames.now.size() / 2, b = a + 1;
   std::swap(frames.now[a].pt, frames.now[b].pt);
   Context context;
@@ -230,8 +230,8 @@ TEST_CASE("descriptor_distance: rows that do not fit, another length, none: unkn
 // ---- trajectory_consistency: the band of Zhou et al.
 
 TEST_CASE("trajectory_consistency: less than d1 is static, more than the cap unknown, between dynamic") {
-  // 30 static features at 2 m seen from a standing camera, and three that move by 1, 6 and 30 cm: 5, 30, 150
-  // px.
+  // 30 static features at 2 m and three that move by 1, 6 and 30 cm: 5, 30, 150 px.
+  // The camera is static.
   TwoFrames frames;
   frames.camera.fx_px = frames.camera.fy_px = 1000;
   frames.camera.cx_px = 320, frames.camera.cy_px = 240;
@@ -261,7 +261,7 @@ TEST_CASE("trajectory_consistency: less than d1 is static, more than the cap unk
 
 namespace {
 
-/// Features given as 3-D points before a camera, some of them called dynamic by an earlier stage.
+/// Features given as 3-D points before a camera, some of them dynamic by an earlier stage.
 struct Cloud {
   std::vector<cv::KeyPoint> keypoints;
   std::vector<float> depth_m;
@@ -301,7 +301,7 @@ Cloud person() {
   return cloud;
 }
 
-/// Two people of 120 features, half of them known as dynamic, and a room.
+/// Two people of 120 features, half of them already dynamic, and a room.
 Cloud room(float spread_m) {
   Cloud cloud;
   std::uint32_t state = 1;
@@ -355,7 +355,7 @@ TEST_CASE("dbscan: without dynamic features, with one, with equal ones") {
   params.adaptive = true;
   params.adaptive_min_points = 4;
   DbscanFilter adaptive(params);
-  CHECK(same.votes(adaptive).count(Vote::Dynamic) == 10);  // no choice to be had: eps_m and min_points
+  CHECK(same.votes(adaptive).count(Vote::Dynamic) == 10);  // no choice: eps_m and min_points apply
   CHECK_FALSE(adaptive.chosen());
 }
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-/// A 9 x 9 grid of features, 10 px apart from (10, 10), and one frame's boxes.
+/// A 9 x 9 grid of features, 10 px apart from (10, 10), and the boxes of one frame.
 struct GridScene {
   GridScene() {
     for (int y = 10; y < 100; y += 10)
@@ -41,7 +41,7 @@ struct GridScene {
   std::vector<dynfilter::Detection> boxes;
 };
 
-/// One filter on one frame, as a pipeline would.
+/// Runs one filter on one frame like a pipeline.
 inline dynfilter::Votes votes_of(dynfilter::Filter& filter, dynfilter::Context& context,
                                  const dynfilter::FrameView& frame) {
   dynfilter::Votes votes;

@@ -15,7 +15,7 @@ struct Points {
     FrameView frame = scene.view(id);
     frame.detections.reset();
     frame.map_point_ids = ids;
-    frame.camera = Camera();  // says the size of the images, nothing else
+    frame.camera = Camera();  // provides the image size only
     frame.camera->width_px = frame.camera->height_px = 110;
     if (!mask.empty() && masked) frame.mask = MaskInput{-1, mask};
     return frame;

@@ -18,10 +18,10 @@ namespace {
 
 struct Pair {
   std::vector<cv::KeyPoint> then, now;
-  std::size_t good = 0;  ///< of these the first match right
+  std::size_t good = 0;  ///< the first `good` matches are correct
 };
 
-/// Two pieces that move differently, 40 matches each, and 60 mismatches.
+/// Two surfaces with different motions, 40 matches each, and 60 mismatches.
 Pair two_motions() {
   Rng rng(4);
   Pair pair;

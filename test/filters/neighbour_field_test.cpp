@@ -21,7 +21,7 @@ struct Feature {
   float depth_m, value;
 };
 
-/// With clusters, exact duplicates, missing depths and places that are none.
+/// With clusters, exact duplicates, missing depths and invalid positions.
 std::vector<Feature> features(std::uint64_t seed, int count) {
   Rng rng(seed);
   std::vector<Feature> all;
@@ -46,7 +46,7 @@ NeighbourField field_of(const std::vector<Feature>& all, float cell_px) {
   return field;
 }
 
-/// By the definition, over all features.
+/// Reference implementation of the definition, over all features.
 void sum_around(const std::vector<Feature>& all, const Feature& at, double reach_px, double near_m,
                 double& values, double& weights) {
   values = weights = 0;

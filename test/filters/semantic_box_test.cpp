@@ -78,7 +78,7 @@ TEST_CASE("boxes of an older frame move with the features inside, or are dropped
     keypoint.pt += cv::Point2f(40, 0);  // everything moved to the right
   std::vector<std::int32_t> index(81);
   for (int i = 0; i < 81; ++i) index[static_cast<std::size_t>(i)] = i;
-  index[now.at(20, 30)] = -1;  // one of those inside is not found: it goes with the others
+  index[now.at(20, 30)] = -1;  // one feature inside is not found: it moves with the others
 
   Context context;
   apply(before.view(0), rejecting(), context);
@@ -109,7 +109,7 @@ TEST_CASE("refine: depth keeps the wall behind a person") {
   CHECK(votes[scene.at(50, 70)] == Vote::Dynamic);
   CHECK(votes[scene.at(20, 40)] == Vote::Unknown);
   CHECK(votes[scene.at(70, 40)] == Vote::Unknown);
-  frame.depth.setTo(cv::Scalar(2.0));  // one surface: all of the box is the person
+  frame.depth.setTo(cv::Scalar(2.0));  // one surface: the whole box is the person
   CHECK(apply(frame, params).count(Vote::Dynamic) == 6 * 7);
 }
 

@@ -70,7 +70,8 @@ TEST_CASE("near() is at() on the mask dilated with a disc, pixel by pixel") {
 
 TEST_CASE("features on the mask are suspects or dynamic, the others unknown, or static where asked") {
   const GridScene scene;
-  const FrameView frame = with_mask(scene, mask_with({20, 30, 31, 21}));  // x 20..50, y 30..50: 4 x 3
+  // x 20..50, y 30..50: 4 x 3 features.
+  const FrameView frame = with_mask(scene, mask_with({20, 30, 31, 21}));
   SemanticMaskParams params = rejecting();
   CHECK(dynamic(frame, params) == 12);
   CHECK(apply(frame, params).count(Vote::Unknown) == 69);
@@ -104,7 +105,8 @@ TEST_CASE("labels choose among the classes of a label image") {
   params.labels = {15};
   CHECK(apply(frame, params)[scene.at(20, 20)] == Vote::Dynamic);
   CHECK(dynamic(frame, params) == 1);
-  params.dilate_px = 20;  // the other label is no mask: only (20, 20) and what is within 20 px of 15..24
+  // The other label is not used: only (20, 20) and features within 20 px of 15..24.
+  params.dilate_px = 20;
   CHECK(apply(frame, params)[scene.at(50, 20)] == Vote::Unknown);
   params.labels = {300};
   CHECK_THROWS_AS(SemanticMaskFilter{params}, ConfigError);
@@ -184,7 +186,7 @@ TEST_CASE("a late mask is held against where the features were, lost ones go wit
   SemanticMaskParams params = rejecting();
   params.max_age_frames = 0;
   CHECK(apply(frame, params, context).count(Vote::Dynamic) == 0);
-  frame.mask->frame_id = 7;  // of the future
+  frame.mask->frame_id = 7;  // in the future
   CHECK(apply(frame, rejecting(), context).count(Vote::Dynamic) == 0);
   frame.mask->frame_id = 0;
   context.reset();
@@ -214,7 +216,7 @@ TEST_CASE("instance masks: classes, scores, and masks that are none") {
   CHECK(votes[scene.at(20, 20)] == Vote::Dynamic);
   params.classes = {};
   params.min_score = 0;
-  CHECK(dynamic(frame, params) == 3);  // the score that is no number is not above 0
+  CHECK(dynamic(frame, params) == 3);  // a NaN score is not above 0
   scene.boxes = {GridScene::detection(0, 0, 100, 100)};
   params.off_mask = OffMask::Static;
   CHECK(apply(scene.view(), params).count(Vote::Unknown) == 81);

@@ -57,8 +57,8 @@ TEST_CASE("with the noise of a Kinect static features stay and a mover goes") {
   CHECK(s.recall() >= 0.9);
 }
 
-// A static point at depth z under a turn by a moves by 2 z sin(a / 2), while |t| = 0: at 3 m and 0.69 degrees
-// 36 mm, beyond alpha + beta z = 24 mm.
+// A static point at depth z moves by 2 z sin(a / 2) under a rotation by a, while |t| = 0.
+// At 3 m and 0.69 degrees these are 36 mm, beyond alpha + beta z = 24 mm.
 TEST_CASE(
     "the published displacement form rejects static points when the camera turns; the rigid one does not") {
   const synth::ExactScene turning = synth::preset(Preset::Rigid).camera_motion(CameraStep::PureRotation);
@@ -66,8 +66,8 @@ TEST_CASE(
   CHECK(score(turning, metric()).static_kept() == 1.0);
 }
 
-// | |P_t - P_r| - |t| | with P_r = (0, 0, 2) m, P_t = (0.1, 0, 2), |t| = 0.03: 0.07 m > 0.015 + 0.003 * 2 =
-// 0.021.
+// | |P_t - P_r| - |t| | with P_r = (0, 0, 2) m, P_t = (0.1, 0, 2), |t| = 0.03.
+// 0.07 m > 0.015 + 0.003 * 2 = 0.021 m.
 TEST_CASE("displacement mode is equation 14, with the host's translation") {
   TrajectoryConsistencyParams params = displacement();
   params.motion = MotionSource::Host;
@@ -78,8 +78,7 @@ TEST_CASE("displacement mode is equation 14, with the host's translation") {
         .with_poses()
         .mover(MovingBox(30).at({0, 0, 2}).moving({0.03 + speed, 0, 0}));
   };
-  // The mover's speed against the camera is `speed`; static points move by 0.03 against it, as the camera
-  // does.
+  // `speed` is the mover's motion relative to the camera. Static points move by 0.03 the other way.
   CHECK(score(scene(0.1), params).recall() == 1.0);    // |0.1 - 0.03| = 0.07
   CHECK(score(scene(0.045), params).recall() == 0.0);  // |0.045 - 0.03| = 0.015
   CHECK(score(scene(0.1), params).static_kept() == 1.0);
@@ -91,8 +90,8 @@ TEST_CASE("the motion comes from where it is told") {
   const Score without_pose = score(synth::preset(Preset::General), params);
   CHECK(without_pose.dynamic_found == 0);  // abstains
   CHECK(without_pose.static_confirmed == 0);
-  // Two movers carry most of the points: fitted on all of them the motion is theirs, the host's pose knows
-  // better.
+  // Two movers have most of the points. A fit on all points gives their motion.
+  // The host's pose is correct.
   const Score told = score(synth::preset(Preset::Majority).with_poses(), params, 18);
   CHECK(told.recall() >= 0.9);
   CHECK(told.static_kept() >= 0.99);

@@ -14,7 +14,8 @@ TEST_CASE("epipolar distance: a sideways camera has horizontal lines") {
   const Matrix9 F{0, 0, 0, 0, 0, -1, 0, 1, 0};  // [(1 0 0)]x: y2 = y1
   CHECK(epipolar_distance_px(F, {10, 20}, {400, 23}) == doctest::Approx(3));
   CHECK(sampson_distance_px(F, {10, 20}, {400, 23}) == doctest::Approx(3 / std::sqrt(2.0)));
-  const Matrix9 forward{0, -1, 0, 1, 0, 0, 0, 0, 0};  // epipole at the origin: the line through both
+  // Epipole at the origin: the line through both.
+  const Matrix9 forward{0, -1, 0, 1, 0, 0, 0, 0, 0};
   CHECK(epipolar_distance_px(forward, {10, 0}, {50, 4}) == doctest::Approx(4));
   CHECK(epipolar_distance_px(forward, {0, 0}, {50, 4}) == HUGE_VAL);
 }

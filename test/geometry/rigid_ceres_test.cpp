@@ -4,7 +4,7 @@
 
 #include <dynfilter/geometry/rigid_motion.hpp>
 
-// glog's macros of the same names came along with Ceres.
+// Ceres includes glog's macros with the same names.
 #undef CHECK
 #undef CHECK_EQ
 #undef CHECK_NE
@@ -21,7 +21,7 @@ using geometry_test::RigidScene;
 
 namespace {
 
-/// The cost that rigid_points.hpp documents, written down independently.
+/// The cost documented in rigid_points.hpp, implemented independently.
 struct Residual {
   cv::Point3f p, c;
   RigidMotionOptions options;

@@ -55,8 +55,8 @@ TEST_CASE("rigid motion: noise and outliers, both residuals") {
 }
 
 TEST_CASE("rigid motion: the covariance is that of the errors") {
-  // Sum over 200 scenes of the Mahalanobis error: chi-square with 1200 degrees of freedom, sd 49. A Tukey
-  // loss at 3.5 sigma costs a little efficiency, so use none.
+  // Sum of the Mahalanobis errors of 200 scenes: chi-square with 1200 degrees of freedom, sd 49.
+  // A Tukey loss at 3.5 sigma loses some efficiency, so none is used.
   double sum = 0;
   for (int seed = 1; seed <= 200; ++seed) {
     const RigidScene scene(100, 0, seed, 1);
@@ -126,7 +126,7 @@ TEST_CASE("rigid motion: a prior lets the background win over a majority of move
   REQUIRE(with.ok);
   CHECK(with.from_prior);
   CHECK(pose_error(with.T_current_reference, scene.truth) < 0.01);
-  // A prior that is wrong does not win.
+  // A wrong prior does not win.
   prior.translation_m[0] += 3;
   const RigidMotion wrong = estimator.estimate(camera(), scene.reference, scene.current, scene.all(), prior);
   CHECK_FALSE(wrong.from_prior);
@@ -210,7 +210,7 @@ TEST_CASE("rigid residual: hand-computed prediction") {
   CHECK(hit.predicted_px.y == doctest::Approx(cam.cy_px + cam.fy_px / 8));
   CHECK(hit.predicted_depth_m == doctest::Approx(4));
   CHECK(hit.chi2 < 1e-9);
-  // Two pixels beside it on the axis where the reference point's depth noise does not act.
+  // Two pixels off along the axis without depth noise of the reference point.
   RigidResidualNoise noise;
   noise.pixel_sigma_px = 0.5;
   const float two_px = static_cast<float>(2 / cam.fx_px * 4);
@@ -224,7 +224,7 @@ TEST_CASE("rigid residual: hand-computed prediction") {
 
 namespace {
 
-/// chi2 as the header's formula has it, in matrices.
+/// chi2 as in the header's formula, with matrices.
 double chi2_in_matrices(const Camera& cam, const Pose& T, const RigidResidualNoise& noise,
                         const Eigen::Matrix<double, 6, 6>& C, const Eigen::Vector3d& p,
                         const Eigen::Vector3d& c) {

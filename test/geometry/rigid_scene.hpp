@@ -20,14 +20,14 @@ inline dynfilter::Camera camera() {
   return c;
 }
 
-/// Largest of translation [m] and rotation [rad] between two poses.
+/// The larger of translation [m] and rotation [rad] between two poses.
 inline double pose_error(const dynfilter::Pose& a, const dynfilter::Pose& b) {
   const Eigen::Matrix3d dR = a.R() * b.R().transpose();
   return std::max((a.t() - b.t()).norm(), (dR - Eigen::Matrix3d::Identity()).norm() / std::sqrt(2.0));
 }
 
-/// Points of two depth frames under one rigid motion: pixel noise on the current pixel, depth noise on both
-/// depths, outliers anywhere in the view.
+/// Points of two depth frames under one rigid motion.
+/// Pixel noise on the current pixel, depth noise on both depths, outliers anywhere in the view.
 struct RigidScene {
   std::vector<cv::Point3f> reference, current;
   dynfilter::Pose truth;
@@ -56,7 +56,8 @@ struct RigidScene {
     for (int i = begin; i < end; ++i) current[i] = measure(extra * truth, points_[i]);
   }
 
-  /// The first n points become a person-sized patch in the middle that moves by `extra` as well.
+  /// The first n points become a person-sized patch in the middle.
+  /// It has the additional motion `extra`.
   void compact_mover(int n, const dynfilter::Pose& extra) {
     for (int i = 0; i < n; ++i) {
       points_[i] = ray(rng_.uniform(280, 360), rng_.uniform(160, 320), rng_.uniform(1.8, 2.0));

@@ -17,7 +17,7 @@ using detail::TwoViewPoints;
 
 namespace {
 
-/// Matches that move by about 20 px, with 3 px of noise and some far off.
+/// Matches that move by about 20 px, with 3 px of noise and some outliers.
 TwoViewPoints matches(std::size_t n, std::uint64_t seed) {
   Rng rng(seed);
   std::vector<cv::Point2f> reference, current;
@@ -49,7 +49,7 @@ void check_equal(const EntryNormal& a, const EntryNormal& b) {
   CHECK((a.g - b.g).cwiseAbs().maxCoeff() < 1e-4 * std::max(1.0, b.g.cwiseAbs().maxCoeff()));
 }
 
-/// Each match in doubles: its Jacobian in full, rows weighed.
+/// Each match in double: its full Jacobian, with weighted rows.
 EntryNormal transfer_twin(const TwoViewPoints& points, const Eigen::Matrix3d& H, double cut2,
                           const Selection& selection) {
   EntryNormal normal{detail::Matrix99::Zero(), detail::Vector9::Zero()};
@@ -106,7 +106,7 @@ TEST_CASE("normal equations of homography and epipolar geometry are those of the
   }
 }
 
-// Such a homography sends what lies on a line through the points to infinity.
+// Such a homography maps points on a line through the matches to infinity.
 TEST_CASE("a homography that sends matches to infinity leaves the normal equations finite") {
   const TwoViewPoints points = matches(61, 3);
   Eigen::Matrix3d H = Eigen::Matrix3d::Identity();

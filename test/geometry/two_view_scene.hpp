@@ -33,8 +33,8 @@ inline dynfilter::Pose motion(double rotation_deg, Eigen::Vector3d axis, Eigen::
       Eigen::AngleAxisd(rotation_deg * CV_PI / 180, axis.normalized()).toRotationMatrix(), t);
 }
 
-/// Static points first, then movers (whose surfaces are static ones', moved by 6 px in the current image),
-/// then mismatches.
+/// Static points first, then movers, then mismatches.
+/// Movers have the surfaces of static points and move by 6 px in the current image.
 struct TwoViewScene {
   std::vector<cv::Point2f> reference, current;
   int static_count, mover_count;

@@ -19,8 +19,9 @@ struct Score {
   double flagged_static = 0, found_movers = 0, unsaid_movers = 0;
 };
 
-/// Threshold: three standard deviations of the distance to a line in the current image, at least 1 px. Only
-/// movers that the true model can see count: in `truth` those off their true epipolar line.
+/// Threshold: three standard deviations of the distance to a line in the current image,
+/// at least 1 px.
+/// Only movers that the true model can detect count: those off their epipolar line in `truth`.
 Score score(const TwoViewModel& model, const TwoViewScene& scene, double noise_px, const Matrix9* truth) {
   const double threshold = std::max(1.0, 3 * std::sqrt(2.0) * noise_px);
   Score out;
@@ -41,8 +42,8 @@ Score score(const TwoViewModel& model, const TwoViewScene& scene, double noise_p
   return out;
 }
 
-/// Every kind of movers, both directions, three seeds: static features are not flagged in bulk, movers are
-/// found.
+/// All kinds of movers, both directions, three seeds.
+/// Few static features are flagged, and movers are found.
 template <class CheckKind>
 void check_scene(Relief relief, const Pose& T, double noise_px, bool calibrated, CheckKind check_kind) {
   const Camera cam = camera();
@@ -144,7 +145,8 @@ TEST_CASE("two views: static points off a plane are not flagged in bulk") {
       CHECK(m.kind == TwoViewKind::Fundamental);
       CHECK(m.reason == TwoViewReason::CalibratedParallax);
     });
-    // Without a camera they cannot be told from movers: neither is flagged, and the model says so.
+    // Without a camera they cannot be separated from movers.
+    // Neither is flagged, and the model is ambiguous.
     TwoViewRecipe recipe;
     recipe.relief = Relief::PlaneAndBox, recipe.motion = T, recipe.noise_px = noise;
     const TwoViewScene scene(recipe);

@@ -60,8 +60,8 @@ TEST_CASE(
 }
 
 TEST_CASE("association takes the closest pair of all first") {
-  // Greedy by gap: 1.010-1.011 first, so 1.000 is left with 0.985; a greedy walk by time would pair 1.000
-  // with 1.011.
+  // Greedy by gap: 1.010-1.011 first, so 1.000 pairs with 0.985.
+  // A greedy pass by time would pair 1.000 with 1.011.
   const auto pairs = associate({1.000, 1.010, 2.0}, {0.985, 1.011, 2.02}, 0.02);
   REQUIRE(pairs.size() == 2);
   CHECK(pairs[0] == std::pair<std::size_t, std::size_t>(0, 0));

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// What open() or load() of every frame complains about, "" when all is well.
+// The error of open() or of load() of any frame; "" without an error.
 std::string complaint(const fs::path& folder, const TumOptions& options = {}) {
   try {
     const TumSequence sequence = TumSequence::open(folder, options);
@@ -212,7 +212,8 @@ TEST_CASE("the real TUM folders load as downloaded") {
     return;
   }
   const TumSequence walking = TumSequence::open(data / "tum_fr3_walking_halfsphere");
-  CHECK(walking.size() == 49);  // one of the 50 images has no depth, so associations.txt does not list it
+  // One of the 50 images has no depth, so associations.txt does not list it.
+  CHECK(walking.size() == 49);
   REQUIRE(walking.notes().size() == 1);
   CHECK(walking.notes()[0] == "associations.txt: 1 image of rgb.txt not in it, left out");
   CHECK(walking.camera().fx_px == 535.4);

@@ -20,7 +20,7 @@ inline Graph random_graph(Rng& rng, std::size_t n, double edge_share) {
   return graph;
 }
 
-/// Frames along a way: each sees the ones around it, as candidates of a moving camera do.
+/// Frames along a path. Each shares points with nearby frames, like candidates of a moving camera.
 inline Graph band_graph(Rng& rng, std::size_t n, std::size_t reach) {
   Graph graph(n);
   for (Graph::Vertex a = 0; a < n; ++a)
@@ -29,7 +29,7 @@ inline Graph band_graph(Rng& rng, std::size_t n, std::size_t reach) {
   return graph;
 }
 
-/// The smallest cover's size by trying every set of vertices; n <= 20.
+/// Size of the smallest cover, by testing every set of vertices; n <= 20.
 inline std::size_t smallest_cover_by_trial(const Graph& graph) {
   const std::size_t n = graph.size();
   std::size_t best = n;
@@ -46,7 +46,7 @@ inline std::size_t smallest_cover_by_trial(const Graph& graph) {
   return best;
 }
 
-/// Is b reached from a through vertices of `set`? By walking n steps.
+/// True if b can be reached from a through vertices of `set`, in n steps.
 inline bool reached(const Graph& graph, const VertexSet& set, Graph::Vertex a, Graph::Vertex b) {
   VertexSet at(graph.size(), 0);
   at[a] = 1;

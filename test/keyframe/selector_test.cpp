@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// At x metres, seeing the points `first` .. `first` + `points` - 1.
+/// A frame at x metres that observes the points `first` .. `first` + `points` - 1.
 FrameSummary frame(std::int64_t id, double x_m, std::int64_t first, int points = 100, int dynamic = 0) {
   FrameSummary f;
   f.id = id;
@@ -49,7 +49,7 @@ std::vector<SelectedFrame> select(KeyframeSelector& selector, const std::vector<
   return all;
 }
 
-/// Every frame a candidate: they lie a metre apart. Batches of up to a hundred.
+/// Makes every frame a candidate: frames are a metre apart. Batches of up to a hundred.
 VertexCoverParams one_batch() {
   VertexCoverParams params;
   params.min_candidates = 100;
@@ -57,7 +57,7 @@ VertexCoverParams one_batch() {
   return params;
 }
 
-/// Frame k shares 50 of 100 points with its neighbours, none with others.
+/// Frame k shares 50 of 100 points with each neighbour, none with others.
 std::vector<FrameSummary> chain(int n) {
   std::vector<FrameSummary> frames;
   for (int k = 0; k < n; ++k) frames.push_back(frame(k, k, k * 50));
@@ -112,7 +112,7 @@ TEST_CASE("pose change: with require_motion a still camera makes no keyframes") 
   selector.add(frame(0, 0, 0));
   CHECK(selector.add(frame(50, 0, 900)).empty());
   CHECK(selector.add(frame(51, 0.2, 900)).size() == 1);
-  CHECK(selector.add(frame(52, 0.4, 900)).empty());  // moved, but all points still there
+  CHECK(selector.add(frame(52, 0.4, 900)).empty());  // moved, but all points are still visible
 }
 
 TEST_CASE("pose change: the least gap holds, many dynamic features are marked") {
@@ -128,7 +128,7 @@ TEST_CASE("pose change: the least gap holds, many dynamic features are marked") 
 
 TEST_CASE("vertex cover: every second frame of a chain, joined by bridges") {
   VertexCoverSelector selector(one_batch());
-  // The smallest cover of a path of 5 is {1, 3}; 2 joins them.
+  // The smallest cover of a path of 5 is {1, 3}; 2 connects them.
   const auto keys = select(selector, chain(5));
   CHECK(ids(keys) == Ids{1, 2, 3});
   CHECK(keys[1].reason == KeyframeReason::Bridge);
@@ -153,16 +153,17 @@ TEST_CASE("vertex cover: fourteen shared points are no edge, fifteen are") {
 }
 
 TEST_CASE("vertex cover: a frame with too many dynamic features gives way where the cover still holds") {
-  // Two frames: either covers the edge; the clean one is taken.
+  // Two frames: either covers the edge, and the clean one is selected.
   VertexCoverSelector selector(one_batch());
   CHECK(ids(select(selector, {frame(0, 0, 0, 100, 99), frame(1, 1, 50)})) == Ids{1});
-  // The middle of a star cannot be replaced: it is passed on to be cut.
+  // The middle of a star cannot be replaced, so it is marked cut_dynamic.
   selector.reset();
   std::vector<FrameSummary> star{frame(0, 0, 0), frame(1, 1, 200), frame(2, 2, 400), frame(3, 3, 0, 500, 99)};
   const auto keys = select(selector, star);
   REQUIRE(ids(keys) == Ids{3});
   CHECK(keys[0].cut_dynamic);
-  // The end of a path of three: {1} covers, but is dirty, and so are no two leaves cheaper: it stays.
+  // A path of three: {1} is a cover with many dynamic features.
+  // The two ends are not a smaller cover, so it remains.
   selector.reset();
   std::vector<FrameSummary> path = chain(3);
   path[1].dynamic_features = 51;
@@ -170,7 +171,8 @@ TEST_CASE("vertex cover: a frame with too many dynamic features gives way where 
 }
 
 TEST_CASE("vertex cover: a dirty frame of a four-cycle is replaced") {
-  // 0-1-2-3-0: smallest covers {0, 2} and {1, 3}, each needs a bridge, whose place two frames can take.
+  // 0-1-2-3-0: the smallest covers are {0, 2} and {1, 3}.
+  // Each needs a bridge, for which there are two options.
   const auto cycle = [](int dirty) {
     std::vector<FrameSummary> frames;
     for (int k = 0; k < 4; ++k) {
@@ -216,8 +218,7 @@ TEST_CASE("vertex cover: candidates by motion or by spread, batches with an anch
   CHECK(batches.pending().back() == 22);
   append(keys, batches.flush());
   CHECK(batches.pending().empty());
-  // Joined from end to end over the batches: no two keyframes that follow each other are further apart than
-  // one edge.
+  // Connected over all batches: consecutive keyframes are at most one edge apart.
   for (std::size_t i = 1; i < keys.size(); ++i) CHECK(keys[i].id - keys[i - 1].id == 1);
 }
 

@@ -105,7 +105,7 @@ TEST_CASE("the cover is as small as trying every set finds it, and its bound hol
     CHECK(cover.size == smallest);
     CHECK(count(cover.set) == cover.size);
     CHECK(matching_bound(graph) <= smallest);
-    // Out of time the answer is a cover still, and the bound a bound.
+    // With no steps left, the result is still a cover and the bound is valid.
     const VertexCover hasty = small_vertex_cover(graph, 0);
     CHECK(is_vertex_cover(graph, hasty.set));
     CHECK(hasty.size >= smallest);

@@ -13,16 +13,16 @@
 namespace layering {
 
 /// What each folder of include/dynfilter may include besides itself. Data flows one way:
-/// core -> correspondence, geometry, cluster -> context -> filters -> pipeline -> semantic, keyframe,
-/// mapping, adapters; io, eval and synth stand beside them, and only semantic, mapping and adapters read
-/// and write files.
+/// core -> correspondence, geometry, cluster -> context -> filters -> pipeline
+/// -> semantic, keyframe, mapping, adapters.
+/// io, eval and synth are separate. Only semantic, mapping and adapters read and write files.
 inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
   static const std::set<std::string> below_context{"core", "correspondence", "geometry", "cluster"};
   static const std::set<std::string> below_filters{"core", "correspondence", "geometry", "cluster",
                                                    "context"};
   static const std::set<std::string> below_pipeline{"core",    "correspondence", "geometry",
                                                     "cluster", "context",        "filters"};
-  // Plugins add providers, too: of semantic/ only what needs no more than core/.
+  // Plugins also add providers: of semantic/, only headers that need no more than core/.
   static const std::set<std::string> below_plugin{"core",    "correspondence", "geometry", "cluster",
                                                   "context", "filters",        "semantic"};
   static const std::set<std::string> all_below{"core",    "correspondence", "geometry", "cluster",
@@ -51,7 +51,7 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
   return table;
 }
 
-/// External headers that enter through one folder only.
+/// External headers that only one folder may include.
 inline const std::map<std::string, std::string>& gatekeepers() {
   static const std::map<std::string, std::string> table{
       {"flann/", "cluster"}, {"ceres/", "geometry"}, {"opencv2/dnn", "semantic"}, {"dlfcn.h", "plugin"}};
@@ -83,7 +83,7 @@ inline std::string folder_of(const std::string& path) {
   return slash == std::string::npos ? "" : path.substr(0, slash);
 }
 
-/// What is wrong with a header, a line each. `path` is relative to include/dynfilter.
+/// Faults of a header, one per line. `path` is relative to include/dynfilter.
 inline std::vector<std::string> complaints_about(const std::string& path, const std::string& text) {
   std::vector<std::string> complaints;
   const auto complain = [&](const std::string& what) { complaints.push_back(path + ": " + what); };
@@ -121,7 +121,7 @@ inline std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// All complaints about the headers under include/dynfilter, sorted.
+/// Faults of all headers under include/dynfilter, sorted.
 inline std::vector<std::string> complaints_about_tree(const std::filesystem::path& include_dynfilter) {
   std::vector<std::string> complaints;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(include_dynfilter)) {

@@ -22,8 +22,8 @@ bool all(const cv::Mat& body, const cv::Rect& where, int value) {
   return cv::countNonZero(body(where) != value) == 0;
 }
 
-/// A wall at 4 m, somebody at 2 m whose legs are seen below a desk that stands 0.8 m before him, with one arm
-/// stretched forwards, one hand farther back, and a shelf half way to the wall.
+/// A wall at 4 m, and a person at 2 m with one arm stretched forwards and one hand farther back.
+/// The legs are visible below a desk 0.8 m in front. A shelf is half way to the wall.
 const cv::Rect kPerson(60, 20, 40, 60), kDesk(20, 80, 120, 15), kLegs(62, 95, 34, 25), kArm(64, 40, 12, 8),
     kHand(104, 60, 6, 6), kShelf(20, 30, 30, 50);
 cv::Mat office() {
@@ -61,7 +61,7 @@ class Twin {
         if (depth_.at<float>(y, x) > beyond_m) inverse.push_back(1 / depth_.at<float>(y, x));
     return static_cast<float>(nearer_surface_m(inverse));
   }
-  /// Whether one of them fills enough of the middle: core_.
+  /// True if one of them fills enough of the middle. Sets core_.
   bool fill_parts(float farthest_m) {
     part_ = cv::Mat(depth_.size(), CV_32SC1, cv::Scalar(0));
     parts_.clear();

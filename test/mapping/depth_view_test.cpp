@@ -22,7 +22,7 @@ struct View {
   CarveParams params;
 };
 
-/// A wall with steps, holes and a mover in front; nearly all blocks have some of it.
+/// A wall with steps, holes and a mover in front; nearly all blocks contain some of it.
 View random_view(unsigned seed, bool distorted) {
   std::mt19937 source(seed);
   View view;
@@ -51,8 +51,7 @@ int measured_in(const View& view, int bx, int by, float& nearest_m) {
   return n;
 }
 
-/// In front of everything that was measured in this block and the eight around it, all of them three quarters
-/// full.
+/// In front of all depths in this block and the eight around it, each at least three quarters full.
 bool through(const View& view, int bx, int by, double z, double margin_m) {
   const int columns = view.depth_m.cols / 4, rows = view.depth_m.rows / 4;
   if (bx < 1 || by < 1 || bx + 1 >= columns || by + 1 >= rows) return false;
@@ -66,7 +65,7 @@ bool through(const View& view, int bx, int by, double z, double margin_m) {
   return true;
 }
 
-/// At the least or the largest depth that was measured in this block on what stands still.
+/// Between the smallest and the largest static depth in this block.
 bool seen(const View& view, int bx, int by, double z, double margin_m) {
   double low = 1e9, high = 0;
   for (int y = 4 * by; y < 4 * by + 4; ++y)
@@ -97,8 +96,8 @@ Sight by_definition(const View& view, const Eigen::Vector3d& p, double leaf_m, d
 
 }  // namespace
 
-// Depths are kept in millimetres and places in floats: what a millimetre or a hundredth of a pixel changes
-// may be either.
+// Depths are stored in millimetres and positions in floats.
+// Results may differ where a millimetre or a hundredth of a pixel decides.
 TEST_CASE("what a view says of voxels is what its pixels say, to the letter") {
   for (const bool distorted : {false, true}) {
     const View view = random_view(distorted ? 3 : 4, distorted);
@@ -138,7 +137,8 @@ TEST_CASE("what a view says of voxels is what its pixels say, to the letter") {
   }
 }
 
-// With strong barrel distortion the polynomial turns back: points far outside would be seen in the image.
+// With strong barrel distortion the polynomial turns back.
+// Points far outside would then appear in the image.
 TEST_CASE("a view says nothing of what lies far beside it") {
   View view = random_view(5, true);
   view.camera.distortion = {-0.3, 0, 0, 0};
@@ -148,7 +148,8 @@ TEST_CASE("a view says nothing of what lies far beside it") {
   summary.build(view.depth_m, view.moving, view.camera, view.params);
   const double leaf_m = 0.01;
   KeyList keys;
-  for (const double tangent : {1.74, 1.76, 1.8, 1.82})  // x (1 - 0.3 x^2) is 0.16, 0.12, 0.05 and 0.01 there
+  // x (1 - 0.3 x^2) is 0.16, 0.12, 0.05 and 0.01 there.
+  for (const double tangent : {1.74, 1.76, 1.8, 1.82})
     keys.push_back(VoxelKey::pack(static_cast<std::int32_t>(tangent * 100), 0, 100));
   keys.push_back(VoxelKey::pack(5, 0, 100));
   std::vector<int> votes;
@@ -171,7 +172,7 @@ TEST_CASE("a view of nothing says nothing") {
   }
 }
 
-// The twin: the same keys, each batch with one that makes its box hold the entire scene.
+// Reference: the same keys, each batch with one key that extends its box to the entire scene.
 TEST_CASE("batches that a view does not look at are those it says nothing of") {
   for (const bool distorted : {false, true}) {
     const View view = random_view(distorted ? 6 : 7, distorted);

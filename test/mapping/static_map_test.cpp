@@ -26,7 +26,8 @@ Camera camera_160() {
   return camera;
 }
 
-/// A wall at 3 m in front of the world's origin, seen from (x, 0, 0); a box of 0.8 m at 1.5 m if asked for.
+/// A wall at 3 m in front of the world's origin, viewed from (x, 0, 0).
+/// With `person`, a box of 0.8 m at 1.5 m.
 MapFrame wall(std::int64_t id, double x_m, bool person) {
   MapFrame frame;
   frame.id = id;
@@ -68,7 +69,7 @@ TEST_CASE("a voxel grid has the voxels, counts and centroids of its definition")
       double x = 0, y = 0, z = 0;
       unsigned n = 0;
     };
-    std::map<std::array<int, 3>, Sums> cells;  // eq. 15-19 to the letter
+    std::map<std::array<int, 3>, Sums> cells;  // eq. 15-19 exactly
     const auto cell = [&](float v) { return static_cast<int>(std::floor(static_cast<double>(v) / leaf)); };
     for (std::size_t i = 0; i + 1 < points.size(); ++i) {
       const cv::Point3f& p = points[i];
@@ -259,8 +260,9 @@ TEST_CASE("lonely voxels are removed, a wall stays") {
   for (int y = -20; y < 20; ++y)
     for (int x = -20; x < 20; ++x) put(x, y, 50);
   put(0, 0, 40), put(1, 0, 40), put(-30, 0, 50);
-  // On the wall: four neighbours at 1, four at 1.41, mean 1.21; at corners 1.71, of the 1600 the worst. Those
-  // apart: 2 and 1.88. Mean 1.23 and deviation 0.08: five of these are 1.63, and the corners go, too.
+  // On the wall: four neighbours at 1, four at 1.41, mean 1.21. The corners have 1.71,
+  // the largest of the 1600. The isolated voxels have 2 and 1.88.
+  // The mean is 1.23 and the deviation 0.08, so the limit is 1.63: corners are also removed.
   OutlierParams params;
   params.sigmas = 7;
   std::vector<std::uint32_t> order = voxels_in_order(map, [](std::uint32_t) { return true; });
@@ -341,7 +343,8 @@ TEST_CASE("masks and clusters of dynamic features cut their object out") {
 
 TEST_CASE("static features bound what is cut out, and outvote a lonely dynamic one") {
   MapFrame frame = wall(0, 0, false);
-  // A wall at 3 m, 23 mm a pixel: five dynamic features at x = 30 to 34, static ones all over from x = 50 on.
+  // A wall at 3 m, 23 mm per pixel.
+  // Five dynamic features at x = 30 to 34, static ones everywhere from x = 50.
   const std::vector<cv::Point2f> moving{{30, 60}, {31, 61}, {32, 60}, {33, 61}, {34, 60}};
   std::vector<cv::Point2f> still;
   for (int y = 2; y < 120; y += 6)
@@ -389,7 +392,7 @@ TEST_CASE("key regions are kept on the fine grid, coarse elsewhere") {
   frame.detections = found;
   MappingParams params;
   params.leaf_m = 0.1;
-  params.outliers.enabled = false;  // the corners of a small patch are lonely
+  params.outliers.enabled = false;  // the corners of a small patch are isolated
   StaticMap map(params);
   const MapReport report = map.add(frame);
   // 30 pixels of 23.1 mm span 27 or 28 cells of 25 mm, or one less where centres fall on a face.
@@ -422,7 +425,7 @@ TEST_CASE("memory is bounded: the leaf doubles, the oldest keyframes become perm
 
 namespace {
 
-/// Where a wall at z = 3, a floor at y = 1 and a wall at x = 1.3 meet, seen from (x, y, 0).
+/// A wall at z = 3, a floor at y = 1 and a wall at x = 1.3, viewed from (x, y, 0).
 MapFrame corner(std::int64_t id, double x_m, double y_m) {
   MapFrame frame = wall(id, x_m, false);
   frame.T_world_camera.translation_m = {x_m, y_m, 0};
@@ -464,7 +467,7 @@ TEST_CASE("a keyframe 2 cm and half a degree off is aligned with the map, one th
   StaticMap again(params);
   again.add(corner(0, 0, 0));
   CHECK(again.add(frame).T_world_camera.translation_m == report.T_world_camera.translation_m);
-  map.move(1, right);  // to the letter
+  map.move(1, right);  // exactly
   again.remove(1);
   params.registration.enabled = false;
   StaticMap plain(params);
@@ -577,7 +580,7 @@ TEST_CASE("a picture shows the nearer of two points, and the overview looks down
   const Pose above = overview_pose(map.cloud(), Pose(), camera_160(), {160, 120});
   CHECK(is_rigid(above));
   CHECK(above.translation_m[1] < 0);  // y points down
-  CHECK(above.rotation[5] > 0.3);     // the optical axis goes down
+  CHECK(above.rotation[5] > 0.3);     // the optical axis points downwards
 }
 
 TEST_CASE("the table of docs/mapping.md is that of the parameters") {

@@ -35,7 +35,7 @@ struct Scene {
   }
 };
 
-/// Every keyframe sees every point as the feature of the same number.
+/// Every keyframe observes every point as the feature with the same number.
 Scene scene() {
   Scene s;
   std::mt19937 random(7);

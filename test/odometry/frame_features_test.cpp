@@ -39,7 +39,7 @@ TEST_CASE("depth images in metres work as well, NaN means none") {
   CHECK(depth_of(depth, 1, 25, 25) == doctest::Approx(1.5));
   CHECK(std::isnan(depth_of(depth, 1, 10, 10)));
   CHECK(depth_of(depth, 1, 11, 10) == doctest::Approx(1.5));
-  depth.setTo(cv::Scalar(50));  // beyond any such camera
+  depth.setTo(cv::Scalar(50));  // beyond the range of any such camera
   CHECK(std::isnan(depth_of(depth, 1, 25, 25)));
 }
 

@@ -24,7 +24,7 @@ struct Scene {
   FeatureGrid grid;
 };
 
-/// n points of one octave, seen exactly from T, in another order.
+/// n points of one octave, observed exactly from T, in another order.
 Scene scene(const Eigen::Isometry3d& T_camera_world, int n) {
   Scene s;
   std::mt19937 random(3);
@@ -74,7 +74,8 @@ TEST_CASE("every point is found where it is, and only within the window") {
   int right = 0;
   for (int i = 0; i < 300; ++i) right += feature[i] == 299 - i;
   CHECK(right == 300);
-  matcher().match(s.points, pose(0.4), s.features, s.grid, {5, 1, 80, 0.9}, feature);  // 39 px off at 4 m
+  // 39 px off at 4 m.
+  matcher().match(s.points, pose(0.4), s.features, s.grid, {5, 1, 80, 0.9}, feature);
   for (int i = 0; i < 300; ++i) CHECK(feature[i] == -1);
 }
 
@@ -88,7 +89,8 @@ TEST_CASE("octave, depth, distance and ownership are respected") {
   matcher().match(s.points, pose(0), s.features, s.grid, window, feature);
   CHECK(feature == std::vector<std::int32_t>{-1, -1, -1});
   s.features.map_point[1] = 77;
-  s.features.depth_m[1] = std::nanf("");  // unknown depth is no objection, a map point is
+  // An unknown depth does not prevent a match, a map point does.
+  s.features.depth_m[1] = std::nanf("");
   matcher().match(s.points, pose(0), s.features, s.grid, window, feature);
   CHECK(feature[1] == -1);
   s.features.map_point[1] = -1;

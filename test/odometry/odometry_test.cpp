@@ -16,7 +16,7 @@ using odometry_test::frame_at;
 
 namespace {
 
-/// A camera that sways in front of the relief, at 30 Hz.
+/// A camera that swings in front of the relief, at 30 Hz.
 double x_at(int i) {
   return 0.15 * std::sin(0.07 * i);
 }
@@ -27,12 +27,12 @@ io::RgbdFrame sway(int i) {
   return frame_at(x_at(i), y_at(i), i / 30.0);
 }
 
-/// Rejects what lies in a part of the image, and notes how it was called.
+/// Rejects the features in a part of the image, and records its calls.
 class RecordingJudge : public FeatureJudge {
  public:
   cv::Rect2f bad;
   std::string calls;
-  int shown_bad = 0;  ///< rejected features that were shown again
+  int shown_bad = 0;  ///< rejected features that appeared again
   std::vector<std::uint8_t> flags;
 
   Flags before_pose(const FrameView& view) override {
@@ -123,7 +123,7 @@ TEST_CASE("the judge is asked where it should be, and what it rejects is gone") 
   int points = 0;
   for (const MapPoint& point : odometry.map().points)
     points += point.world_m.x() / point.world_m.z() * 525 + 319.5 < 319;
-  CHECK(points == 0);  // none was made where the first frame was judged bad
+  CHECK(points == 0);  // none was created where the first frame was judged bad
 }
 
 TEST_CASE("a loss is said, and ends when known places return") {

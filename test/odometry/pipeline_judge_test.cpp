@@ -6,7 +6,7 @@
 
 #include "test_images.hpp"
 
-// After all that may bring glog.
+// Included last, because other headers may include glog.
 #include "doctest_beside_glog.hpp"
 
 using namespace dynfilter;
@@ -56,7 +56,7 @@ TEST_CASE("geometry leaves the odometry of a static scene alive, and its time is
     CHECK(result.state == TrackState::Tracked);
     rejected += result.rejected;
   }
-  CHECK(rejected < 0.25 * 8 * 1000);  // the board's silhouettes slide over the wall
+  CHECK(rejected < 0.25 * 8 * 1000);  // the board's silhouettes move over the wall
   CHECK(judge.record().correspondence_ms > 0);
   CHECK(judge.record().filters_ms > 0);
 }

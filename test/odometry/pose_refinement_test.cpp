@@ -74,7 +74,7 @@ TEST_CASE("a third of wrong points is found out") {
   CHECK(distance(T, truth) < 0.005);
 }
 
-/// Two dozen points in a corner of the view, far away: a shift looks much like a turn.
+/// Two dozen distant points in a corner of the view: translation is similar to rotation.
 std::vector<PosePoint> few_far_sightings(const Eigen::Isometry3d& T_camera_world, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<PosePoint> points;

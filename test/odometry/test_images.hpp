@@ -33,8 +33,8 @@ inline dynfilter::Camera camera() {
   return c;
 }
 
-/// A camera that looks along z at a textured relief: the wall z = 2 m with a board at 1.6 m in the middle,
-/// both parallel to the image; it stands at (x, y, 0) and does not turn. Exact depth.
+/// A camera that looks along z at a textured relief: a wall at z = 2 m with a board at 1.6 m.
+/// Both are parallel to the image. The camera is at (x, y, 0) and does not rotate. Exact depth.
 inline dynfilter::io::RgbdFrame frame_at(double x_m, double y_m, double timestamp_s) {
   static const cv::Mat wall = texture({1400, 1200}, 11), board = texture({260, 260}, 12);
   const dynfilter::Camera c = camera();

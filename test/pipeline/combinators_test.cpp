@@ -37,7 +37,7 @@ StagePtr watch(std::vector<std::string>& log, const std::string& vote = "") {
 
 }  // namespace
 
-// Every pair of answers: SSS UUU DDD against SUD SUD SUD.
+// Every pair of votes: SSS UUU DDD against SUD SUD SUD.
 TEST_CASE("any, all and sequence follow their truth tables for every pair") {
   CHECK(letters_of(judge(any(stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD"))))) == "SUDUUDDDD");
   CHECK(letters_of(judge(all(stage(says("a", "SSSUUUDDD")), stage(says("b", "SUDSUDSUD"))))) == "SSSSUUSUD");
@@ -166,7 +166,7 @@ TEST_CASE("a filter that changes the number of votes is reported as failed") {
 
 namespace {
 
-/// Frames of a few features that the host follows; what the one member says is told frame by frame.
+/// Frames of a few features that the host tracks, with the votes of one member per frame.
 struct Story {
   std::string letters;
   Pipeline pipeline;
@@ -202,8 +202,8 @@ struct Story {
 
 }  // namespace
 
-// Log-odds in steps of ln 3 with memory 0.8: three static votes are -1.10, -1.98, -2.68; a dynamic one then
-// -1.05, a second +0.26. An unknown one leaves 0.8 of what was.
+// Log-odds in steps of ln 3 with memory 0.8: three static votes are -1.10, -1.98, -2.68.
+// A dynamic one gives -1.05, a second +0.26. An unknown one keeps 0.8 of the value.
 TEST_CASE("temporal: one stray vote does not decide, two do, and unknown keeps what the past says") {
   Story story;
   CHECK(story.tell(0, "SSDU") == "SSDU");

@@ -12,7 +12,7 @@ namespace fakes {
 
 using namespace dynfilter;
 
-/// A filter that does what it is told.
+/// A filter that runs a given function.
 class Scripted final : public Filter {
  public:
   using Apply = std::function<void(Context&, Votes&)>;

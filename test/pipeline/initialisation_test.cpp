@@ -15,7 +15,7 @@ using namespace dynfilter;
 
 namespace {
 
-/// Frame k is judged as `script[k]` says; frames beyond it as the last one.
+/// Frame k is judged by `script[k]`; later frames by the last entry.
 Pipeline scripted(std::vector<std::string> script, const InitialisationParams& params, int floor = 0) {
   PipelineConfig config;
   config.initialisation = params;
@@ -30,7 +30,7 @@ Pipeline scripted(std::vector<std::string> script, const InitialisationParams& p
       }));
   return Pipeline(std::move(config));
 }
-/// One letter per frame: w for "wait".
+/// One letter per frame: w for a delayed keyframe.
 std::string waits(Pipeline& pipeline, int frames) {
   std::string text;
   for (int k = 0; k < frames; ++k)
@@ -107,8 +107,8 @@ TEST_CASE("the rules are read from YAML, and checked") {
 
 namespace {
 
-/// Matched features before a standing camera, with descriptors and depth: static ones on an even grid at 3 m,
-/// and what a test adds.
+/// Matched features in front of a static camera, with descriptors and depth.
+/// Static ones are on a regular grid at 3 m; each test adds others.
 struct Room {
   std::vector<cv::KeyPoint> then, now;
   std::vector<float> then_depth_m, now_depth_m;
@@ -125,7 +125,7 @@ struct Room {
         add({static_cast<float>(x), static_cast<float>(y)}, {static_cast<float>(x), static_cast<float>(y)}, 3,
             0);
   }
-  /// `bits`: how far the descriptors of both sides are apart.
+  /// `bits`: Hamming distance of the two descriptors.
   void add(const cv::Point2f& from, const cv::Point2f& to, float depth_m, int bits) {
     then.emplace_back(from, 1.0F), now.emplace_back(to, 1.0F);
     then_depth_m.push_back(depth_m), now_depth_m.push_back(depth_m);
@@ -167,11 +167,12 @@ Pipeline motion_consistency() {
 TEST_CASE("motion_consistency: a lone match that looks alike and moved between d1 and the cap is dynamic") {
   Room room;
   const std::size_t first = room.now.size();
-  // At 1.4 m and 500 px of focal length 10 px are 2.8 cm. GMS sees what leaves its cell of 32 x 24 px.
+  // At 1.4 m and 500 px of focal length, 10 px are 2.8 cm.
+  // GMS detects what leaves its cell of 32 x 24 px.
   room.add({300, 210}, {334, 210}, 1.4F, 10);  // 9.5 cm: dynamic
   room.add({410, 110}, {416, 108}, 1.4F, 10);  // 1.8 cm: within d1
   room.add({210, 310}, {255, 310}, 1.4F, 10);  // 12.6 cm: beyond the cap
-  room.add({510, 310}, {544, 310}, 1.4F, 60);  // 9.5 cm, unlike
+  room.add({510, 310}, {544, 310}, 1.4F, 60);  // 9.5 cm, not similar
   Pipeline pipeline = motion_consistency();
   const Verdict verdict = room.judged(pipeline);
   CHECK(verdict.decision[first] == Vote::Dynamic);
@@ -182,7 +183,7 @@ TEST_CASE("motion_consistency: a lone match that looks alike and moved between d
 TEST_CASE("motion_consistency: features of the cluster that the pipeline could not judge go along") {
   Room room;
   const std::size_t first = room.now.size();
-  // Ten features that end within 20 cm of each other, each by 9.5 cm from another side.
+  // Ten features that end within 20 cm of each other, each moved by 9.5 cm in another direction.
   for (int k = 0; k < 10; ++k) {
     const cv::Point2f to(305.0F + 14.0F * static_cast<float>(k % 5),
                          205.0F + 20.0F * static_cast<float>(k / 5));

@@ -45,7 +45,7 @@ TEST_CASE("a later stage of a sequence speaks where it has an opinion, and dynam
     }
 }
 
-// The meaning of three values: what would be said if each unknown one were static or dynamic.
+// The meaning of three values: the result if each unknown vote were static or dynamic.
 TEST_CASE("k of n is dynamic when it is whatever the unknown ones are, static when it never is") {
   for (int n = 1; n <= 4; ++n)
     for (int k = 1; k <= n; ++k)
@@ -84,7 +84,7 @@ TEST_CASE("an object is what enough of its votes say, and unknown without enough
         CHECK(vote == (moves ? Vote::Dynamic : dynamic + fixed >= min_count ? Vote::Static : Vote::Unknown));
       }
   CHECK(vote_object(1, 1000, 1, 0) == Vote::Dynamic);  // one is enough
-  CHECK(vote_object(0, 1000, 1, 0) == Vote::Static);   // but one there must be
+  CHECK(vote_object(0, 1000, 1, 0) == Vote::Static);   // but at least one is required
   CHECK(vote_object(0, 0, 1, 0) == Vote::Unknown);
   CHECK(vote_object(2, 8, 1, 0.2) == Vote::Dynamic);
   CHECK(vote_object(2, 9, 1, 0.2) == Vote::Static);

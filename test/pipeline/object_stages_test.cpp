@@ -31,7 +31,7 @@ Pipeline pipeline_of(StagePtr root) {
   config.before_pose = std::move(root);
   return Pipeline(std::move(config));
 }
-/// Features at (0, 0), (10, 10), ... and what a stage says of them.
+/// Features at (0, 0), (10, 10), ... and the votes of a stage on them.
 std::string judge(const FrameView& frame, const ObjectVoteParams& params, const std::string& letters) {
   Pipeline pipeline = pipeline_of(object_vote(params, stage(says("a", letters))));
   return letters_of(pipeline.before_pose(frame));
@@ -51,7 +51,8 @@ TEST_CASE("a share of the votes on a box decides for all of its features") {
   ObjectVoteParams params;
   CHECK(judge(one, params, "UDDSUU") == "UDDDDU");  // 2 of 3
   CHECK(judge(one, params, "UDSSUU") == "USSSSU");
-  CHECK(judge(one, params, "UDUUUU") == "UDUUUU");  // one vote is not enough: the stage's votes stay
+  // One vote is not enough: the stage's votes stay.
+  CHECK(judge(one, params, "UDUUUU") == "UDUUUU");
   CHECK(judge(one, params, "DDDSUS") == "DDDDDS");  // of no object: kept
   params.others = OtherFeatures::Drop;
   CHECK(judge(one, params, "DDDSUS") == "UDDDDU");
@@ -68,7 +69,8 @@ TEST_CASE("a feature of two boxes is dynamic if one of them moves; classes and s
   ObjectVoteParams params;
   CHECK(judge(two, params, "USDSSU") == "USSSSU");  // one vote of two wanted
   params.min_count = 1;
-  CHECK(judge(two, params, "USDSSU") == "UDDSSU");  // person 1 of 2, chair 1 of 3: feature 2 is of both
+  // Person 1 of 2, chair 1 of 3: feature 2 is of both.
+  CHECK(judge(two, params, "USDSSU") == "UDDSSU");
   params.min_count = 2;
   params.min_share = 0.6;
   CHECK(judge(two, params, "UDDSSU") == "UDDSSU");
@@ -203,13 +205,14 @@ TEST_CASE("cluster_expand in 3-D stops where the next surface is, and where the 
   params.radius_m = 0.21;
   params.min_neighbours = 1;
   params.rounds = 1;
-  CHECK(row.expand(params, "UUUUDUUUUUUU") == "UUUDDDDUUUUU");  // two to the right; left is the edge at 3
+  // Two to the right; left is the edge at 3.
+  CHECK(row.expand(params, "UUUUDUUUUUUU") == "UUUDDDDUUUUU");
   params.rounds = 10;
   CHECK(row.expand(params, "UUUUDUUUUUUU") == "UUUDDDDDDUUU");
   params.min_share = 0.6;
   CHECK(row.expand(params, "UUUUDSSSSUUU") == "UUUUDSSSSUUU");  // 3: half of its neighbours
   params.min_share = 0.5;
-  CHECK(row.expand(params, "UUUUDSSSSUUU") == "UUUDDDDDDUUU");  // and on from there
+  CHECK(row.expand(params, "UUUUDSSSSUUU") == "UUUDDDDDDUUU");  // and grown again
   params.min_neighbours = 2;
   CHECK(row.expand(params, "UUUUDUUUUUUU") == "UUUUDUUUUUUU");
   CHECK(row.expand(params, "UUUUUUUUUUUU") == "UUUUUUUUUUUU");
@@ -258,9 +261,9 @@ TEST_CASE("depth_layers fills large layers up and lets small ones go") {
   DepthLayersParams params;
   params.min_points = 3;
   params.margin_px = 25;
-  // Layer 1.5 m: 2, 3, 7; from 1 to 8 in the image. The 2.2 m of 5 and the 3 m of 0 are single ones.
+  // Layer 1.5 m: 2, 3, 7; from 1 to 8 in the image. 2.2 m (5) and 3 m (0) are single points.
   CHECK(row.layers(params, "DUDDUDSDUUUU") == "UUDDDUDDDUUU");
-  params.min_points = 1;  // now 1, within 25 px of 0 and as far away, goes with it
+  params.min_points = 1;  // 1 is within 25 px of 0 and at the same depth, so it is included
   CHECK(row.layers(params, "DUDDUDSDUUUU") == "DDDDDDDDDUUU");
   params.max_gap_m = 2;  // one layer of all
   CHECK(row.layers(params, "DUDDUDSDUUUU") == "DDDDDDDDDUUU");

@@ -20,8 +20,8 @@ constexpr double kInf = std::numeric_limits<double>::infinity(),
                  kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kOdd[] = {kNan, kInf, -kInf, 1e30, -1e30, 3e9, -3e9, 2e6, -7, 0, 640, 1e-40};
 
-/// Frames of noise that moves to the right, with everything a frame can have; every value of `share` in a
-/// hundred is odd.
+/// Frames of noise that moves to the right, with all optional inputs.
+/// `share` percent of their values are odd.
 class OddFrames {
  public:
   explicit OddFrames(int share) : share_(share), noise_(480, 700, CV_8UC1) { cv::randu(noise_, 0, 255); }
@@ -155,7 +155,7 @@ TEST_CASE("filters see places within a million pixels, or NaN and not to be judg
     CHECK(std::isnan(context.frame().keypoints[i].pt.y) != there);
   }
   CHECK(context.input_notes() == std::vector<std::string>{"3 keypoints are in no image: not judged"});
-  CHECK(keypoints[1].pt.x == 1e30F);  // the host's own stay as they are
+  CHECK(keypoints[1].pt.x == 1e30F);  // the host's own arrays do not change
   context.finish(false);
 }
 

@@ -21,7 +21,7 @@ PipelineConfig config_with(StagePtr before) {
   return config;
 }
 
-/// Notes how many earlier frames the context still has.
+/// Records how many earlier frames the context keeps.
 StagePtr count_history(std::vector<std::size_t>& log, int frames = 3) {
   return stage(std::make_unique<Scripted>(
       "count", [&log](Context& context, Votes&) { log.push_back(context.history().size() - 1); },
@@ -98,7 +98,8 @@ TEST_CASE("reset and a time jump forget the earlier frames; a filter that learns
   at(1, 0.1);
   pipeline.reset();
   at(2, 0.2);
-  CHECK(at(3, 0.1).report.notes == std::vector<std::string>{"time jump: history forgotten"});  // back
+  // Time goes backwards.
+  CHECK(at(3, 0.1).report.notes == std::vector<std::string>{"time jump: history forgotten"});
   at(4, 0.2);
   at(5, 99.0);  // far ahead
   at(6, std::nan(""));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One hand-made case for each rule of each published preset: what the row of the preset says must happen.
+// One hand-made case for each rule of each published preset.
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
@@ -36,8 +36,8 @@ cv::Mat mask_with(const cv::Rect& place) {
   return mask;
 }
 
-/// A still camera, and features every 25 px (24 x 18 of them, from 25, 25) that are matched with themselves
-/// in the last frame; the wall is 3 m away.
+/// A static camera, and 24 x 18 features every 25 px from (25, 25).
+/// They are matched with themselves in the last frame. The wall is 3 m away.
 struct Shot {
   Shot() : depth(kImage, CV_32FC1, cv::Scalar(3)), grey(kImage, CV_8UC1, cv::Scalar(0)) {
     for (int r = 1; r <= 18; ++r)
@@ -52,7 +52,8 @@ struct Shot {
   std::size_t at(int column, int row) const { return static_cast<std::size_t>((row - 1) * 24 + column - 1); }
   cv::Point2f& px(int column, int row) { return keypoints[at(column, row)].pt; }
 
-  /// As the camera saw it before it went sideways, past points of all depths: epipolar lines are rows.
+  /// The previous image of a camera that moves sideways, with points of all depths.
+  /// Epipolar lines are rows.
   Shot& sideways() {
     synth::Random random(9, 1);
     for (cv::KeyPoint& keypoint : keypoints) keypoint.pt.x += static_cast<float>(random.uniform(6, 20));
@@ -118,7 +119,7 @@ TEST_CASE("des_slam: dynamic on the mask and at another depth, by 12 percent; ei
     const Verdict verdict = second(preset, before, now);
     CHECK(dynamic(verdict, now.at(8, 8)));
     CHECK_FALSE(dynamic(verdict, now.at(10, 8)));
-    CHECK_FALSE(dynamic(verdict, now.at(12, 12)));  // on the mask, but still
+    CHECK_FALSE(dynamic(verdict, now.at(12, 12)));  // on the mask, but static
     CHECK_FALSE(dynamic(verdict, now.at(4, 8)));
     CHECK(rejected(verdict) == 1);
   }
@@ -187,7 +188,8 @@ TEST_CASE("sg_slam: 0.2 px inside a person's box, 1 px outside") {
   CHECK(rejected(verdict) == 2);
 }
 
-// 432 features; the box leaves out an L of 24 + 17 of them. With less than 43.2 left all come back.
+// 432 features; all but an L of 24 + 17 of them are in the box.
+// With fewer than 43.2 left, all are restored.
 TEST_CASE("sg_slam: below a tenth of the features all are restored") {
   for (const bool two_columns : {false, true}) {
     Shot before, now;
@@ -272,7 +274,7 @@ TEST_CASE("dynaslam: what is 0.4 m nearer than the keyframe saw is grown over th
   Shot before, now;
   before.provenance = now.provenance = PoseProvenance::Estimated;
   before.depth(cv::Rect(190, 300, 120, 60)).setTo(2.2);  // a chest where the legs will be
-  now.depth(cv::Rect(190, 190, 120, 170)).setTo(2.0);    // somebody not on any mask, columns 8 to 12
+  now.depth(cv::Rect(190, 190, 120, 170)).setTo(2.0);    // a person on no mask, columns 8 to 12
   now.depth(cv::Rect(390, 190, 70, 120)).setTo(2.7);     // 0.3 m nearer than the wall
   now.mask = mask_with({0, 0, 1, 1});
   Pipeline pipeline = load("dynaslam");
@@ -383,12 +385,12 @@ TEST_CASE("coeb_slam: a blurred box goes as a whole, in a sharp one the epipolar
   CHECK_FALSE(dynamic(verdict, now.at(16, 8)));
   CHECK(dynamic(verdict, now.at(2, 2)));
   CHECK(rejected(verdict) == 25 + 2);
-  // A whole image that is blurred is the camera's motion, not the boxes'.
+  // Blur of the whole image is caused by the camera, not by the boxes.
   cv::blur(before.grey, now.grey, cv::Size(15, 15));
   CHECK(rejected(second("coeb_slam", before, now)) == 2);
 }
 
-// Whatever is handed in, no preset crashes, no stage fails, and there is an answer for every feature.
+// No input makes a preset crash or a stage fail, and every feature gets a decision.
 TEST_CASE("odd input: masks, boxes, descriptors, poses and numbers that are none") {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const std::vector<Detection> odd_boxes = [] {

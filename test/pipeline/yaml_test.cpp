@@ -22,7 +22,7 @@ struct LimitParams {
   }
 };
 
-/// Dynamic where x is beyond the limit.
+/// Dynamic where x exceeds the limit.
 class Limit final : public Filter {
  public:
   using Params = LimitParams;
@@ -76,7 +76,8 @@ std::string judge(const std::string& stages, std::size_t n = 3) {
 
 }  // namespace
 
-TEST_CASE("stages with and without parameters, as lists and as combinators") {  // features at x = 0, 10, 20
+// Features at x = 0, 10, 20.
+TEST_CASE("stages with and without parameters, as lists and as combinators") {
   CHECK(judge("    - limit\n") == "SDD");
   CHECK(judge("    - limit: { limit_px: 10 }\n") == "SSD");
   CHECK(judge("    any:\n      - limit: { limit_px: 10 }\n      - limit: { limit_px: 5 }\n") == "SDD");

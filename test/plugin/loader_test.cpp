@@ -18,7 +18,7 @@ fs::path module_file(const std::string& name) {
 
 using Names = std::vector<std::string>;
 
-/// What loading says; "" when it works. In any case of failure the registry must be untouched.
+/// Error message of loading; "" without an error. After any failure the registry must not change.
 std::string complaint_about(const fs::path& file, Registry registry = {}) {
   const Names before = registry.names();
   try {
@@ -88,7 +88,7 @@ TEST_CASE("a plugin's providers join their own registry; a detector's YAML may n
   CHECK_THROWS_AS(load_plugin(module_file("provider"), filters, providers),
                   PluginError);  // the name is taken
   CHECK(providers.names() == Names{"corner"});
-  // Where filters only are wanted it has none; where both are, a plugin of filters is as good.
+  // A caller that wants filters only gets none. One that wants both accepts a plugin of filters.
   CHECK(complaint_about(module_file("provider")) ==
         "not a dynfilter plugin: it has no function `dynfilter_plugin_register`");
   CHECK(load_plugin(module_file("good"), filters, providers) == Names{"harmless", "named_b"});

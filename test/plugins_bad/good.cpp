@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Nothing is wrong with this one: what the others are compared with.
+// A correct plugin, for comparison with the others.
 #include <dynfilter/plugin/export.hpp>
 
 #include "harmless.hpp"

@@ -7,7 +7,7 @@
 
 namespace bad {
 
-/// A filter that says nothing of any feature. What is wrong with a plugin of this folder is said in its file.
+/// A filter that abstains on all features. Each file of this folder names the fault of its plugin.
 class Harmless : public dynfilter::Filter {
  public:
   struct Params {

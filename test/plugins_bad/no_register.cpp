@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Has a tag that is right (tag.cpp), but nothing to register with.
+// Has a correct tag (tag.cpp), but no function to register.
 extern "C" int something_else() {
   return 0;
 }

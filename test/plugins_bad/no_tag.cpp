@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A library, but no plugin: neither of the two functions is there.
+// A library, but not a plugin: it has neither of the two functions.
 extern "C" int answer() {
   return 42;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Nothing is wrong with this one: a provider of boxes, and no filter.
+// A correct plugin with a provider of boxes and no filter.
 #include <dynfilter/plugin/register.hpp>
 
 namespace {

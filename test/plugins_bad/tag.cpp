@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The right tag, compiled once for all of them.
+// The correct tag, compiled once for all plugins.
 #include <dynfilter/plugin/export.hpp>
 
 DYNFILTER_PLUGIN_TAG();

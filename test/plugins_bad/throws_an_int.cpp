@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Throws what is no std::exception.
+// Throws an exception that is not a std::exception.
 #include "harmless.hpp"
 
 class Throwing : public bad::Named<'t'> {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Throws on every frame: the pipeline reports the stage and goes on.
+// Throws on every frame: the pipeline reports the stage and continues.
 #include <stdexcept>
 
 #include "harmless.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The second of its filters cannot be made: the first must not stay registered.
+// Its second filter cannot be created: the first must not remain registered.
 #include <stdexcept>
 
 #include "harmless.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Registers well, and does not like a parameter when a pipeline makes it.
+// Registers correctly, but throws for a parameter when a pipeline creates it.
 #include "harmless.hpp"
 
 class Picky : public bad::Named<'p'> {

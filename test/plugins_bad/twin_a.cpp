@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// This and twin_b define different classes of one name, as two strangers may: each must keep its own table.
+// twin_a and twin_b define different classes with one name.
+// Each must use its own virtual table.
 #include "harmless.hpp"
 
 struct Twin : bad::Harmless {

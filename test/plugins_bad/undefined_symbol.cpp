@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Needs a function that nobody has.
+// Needs an undefined function.
 extern "C" int dynfilter_test_nobody_has_this();
 extern "C" int call() {
   return dynfilter_test_nobody_has_this();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Built with wider vector instructions (-mavx), with which Eigen aligns to more bytes: a real mismatch, not a
-// made-up number.
+// Built with wider vector instructions (-mavx), which increase Eigen's alignment.
+// The mismatch is real, not an invented number.
 #include <dynfilter/plugin/export.hpp>
 
 #include "harmless.hpp"

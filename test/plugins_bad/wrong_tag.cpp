@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Built for another ABI: the field whose number DYNFILTER_TEST_WRONG_FIELD gives is off by one. Registering
-// it is a crash, to prove that nothing is called after the comparison.
+// Built for another ABI: field number DYNFILTER_TEST_WRONG_FIELD is off by one.
+// Its registration crashes, which proves that nothing is called after the comparison.
 #include <cstdlib>
 #include <dynfilter/plugin/abi.hpp>
 

@@ -101,7 +101,8 @@ TEST_CASE("only boxes that are wanted get a mask; one that is there stays") {
   CHECK(detections[2].mask.empty());
   CHECK(cv::countNonZero(detections[3].mask) == 12000);
   const cv::Mat labels = merged_masks(detections, {120, 100});
-  CHECK(cv::countNonZero(labels == 1) == cv::countNonZero(detections[0].mask));  // the better is on top
+  // The higher score is on top.
+  CHECK(cv::countNonZero(labels == 1) == cv::countNonZero(detections[0].mask));
   CHECK(cv::countNonZero(labels == 7) == 12000 - cv::countNonZero(detections[0].mask));
   CHECK_THROWS_AS(BoxMasks([] {
                     BoxMaskParams wrong;
@@ -164,7 +165,8 @@ TEST_CASE("box_masks in a detector's YAML: masks where there is a depth image") 
       ConfigError);
 }
 
-// A person behind another one in a common box is missing, and what people carry belongs to them.
+// A person behind another one in a shared box is missing.
+// Objects that people carry belong to them.
 TEST_CASE("rendered people: most of them is in the masks, and hardly anything that stands still") {
   synth::SequenceOptions options;
   options.scene = "walking_static";

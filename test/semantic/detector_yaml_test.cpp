@@ -45,7 +45,7 @@ class Fixed : public SemanticProvider {
   Params params_;
 };
 
-/// Opens no files: has no use for their folders.
+/// Opens no files, so it needs no folders.
 class Silent : public SemanticProvider {
  public:
   using Params = FixedParams;

@@ -20,7 +20,7 @@ namespace {
 
 const cv::Scalar kRed(0, 0, 255), kGrey(90, 90, 90);
 
-/// Where red is above one half of 255: class 1 of two.
+/// 1 where red is above 127.5: class 1 of two.
 const tiny::PixelMap kRedMap{{0.5F, 0}, {0, 0, 0, 1, 0, 0}};
 /// A box of 2 x 2 pixels around (2, 2); class 0 scores the red of the pixel, class 1 nothing.
 const tiny::PixelMap kRedHead{{2, 2, 2, 2, 0, 0}, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0}};
@@ -49,7 +49,7 @@ class Network {
     CHECK(result->frame_id == 3);
     return *result;
   }
-  /// The error when it is made; "" without one.
+  /// The error of its creation; "" without one.
   std::string complaint(const std::string& keys) const {
     try {
       make(keys);
@@ -99,7 +99,8 @@ TEST_CASE("a segmenter written as ONNX: label image, channel order, mean, classe
   CHECK(cv::countNonZero(*result.labels != expected) == 0);
 
   const std::string keys(kSegmenter);
-  CHECK(cv::countNonZero(*network.run(keys + ", channels: bgr", image).labels) == 0);  // no blue anywhere
+  // No blue anywhere.
+  CHECK(cv::countNonZero(*network.run(keys + ", channels: bgr", image).labels) == 0);
   CHECK(cv::countNonZero(*network.run(keys + ", keep: [thing]", image).labels) == 6);
   CHECK(cv::countNonZero(*network.run(keys + ", keep: [ground]", image).labels) == 0);
   CHECK(cv::countNonZero(*network.run(keys + ", mean: [-100, 0, 0]", image).labels) ==
@@ -282,9 +283,9 @@ TEST_CASE("every file of examples/detectors can be read, and asks for its networ
     const DetectorConfig config = detector_from_file(entry.path(), registry, empty.path());
     CHECK(config.name == entry.path().stem().string());
     if (config.type == ProcessProvider::kName)
-      CHECK_THROWS_AS(config.make(), Error);  // no program of this name, or it misses its own network
+      CHECK_THROWS_AS(config.make(), Error);  // no program with this name, or its network is missing
     else
-      CHECK_THROWS_AS(config.make(), IoError);  // parameters are right, only the network is not there
+      CHECK_THROWS_AS(config.make(), IoError);  // parameters are valid, only the network is missing
     ++count;
   }
   CHECK(count >= 9);

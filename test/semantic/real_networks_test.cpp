@@ -16,7 +16,7 @@ namespace {
 
 const fs::path kData(DYNFILTER_DATA_DIR);
 
-/// Every n-th colour image of the walking sequence, in the order of time; none without the data.
+/// Every n-th colour image of the walking sequence in order of time. Empty without the data.
 std::vector<fs::path> walking_images(std::size_t every) {
   std::vector<fs::path> files, chosen;
   std::error_code absent;
@@ -49,7 +49,7 @@ std::vector<cv::Rect2f> people(const SemanticResult& result) {
   return boxes;
 }
 
-/// Two that are not doubles of each other.
+/// True if two boxes are not duplicates.
 bool has_two(const std::vector<cv::Rect2f>& boxes) {
   for (std::size_t i = 1; i < boxes.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -74,7 +74,7 @@ TEST_CASE("Yolo-Fastest finds the people of the real walking frames") {
       two += has_two(boxes) ? 1 : 0;
     }
     CHECK(one == images.size());
-    CHECK(10 * two >= 8 * images.size());  // in the last frames one stands behind the other
+    CHECK(10 * two >= 8 * images.size());  // in the last frames one occludes the other
   }
 }
 

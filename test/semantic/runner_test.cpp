@@ -21,7 +21,7 @@ std::unique_ptr<ScriptedProvider> provider(const std::shared_ptr<Script>& script
   return std::make_unique<ScriptedProvider>(script);
 }
 
-/// The frame whose result is there after each of n frames at 30 Hz; -1: none.
+/// The frame whose result is available after each of n frames at 30 Hz; -1: none.
 std::vector<std::int64_t> available(const std::string& mode, int n, std::shared_ptr<Script> script = {}) {
   if (!script) script = std::make_shared<Script>();
   const std::unique_ptr<SemanticRunner> runner = make_runner(provider(script), parse_runner_mode(mode));
@@ -36,7 +36,7 @@ std::vector<std::int64_t> available(const std::string& mode, int n, std::shared_
 
 using Ids = std::vector<std::int64_t>;
 
-/// Waits until the runner says so; that it comes to pass is the test (or else it times out).
+/// Waits until the condition is true, and fails after a timeout.
 template <class Condition>
 void until(const Condition& condition) {
   while (!condition()) std::this_thread::yield();
@@ -49,11 +49,12 @@ TEST_CASE("sync, late and rate hand results out when they say") {
   CHECK(available("late:0", 4) == Ids{0, 1, 2, 3});
   CHECK(available("late:1", 4) == Ids{-1, 0, 1, 2});
   CHECK(available("late:3", 6) == Ids{-1, -1, -1, 0, 1, 2});
-  // 10 Hz on frames of 30 Hz: image 0 is done with frame 3, which is looked at next.
+  // 10 Hz on frames of 30 Hz: the result of image 0 arrives with frame 3, which is processed next.
   const auto script = std::make_shared<Script>();
   CHECK(available("rate:10", 8, script) == Ids{-1, -1, -1, 0, 0, 0, 3, 3});
   CHECK(script->seen == Ids{0, 3, 6});
-  CHECK(available("rate:1000", 4) == Ids{-1, 0, 1, 2});  // quicker than the frames, but never at once
+  // Quicker than the frames, but never at once.
+  CHECK(available("rate:1000", 4) == Ids{-1, 0, 1, 2});
 }
 
 TEST_CASE("modes that cannot be read are refused") {
@@ -99,10 +100,10 @@ TEST_CASE("none came, nothing found and an error are different") {
     runner->submit(image_of(2));
     until([&] { return runner->status().failed == 1; });
     CHECK(runner->status().last_error == "no memory left");
-    CHECK(runner->latest() == found);  // as good as it was
+    CHECK(runner->latest() == found);  // still valid
     runner->submit(image_of(3));
     until([&] { return runner->status().failed == 2; });
-    runner->submit(image_of(4));  // and it goes on
+    runner->submit(image_of(4));  // the runner continues
     until([&] { return runner->status().results == 2; });
     CHECK(runner->take()->frame_id == 4);
     CHECK(runner->status().looked_at == 5);
@@ -193,7 +194,7 @@ TEST_CASE("a provider that hangs is abandoned, and deleted by its own thread sho
     runner.reset();
     CHECK(runner.latest() == nullptr);
   }
-  script->go.up();  // it returns at last
+  script->go.up();  // it returns now
   script->deleted.wait_for(1);
   CHECK(script->seen == Ids{0, 1});
 }

@@ -13,7 +13,7 @@
 
 namespace dynfilter_test {
 
-/// A number that goes up, and a way to wait for it.
+/// A number that increases, and a way to wait for it.
 class Counter {
  public:
   void up() {
@@ -32,7 +32,7 @@ class Counter {
   int value_ = 0;
 };
 
-/// What test and provider share.
+/// State shared by test and provider.
 struct Script {
   Counter entered, go, deleted;
   std::function<std::optional<dynfilter::SemanticResult>(const dynfilter::SemanticImage&)> infer;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-/// Networks of a few numbers, written byte by byte, so that nothing is downloaded to test them.
+/// Networks of a few numbers, written byte by byte, so that tests download nothing.
 namespace tiny {
 
 inline std::string varint(std::uint64_t value) {
@@ -57,7 +57,8 @@ inline std::string model(const std::string& graph) {
   return number(1, 7) + bytes(7, graph) + bytes(8, bytes(1, "") + number(2, 12));
 }
 
-/// A convolution of 1 x 1: output k of a pixel is bias[k] + red * weights[3 k] + green * ... + blue * ...
+/// A 1 x 1 convolution.
+/// Output k of a pixel is bias[k] + red * weights[3 k] + green * ... + blue * ...
 struct PixelMap {
   std::vector<float> bias, weights;
   std::int64_t outputs() const { return static_cast<std::int64_t>(bias.size()); }
@@ -78,8 +79,8 @@ inline std::string onnx_map(const PixelMap& map, std::int64_t height, std::int64
                bytes(12, value_info("scores", {1, map.outputs(), height, width})));
 }
 
-/// Image -> a head with a column per pixel, 1 x outputs x pixels; with `prototypes` a second output, 1 x K x
-/// height x width.
+/// Image -> a head with one column per pixel, 1 x outputs x pixels.
+/// With `prototypes`, a second output of 1 x K x height x width.
 inline std::string onnx_head(const PixelMap& head, std::int64_t height, std::int64_t width,
                              const PixelMap& prototypes = {}) {
   std::string graph = convolution(head, "columns") + bytes(1, node("Reshape", {"columns", "shape"}, "head")) +
@@ -92,13 +93,13 @@ inline std::string onnx_head(const PixelMap& head, std::int64_t height, std::int
   return model(graph);
 }
 
-/// One [yolo] layer behind one convolution; an anchor of 2 x 2 pixels in each cell of one pixel, one class.
+/// One [yolo] layer after one convolution; an anchor of 2 x 2 pixels per one-pixel cell, one class.
 inline std::string darknet_config(int height, int width) {
   return "[net]\nwidth=" + std::to_string(width) + "\nheight=" + std::to_string(height) +
          "\nchannels=3\n\n[convolutional]\nsize=1\nstride=1\npad=0\nfilters=6\nactivation=linear\n\n"
          "[yolo]\nmask=0\nanchors=2,2\nclasses=1\nnum=1\n";
 }
-/// For it: sure of an object where red is above one half, box in the middle of the cell.
+/// Weights for it: an object where red is above 0.5, with the box in the middle of the cell.
 inline std::string darknet_weights() {
   std::vector<float> values{0, 0, 0, 0, -20, 20};  // x y w h objectness class
   std::vector<float> weights(6 * 3, 0.0F);

@@ -7,8 +7,8 @@
 
 namespace dynfilter_test {
 
-/// While it lives, C++ streams write 1.234,5, and so do printf and strtod where the system has a locale for
-/// it.
+/// During its lifetime, C++ streams write 1.234,5.
+/// printf and strtod do so too if the system has such a locale.
 class CommaLocale {
  public:
   CommaLocale()
@@ -24,7 +24,7 @@ class CommaLocale {
   CommaLocale(const CommaLocale&) = delete;
   CommaLocale& operator=(const CommaLocale&) = delete;
 
-  /// Do printf and strtod use a comma too?
+  /// True if printf and strtod also use a comma.
   bool in_c() const { return in_c_; }
 
  private:

@@ -13,7 +13,7 @@
 
 namespace dynfilter_test {
 
-/// The table of a page of docs/ that lists the parameters of P.
+/// The parameter table of P for a page of docs/.
 template <class P>
 std::string parameter_table() {
   std::ostringstream out;
@@ -24,8 +24,10 @@ std::string parameter_table() {
   return out.str();
 }
 
-/// A page of docs/ (`path` from the repository's root) has these tables, each {name, table}, between
-/// `<!-- parameters of NAME -->` and `<!-- end -->`. DYNFILTER_UPDATE_DOCS=1 writes them instead.
+/// Checks that a page of docs/ has these tables, each {name, table}.
+/// `path` is relative to the repository's root.
+/// Each table is between `<!-- parameters of NAME -->` and `<!-- end -->`.
+/// DYNFILTER_UPDATE_DOCS=1 writes them instead.
 inline void check_parameter_tables(const std::string& path,
                                    const std::vector<std::pair<std::string, std::string>>& tables) {
   const std::string file = std::string(DYNFILTER_SOURCE_DIR) + "/" + path;

@@ -36,7 +36,8 @@ bool same(const ExactFrame& a, const ExactFrame& b) {
   return true;
 }
 
-// Distance [px] of a feature to the epipolar line of its match, by the true poses; -1 without a match.
+// Distance [px] of a feature from the epipolar line of its match, with true poses.
+// -1 without a match.
 double epipolar_distance(const ExactScene& scene, int k, const ExactFrame& now, const ExactFrame& before,
                          std::size_t i) {
   const std::int32_t j = now.reference_index[i];
@@ -133,12 +134,13 @@ TEST_CASE("Dynamic means more than 10 mm and more than 1 px over five frames") {
   };
   const std::set<Truth> is_static{Truth::Static}, dynamic{Truth::Dynamic}, dont_care{Truth::DontCare};
   CHECK(truths(scene({0.0024, 0, 0}), 3) == is_static);
-  CHECK(truths(scene({0.0024, 0, 0}), 4) == dont_care);   // 2.4 mm
-  CHECK(truths(scene({0.0024, 0, 0}), 7) == dont_care);   // 9.6 mm
-  CHECK(truths(scene({0.0024, 0, 0}), 8) == dynamic);     // 12 mm, 3.2 px
-  CHECK(truths(scene({0.0015, 0, 0}), 30) == dont_care);  // 7.5 mm over five frames, whatever it did before
+  CHECK(truths(scene({0.0024, 0, 0}), 4) == dont_care);  // 2.4 mm
+  CHECK(truths(scene({0.0024, 0, 0}), 7) == dont_care);  // 9.6 mm
+  CHECK(truths(scene({0.0024, 0, 0}), 8) == dynamic);    // 12 mm, 3.2 px
+  // 7.5 mm over five frames, regardless of earlier motion.
+  CHECK(truths(scene({0.0015, 0, 0}), 30) == dont_care);
   CHECK(truths(scene({0.0015, 0, 0}).truth_over(10), 30) == dynamic);
-  // Along the line of sight of the middle of the picture: far, but not a pixel.
+  // Along the line of sight in the middle of the image: far in metres, less than a pixel.
   const ExactScene away =
       ExactScene()
           .points(0)
@@ -189,7 +191,7 @@ TEST_CASE("Points enter and leave, and none is outside the image") {
 }
 
 TEST_CASE("What is behind a mover is not seen") {
-  // Its front is at z = 2: a rectangle of +-0.5 m by +-0.4 m in front of a camera that stands.
+  // Its front is at z = 2: a rectangle of +-0.5 m by +-0.4 m in front of a static camera.
   const ExactScene scene = ExactScene()
                                .points(2000)
                                .camera_motion(CameraStep::None)

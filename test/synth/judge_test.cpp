@@ -16,7 +16,7 @@ using synth::Truth;
 
 namespace {
 
-// Right where the camera stands: what moves in the picture moves. Also notes how it was called.
+// Correct for a static camera: what moves in the image moves. Also records its calls.
 class PictureMotion : public Filter {
  public:
   std::string name() const override { return "picture_motion"; }
@@ -54,8 +54,9 @@ TEST_CASE("A right filter gets full marks, and is called on every frame from a f
     CHECK(score.static_kept() == 1);
     CHECK(score.dynamic_missed == 0);
     CHECK(score.dynamic_count > 40);
-    CHECK(score.static_confirmed >= 0.95 * score.static_count);  // some were hidden before: no match
-    // Frames without matches lack a needed input: not called there.
+    // Some were hidden before: no match.
+    CHECK(score.static_confirmed >= 0.95 * score.static_count);
+    // Frames without matches lack a required input, so the filter is not called.
     CHECK(filter.frames.front() == gap);
     CHECK(filter.frames.back() == 8);
     CHECK(filter.frames.size() == static_cast<std::size_t>(9 - gap));

@@ -80,7 +80,7 @@ TEST_CASE(
   CHECK(clean.error_p95_m < 1e-3);
   CHECK(clean.coverage() > 0.95);
   const MapQuality dirty = truth.judge(people, [&](std::size_t) { return now; });
-  CHECK(dirty.ghost_share() > 0.9);  // feet are on the floor, too
+  CHECK(dirty.ghost_share() > 0.9);  // feet are also on the floor
   CHECK(dirty.astray == 0);
   CHECK(dirty.coverage() < 0.1);
   const MapQuality late = truth.judge(people, [&](std::size_t) { return later; });

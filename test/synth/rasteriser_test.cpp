@@ -12,7 +12,7 @@ using namespace dynfilter::synth;
 
 namespace {
 
-/// One picture of models given in the frame of the camera.
+/// Renders models given in the camera frame.
 GeometryImage draw(const std::vector<Model>& models, const cv::Scalar& colour = {40, 90, 200}) {
   Rasteriser rasteriser(fr3_camera());
   MaterialSet set;
@@ -86,8 +86,9 @@ TEST_CASE("the depth of a turned box is that of the ray, pixel by pixel") {
       }
     }
     CHECK(inside > 20000);
-    CHECK(agree > inside - inside / 200);  // at the box's edges the pixel may belong to the other face
-    CHECK(wrong_cover < 700);              // half covered pixels of the outline
+    // At the box's edges the pixel may belong to the other face.
+    CHECK(agree > inside - inside / 200);
+    CHECK(wrong_cover < 700);  // half covered pixels of the outline
   }
 }
 

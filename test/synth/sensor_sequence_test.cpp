@@ -35,7 +35,7 @@ double difference(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a, b, cv::NORM_L1) / (static_cast<double>(a.total()) * a.channels());
 }
 
-/// The light between two times, from many more instants than the renderer takes.
+/// The light between two times, from many more instants than the renderer uses.
 cv::Mat light(SequenceRenderer& renderer, double middle_s, double exposure_s, int instants) {
   cv::Mat sum(480, 640, CV_32FC3, cv::Scalar::all(0)), colour, squares;
   for (int i = 0; i < instants; ++i) {

@@ -55,7 +55,7 @@ TEST_CASE("every row gets all of its light, and around its own time") {
     }
     CHECK(worst_sum < 1e-9);
     CHECK(worst_time_s <= 0.5001 * step_s);
-    // Windows of several steps: what they lose at one end they gain at the other.
+    // Windows of several steps: losses at one end equal gains at the other.
     if (c.exposure_s > step_s) CHECK(worst_time_s <= step_s * step_s / (8 * c.exposure_s) + 1e-9);
     CHECK(outside == 0);
   }

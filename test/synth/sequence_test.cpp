@@ -29,8 +29,8 @@ SequenceOptions of_scene(const std::string& scene, std::uint64_t seed = 1) {
   return options;
 }
 
-/// Building a scene takes half a second: the tests share them (frames do not depend on what was asked
-/// before).
+/// Creating a scene takes half a second, so the tests share them.
+/// Frames do not depend on earlier calls.
 SequenceRenderer& shared(const std::string& scene) {
   static std::map<std::string, std::unique_ptr<SequenceRenderer>> renderers;
   auto& one = renderers[scene];
@@ -120,8 +120,8 @@ TEST_CASE("labels, motion and dynamic agree with the animation of the movers") {
         CHECK(dynamic != kTruthDynamic);
         continue;
       }
-      // Which rigid part is it? The one that explains the label and motion; its displacement is found by
-      // hand.
+      // Finds the rigid part that explains label and motion.
+      // Computes its displacement directly.
       const Eigen::Vector3d now = T_world_camera * (frame.true_depth_m.at<float>(y, x) * ray(c, x, y)).eval();
       bool explained = false;
       for (const Mover& mover : renderer.scene().movers) {

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A place of its own that goes away.
+/// A temporary folder, removed at the end.
 struct Folder {
   fs::path path;
   explicit Folder(const std::string& name) : path(fs::temp_directory_path() / ("dynfilter_synth_" + name)) {
