@@ -8,9 +8,10 @@
 
 namespace dynfilter::synth {
 
-/// The calibration of a camera as somebody measured it who was off by `size`: at 1, focal lengths by 0.5 %,
-/// the principal point by 3 px, and a k1 that moves the first corner of the image by 1 px. Signs and
-/// direction are drawn from the seed. `camera` has no distortion.
+/// Simulates a calibration with errors scaled by `size`.
+/// At 1, focal lengths are off by 0.5 % and the principal point by 3 px.
+/// In addition, k1 moves the first corner of the image by 1 px.
+/// Signs and direction are drawn from the seed. `camera` has no distortion.
 inline Camera with_calibration_error(const Camera& camera, double size, std::uint64_t seed) {
   Camera wrong = camera;
   if (size == 0) return wrong;

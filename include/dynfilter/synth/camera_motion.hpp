@@ -10,7 +10,8 @@
 
 namespace dynfilter::synth {
 
-/// Camera (x right, y down, z ahead) at `eye` that looks at `target`, horizon level; world z is up.
+/// Camera (x right, y down, z forward) at `eye` that looks at `target` with a level horizon.
+/// World z is up.
 inline Eigen::Isometry3d look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target) {
   const Eigen::Vector3d z = (target - eye).normalized(), x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
   Eigen::Matrix3d rotation;
@@ -18,18 +19,19 @@ inline Eigen::Isometry3d look_at(const Eigen::Vector3d& eye, const Eigen::Vector
   return frame_at(eye, rotation);
 }
 
-/// The ways TUM moves its camera (Turn: as in freiburg1_rpy, at a given rate), and our own: along x only,
-/// after a walking person, shaken, and on a tripod.
+/// Static to Halfsphere are the camera motions of TUM.
+/// Sideways is along x only, Tracking follows a walking person.
+/// Turn is the motion of freiburg1_rpy at a given rate.
 enum class CameraStyle { Static, Xyz, Rpy, Halfsphere, Sideways, Tracking, Turn, Shake, Tripod };
 
-/// Smooth hand-held motion; a function of time alone, different per seed.
+/// Smooth hand-held motion. A function of time only, different per seed.
 class CameraMotion {
  public:
   struct Options {
     CameraStyle style = CameraStyle::Static;
     Eigen::Vector3d eye_m{0, -2.3, 1.45}, target_m{0, 0.8, 0.98};
     std::shared_ptr<const Walking> tracked;
-    double peak_deg_s = 0;  ///< Turn: the largest angular rate
+    double peak_deg_s = 0;  ///< Turn: largest angular rate
   };
 
   CameraMotion(const Options& options, Random& random) : options_(options) {
@@ -85,7 +87,7 @@ class CameraMotion {
                                                      turn(0.02 * wave(t, 3.1, 4), Eigen::Vector3d::UnitX()));
   }
 
-  /// At most about 45 degrees a second.
+  /// At most about 45 degrees per second.
   Eigen::Isometry3d rpy(double t) const {
     const Eigen::Isometry3d base = look_at(options_.eye_m, options_.target_m);
     const Eigen::Matrix3d shake = turn(0.26 * wave(t, 3.1, 0), Eigen::Vector3d::UnitY()) *

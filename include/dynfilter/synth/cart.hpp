@@ -6,7 +6,7 @@
 
 namespace dynfilter::synth {
 
-/// Materials of what moves without being a person: several cardboard boxes and a metal frame.
+/// Materials of movers that are not people: several cardboard boxes and a metal frame.
 struct CargoMaterials {
   static constexpr int kBoxes = 8;
   std::vector<int> boxes;
@@ -26,7 +26,7 @@ struct CargoMaterials {
   }
 };
 
-/// One cardboard box around its own centre.
+/// One cardboard box, centred at its origin.
 inline Model cargo_box(const CargoMaterials& m, const Eigen::Vector3f& size, Random& r) {
   Model model;
   BoxSkin skin = BoxSkin::all({m.boxes[0]});
@@ -37,7 +37,8 @@ inline Model cargo_box(const CargoMaterials& m, const Eigen::Vector3f& size, Ran
   return model;
 }
 
-/// A cart with stacked boxes, `wide_m` along x and half as deep, about `high_m` high, origin on the floor.
+/// A cart with stacked boxes, `wide_m` along x, half as deep and about `high_m` high.
+/// Its origin is on the floor.
 inline Model cargo_cart(const CargoMaterials& m, float wide_m, float high_m, Random& r) {
   Model model;
   const auto uniform = [&](double low, double high) { return static_cast<float>(r.uniform(low, high)); };

@@ -12,9 +12,9 @@ namespace dynfilter::synth {
 class ColourSensor {
  public:
   struct Options {
-    double noise = 1.6;               ///< standard deviation in grey levels; 0: none
-    bool exposure_variation = false;  ///< smooth
-    bool exposure_steps = false;      ///< jumps, about one a second
+    double noise = 1.6;               ///< standard deviation in grey levels; 0: no noise
+    bool exposure_variation = false;  ///< smooth variation
+    bool exposure_steps = false;      ///< jumps about once per second
   };
 
   ColourSensor(const Options& options, std::uint64_t seed) : options_(options), seed_(seed) {
@@ -52,11 +52,12 @@ class ColourSensor {
  private:
   static constexpr int kTile = 512;
 
-  /// Brighter and darker in turn; neighbouring levels differ by a factor of 1.25 to 1.5.
+  /// Alternately brighter and darker. Consecutive levels differ by a factor of 1.25 to 1.5.
   double step_gain(double time_s) const {
     const double at = time_s + phase_[0];
     auto step = static_cast<std::int64_t>(std::floor(at));
-    if (at - std::floor(at) < Random(step_seed(step), 1).uniform(0, 0.5)) --step;  // begins a little later
+    // This step begins later.
+    if (at - std::floor(at) < Random(step_seed(step), 1).uniform(0, 0.5)) --step;
     const double level = std::sqrt(Random(step_seed(step), 2).uniform(1.25, 1.5));
     return step % 2 == 0 ? level : 1 / level;
   }

@@ -8,13 +8,14 @@
 
 namespace dynfilter::synth {
 
-/// Nearly Gaussian noise of unit variance, CV_32FC1, a little smoothed (a structured-light camera correlates
-/// windows).
+/// Nearly Gaussian noise of unit variance, CV_32FC1.
+/// Slightly smoothed, because a structured-light camera correlates windows.
 inline cv::Mat gaussian_tile(int size, double blur_px, Random& random) {
   cv::Mat tile(size, size, CV_32FC1);
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; ++x) {
-      const std::uint64_t bits = random.next();  // the sum of four uniform numbers is close enough
+      // A sum of four uniform numbers is close enough to Gaussian.
+      const std::uint64_t bits = random.next();
       std::uint64_t sum = 0;
       for (int k = 0; k < 64; k += 16) sum += (bits >> k) & 0xFFFF;
       tile.at<float>(y, x) = static_cast<float>(sum);
@@ -26,10 +27,12 @@ inline cv::Mat gaussian_tile(int size, double blur_px, Random& random) {
   return (tile - mean[0]) / deviation[0];
 }
 
-/// What a Kinect makes of a depth image. Axial noise: Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise",
-/// 3DIMPVT 2012: sigma = 0.0012 + 0.0019 (z - 0.4)^2 m. Disparity steps of 1/8 px and the shadow of the
-/// projector follow from its baseline of 75 mm. Silhouettes fray by a pixel or two; dark, shiny and grazed
-/// surfaces have holes.
+/// Simulates a Kinect's measurement of a depth image.
+/// Axial noise: sigma = 0.0012 + 0.0019 (z - 0.4)^2 m
+/// (Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise", 3DIMPVT 2012).
+/// Disparity steps of 1/8 px and the projector's shadow follow from its baseline of 75 mm.
+/// Silhouettes are uneven by one or two pixels.
+/// Dark, shiny and grazing surfaces have holes.
 class DepthSensor {
  public:
   struct Options {
@@ -47,7 +50,7 @@ class DepthSensor {
     fray_y_ = gaussian_tile(kTile, 1.2, random);
   }
 
-  /// CV_16UC1, 0: none.
+  /// CV_16UC1, 0: no depth.
   void measure(const GeometryImage& scene, const MaterialSet& set, Random& random, cv::Mat& out) {
     out.create(scene.depth_m.size(), CV_16UC1);
     if (options_.perfect) {
@@ -69,7 +72,7 @@ class DepthSensor {
     return tile.at<float>((y + offset_.y) % kTile, (x + offset_.x) % kTile);
   }
 
-  /// The window that a pixel's depth comes from is not quite centred on it.
+  /// The window that determines a pixel's depth is not exactly centred on it.
   void fray_row(const GeometryImage& scene, int y) {
     const auto fray = static_cast<float>(options_.fray_px);
     for (int x = 0; x < seen_.cols; ++x) {
@@ -81,7 +84,7 @@ class DepthSensor {
 
   void measure_row(const GeometryImage& scene, const MaterialSet& set, int y, std::uint16_t* out) {
     const double fb = camera_.fx_px * options_.baseline_m;
-    double most_right = -1e9;  // in the projector's image; what lies left of it is in the shadow
+    double most_right = -1e9;  // in the projector's image; points left of it are in the shadow
     for (int x = 0; x < seen_.cols; ++x) {
       out[x] = 0;
       const double z = seen_.at<float>(y, x);
@@ -91,7 +94,8 @@ class DepthSensor {
       most_right = std::max(most_right, projected);
       if (in_shadow || z < options_.min_depth_m || hole(scene, set, x, y, z)) continue;
       const double spread = 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4), step = options_.disparity_step_px;
-      const double rounding = z * z / fb * step;  // variance step^2 / 12 is part of the measured spread
+      // Its variance step^2 / 12 is part of the measured noise.
+      const double rounding = z * z / fb * step;
       const double rest =
           std::sqrt(std::max(0.25 * spread * spread, spread * spread - rounding * rounding / 12));
       const double disparity = fb / z + rest * fb / (z * z) * noise(grain_, x, y);
@@ -102,7 +106,8 @@ class DepthSensor {
   }
 
   bool hole(const GeometryImage& scene, const MaterialSet& set, int x, int y, double z) const {
-    const double blot = 0.5 + 0.5 * std::erf(noise(blots_, x, y) / std::sqrt(2.0));  // uniform in [0, 1]
+    // Uniform in [0, 1].
+    const double blot = 0.5 + 0.5 * std::erf(noise(blots_, x, y) / std::sqrt(2.0));
     const double facing = scene.facing.at<float>(y, x);
     if (facing < 0.05 + 0.13 * blot) return true;
     const std::uint16_t material = scene.material.at<std::uint16_t>(y, x);

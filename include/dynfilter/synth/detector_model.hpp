@@ -9,18 +9,20 @@
 
 namespace dynfilter::synth {
 
-/// The faults of a detector.
+/// Errors of a detector.
 struct DetectorFaults {
-  double missed_share = 0.05;  ///< of the objects, independently per picture
+  double missed_share = 0.05;  ///< share of the objects, independent per image
   double box_jitter = 0.012;   ///< standard deviation of each side, as a share of the box
   double score_noise = 0.06;
-  double merged_share = 0.5;  ///< of the pictures in which two people overlap: one box for both
+  /// Share of the images with two overlapping people that have one box for both.
+  double merged_share = 0.5;
   double merge_above_iou = 0.15;
-  int late_frames = 0;    ///< what comes with frame i was computed on frame i - late_frames
-  int smallest_px = 150;  ///< visible area that is still found
+  int late_frames = 0;    ///< the result with frame i is of frame i - late_frames
+  int smallest_px = 150;  ///< smallest visible area that is detected
 };
 
-/// Bounding boxes of the visible part of every object, [i] for instance i + 1, empty where it is not seen.
+/// Bounding boxes of the visible part of every object.
+/// Entry i is instance i + 1, empty if it is not visible.
 inline std::vector<cv::Rect> visible_boxes(const cv::Mat& instance, std::size_t objects, int smallest_px) {
   struct Extent {
     int x0 = 1 << 20, y0 = 1 << 20, x1 = -1, y1 = -1, area = 0;
@@ -49,7 +51,7 @@ inline float intersection_over_union(const cv::Rect2f& a, const cv::Rect2f& b) {
   return both > 0 ? both / (a.area() + b.area() - both) : 0.0F;
 }
 
-/// What a detector would say about a picture.
+/// Simulates the output of a detector for an image.
 class DetectorModel {
  public:
   explicit DetectorModel(const DetectorFaults& faults) : faults_(faults) {}

@@ -18,8 +18,9 @@
 
 namespace dynfilter::synth {
 
-/// A small scene without images whose truth is known exactly: points, movers, a camera, and what a host would
-/// hand over of each frame. Deterministic per seed; frames may be asked for in any order.
+/// A small scene without images and with exact truth: points, movers and a camera.
+/// It provides the inputs that a host has in each frame.
+/// Deterministic per seed. Frames can be computed in any order.
 ///
 ///   ExactScene scene = ExactScene().points(300).mover(MovingBox(60).moving({0.05, 0, 0}));
 ///   const ExactFrame frame = scene.frame(5);   // with matches to frame 4
@@ -29,14 +30,14 @@ class ExactScene {
  public:
   ExactScene() : camera_motion_(steady_motion(CameraStep::General)) {}
 
-  // ---- what is there
-  /// Static points. Each is in view in at least one of the first `horizon` frames.
+  // ---- content
+  /// Number of static points. Each is in view in at least one of the first `horizon` frames.
   ExactScene& points(int n) { return points_ = std::max(0, n), *this; }
   ExactScene& seed(std::uint64_t seed) { return seed_ = seed, *this; }
   ExactScene& depth_range(double min_m, double max_m) {
     return min_depth_m_ = min_m, max_depth_m_ = max_m, *this;
   }
-  /// All static points on one wall 3 m ahead, turned by 20 degrees.
+  /// Puts all static points on one wall 3 m ahead, rotated by 20 degrees.
   ExactScene& planar() { return planar_ = true, *this; }
   ExactScene& mover(MovingBox mover) { return movers_.push_back(std::move(mover)), *this; }
   ExactScene& camera(const Camera& camera);
@@ -46,46 +47,46 @@ class ExactScene {
   }
   ExactScene& horizon(int frames) { return horizon_ = std::max(1, frames), *this; }
 
-  // ---- what is wrong with it
+  // ---- errors
   ExactScene& pixel_noise(double sigma_px) { return pixel_noise_px_ = sigma_px, *this; }
-  /// Standard deviation at one metre; it grows with the square of the depth. A Kinect: 0.0014
-  /// (Khoshelham and Elberink 2012).
+  /// Standard deviation at one metre, which grows with the square of the depth.
+  /// 0.0014 for a Kinect (Khoshelham and Elberink 2012).
   ExactScene& depth_noise(double sigma_at_1m_m) { return depth_noise_m_ = sigma_at_1m_m, *this; }
   ExactScene& missing_depth(double share) { return missing_depth_ = share, *this; }
   ExactScene& mismatches(double share) { return mismatches_ = share, *this; }
   ExactScene& missing_matches(double share) { return missing_matches_ = share, *this; }
 
-  // ---- what the host hands over (besides keypoints, camera, depth and matches)
+  // ---- optional inputs, besides keypoints, camera, depth and matches
   ExactScene& mono() { return mono_ = true, *this; }
-  /// The true poses, declared as of this provenance.
+  /// Provides the true poses with this provenance.
   ExactScene& with_poses(PoseProvenance provenance = PoseProvenance::Estimated) {
     return pose_provenance_ = provenance, *this;
   }
-  /// A box around each mover, computed on the frame `late_frames` before.
+  /// Provides a box around each mover, computed on the frame `late_frames` before.
   ExactScene& with_detections(int late_frames = 0) {
     return with_detections_ = true, late_frames_ = std::max(0, late_frames), *this;
   }
-  /// 256-bit descriptors of which `flipped_bits` differ from view to view.
+  /// Provides 256-bit descriptors, of which `flipped_bits` differ between views.
   ExactScene& with_descriptors(int flipped_bits = 10) {
     return with_descriptors_ = true, flipped_bits_ = std::clamp(flipped_bits, 0, 256), *this;
   }
-  /// Map points, where each point was at frame 0.
+  /// Provides map points at the positions of frame 0.
   ExactScene& with_map_points() { return with_map_points_ = true, *this; }
   ExactScene& without_matches() { return with_matches_ = false, *this; }
-  /// Matches go to the frame so many frames back.
+  /// Number of frames between a frame and the reference of its matches.
   ExactScene& gap(int frames) { return gap_ = std::max(1, frames), *this; }
-  /// Features come in another order in every frame and for every `seed`; 0: in the order of the points.
+  /// Shuffles the features of every frame, differently per `seed`. 0: order of the points.
   ExactScene& order(std::uint64_t seed) { return order_seed_ = seed, *this; }
-  /// Over how many frames a point must have moved to be called dynamic.
+  /// Number of frames over which motion is measured to call a point dynamic.
   ExactScene& truth_over(int frames) { return truth_frames_ = std::max(1, frames), *this; }
 
-  // ---- what comes out
-  /// Frame k >= 0. Features outside the image, behind the camera or behind a mover's box are not there.
+  // ---- results
+  /// Frame k >= 0. Omits features outside the image, behind the camera or behind a mover's box.
   ExactFrame frame(int k) const;
   Truth truth(int k, std::size_t feature) const { return frame(k).truth.at(feature); }
   bool is_dynamic(int k, std::size_t feature) const { return truth(k, feature) == Truth::Dynamic; }
   Pose T_world_camera(int k) const { return camera_motion_(k); }
-  /// Where point p (ExactFrame::point) is at frame k, in the world [m].
+  /// Position of point p (ExactFrame::point) at frame k, in the world [m].
   Eigen::Vector3d position_m(int p, int k) const;
   int point_count() const;
   /// 0: static background, m: mover m.
@@ -99,10 +100,10 @@ class ExactScene {
   struct Feature {
     int point;
     cv::Point2d px;  // undistorted, with noise
-    double depth_m;  // without
+    double depth_m;  // without noise
   };
 
-  /// By its place instead of its order, so that every frame can be asked for alone.
+  /// Depends on position instead of order, so that every frame can be computed alone.
   Random random(Purpose purpose, int frame, std::uint64_t point) const {
     const auto place = mix_bits(static_cast<std::uint64_t>(purpose)) + static_cast<std::uint64_t>(frame);
     return Random(seed_, mix_bits(mix_bits(place) + point));
@@ -131,7 +132,7 @@ class ExactScene {
        with_map_points_ = false, with_matches_ = true;
 };
 
-/// Throws ConfigError when it has no focal length or no image size.
+/// Throws ConfigError without a focal length or an image size.
 inline ExactScene& ExactScene::camera(const Camera& camera) {
   if (!camera.valid() || camera.width_px < 1 || camera.height_px < 1)
     throw ConfigError("camera", "an exact scene needs a focal length and an image size");
@@ -174,7 +175,7 @@ inline Eigen::Vector3d ExactScene::position_m(int p, int k) const {
   return mover.T_world_object(k) * offset;
 }
 
-/// Does the line of sight cross the box of a mover that is not its own?
+/// True if the box of another mover is on the line of sight.
 inline bool ExactScene::hidden(int p, const Eigen::Vector3d& point_m, int k) const {
   const Eigen::Vector3d eye = camera_motion_(k).t();
   const int own = label(p);
@@ -299,7 +300,7 @@ inline void ExactScene::add_descriptors(int k, ExactFrame& out) const {
   }
 }
 
-/// Around the corners of each mover, cut to the image.
+/// Boxes around the corners of each mover, clipped to the image.
 inline std::vector<Detection> ExactScene::detections(int k) const {
   const Eigen::Isometry3d T_camera_world = camera_motion_(k).isometry().inverse();
   std::vector<Detection> found;

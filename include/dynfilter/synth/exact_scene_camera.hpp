@@ -33,12 +33,12 @@ inline cv::Point2d distort(const Camera& camera, const cv::Point2d& px) {
           camera.fy_px * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + camera.cy_px};
 }
 
-/// Direction, with z = 1, in which an undistorted pixel looks.
+/// Direction of an undistorted pixel, with z = 1.
 inline Eigen::Vector3d ray(const Camera& camera, const cv::Point2d& px) {
   return {(px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1};
 }
 
-/// In the image? Keypoints lie between the outermost pixel centres. False for NaN.
+/// True if the pixel is between the outermost pixel centres of the image. False for NaN.
 inline bool in_image(const Camera& camera, const cv::Point2d& px) {
   return px.x >= 0 && px.y >= 0 && px.x <= camera.width_px - 1 && px.y <= camera.height_px - 1;
 }

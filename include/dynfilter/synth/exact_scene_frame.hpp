@@ -8,12 +8,13 @@
 
 namespace dynfilter::synth {
 
-/// What is true of a feature, as all figures of this project define it: Dynamic when its point moved more
-/// than 10 mm and misses its static prediction by more than 1 px over the last frames; Static when it did not
-/// move at all; in between nobody can tell.
+/// Truth of a feature, as all figures of this project define it.
+/// Dynamic: its point moved more than 10 mm over the last frames
+/// and differs from its static prediction by more than 1 px.
+/// Static: it did not move at all. DontCare: anything between.
 enum class Truth : std::uint8_t { Static, Dynamic, DontCare };
 
-/// One frame of an ExactScene. Owns what view() refers to, so it must outlive the view.
+/// One frame of an ExactScene. It owns the data of view() and must outlive the view.
 struct ExactFrame {
   std::int64_t id = 0;
   double timestamp_s = 0;
@@ -24,18 +25,18 @@ struct ExactFrame {
   std::vector<cv::KeyPoint> keypoints, keypoints_undistorted;
   std::vector<float> depth_m;  ///< empty for a mono scene
   cv::Mat descriptors;
-  std::int64_t reference_frame_id = -1;  ///< of the matches; -1: none
+  std::int64_t reference_frame_id = -1;  ///< of the matches; -1: no matches
   std::vector<std::int32_t> reference_index;
   std::vector<std::int64_t> map_point_ids;
   std::vector<cv::Point3f> map_points_world_m;
   std::optional<std::vector<Detection>> detections;
   std::int64_t detections_frame_id = -1;
 
-  // Only for the judge, none of it is in the view:
-  std::vector<int> point;  ///< which point of the scene each feature is: the same in all frames
+  // For the judge only, not part of the view:
+  std::vector<int> point;  ///< point of the scene for each feature, the same in all frames
   std::vector<int> label;  ///< 0: static background, k: mover k (1, 2, ...), moving or not
   std::vector<Truth> truth;
-  std::vector<std::uint8_t> mismatched;  ///< 1: its match is a wrong one
+  std::vector<std::uint8_t> mismatched;  ///< 1: its match is wrong
 
   std::size_t size() const { return keypoints.size(); }
 

@@ -12,11 +12,11 @@
 
 namespace dynfilter::synth {
 
-/// Where something is at frame k, in the world [m].
+/// Pose in the world [m] at a frame.
 using Motion = std::function<Pose(int frame)>;
 
-/// Starts at the origin (x right, y down, z ahead) and makes the same step every frame: metres, and radians
-/// about an axis through itself.
+/// Starts at the origin (x right, y down, z forward) and makes the same step every frame.
+/// Steps are in metres, and in radians about an axis through the object.
 inline Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d& turn_rad = {0, 0, 0}) {
   return [=](int frame) {
     const double angle = turn_rad.norm() * frame;
@@ -26,14 +26,14 @@ inline Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d
   };
 }
 
-/// What a camera does every frame.
+/// Camera motion per frame.
 enum class CameraStep {
   None,
-  General,        ///< 3 cm and half a degree a frame
-  Sideways,       ///< 3 cm a frame, no rotation
-  Forward,        ///< 4 cm a frame, no rotation
-  PureRotation,   ///< 0.7 degrees a frame
-  SmallBaseline,  ///< 3 mm and 0.2 degrees a frame
+  General,        ///< 3 cm and 0.5 degrees per frame
+  Sideways,       ///< 3 cm per frame, no rotation
+  Forward,        ///< 4 cm per frame, no rotation
+  PureRotation,   ///< 0.7 degrees per frame
+  SmallBaseline,  ///< 3 mm and 0.2 degrees per frame
 };
 
 inline Motion steady_motion(CameraStep step) {
@@ -54,32 +54,32 @@ inline Motion steady_motion(CameraStep step) {
   return steady_motion({0, 0, 0});
 }
 
-/// A box of points that moves as a whole:
+/// A rigid box of points:
 /// `MovingBox(60).at({0.3, 0, 2.5}).moving({0.05, 0, 0}).still_until(10)`.
 class MovingBox {
  public:
   explicit MovingBox(int points = 60) : points_(std::max(0, points)) {}
 
-  /// Centre at frame 0, in the world [m] (the camera of frame 0 is its origin, unless it is moved).
+  /// Centre at frame 0, in the world [m]. The origin is the camera of frame 0 unless that is moved.
   MovingBox& at(const Eigen::Vector3d& centre_m) { return centre_m_ = centre_m, *this; }
-  /// Half the box's width, height and depth [m].
+  /// Half of the box's width, height and depth [m].
   MovingBox& half_size(const Eigen::Vector3d& half_size_m) { return half_size_m_ = half_size_m, *this; }
-  /// Metres a frame, in the world.
+  /// Motion in metres per frame, in the world.
   MovingBox& moving(const Eigen::Vector3d& step_m) { return step_m_ = step_m, *this; }
-  /// Radians a frame, about an axis through its centre.
+  /// Rotation in radians per frame, about an axis through its centre.
   MovingBox& turning(const Eigen::Vector3d& turn_rad) { return turn_rad_ = turn_rad, *this; }
-  /// The last frame at which it has not moved yet.
+  /// Last frame before the motion begins.
   MovingBox& still_until(int frame) { return still_until_ = frame, *this; }
-  /// Any motion: replaces all of the above but the size.
+  /// Any motion. Replaces all settings above except the size.
   MovingBox& following(Motion motion) { return motion_ = std::move(motion), *this; }
-  /// What a detector calls it.
+  /// Class name for the detector.
   MovingBox& named(std::string class_name) { return class_name_ = std::move(class_name), *this; }
 
   int points() const { return points_; }
   const Eigen::Vector3d& half_size_m() const { return half_size_m_; }
   const std::string& class_name() const { return class_name_; }
 
-  /// Its own frame of reference, with the centre as origin, in the world.
+  /// Pose of its frame of reference in the world, with the centre as origin.
   Eigen::Isometry3d T_world_object(int frame) const {
     if (motion_) return motion_(frame).isometry();
     Eigen::Isometry3d T = steady_motion(step_m_, turn_rad_)(std::max(0, frame - still_until_)).isometry();

@@ -7,19 +7,20 @@
 
 namespace dynfilter::synth {
 
-/// The scenes on which methods are known to fail. Each has 60 of 360 points on a mover that moves 4 cm a
-/// frame, unless its line says otherwise.
+/// Scenes that are known to be difficult.
+/// Each has 360 points, 60 of them on a mover with 4 cm per frame, unless stated otherwise.
 enum class Preset {
-  General,         ///< the easy one
-  Rigid,           ///< nothing moves but the camera: nothing may be rejected
-  Planar,          ///< a wall
-  PureRotation,    ///< no baseline
-  NoMotion,        ///< the camera stands
-  SmallBaseline,   ///< 3 mm a frame
-  AlongEpipolar,   ///< the mover goes where the camera goes, only faster: hidden from epipolar geometry
-  Majority,        ///< two movers carry 70 % of the points
-  SeveralMovers,   ///< four, of different motion; one turns
-  DelayedMajority  ///< Majority that stands still for the first 15 frames
+  General,        ///< the simple case
+  Rigid,          ///< only the camera moves: nothing may be rejected
+  Planar,         ///< a wall
+  PureRotation,   ///< no baseline
+  NoMotion,       ///< static camera
+  SmallBaseline,  ///< 3 mm per frame
+  /// The mover has the camera's direction at higher speed: invisible to epipolar geometry.
+  AlongEpipolar,
+  Majority,        ///< two movers have 70 % of the points
+  SeveralMovers,   ///< four with different motion, one of them rotates
+  DelayedMajority  ///< Majority, static for the first 15 frames
 };
 
 inline const std::vector<Preset>& all_presets() {
@@ -64,7 +65,7 @@ inline ExactScene several_movers() {
 
 }  // namespace detail
 
-/// The scene of a preset; change it further like any other: `preset(Preset::Planar).pixel_noise(0.5)`.
+/// The scene of a preset. It can be modified: `preset(Preset::Planar).pixel_noise(0.5)`.
 inline ExactScene preset(Preset preset) {
   const MovingBox mover = MovingBox(60).at({-0.3, -0.35, 2.5}).moving({0.02, 0.033, 0.01});
   switch (preset) {

@@ -9,7 +9,7 @@
 
 namespace dynfilter::synth {
 
-/// Something a detector has a class for (COCO numbers).
+/// An object with a detector class (COCO numbers).
 struct Detectable {
   int class_id;
   std::string class_name;
@@ -22,8 +22,9 @@ inline Eigen::Isometry3f placed(const Eigen::Vector3f& at, float yaw_rad) {
   return frame;
 }
 
-/// Puts furniture into the world. Every piece has its own frame: it faces -y (seen from the south), z up, its
-/// origin on the floor under its middle; `yaw_rad` turns it counter-clockwise seen from above.
+/// Adds furniture to the world.
+/// Every piece has its own frame: front towards -y, z up, origin on the floor below its middle.
+/// `yaw_rad` rotates it counter-clockwise, viewed from above.
 class FurnitureBuilder {
  public:
   std::vector<Model> models;
@@ -157,7 +158,7 @@ class FurnitureBuilder {
     occlude(placed(at + Eigen::Vector3f(0, 0, 0.15F), 0), {0.2F, 0.2F, 0.3F});
   }
 
-  /// Pictures hang with their middle at `at`, a finger's breadth before the wall.
+  /// A picture with its middle at `at`, about 1 cm in front of the wall.
   void poster(const Eigen::Vector3f& at, float yaw_rad, float width, float height) {
     if (plain_) return;
     begin();
@@ -254,7 +255,7 @@ class FurnitureBuilder {
     }
   }
 
-  /// One back out of the sheet of backs; the lying ones show only its upper part.
+  /// One book back from the sheet of backs. Horizontal books show only its upper part.
   Skin back_of_book(bool lying) {
     const float column = static_cast<float>(random_.below(picture::kBooks)) / picture::kBooks;
     return {m_.book_backs, 0,

@@ -9,8 +9,8 @@
 
 namespace dynfilter::synth {
 
-/// Yaw, pitch and roll of a camera that a hand turns to and fro about all axes at once. Repeats after
-/// kPeriod_s; the largest angular rate within a period is the one given.
+/// Yaw, pitch and roll of a hand-held camera that rotates about all axes at once.
+/// Repeats after kPeriod_s. The largest angular rate within a period is the given one.
 class HandTurn {
  public:
   static constexpr double kPeriod_s = 3;
@@ -62,7 +62,7 @@ class HandTurn {
   double amplitude_rad_[3][3] = {}, phase_rad_[3][3] = {};  // yaw, pitch, roll
 };
 
-/// Quick irregular jitter: per axis three sines between 5 and 8 Hz that drift in and out of step.
+/// Fast irregular jitter: three sines per axis between 5 and 8 Hz with drifting phase.
 class HandShake {
  public:
   HandShake() = default;

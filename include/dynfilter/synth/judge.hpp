@@ -10,9 +10,10 @@
 
 namespace dynfilter::synth {
 
-/// Runs a filter alone over frames 0 to `frame` of a scene, as a pipeline would, and returns its votes on the
-/// last one. The filter is reset first. Throws ConfigError when the last frame lacks an input the filter
-/// needs: a scene hands over poses, boxes, ... only when asked to.
+/// Runs a single filter over frames 0 to `frame` of a scene, like a pipeline.
+/// Returns its votes on the last frame. Resets the filter first.
+/// Throws ConfigError if the last frame lacks a required input.
+/// A scene provides poses, boxes and other optional inputs only on request.
 ///
 ///   EpipolarFilter filter;
 ///   const ExactScene scene = preset(Preset::General).pixel_noise(0.3);
@@ -27,7 +28,7 @@ inline Votes judge(Filter& filter, const ExactScene& scene, int frame,
   filter.reset();
   Votes votes;
   for (int k = 0; k <= frame; ++k) {
-    const ExactFrame now = scene.frame(k);  // lives as long as the context looks at its view
+    const ExactFrame now = scene.frame(k);  // must outlive the context's use of its view
     context.begin(now.view(), CallPoint::BeforePose);
     votes.reset(now.size());
     const Input missing = without(needs.required, context.inputs());
@@ -41,15 +42,16 @@ inline Votes judge(Filter& filter, const ExactScene& scene, int frame,
   return votes;
 }
 
-/// Votes held against the truth. What the truth does not care about is not counted.
+/// Votes compared with the truth. DontCare features are not counted.
 struct Score {
-  int dynamic_count = 0, dynamic_found = 0;  ///< truly dynamic; of these voted Dynamic
-  int static_count = 0, static_lost = 0;     ///< truly static; of these voted Dynamic
-  int static_confirmed = 0;                  ///< truly static and voted Static
-  int dynamic_missed = 0;                    ///< truly dynamic and voted Static: worse than Unknown
+  int dynamic_count = 0, dynamic_found = 0;  ///< dynamic features; of these voted Dynamic
+  int static_count = 0, static_lost = 0;     ///< static features; of these voted Dynamic
+  int static_confirmed = 0;                  ///< static features voted Static
+  /// Dynamic features voted Static, which is worse than Unknown.
+  int dynamic_missed = 0;
 
   Score() = default;
-  /// Throws ConfigError when the votes are not about this frame's features.
+  /// Throws ConfigError if the number of votes differs from the number of features.
   Score(const Votes& votes, const ExactFrame& frame) { add(votes, frame); }
 
   void add(const Votes& votes, const ExactFrame& frame) {
@@ -69,11 +71,11 @@ struct Score {
     }
   }
 
-  /// Share of the dynamic features that were found; 1 where there are none.
+  /// Share of the dynamic features that are voted Dynamic; 1 without any.
   double recall() const { return share(dynamic_found, dynamic_count); }
-  /// Share of the features voted Dynamic that are; 1 where none was.
+  /// Share of the features voted Dynamic that are dynamic; 1 without any.
   double precision() const { return share(dynamic_found, dynamic_found + static_lost); }
-  /// Share of the static features that were not voted Dynamic; 1 where there are none.
+  /// Share of the static features that are not voted Dynamic; 1 without any.
   double static_kept() const { return share(static_count - static_lost, static_count); }
 
  private:

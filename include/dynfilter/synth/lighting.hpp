@@ -10,20 +10,20 @@ namespace dynfilter::synth {
 struct Lamp {
   Eigen::Vector3f position_m;
   Eigen::Vector3f colour;  ///< BGR irradiance at one metre
-  float size_m = 0.6F;     ///< half side of the cube that soft shadows are sampled from
+  float size_m = 0.6F;     ///< half side of the cube that is sampled for soft shadows
 };
 
 /// A box that casts shadows.
 class Occluder {
  public:
-  /// `frame`: world <- box, its centre at the origin of the box.
+  /// `frame`: pose of the box in the world, with its centre as origin.
   Occluder(const Eigen::Isometry3f& frame, const Eigen::Vector3f& size_m)
       : to_box_(frame.linear().transpose()),
         centre_m_(frame.translation()),
         half_m_(size_m / 2),
         radius_m_(half_m_.norm()) {}
 
-  /// Whether origin + s * direction, s in (near, far), meets the box.
+  /// True if origin + s * direction hits the box for some s in (near, far).
   bool hit(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near, float far) const {
     const Eigen::Vector3f o = to_box_ * (origin - centre_m_), d = to_box_ * direction;
     for (int a = 0; a < 3; ++a) {
@@ -35,7 +35,7 @@ class Occluder {
     return near < far;
   }
 
-  /// Whether the box comes within `margin_m` of the segment (its bounding sphere does).
+  /// True if the bounding sphere of the box is within `margin_m` of the segment.
   bool near_segment(const Eigen::Vector3f& from, const Eigen::Vector3f& along, float margin_m) const {
     const Eigen::Vector3f to = centre_m_ - from;
     const float t = std::min(1.0F, std::max(0.0F, to.dot(along) / along.squaredNorm()));
@@ -46,7 +46,7 @@ class Occluder {
     const float reach = radius_m_ + margin_m;
     return (centre_m_ - p).squaredNorm() < reach * reach;
   }
-  /// Whether any of the box lies before the plane through p with normal n.
+  /// True if any part of the box is in front of the plane through p with normal n.
   bool before_plane(const Eigen::Vector3f& p, const Eigen::Vector3f& n) const {
     return n.dot(centre_m_ - p) + (to_box_ * n).cwiseAbs().dot(half_m_) > 0;
   }
@@ -57,15 +57,15 @@ class Occluder {
   float radius_m_;
 };
 
-/// Lambert shading of the room: lamps with soft shadows, and a sky of the room's own light dimmed by ambient
-/// occlusion.
+/// Lambert shading of the room: lamps with soft shadows,
+/// and ambient light of the room with ambient occlusion.
 class Lighting {
  public:
   std::vector<Lamp> lamps;
   std::vector<Occluder> occluders;
   Eigen::Vector3f ambient{0.50F, 0.47F, 0.45F};
 
-  /// The same light with only those occluders that can matter to a model.
+  /// The same light with only the occluders that can affect a model.
   Lighting around(const Model& model) const {
     Lighting out;
     out.lamps = lamps;
@@ -81,15 +81,15 @@ class Lighting {
     return out;
   }
 
-  /// BGR factor for the texture, display gamma included. `open`: share of the sky and of the lamps that is
-  /// seen.
+  /// BGR factor for the texture, with display gamma.
+  /// `sky_open`: visible share of the sky and the lamps.
   Eigen::Vector3f shade(const Eigen::Vector3f& p, const Eigen::Vector3f& n, float sky_open = 1) const {
     Eigen::Vector3f light = ambient * sky_open * (0.78F + 0.22F * n.z());
     for (const Lamp& lamp : lamps) light += lamp_light(lamp, p, n);
     return display(light);
   }
 
-  /// The same with occlusion by the furniture, for vertices of things that stand still.
+  /// The same with occlusion by the furniture, for vertices of static models.
   Eigen::Vector3f shade_occluded(const Eigen::Vector3f& p, const Eigen::Vector3f& n, Random& random) const {
     const Eigen::Vector3f start = p + 0.004F * n;
     Eigen::Vector3f light = ambient * openness(start, n, random) * (0.78F + 0.22F * n.z());
@@ -122,7 +122,7 @@ class Lighting {
     if (close.empty()) return 1;
     float open = 0;
     for (int i = 0; i < kSkyRays; ++i) {
-      // Directions n + unit vector have the density of the cosine (golden spiral, turned at random).
+      // Directions n + unit vector are cosine-distributed (golden spiral, randomly rotated).
       const float z = 1.0F - (2.0F * static_cast<float>(i) + 1.0F) / kSkyRays;
       const float angle = 2.39996F * static_cast<float>(i) + static_cast<float>(random.uniform(0, 0.4));
       const float r = std::sqrt(1 - z * z);
@@ -157,7 +157,7 @@ class Lighting {
   }
 };
 
-/// Shades every vertex of a model that stands still.
+/// Shades every vertex of a static model.
 inline void bake(Model& model, const Lighting& lighting, Random& random) {
   const Lighting local = lighting.around(model);
   for (Vertex& v : model.vertices) v.shade = local.shade_occluded(v.position_m, v.normal, random);

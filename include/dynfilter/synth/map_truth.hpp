@@ -22,14 +22,15 @@
 
 namespace dynfilter::synth {
 
-/// How good a map of a rendered scene is.
+/// Quality of a map of a rendered scene.
 struct MapQuality {
   std::size_t points = 0;
-  std::size_t ghosts = 0;       ///< on a mover, and not on anything static
-  std::size_t astray = 0;       ///< on nothing at all: noise, silhouettes, drift
-  double error_median_m = NAN;  ///< distance to the true static surface, over all points (up to `kFarM`)
+  std::size_t ghosts = 0;  ///< points on a mover and on no static surface
+  std::size_t astray = 0;  ///< points on no surface: noise, silhouettes, drift
+  /// Distance from the true static surface over all points, up to `kFarM`.
+  double error_median_m = NAN;
   double error_p95_m = NAN;
-  std::size_t seen_cells = 0;  ///< cells of the static surface that the camera saw past the movers
+  std::size_t seen_cells = 0;  ///< cells of the static surface that the camera observed
   std::size_t covered_cells = 0;
 
   double ghost_share() const {
@@ -43,13 +44,15 @@ struct MapQuality {
   }
 };
 
-/// The exact surfaces of a scene, as a judge of maps. Static: the room's triangles. Movers: each rigid part's
-/// triangles where it is at a given time. A point is on a surface when it is within `kOnM` of it.
+/// The exact surfaces of a scene, to evaluate maps.
+/// Static surfaces are the room's triangles.
+/// Mover surfaces are the triangles of each rigid part at a given time.
+/// A point is on a surface if it is within `kOnM`.
 class MapTruth {
  public:
   static constexpr float kOnM = 0.05F, kFarM = 1.0F, kCellM = 0.05F;
 
-  /// Throws ConfigError on an unknown scene.
+  /// Throws ConfigError for an unknown scene.
   MapTruth(const std::string& scene, std::uint64_t seed) : scene_(make_scene(scene, seed)) {
     for (const Model& model : scene_.room->models) room_.add(model);
     room_.build();
@@ -63,12 +66,12 @@ class MapTruth {
       }
   }
 
-  /// Seconds since the first frame, of a frame with this stamp.
+  /// Seconds since the first frame for a timestamp.
   static double scene_time_s(double timestamp_s) {
     return timestamp_s - SequenceRenderer::first_timestamp_s();
   }
 
-  /// How far the camera of the scene is from where a sequence says that it was, metres.
+  /// Distance between the scene's camera and a given camera pose [m].
   double distance_from(double timestamp_s, const Pose& T_world_camera) const {
     const Eigen::Isometry3d T = scene_.camera->pose(scene_time_s(timestamp_s));
     return (T.translation() - T_world_camera.t()).norm();
@@ -88,8 +91,8 @@ class MapTruth {
     return false;
   }
 
-  /// What a frame sees of the static surface, past the movers: its depth where `labels` is 0, from the true
-  /// pose. Every `step_px`-th pixel. Depth CV_16UC1 times `depth_unit_m`.
+  /// Adds the static surface visible in a frame: depth pixels with label 0, from the true pose.
+  /// Uses every `step_px`-th pixel. `depth`: CV_16UC1 in units of `depth_unit_m`.
   void see(const cv::Mat& depth, double depth_unit_m, const cv::Mat& labels, const Camera& camera,
            const Pose& T_world_camera, int step_px = 4) {
     if (depth.type() != CV_16UC1 || labels.type() != CV_8UC1 || labels.size() != depth.size()) return;
@@ -105,8 +108,8 @@ class MapTruth {
       }
   }
 
-  /// Judges points in the world of the scene. `sources_s(i)` gives the stamps of the keyframes that point i
-  /// came from.
+  /// Evaluates points in the world of the scene.
+  /// `sources_s(i)` returns the timestamps of the keyframes that contribute to point i.
   template <class Sources>
   MapQuality judge(Span<const cv::Point3f> points, const Sources& sources_s) {
     MapQuality quality;
@@ -144,7 +147,7 @@ class MapTruth {
   };
 
   static std::uint64_t cell_of(const Eigen::Vector3f& p) {
-    constexpr float kOff = 0.0137F;  // walls stand at round numbers
+    constexpr float kOff = 0.0137F;  // walls are at round numbers
     std::uint64_t key = 0;
     for (int k = 0; k < 3; ++k)
       key = key << 21 | (static_cast<std::uint64_t>(

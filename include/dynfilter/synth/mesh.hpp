@@ -20,17 +20,17 @@ struct Vertex {
 struct Face {
   std::uint32_t corner[3];
   std::uint16_t material;
-  std::uint16_t instance;  ///< which detectable object, 0: none
+  std::uint16_t instance;  ///< number of the detectable object; 0: none
 };
 
-/// Triangles in one frame of reference, seen from outside only.
+/// Triangles in one frame of reference, visible from outside only.
 struct Model {
   std::vector<Vertex> vertices;
   std::vector<Face> faces;
   Eigen::Vector3f centre_m{0, 0, 0};
   float radius_m = 0;
 
-  /// Turns every face so that it is seen from the side of its normals, and sets the bounding sphere.
+  /// Orients every face towards its normals, and sets the bounding sphere.
   void finish() {
     for (Face& f : faces) {
       const Vertex &a = vertices[f.corner[0]], &b = vertices[f.corner[1]], &c = vertices[f.corner[2]];
@@ -48,22 +48,22 @@ struct Model {
   }
 };
 
-constexpr int kNoSkin = -1;  ///< material of a side that is never seen
+constexpr int kNoSkin = -1;  ///< material of a side that is never visible
 
-/// What covers a surface: a material repeated every `tile_m` metres, or (tile_m = 0) the part `window` of its
-/// picture stretched once over the surface.
+/// Covering of a surface: a material repeated every `tile_m` metres.
+/// With tile_m = 0, the part `window` of its picture is stretched once over the surface.
 struct Skin {
   int material = 0;
   float tile_m = 0;
   cv::Rect2f window{0, 0, 1, 1};
 };
 
-/// A rectangle seen from its front: `corner` is the left upper one, `right` and `down` are its sides.
+/// A rectangle viewed from its front. `corner` is the top left one, `right` and `down` are sides.
 struct Rectangle {
   Eigen::Vector3f corner, right, down;
 };
 
-/// Adds a rectangle, cut into cells of at most `cell_m` (shading is per vertex).
+/// Adds a rectangle, divided into cells of at most `cell_m`, because shading is per vertex.
 inline void add_rectangle(Model& model, const Rectangle& r, const Skin& skin, float cell_m = 10,
                           int instance = 0) {
   if (skin.material == kNoSkin) return;
@@ -92,13 +92,13 @@ inline void add_rectangle(Model& model, const Rectangle& r, const Skin& skin, fl
   }
 }
 
-/// Skins of a box: its front looks along -y of its frame, its top along +z.
+/// Skins of a box. Its front is at -y of its frame, its top at +z.
 struct BoxSkin {
   Skin front, back, left, right, top, bottom;
   static BoxSkin all(const Skin& s) { return {s, s, s, s, s, s}; }
 };
 
-/// A box with its centre and axes given by `frame`.
+/// A box with the centre and axes of `frame`.
 inline void add_box(Model& model, const Eigen::Isometry3f& frame, const Eigen::Vector3f& size_m,
                     const BoxSkin& skin, float cell_m = 10, int instance = 0) {
   const Eigen::Vector3f h = size_m / 2;
@@ -121,9 +121,9 @@ struct Ring {
   float z, centre_x, centre_y, radius_x, radius_y;
 };
 
-/// How a loft is wrapped: repeats of the picture around and along it, corner count around, and the exponent
-/// of the superellipse |x/rx|^e + |y/ry|^e = 1 (2: ellipse, larger: boxier). u = 0.5 looks along +y of the
-/// frame.
+/// Wrapping of a loft: picture repeats around and along it, and number of corners around.
+/// The exponent is that of the superellipse |x/rx|^e + |y/ry|^e = 1. 2 is an ellipse.
+/// u = 0.5 is at +y of the frame.
 struct Wrap {
   int material = 0;
   float around = 1, along = 1;
@@ -140,8 +140,8 @@ inline Eigen::Vector3f loft_point(const Ring& ring, float u, float exponent) {
   return {ring.centre_x + ring.radius_x * s * k, ring.centre_y + ring.radius_y * c * k, ring.z};
 }
 
-/// Skins a stack of rings, given from top to bottom, with smooth normals. Give tiny first and last rings to
-/// close it.
+/// Skins a stack of rings, from top to bottom, with smooth normals.
+/// Tiny first and last rings close it.
 inline void add_loft(Model& model, const Eigen::Isometry3f& frame, const std::vector<Ring>& rings,
                      const Wrap& wrap) {
   const int rows = static_cast<int>(rings.size()), n = wrap.segments;

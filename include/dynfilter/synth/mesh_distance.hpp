@@ -14,7 +14,7 @@
 
 namespace dynfilter::synth {
 
-/// The point of the triangle a, b, c that is nearest to p (Ericson, Real-Time Collision Detection, 5.1.5).
+/// The point of triangle a, b, c nearest to p (Ericson, Real-Time Collision Detection, 5.1.5).
 inline Eigen::Vector3f nearest_on_triangle(const Eigen::Vector3f& p, const Eigen::Vector3f& a,
                                            const Eigen::Vector3f& b, const Eigen::Vector3f& c) {
   const Eigen::Vector3f ab = b - a, ac = c - a, ap = p - a;
@@ -37,8 +37,8 @@ inline Eigen::Vector3f nearest_on_triangle(const Eigen::Vector3f& p, const Eigen
   return sum > 0 ? Eigen::Vector3f(a + ab * (vb / sum) + ac * (vc / sum)) : a;
 }
 
-/// Distances to the triangles of models, over a tree of boxes. Some microseconds a query; read only after
-/// build().
+/// Distances to the triangles of models, using a tree of boxes.
+/// A query takes some microseconds. Read-only after build().
 class MeshDistance {
  public:
   struct Nearest {
@@ -61,7 +61,7 @@ class MeshDistance {
 
   std::size_t size() const { return triangles_.size(); }
 
-  /// The nearest surface point closer than `within_m`; infinity when there is none.
+  /// The nearest surface point closer than `within_m`; infinity if there is none.
   Nearest nearest(const Eigen::Vector3f& p, float within_m) const {
     Nearest best;
     best.distance_m = within_m;
@@ -79,7 +79,8 @@ class MeshDistance {
   struct Node {
     Eigen::Vector3f low, high;
     std::uint32_t first = 0,
-                  count = 0;  // a leaf's triangles; count 0: the children are the next node and `first`
+                  // A leaf's triangles; count 0: the children are the next node and `first`.
+        count = 0;
   };
   static constexpr std::size_t kLeaf = 4;
 

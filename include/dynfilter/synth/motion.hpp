@@ -8,18 +8,17 @@
 
 namespace dynfilter::synth {
 
-/// Where the rigid parts of a mover are at any time, also before the first frame.
+/// Poses of the rigid parts of a mover at any time, including before the first frame.
 class Animation {
  public:
   virtual ~Animation() = default;
-  /// world <- part, one per part of the mover's body.
+  /// Poses of the parts in the world, one per part of the mover's body.
   virtual void pose(double time_s, std::vector<Eigen::Isometry3d>& parts) const = 0;
 };
 
 constexpr double kAlways = -1e9;
 
-/// Seconds of full speed that a mover has behind it: stands still until `start_s`, then speeds up within 0.4
-/// s.
+/// Equivalent time at full speed [s]. Static until `start_s`, then accelerates within 0.4 s.
 inline double moving_time(double time_s, double start_s) {
   constexpr double kRamp = 0.4;
   if (start_s == kAlways) return time_s;
@@ -28,28 +27,29 @@ inline double moving_time(double time_s, double start_s) {
   return t < kRamp ? t * t / (2 * kRamp) : t - kRamp / 2;
 }
 
-/// 0 before the start, 1 when at full speed.
+/// 0 before the start, 1 at full speed.
 inline double started(double time_s, double start_s) {
   if (start_s == kAlways) return 1;
   const double t = std::min(1.0, std::max(0.0, (time_s - start_s) / 0.4));
   return t * t * (3 - 2 * t);
 }
 
-/// A box in both hands: its centre in the frame of the chest.
+/// Centre of a box carried in both hands, in the frame of the chest.
 inline Eigen::Vector3d carried_box_centre(const BodyShape& shape) {
   return {0, 0.36 * shape.scale, 0.12 * shape.scale};
 }
 
-/// Walking along a closed path. Feet are planted: during stance a foot keeps to its print on the floor,
-/// rolling from heel to toe; arms swing against the legs, or hold a box.
+/// Walks along a closed path.
+/// During stance, a foot remains on its print on the floor and rolls from heel to toe.
+/// Arms swing opposite to the legs, or hold a box.
 class Walking : public Animation {
  public:
   struct Options {
     double speed_mps = 1.1;
-    double offset_m = 0;  ///< where on the path at time 0
+    double offset_m = 0;  ///< position on the path at time 0
     double start_s = kAlways;
     bool carries_box = false;
-    double glance_rad = 0.3;  ///< the head turns by this much, slowly
+    double glance_rad = 0.3;  ///< amplitude of the slow rotation of the head
   };
 
   Walking(const BodyShape& shape, WalkPath path, const Options& options)
@@ -72,7 +72,8 @@ class Walking : public Animation {
   }
 
  private:
-  static constexpr double kStance = 0.31;  // half of the share of a stride that a foot is on the floor
+  // Half of the share of a stride with the foot on the floor.
+  static constexpr double kStance = 0.31;
 
   struct Foot {
     Eigen::Vector3d ball;
@@ -86,7 +87,7 @@ class Walking : public Animation {
     return {{p.x(), p.y(), 0}, h, 0};
   }
 
-  /// `phase`: strides since this foot was under the body in the middle of its stance.
+  /// `phase`: strides since this foot was below the body in the middle of its stance.
   Foot foot(double s_m, double sign, double shift) const {
     const double phase = s_m / stride_m_ - shift;
     const double step = std::round(phase), t = phase - step;
@@ -156,7 +157,8 @@ class Walking : public Animation {
     const Eigen::Isometry3d chest = to.pelvis * frame_at({0, 0, shape_.waist()}, to.chest_in_pelvis);
     for (int side = 0; side < 2; ++side) {
       const double sign = side == 0 ? -1 : 1;
-      const double swing = -going * 0.48 * std::sin(phase) * sign;  // left arm ahead when the right leg is
+      // Left arm forward when the right leg is.
+      const double swing = -going * 0.48 * std::sin(phase) * sign;
       const Eigen::Vector3d shoulder(sign * shape_.shoulder_half(), 0, shape_.shoulder_up());
       const Eigen::Matrix3d arm =
           turn(sign * -0.12, Eigen::Vector3d::UnitY()) * turn(swing, Eigen::Vector3d::UnitX());
@@ -180,7 +182,7 @@ class Walking : public Animation {
   double stride_m_;
 };
 
-/// Sitting on a chair or standing on one place, talking with the hands.
+/// A person who sits or stands at one place and gestures.
 class Gesturing : public Animation {
  public:
   struct Options {
@@ -188,7 +190,7 @@ class Gesturing : public Animation {
     double yaw_rad = 0;  ///< 0 looks north (+y)
     bool sits = true;
     double start_s = kAlways;
-    double liveliness = 1;  ///< of the gestures; 0: still
+    double liveliness = 1;  ///< amplitude of the gestures; 0: static
     double tempo = 1;
     double offset_s = 0;
   };
@@ -246,7 +248,7 @@ class Gesturing : public Animation {
   Options options_;
 };
 
-/// One rigid thing (a cart with boxes) that rolls along a path.
+/// A rigid object, such as a cart with boxes, that rolls along a path.
 class Rolling : public Animation {
  public:
   Rolling(WalkPath path, double speed_mps, double offset_m, double start_s)
@@ -263,7 +265,7 @@ class Rolling : public Animation {
   double speed_mps_, offset_m_, start_s_;
 };
 
-/// One rigid thing that slides to and fro on a straight line, by a sine.
+/// A rigid object that slides along a straight line, following a sine.
 class Sliding : public Animation {
  public:
   struct Options {

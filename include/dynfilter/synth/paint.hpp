@@ -17,7 +17,7 @@ inline cv::Mat white_noise(cv::Size size, Random& random) {
   return noise;
 }
 
-/// Enlarges a repeating picture so that it still repeats without a seam.
+/// Enlarges a repeating picture without creating a seam.
 inline cv::Mat enlarge_repeating(const cv::Mat& small, cv::Size size) {
   if (small.size() == size) return small;
   constexpr int kMargin = 2;
@@ -29,8 +29,9 @@ inline cv::Mat enlarge_repeating(const cv::Mat& small, cv::Size size) {
   return large(cv::Rect(cvRound(kMargin * sx), cvRound(kMargin * sy), size.width, size.height)).clone();
 }
 
-/// Value noise summed over octaves, in about [0, 1], repeating without a seam. `cells`: cells of the coarsest
-/// octave across the picture, per axis; each octave doubles them and has `persistence` times the weight.
+/// Value noise summed over octaves, approximately in [0, 1], repeating without a seam.
+/// `cells`: cells of the coarsest octave across the picture, per axis.
+/// Each octave doubles them and has `persistence` times the weight.
 inline cv::Mat fractal_noise(cv::Size size, cv::Size cells, int octaves, double persistence, Random& random) {
   cv::Mat sum;
   double weight = 1, total = 0;
@@ -43,8 +44,8 @@ inline cv::Mat fractal_noise(cv::Size size, cv::Size cells, int octaves, double 
   return enlarge_repeating(sum, size) / total;
 }
 
-/// Colour ramp from `low` (value 0) to `high` (value 1) over a CV_32FC1 picture, with more contrast if gain
-/// > 1.
+/// Colour ramp from `low` (value 0) to `high` (value 1) over a CV_32FC1 picture.
+/// A gain above 1 increases contrast.
 inline cv::Mat ramp(const cv::Mat& values, const cv::Scalar& low, const cv::Scalar& high, double gain = 1) {
   cv::Mat out(values.size(), CV_8UC3);
   for (int y = 0; y < out.rows; ++y) {
@@ -58,7 +59,7 @@ inline cv::Mat ramp(const cv::Mat& values, const cv::Scalar& low, const cv::Scal
   return out;
 }
 
-/// Multiplies the picture by 1 + depth * (noise - 0.5): folds, dirt, uneven paint.
+/// Multiplies the picture by 1 + depth * (noise - 0.5), for folds, dirt or uneven paint.
 inline void shade_by(cv::Mat& bgr, const cv::Mat& noise, double depth) {
   for (int y = 0; y < bgr.rows; ++y) {
     for (int x = 0; x < bgr.cols; ++x) {
@@ -82,7 +83,7 @@ inline std::string scribble(Random& random, int letters) {
   return text;
 }
 
-/// Lines of dark marks that look like print from a distance.
+/// Lines of dark marks that resemble print from a distance.
 inline void print_lines(cv::Mat& bgr, cv::Rect area, int line_px, const cv::Scalar& ink, Random& random) {
   for (int y = area.y; y + line_px / 2 < area.y + area.height; y += line_px) {
     int x = area.x;

@@ -6,10 +6,10 @@
 
 namespace dynfilter::synth {
 
-/// Clothes and skin, painted from a seed. Each returns CV_8UC3 that repeats without a seam.
+/// Clothes and skin, painted from a seed. Each returns a CV_8UC3 picture that repeats seamlessly.
 namespace cloth {
 
-/// A colour as dyers make them: any hue, seldom loud.
+/// A typical colour of clothes: any hue, rarely saturated.
 inline cv::Scalar dye(Random& r, double darkest, double lightest) {
   const double grey = r.uniform(darkest, lightest), loud = r.uniform(0.05, 0.5),
                hue = r.uniform(0, 2 * CV_PI);
@@ -164,7 +164,7 @@ inline cv::Mat face(Random& r, const cv::Scalar& tone, const cv::Scalar& hair_to
 
 }  // namespace cloth
 
-/// What one person wears.
+/// Clothes of one person.
 struct Outfit {
   int shirt, trousers, skin, face, hair, shoe, belt;
   bool long_sleeves;

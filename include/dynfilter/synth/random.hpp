@@ -15,9 +15,9 @@ inline std::uint64_t mix_bits(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// Seeded generator with the same output everywhere (the distributions of <random> are not portable).
-/// Different streams of one seed are independent, so that frame 7 looks the same whether or not frame 6 was
-/// made.
+/// Seeded generator with the same output on every platform, unlike the distributions of <random>.
+/// Different streams of one seed are independent.
+/// A frame therefore does not depend on the frames generated before.
 class Random {
  public:
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0)
@@ -32,7 +32,7 @@ class Random {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(2.0 * CV_PI * uniform());
   }
-  /// A colour in BGR around `centre`, each channel off by at most `spread`.
+  /// A BGR colour around `centre`. Each channel differs by at most `spread`.
   cv::Scalar colour_near(const cv::Scalar& centre, double spread) {
     cv::Scalar out;
     for (int c = 0; c < 3; ++c) out[c] = std::min(255.0, std::max(0.0, centre[c] + uniform(-spread, spread)));

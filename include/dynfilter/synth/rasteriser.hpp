@@ -19,12 +19,12 @@ struct RowRange {
   int first = 0, last = -1;
 };
 
-/// What the rasteriser leaves per pixel, at the pixel's centre.
+/// Output of the rasteriser at each pixel's centre.
 struct GeometryImage {
   cv::Mat colour;    ///< CV_8UC3
-  cv::Mat depth_m;   ///< CV_32FC1, exact, 0: nothing there
+  cv::Mat depth_m;   ///< CV_32FC1, exact; 0: no surface
   cv::Mat item;      ///< CV_16UC1, the item number given to draw()
-  cv::Mat instance;  ///< CV_16UC1, detectable object, 0: none
+  cv::Mat instance;  ///< CV_16UC1, detectable object; 0: none
   cv::Mat material;  ///< CV_16UC1
   cv::Mat facing;    ///< CV_32FC1, cosine between the viewing ray and the surface normal
 
@@ -38,9 +38,11 @@ struct GeometryImage {
   }
 };
 
-/// Z-buffer rasteriser with four samples per pixel for the silhouettes and one texture look-up per visible
-/// triangle. Edge functions and attributes are affine in the image (Olano, Greer, "Triangle scan conversion
-/// using 2D homogeneous coordinates", 1997): no clipping, and perspective-correct.
+/// Z-buffer rasteriser with four samples per pixel at silhouettes
+/// and one texture look-up per visible triangle.
+/// Edge functions and attributes are affine in the image
+/// (Olano, Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
+/// It therefore needs no clipping and is perspective-correct.
 class Rasteriser {
  public:
   explicit Rasteriser(const Camera& camera)
@@ -51,7 +53,7 @@ class Rasteriser {
 
   void begin() { begin({0, camera_.height_px - 1}); }
 
-  /// Only these rows are drawn.
+  /// Draws only these rows.
   void begin(RowRange rows) {
     rows_ = {std::max(0, rows.first), std::min(camera_.height_px - 1, rows.last)};
     const std::ptrdiff_t from = 2L * rows_.first * wide_, to = std::max(from, 2L * (rows_.last + 1) * wide_);
@@ -79,7 +81,7 @@ class Rasteriser {
     }
   }
 
-  /// The same without geometry: CV_8UC3; rows that were not drawn are left alone.
+  /// The same without geometry: CV_8UC3. Rows that were not drawn remain unchanged.
   void resolve_colour(const MaterialSet& set, cv::Mat& out) const {
     out.create(camera_.height_px, camera_.width_px, CV_8UC3);
     for (int y = rows_.first; y <= rows_.last; ++y) {
@@ -109,7 +111,7 @@ class Rasteriser {
   bool sphere_visible(const Eigen::Vector3f& centre, float radius) const {
     if (centre.z() + radius < kNear) return false;
     const auto outside = [&](double slope, float across) {
-      // A plane through the optical centre that leans by `slope`.
+      // A plane through the optical centre with slope `slope`.
       return (across - static_cast<float>(slope) * centre.z()) /
                  std::sqrt(1.0F + static_cast<float>(slope * slope)) >
              radius;
@@ -120,8 +122,8 @@ class Rasteriser {
            !outside((camera_.cy_px - top_px()) / camera_.fy_px, -centre.y());
   }
 
-  /// Coefficients on (x, y, 1) in pixels of (a x b) . ray; swapping a and b flips the sign exactly: no
-  /// cracks.
+  /// Coefficients on (x, y, 1) in pixels of (a x b) . ray.
+  /// Swapping a and b changes the sign exactly, so there are no cracks.
   Edge edge(const Eigen::Vector3f& a, const Eigen::Vector3f& b) const {
     const Eigen::Vector3d n = a.cast<double>().cross(b.cast<double>());
     const double ex = n.x() / camera_.fx_px, ey = n.y() / camera_.fy_px;
@@ -159,7 +161,7 @@ class Rasteriser {
     if (corner[0]->z() < kNear && corner[1]->z() < kNear && corner[2]->z() < kNear) return;
     const double det =
         corner[0]->cast<double>().dot(corner[1]->cast<double>().cross(corner[2]->cast<double>()));
-    if (det <= 1e-12) return;  // seen from behind, or edge on
+    if (det <= 1e-12) return;  // back side, or edge on
     const Bounds box = bounds(corner);
     if (box.x0 > box.x1 || box.y0 > box.y1) return;
     const Edge edges[3] = {edge(*corner[1], *corner[2]), edge(*corner[2], *corner[0]),
@@ -241,8 +243,7 @@ class Rasteriser {
     const float w = texture.width() * z, h = texture.height() * z;
     const float ux = (t.u.a - u * t.q.a) * w, uy = (t.u.b - u * t.q.b) * w;
     const float vx = (t.v.a - v * t.q.a) * h, vy = (t.v.b - v * t.q.b) * h;
-    // Between the lengths of the two axes of the footprint: blurs less than the longer, flickers less than
-    // the shorter.
+    // Between the lengths of the footprint's two axes: a compromise between blur and flicker.
     const float along = std::max(ux * ux + vx * vx, uy * uy + vy * vy), area = std::abs(ux * vy - uy * vx);
     const float lod = 0.5F * std::log2(std::max(1e-9F, 0.35F * along + 0.65F * area));
     cv::Vec3f out = texture.sample(u, v, lod);
@@ -281,7 +282,7 @@ class Rasteriser {
             cv::saturate_cast<uchar>(sum[2])};
   }
 
-  /// The triangle that covers most samples, the closest one of these.
+  /// The triangle that covers most samples. The closest one wins a tie.
   const Triangle& front(const Samples& ids, std::size_t at) const {
     const float near[4] = {nearness_[at], nearness_[at + 1], nearness_[at + wide_],
                            nearness_[at + wide_ + 1]};
@@ -314,7 +315,7 @@ class Rasteriser {
   int wide_, high_;  // samples: two per pixel and axis
   std::vector<float> nearness_;
   std::vector<std::uint32_t> triangle_;
-  std::vector<Triangle> triangles_;  // [0]: nothing
+  std::vector<Triangle> triangles_;  // [0]: no triangle
   std::vector<Eigen::Vector3f> in_camera_;
 };
 

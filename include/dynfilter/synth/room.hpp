@@ -6,16 +6,16 @@
 
 namespace dynfilter::synth {
 
-/// The office of every scene: 8 x 7.6 m, z up, the middle of the floor is the origin. Cameras look north (+y)
-/// from the south over a double desk with a partition behind it; along the walls stand shelves, cabinets and
-/// more desks.
+/// The office of every scene: 8 x 7.6 m, z up, origin in the middle of the floor.
+/// Cameras look north (+y) over a double desk with a partition behind it.
+/// Shelves, cabinets and more desks are along the walls.
 class Room {
  public:
   std::vector<Model> models;        ///< world frame, shaded
-  std::vector<Detectable> objects;  ///< [i] is instance first_instance + i + 1
+  std::vector<Detectable> objects;  ///< entry i is instance first_instance + i + 1
   Lighting lighting;
 
-  /// `chairs`: x, y, yaw of chairs to add. Instances are numbered from `first_instance` + 1.
+  /// `chairs`: x, y, yaw of additional chairs. Instances are numbered from `first_instance` + 1.
   Room(MaterialSet& set, Random& random, bool plain, const std::vector<Eigen::Vector3f>& chairs,
        int first_instance) {
     const RoomMaterials materials(set, random, plain);

@@ -342,7 +342,7 @@ inline cv::Mat door(Random& r) {
 
 }  // namespace picture
 
-/// Every material a room is made of. `plain`: nearly nothing for a corner detector to hold on to.
+/// All materials of a room. `plain`: almost no texture for a corner detector.
 struct RoomMaterials {
   int wall, partition, floor, ceiling, light_panel, wood_light, wood_dark, metal, black, white, whiteboard,
       book_backs, pages, keyboard, cardboard, chair_fabric, leaf, pot, drawers, door, mug, radiator;

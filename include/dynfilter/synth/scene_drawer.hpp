@@ -8,7 +8,7 @@
 
 namespace dynfilter::synth {
 
-/// Poses of the drawn items, world <- item. Item 0 is the room, then every part of every mover in turn.
+/// Poses of the drawn items in the world. Item 0 is the room, then all parts of all movers.
 inline void item_poses(const Scene& scene, double time_s, std::vector<Eigen::Isometry3d>& out) {
   std::vector<Eigen::Isometry3d> parts;
   out.assign(1, Eigen::Isometry3d::Identity());
@@ -18,7 +18,7 @@ inline void item_poses(const Scene& scene, double time_s, std::vector<Eigen::Iso
   }
 }
 
-/// Draws a scene as it is at one instant, seen by its camera or from elsewhere.
+/// Draws a scene at one instant, from its camera or another pose.
 class SceneDrawer {
  public:
   explicit SceneDrawer(const Camera& camera) : rasteriser_(camera) {}
@@ -29,7 +29,8 @@ class SceneDrawer {
     rasteriser_.resolve(scene.materials, out);
   }
 
-  /// Only colour, and only some rows: quicker. The other rows of `colour` are left alone.
+  /// Draws only colour and only some rows, which is faster.
+  /// The other rows of `colour` remain unchanged.
   void draw_colour(const Scene& scene, double time_s, const Eigen::Isometry3d& T_world_camera, RowRange rows,
                    cv::Mat& colour) {
     rasteriser_.begin(rows);

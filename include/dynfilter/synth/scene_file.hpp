@@ -15,17 +15,17 @@
 
 namespace dynfilter::synth {
 
-/// A setting of the sensor, for people to read.
+/// A sensor setting, for display.
 using SensorValues = std::vector<std::pair<std::string, double>>;
 
-/// Which scene a rendered sequence shows: with it the exact surfaces can be had again (map_truth.hpp).
+/// The scene of a rendered sequence, needed to reconstruct its exact surfaces (map_truth.hpp).
 struct SceneName {
   std::string scene;
   std::uint64_t seed = 1;
-  SensorValues sensor;  ///< written, but not read again
+  SensorValues sensor;  ///< written, but not read
 };
 
-/// `scene.txt` of a sequence folder. Atomic; throws IoError.
+/// Writes `scene.txt` of a sequence folder. Atomic. Throws IoError.
 inline void write_scene_name(const std::filesystem::path& folder, const SceneName& name) {
   io::write_file_atomically(folder / "scene.txt", [&](std::ostream& out) {
     out << "# scene seed\n" << name.scene << ' ' << name.seed << '\n';
@@ -34,7 +34,7 @@ inline void write_scene_name(const std::filesystem::path& folder, const SceneNam
   });
 }
 
-/// Nothing when there is no such file; throws IoError for one that says something else.
+/// Nothing if the file does not exist. Throws IoError for invalid content.
 inline std::optional<SceneName> read_scene_name(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / "scene.txt";
   std::error_code error;

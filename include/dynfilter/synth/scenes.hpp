@@ -15,7 +15,7 @@
 
 namespace dynfilter::synth {
 
-/// Part of a mover: rigid, with a label of its own (a person and the box they carry are two movers).
+/// Rigid part of a mover with its own label. A person and a carried box are two movers.
 struct MoverPart {
   Model model;
   std::uint8_t label;
@@ -32,25 +32,25 @@ struct Scene {
   MaterialSet materials;
   std::optional<Room> room;
   std::vector<Mover> movers;
-  std::vector<Detectable> objects;  ///< [i] is instance i + 1
+  std::vector<Detectable> objects;  ///< entry i is instance i + 1
   std::optional<CameraMotion> camera;
-  double exposure_ms = 0;  ///< of its camera, unless the options say otherwise; 0: sharp images
+  double exposure_ms = 0;  ///< of its camera, unless the options replace it; 0: no motion blur
 };
 
-/// Fills a scene with movers; used by the scripts below.
+/// Adds movers to a scene. Used by the scripts below.
 class SceneBuilder {
  public:
   SceneBuilder(Scene& scene, std::uint64_t seed) : scene_(scene), random_(seed, 0x5C) {}
 
-  double start_s = kAlways;  ///< when the movers begin to move
+  double start_s = kAlways;  ///< time at which the movers begin to move
   CameraMotion::Options camera;
-  std::vector<Eigen::Vector3f> chairs;  ///< x, y, yaw of chairs for those who sit
+  std::vector<Eigen::Vector3f> chairs;  ///< x, y, yaw of chairs for sitting people
   bool plain = false;
   double exposure_ms = 0;
 
   using Points = std::vector<Eigen::Vector2d>;
 
-  /// An oval to walk along, counter-clockwise, centred at `middle`.
+  /// An oval path, counter-clockwise, centred at `middle`.
   static Points oval(const Eigen::Vector2d& middle, double half_x, double half_y) {
     return {middle + Eigen::Vector2d(-half_x, 0), middle + Eigen::Vector2d(-0.72 * half_x, -half_y),
             middle + Eigen::Vector2d(0, -half_y), middle + Eigen::Vector2d(0.72 * half_x, -half_y),
@@ -147,12 +147,13 @@ class SceneBuilder {
   std::optional<CargoMaterials> cargo_;
 };
 
-/// The scripts: who is where and what the camera does.
+/// Scripts: positions of people, and motion of the camera.
 namespace script {
 
 using Builder = SceneBuilder;
 
-/// Three people cross before the camera (one may carry a box), a fourth passes behind the desks.
+/// Three people walk past the camera, one of them optionally with a box.
+/// A fourth walks behind the desks.
 inline void walkers(Builder& b, bool with_box) {
   const double shift = b.random().uniform();
   b.walker(Builder::oval({-0.05, -0.7}, 0.95, 0.26), 1.0, shift, with_box);
@@ -174,7 +175,7 @@ inline void walking(Builder& b, CameraStyle style) {
 
 constexpr double kIndoorExposure_ms = 12;
 
-/// A hand-held camera near the desks, where nothing moves.
+/// A hand-held camera near the desks in a static scene.
 inline void turn_at_desk(Builder& b, double peak_deg_s) {
   static_desk(b);
   b.camera.style = CameraStyle::Turn;
@@ -182,7 +183,7 @@ inline void turn_at_desk(Builder& b, double peak_deg_s) {
   b.exposure_ms = kIndoorExposure_ms;
 }
 
-/// The same a metre from the desk, as in freiburg1_rpy: near things and steps in depth everywhere.
+/// The same one metre from the desk, as in freiburg1_rpy: near objects and many depth steps.
 inline void near_turn(Builder& b, double peak_deg_s) {
   turn_at_desk(b, peak_deg_s);
   b.camera.eye_m = {0.15, -0.15, 1.35};
@@ -206,7 +207,7 @@ inline void walking_shake(Builder& b) {
   b.exposure_ms = kIndoorExposure_ms;
 }
 
-/// A camera on a tripod; people walk close by and fill more than half of the view.
+/// A camera on a tripod. People walk close by and fill more than half of the view.
 inline void standing_camera(Builder& b) {
   b.camera.style = CameraStyle::Tripod;
   b.camera.eye_m = {0, -2.15, 1.4};
@@ -265,7 +266,7 @@ inline void crowd(Builder& b) {
   b.gesturer({1.75, -0.05}, 0.9, false);
 }
 
-/// Three people keep step on parallel ways.
+/// Three people walk in step on parallel paths.
 inline void synchronous(Builder& b) {
   b.camera.style = CameraStyle::Xyz;
   const double speed = b.random().uniform(0.75, 0.95), share = b.random().uniform(0.3, 0.5);
@@ -275,7 +276,7 @@ inline void synchronous(Builder& b) {
   }
 }
 
-/// People and carts fill most of the view and nearly all move the same way.
+/// People and carts fill most of the view, and nearly all move in one direction.
 inline void majority(Builder& b) {
   b.camera.style = CameraStyle::Xyz;
   b.camera.eye_m = {0, -2.75, 1.4};
@@ -290,7 +291,7 @@ inline void majority(Builder& b) {
   b.walker(Builder::oval({0.6, -1.08}, 0.5, 0.12), 0.8, 0.4);
 }
 
-/// Bare walls and furniture; somebody walks before the camera, somebody behind the desks.
+/// Plain walls and furniture. One person walks in front of the camera, one behind the desks.
 inline void low_texture(Builder& b) {
   b.plain = true;
   b.camera.style = CameraStyle::Xyz;
@@ -349,14 +350,14 @@ inline const std::vector<Entry>& all() {
 
 }  // namespace script
 
-/// Names that make_scene() knows.
+/// Names that make_scene() accepts.
 inline std::vector<std::string> scene_names() {
   std::vector<std::string> names;
   for (const script::Entry& entry : script::all()) names.emplace_back(entry.name);
   return names;
 }
 
-/// Throws ConfigError on an unknown name.
+/// Throws ConfigError for an unknown name.
 inline Scene make_scene(const std::string& name, std::uint64_t seed) {
   for (const script::Entry& entry : script::all()) {
     if (entry.name != name) continue;

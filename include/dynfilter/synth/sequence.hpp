@@ -26,18 +26,19 @@ struct SequenceOptions {
   int frames = 200;
   std::uint64_t seed = 1;
   double rate_hz = 30;
-  bool exposure_variation = false;    ///< the gain varies smoothly
-  bool exposure_steps = false;        ///< the gain jumps about once a second
-  bool motion_blur = false;           ///< exposure of kBlurExposure_ms, unless exposure_ms is given
-  std::optional<double> exposure_ms;  ///< 0: sharp images; nullopt: what the scene's camera has
-  double rolling_shutter_ms = 0;      ///< from the exposure of the first row to that of the last
-  double depth_offset_ms = 0;         ///< the depth image is taken so much later than its stamp says
-  double calibration_error = 0;       ///< of the calibration() that is handed out, 1: a bad one
-  double image_noise = 1.6;           ///< grey levels, 0: none
-  bool perfect_depth = false;         ///< no noise, no holes
+  bool exposure_variation = false;    ///< smooth gain variation
+  bool exposure_steps = false;        ///< gain jumps about once per second
+  bool motion_blur = false;           ///< exposure of kBlurExposure_ms, unless exposure_ms is set
+  std::optional<double> exposure_ms;  ///< 0: no motion blur; nullopt: value of the scene's camera
+  /// Time from the exposure of the first row to that of the last.
+  double rolling_shutter_ms = 0;
+  double depth_offset_ms = 0;    ///< delay of the depth image relative to its timestamp
+  double calibration_error = 0;  ///< error of calibration(); 1: a bad calibration
+  double image_noise = 1.6;      ///< grey levels; 0: no noise
+  bool perfect_depth = false;    ///< no noise, no holes
   DetectorFaults detector;
   TruthRule truth;
-  bool overwrite = false;  ///< write_sequence(): replace a folder that is not empty
+  bool overwrite = false;  ///< write_sequence() replaces a folder that is not empty
 };
 
 /// The camera of every sequence: TUM's freiburg3.
@@ -52,20 +53,24 @@ constexpr double kDepthUnitsPerM = 5000.0, kBlurExposure_ms = 12;
 struct RenderedFrame {
   double timestamp_s = 0;
   cv::Mat colour;        ///< CV_8UC3
-  cv::Mat depth;         ///< CV_16UC1, kDepthUnitsPerM, 0: none
-  cv::Mat true_depth_m;  ///< CV_32FC1, where the colour image was taken
+  cv::Mat depth;         ///< CV_16UC1, kDepthUnitsPerM; 0: no depth
+  cv::Mat true_depth_m;  ///< CV_32FC1, at the pose of the colour image
   TruthImages truth;
   Pose T_world_camera;
-  std::optional<std::vector<Detection>> detections;  ///< nullopt: none came (the detector is late)
-  int detected_on_frame = -1;                        ///< the frame they were computed on
+  /// nullopt: no result, because the detector is late.
+  std::optional<std::vector<Detection>> detections;
+  int detected_on_frame = -1;  ///< frame that they were computed on
 };
 
-/// Renders the frames of a sequence, in any order: a frame depends on options, seed and its number only.
-/// About 50 ms a frame, and 0.4 s to build the scene; blur and rolling rows cost another 25 ms per sub-frame.
-/// The time stamp is the middle of the exposure of the middle row; pose and truth belong to this instant.
+/// Renders the frames of a sequence in any order.
+/// A frame depends only on the options, the seed and its number.
+/// The timestamp is the middle of the exposure of the middle row.
+/// Pose and truth belong to this instant.
+/// Cost: about 50 ms per frame, and 0.4 s to create the scene.
+/// Blur and rolling rows cost another 25 ms per sub-frame.
 class SequenceRenderer {
  public:
-  /// Throws ConfigError on an unknown scene or senseless options.
+  /// Throws ConfigError for an unknown scene or invalid options.
   explicit SequenceRenderer(const SequenceOptions& options)
       : options_(checked(options)),
         camera_(fr3_camera()),
@@ -81,16 +86,17 @@ class SequenceRenderer {
 
   const SequenceOptions& options() const { return options_; }
   const Camera& camera() const { return camera_; }
-  const Camera& calibration() const { return calibration_; }  ///< what users of the sequence are told
+  /// Calibration for users of the sequence, with its error.
+  const Camera& calibration() const { return calibration_; }
   const Scene& scene() const { return scene_; }
   int size() const { return options_.frames; }
-  /// The exposure that the options and the scene come to; 0: sharp images.
+  /// Exposure that results from the options and the scene; 0: no motion blur.
   double exposure_ms() const {
     return options_.exposure_ms.value_or(options_.motion_blur ? kBlurExposure_ms : scene_.exposure_ms);
   }
   double time_s(double frame) const { return frame / options_.rate_hz; }
   double timestamp_s(int frame) const { return stamp_s(frame * 1e6 / options_.rate_hz); }
-  /// Of frame 0 of every sequence.
+  /// Timestamp of frame 0 of every sequence.
   static double first_timestamp_s() { return stamp_s(0); }
   Pose pose(int frame) const { return Pose::from(scene_.camera->pose(time_s(frame))); }
 
@@ -100,7 +106,7 @@ class SequenceRenderer {
     return out;
   }
 
-  /// The same into a frame that is used again: its images keep their memory.
+  /// Renders into an existing frame and reuses its memory.
   void render(int index, RenderedFrame& out) {
     const double now_s = time_s(index);
     const Eigen::Isometry3d T_world_camera = scene_.camera->pose(now_s);
@@ -118,7 +124,7 @@ class SequenceRenderer {
     give_detections(index, out);
   }
 
-  /// What a camera without noise and with an instant shutter sees.
+  /// Image of a camera without noise and with an instant shutter.
   void instant(double at_s, cv::Mat& colour) {
     drawer_.draw_colour(scene_, at_s, scene_.camera->pose(at_s), {0, camera_.height_px - 1}, colour);
   }
@@ -206,7 +212,7 @@ class SequenceRenderer {
     light_.write(colour);
   }
 
-  /// The longest way of a point in the image from half of `span_s` before the frame to half of it after.
+  /// Longest image path of a point over `span_s`, centred at the frame.
   double largest_motion_px(double now_s, double span_s) {
     if (span_s <= 0) return 0;
     item_poses(scene_, now_s, now_);
@@ -226,7 +232,7 @@ class SequenceRenderer {
     return largest;
   }
 
-  /// Per item: camera then <- camera now, of a point on it.
+  /// Motion of points on each item, from the current camera frame to that `by_s` later.
   std::vector<Eigen::Isometry3d> moved(double now_s, double by_s) {
     const Eigen::Isometry3d T_world_now = scene_.camera->pose(now_s);
     const Eigen::Isometry3d T_then_world = scene_.camera->pose(now_s + by_s).inverse();
@@ -256,7 +262,8 @@ class SequenceRenderer {
       out.detected_on_frame = -1;
       return;
     }
-    if (detected_.find(out.detected_on_frame) == detected_.end()) {  // asked for out of order
+    // Frames were requested out of order.
+    if (detected_.find(out.detected_on_frame) == detected_.end()) {
       const double then_s = time_s(out.detected_on_frame);
       drawer_.draw(scene_, then_s, scene_.camera->pose(then_s), geometry_);
       remember_detections(out.detected_on_frame);

@@ -15,7 +15,7 @@
 
 namespace dynfilter::synth {
 
-/// Called after each frame with the number of frames done and the total.
+/// Called after each frame with the number of completed frames and the total.
 using ProgressCallback = std::function<void(int, int)>;
 
 inline std::string stamp_text(double timestamp_s) {
@@ -24,7 +24,7 @@ inline std::string stamp_text(double timestamp_s) {
   return text;
 }
 
-/// What the sensor of a sequence does, every option with its value (flags: 0 or 1).
+/// All sensor options of a sequence with their values (flags: 0 or 1).
 inline SensorValues sensor_values(const SequenceRenderer& renderer) {
   const SequenceOptions& o = renderer.options();
   return {{"hz", o.rate_hz},
@@ -36,7 +36,7 @@ inline SensorValues sensor_values(const SequenceRenderer& renderer) {
           {"exposure_steps", o.exposure_steps ? 1 : 0}};
 }
 
-/// Fills a folder with one sequence in the layout of TUM RGB-D, truth beside it.
+/// Writes one sequence to a folder in the layout of TUM RGB-D, with truth.
 class SequenceWriter {
  public:
   SequenceWriter(const std::filesystem::path& folder, const Camera& camera)
@@ -97,9 +97,9 @@ class SequenceWriter {
   io::Trajectory trajectory_;
 };
 
-/// Renders a sequence into `folder`, which appears when it is complete. Throws IoError when the folder is
-/// there already and not empty (unless options.overwrite: then it is replaced), ConfigError on an unknown
-/// scene. Returns what the sensor did.
+/// Renders a sequence into `folder`, which appears when it is complete. Returns the sensor values.
+/// Throws IoError if the folder exists and is not empty, unless options.overwrite is set.
+/// Throws ConfigError for an unknown scene.
 inline SensorValues write_sequence(const SequenceOptions& options, const std::filesystem::path& folder,
                                    const ProgressCallback& progress = {}) {
   std::error_code error;

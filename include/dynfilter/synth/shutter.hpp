@@ -8,17 +8,18 @@
 
 namespace dynfilter::synth {
 
-/// When the rows of an image are exposed, relative to its time stamp, and the instants that are rendered
-/// for it. Row y collects light for `exposure_s` around (y / rows - 0.5) * readout_s. The whole time is cut
-/// into equal steps; a step is rendered at its middle and weighs in a row by its share of the row's exposure.
+/// Exposure of the rows of an image relative to its timestamp, and the instants rendered for it.
+/// Row y collects light for `exposure_s` around (y / rows - 0.5) * readout_s.
+/// The total time is divided into equal steps. Each is rendered at its middle.
+/// Its weight in a row is its share of the row's exposure.
 class Shutter {
  public:
   Shutter(double exposure_s, double readout_s, int steps, int rows)
       : exposure_s_(exposure_s), readout_s_(readout_s), steps_(steps), rows_(rows) {}
 
-  /// Steps for a scene of which the fastest point moves by `motion_px` during exposure and readout. Blur
-  /// alone: one per 1.5 px, at most 24. Rolling rows: fine enough that the edge between two bands is at most
-  /// 0.3 px, but at most 128.
+  /// Number of steps if the fastest point moves by `motion_px` during exposure and readout.
+  /// Blur alone: one per 1.5 px, at most 24.
+  /// Rolling rows: the edge between two bands is at most 0.3 px, with at most 128 steps.
   static int steps_for(double exposure_s, double readout_s, double motion_px) {
     const double span_s = exposure_s + readout_s;
     if (span_s <= 0) return 1;
@@ -30,13 +31,13 @@ class Shutter {
   }
 
   int steps() const { return steps_; }
-  /// Middle of a step, from the time stamp.
+  /// Middle of a step relative to the timestamp.
   double offset_s(int step) const { return (begin_s(step) + begin_s(step + 1)) / 2; }
   double row_offset_s(int row) const {
     return (static_cast<double>(row) / static_cast<double>(rows_) - 0.5) * readout_s_;
   }
 
-  /// Of a row's light; sums to 1 over the steps.
+  /// Share of a row's light; sums to 1 over the steps.
   double weight(int step, int row) const {
     if (steps_ == 1) return 1;
     const double low = begin_s(step), high = begin_s(step + 1), row_s = row_offset_s(row);
@@ -66,7 +67,7 @@ class Shutter {
   int steps_, rows_;
 };
 
-/// Adds up light: grey levels are taken as the square root of it (a display gamma of 2).
+/// Sums light. Grey levels are its square root, a display gamma of 2.
 class LightSum {
  public:
   void begin(cv::Size size) {

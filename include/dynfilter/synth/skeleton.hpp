@@ -9,8 +9,8 @@
 
 namespace dynfilter::synth {
 
-/// Rigid parts of a person. In its own frame a limb hangs from its upper joint along -z; x is the person's
-/// right, y ahead.
+/// Rigid parts of a person. In its own frame, a limb extends from its upper joint along -z.
+/// x is the person's right, y is forward.
 enum BodyPart {
   kPelvis,
   kChest,
@@ -32,7 +32,7 @@ enum BodyPart {
 
 using BodyPose = std::array<Eigen::Isometry3d, kBodyPartCount>;  // world <- part
 
-/// Lengths for a person 1.75 m high, times `scale`.
+/// Lengths of a person 1.75 m tall, times `scale`.
 struct BodyShape {
   double scale = 1;
   double thigh() const { return 0.43 * scale; }
@@ -59,7 +59,7 @@ inline Eigen::Matrix3d turn(double angle_rad, const Eigen::Vector3d& axis) {
   return Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
 }
 
-/// Frame of a bone from `origin` towards `end`, its y axis as near to `ahead` as possible.
+/// Frame of a bone from `origin` towards `end`, with its y axis as close to `ahead` as possible.
 inline Eigen::Isometry3d bone(const Eigen::Vector3d& origin, const Eigen::Vector3d& end,
                               const Eigen::Vector3d& ahead) {
   const Eigen::Vector3d z = (origin - end).normalized();
@@ -71,7 +71,7 @@ inline Eigen::Isometry3d bone(const Eigen::Vector3d& origin, const Eigen::Vector
   return frame_at(origin, rotation);
 }
 
-/// Middle joint of a two-bone chain from root to (towards) target, bent towards `bend`.
+/// Middle joint of a two-bone chain from root towards target, bent towards `bend`.
 inline Eigen::Vector3d middle_joint(const Eigen::Vector3d& root, Eigen::Vector3d& target, double first,
                                     double second, const Eigen::Vector3d& bend) {
   Eigen::Vector3d axis = target - root;
@@ -85,7 +85,7 @@ inline Eigen::Vector3d middle_joint(const Eigen::Vector3d& root, Eigen::Vector3d
   return root + along * axis + std::sqrt(std::max(0.0, first * first - along * along)) * side;
 }
 
-/// Where the trunk is and where hands and feet should go (world frame); index 0 left, 1 right.
+/// Pose of the trunk and targets of hands and feet in the world. Index 0 is left, 1 is right.
 struct BodyTargets {
   Eigen::Isometry3d pelvis = Eigen::Isometry3d::Identity();
   Eigen::Matrix3d chest_in_pelvis = Eigen::Matrix3d::Identity();

@@ -29,7 +29,8 @@ class Texture {
   float width() const { return static_cast<float>(levels_[0].cols); }
   float height() const { return static_cast<float>(levels_[0].rows); }
 
-  /// BGR in [0, 255] at (u, v), one unit being the whole picture; `lod` is log2 of texels per pixel.
+  /// BGR in [0, 255] at (u, v), in units of the whole picture.
+  /// `lod` is log2 of texels per pixel.
   cv::Vec3f sample(float u, float v, float lod) const {
     const float top = static_cast<float>(levels_.size() - 1);
     const float level = std::min(std::max(lod, 0.0F), top);
@@ -68,11 +69,12 @@ class Texture {
   std::vector<cv::Mat> levels_;  // CV_8UC4
 };
 
-/// How a surface looks, and how badly a structured-light camera sees it.
+/// Appearance of a surface, and its visibility to a structured-light camera.
 struct Material {
   int texture = 0;
-  float depth_dropout = 0;  ///< share of the surface without depth at 2 m (dark or shiny), [0, 1]
-  bool glows = false;       ///< windows, screens, lamps: not shaded
+  /// Share of the surface without depth at 2 m because it is dark or shiny, [0, 1].
+  float depth_dropout = 0;
+  bool glows = false;  ///< windows, screens and lamps are not shaded
 };
 
 /// Textures and materials of one scene; models refer to materials by index.

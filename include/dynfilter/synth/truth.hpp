@@ -10,31 +10,32 @@ namespace dynfilter::synth {
 
 constexpr std::uint8_t kTruthStatic = 0, kTruthDontCare = 128, kTruthDynamic = 255;
 
-/// What counts as dynamic.
+/// Definition of dynamic.
 struct TruthRule {
-  double min_motion_m = 0.010;  ///< of the surface point, over `window_s`
-  double min_miss_px = 1.0;     ///< by which the static prediction misses the pixel
+  double min_motion_m = 0.010;  ///< motion of the surface point over `window_s`
+  double min_miss_px = 1.0;     ///< error of the static prediction
   double window_s = 5 / 30.0;
-  int band_px = 5;  ///< around the silhouettes of movers: don't care
+  int band_px = 5;  ///< band around the silhouettes of movers that is don't care
 };
 
-/// A drawn item that may move. Item 0 is everything that cannot.
+/// A drawn item that may move. Item 0 contains all static objects.
 struct ItemTruth {
   std::uint8_t label = 0;  ///< number of the mover, from 1
   bool person = false;
   Eigen::Isometry3d last_from_now =
-      Eigen::Isometry3d::Identity();  ///< world point now -> where it was a frame ago
-  Eigen::Isometry3d window_from_now = Eigen::Isometry3d::Identity();  ///< the same, a window ago
+      Eigen::Isometry3d::Identity();  ///< world point now -> its position one frame ago
+  Eigen::Isometry3d window_from_now = Eigen::Isometry3d::Identity();  ///< the same one window ago
 };
 
 struct TruthImages {
-  cv::Mat labels;   ///< CV_8UC1, 0 static, k = mover k
-  cv::Mat motion;   ///< CV_16UC1, 3-D displacement of the surface point since the last frame, 0.1 mm
+  cv::Mat labels;  ///< CV_8UC1, 0 static, k = mover k
+  /// CV_16UC1, 3-D displacement of the surface point since the last frame, 0.1 mm.
+  cv::Mat motion;
   cv::Mat dynamic;  ///< CV_8UC1, kTruthStatic, kTruthDontCare or kTruthDynamic
   cv::Mat person;   ///< CV_8UC1, 255 on people
 };
 
-/// Truth of one picture. `T_world_camera`: pose of the camera now.
+/// Computes the truth of one image. `T_world_camera`: current pose of the camera.
 class TruthMaker {
  public:
   TruthMaker(const Camera& camera, const TruthRule& rule) : camera_(camera), rule_(rule) {}

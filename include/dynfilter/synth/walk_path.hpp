@@ -9,8 +9,8 @@
 
 namespace dynfilter::synth {
 
-/// A smooth closed way on the floor (uniform Catmull-Rom through the given points), by arc length; defined
-/// for every real s, also negative ones.
+/// A smooth closed path on the floor: uniform Catmull-Rom through the given points.
+/// Parametrised by arc length, for all real s, including negative ones.
 class WalkPath {
  public:
   explicit WalkPath(std::vector<Eigen::Vector2d> points) : points_(std::move(points)) {
@@ -33,7 +33,7 @@ class WalkPath {
     return spline((static_cast<double>(i) - 1 + t) / kPerSegment);
   }
 
-  /// Unit direction of travel, averaged over half a metre: people do not turn on a point.
+  /// Unit direction of travel, averaged over 0.5 m, because people do not turn on the spot.
   Eigen::Vector2d heading(double s_m) const { return (at(s_m + 0.25) - at(s_m - 0.25)).normalized(); }
 
  private:
