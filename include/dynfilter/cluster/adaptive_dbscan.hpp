@@ -13,6 +13,7 @@
 
 namespace dynfilter {
 
+/// Limits of AdaptiveDbscan.
 struct AdaptiveDbscanLimits {
   int max_k = 30;         ///< largest k that is tested
   int max_points = 2000;  ///< larger inputs are subsampled evenly, in the given order
@@ -25,6 +26,7 @@ struct DbscanCandidate {
   int clusters = 0;
 };
 
+/// Result of AdaptiveDbscan. `params` is valid only if `found`.
 struct AdaptiveDbscanChoice {
   bool found = false;
   int k = 0;  ///< the selected k

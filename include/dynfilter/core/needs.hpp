@@ -28,10 +28,12 @@ constexpr Input operator|(Input a, Input b) {
 constexpr Input operator&(Input a, Input b) {
   return static_cast<Input>(static_cast<std::uint32_t>(a) & static_cast<std::uint32_t>(b));
 }
+/// The inputs of `a` that are not in `b`.
 constexpr Input without(Input a, Input b) {
   return static_cast<Input>(static_cast<std::uint32_t>(a) & ~static_cast<std::uint32_t>(b));
 }
 
+/// Inputs and history that a filter needs.
 struct Needs {
   /// The stage is skipped if one of these is missing. The report notes why.
   Input required = Input::None;
@@ -41,6 +43,7 @@ struct Needs {
   int history_frames = 0;
 };
 
+/// The inputs that a frame provides.
 inline Input inputs_of(const FrameView& frame) {
   Input inputs = Input::None;
   const auto add = [&](bool there, Input input) {

@@ -80,6 +80,8 @@ std::function<void(const P&, const std::string&)> range_check(T P::*member, Rang
 
 }  // namespace detail
 
+/// A number in a range, both ends included. `unit` and `doc` are for display.
+/// The functions below do the same for other types.
 template <class P>
 Field<P> real(const char* name, double P::*member, const char* unit, Range<double> range, const char* doc) {
   return {{name, "number", unit, "", detail::range_text(range.min, range.max), doc},

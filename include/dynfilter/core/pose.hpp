@@ -35,6 +35,7 @@ struct Pose {
   }
 };
 
+/// T_b_a.
 inline Pose inverse(const Pose& T_a_b) {
   const Eigen::Matrix3d Rt = T_a_b.R().transpose();
   return Pose::from(Rt, -(Rt * T_a_b.t()));

@@ -33,6 +33,7 @@ struct StageReport {
   double time_ms = 0;  ///< includes shared evidence that this stage was the first to request
 };
 
+/// Report of one call of the pipeline.
 struct FrameReport {
   std::int64_t frame_id = -1;
   CallPoint call_point = CallPoint::BeforePose;
@@ -47,6 +48,7 @@ struct FrameReport {
   double total_ms = 0;           ///< total time, correspondences included
 };
 
+/// Verdict on one map point.
 struct MapPointVerdict {
   std::int64_t map_point_id = -1;
   Vote vote = Vote::Unknown;

@@ -38,11 +38,13 @@ inline Similarity align(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bo
   return s;
 }
 
+/// Options of absolute_trajectory_error().
 struct AteOptions {
   double max_gap_s = 0.02;  ///< largest time difference of a pair
   bool with_scale = false;  ///< Sim(3) instead of SE(3), for monocular systems
 };
 
+/// Absolute trajectory error [m] and the alignment behind it.
 struct AteResult {
   std::size_t pairs = 0;
   ErrorStatistics error_m;

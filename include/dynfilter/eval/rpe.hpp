@@ -13,6 +13,7 @@
 
 namespace dynfilter::eval {
 
+/// Relative pose error: translation [m] and rotation [deg].
 struct RpeResult {
   std::size_t pairs = 0;
   ErrorStatistics translation_m;

@@ -32,6 +32,7 @@ Field<P> box_refinement(const char* name, BoxRefinement P::*member) {
                 "the depth that most features share");
 }
 
+/// Buffers of features_in_box().
 struct BoxScratch {
   std::vector<float> x, y;
 };

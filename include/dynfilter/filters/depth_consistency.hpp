@@ -14,16 +14,19 @@
 
 namespace dynfilter {
 
+/// The earlier view that predicts the depth.
 enum class DepthReference {
   Frame,     ///< the frame gap_frames back
   Keyframe,  ///< the last keyframe
   Covisible  ///< FrameView::covisible_keyframes
 };
+/// How the earlier view predicts the depth.
 enum class DepthPrediction {
   Match,  ///< depth of the feature's point in the reference, moved to the current frame
   View,   ///< depth that the reference view has at the feature's position
   Both
 };
+/// Form of the depth deviation.
 enum class DepthForm {
   Relative,  ///< share of the depth (DeS-SLAM)
   Metric     ///< metres (DynaSLAM)

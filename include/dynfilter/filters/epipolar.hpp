@@ -11,10 +11,12 @@
 
 namespace dynfilter {
 
+/// The two-view model that measures distances.
 enum class EpipolarModel {
   Auto,        ///< F, H or no model, depending on what the seeds determine
   Fundamental  ///< always F, as published
 };
+/// Distance measure for the fundamental matrix [px].
 enum class EpipolarDistance {
   Line,    ///< of the current point from its epipolar line
   Sampson  ///< first-order distance in both images

@@ -13,6 +13,7 @@
 
 namespace dynfilter {
 
+/// The semantic input that defines objects.
 enum class ObjectSource {
   Boxes,      ///< boxes of the detections
   Instances,  ///< instance masks of the detections

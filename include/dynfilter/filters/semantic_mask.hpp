@@ -12,6 +12,7 @@
 
 namespace dynfilter {
 
+/// The semantic input with the mask.
 enum class MaskSource {
   Mask,      ///< FrameView::mask
   Instances  ///< masks of the detections

@@ -15,10 +15,12 @@
 
 namespace dynfilter {
 
+/// What is compared with the camera motion.
 enum class TrajectoryMode {
   Rigid,        ///< the full motion predicts the position of a static point
   Displacement  ///< as published: compares the distances moved by the point and by the camera
 };
+/// Form of the threshold.
 enum class TrajectoryThreshold {
   Noise,  ///< chi-square under the noise model of the depth camera
   Metric  ///< alpha + beta * depth, in metres (RTS-SLAM eq. 13)

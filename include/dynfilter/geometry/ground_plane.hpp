@@ -21,6 +21,7 @@ struct GroundPlane {
   double below(double x, double y) const { return y + tilt * x; }
 };
 
+/// A point for GroundPlaneFinder. Inverse depth is in units of the camera's step.
 struct GroundPoint {
   double x = 0, y = 0;  ///< pixels from the focus of expansion, y down
   double inverse_depth = 0;

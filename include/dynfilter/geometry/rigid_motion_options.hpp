@@ -19,6 +19,7 @@ enum class RigidResidualKind { ImageDepth, Point };
 /// Sources: Huber 1964; Black and Anandan 1996; Beaton and Tukey 1974.
 enum class RobustLoss { None, Huber, Cauchy, Tukey };
 
+/// Options of RigidMotionEstimator.
 struct RigidMotionOptions {
   RigidResidualKind residual = RigidResidualKind::ImageDepth;
   RobustLoss loss = RobustLoss::Tukey;

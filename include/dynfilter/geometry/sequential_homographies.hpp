@@ -18,6 +18,7 @@ struct ImageMatch {
   double rx = 0, ry = 0;  ///< in the reference image
 };
 
+/// Options of SequentialHomographies.
 struct SequentialHomographiesOptions {
   double chance = 0.003;  ///< probability that a wrong match agrees with a homography by chance
   int max_models = 20;

@@ -9,6 +9,7 @@
 
 namespace dynfilter {
 
+/// Options of TwoViewEstimator.
 struct TwoViewOptions {
   /// Largest Sampson distance of a seed that agrees with F, about 2 sigma.
   double max_distance_px = 1.0;
@@ -91,8 +92,8 @@ struct TwoViewModel {
   TwoViewReason reason = TwoViewReason::TooFewSeeds;
   Matrix9 F{};  ///< p2^T F p1 = 0; all zero: no F
   Matrix9 H{};  ///< p2 ~ H p1; all zero: no H
-  /// Homography and Rotation: largest distance of a static point from H p1 along its line F p1 [px].
-  /// Zero if no parallax is found.
+  /// Homography and Rotation: largest distance [px] of a static point from H p1,
+  /// along its line F p1. Zero if no parallax is found.
   double allowance_px = 0;
   /// True if points off H but on F may be static parallax.
   /// `judge` then returns CannotSay for them.

@@ -74,6 +74,7 @@ inline void undistort_points(const Camera& camera, Span<const cv::Point2f> in, S
   for (std::size_t i = 0; i < in.size(); ++i) out[i] = undistort_point(camera, in[i]);
 }
 
+/// `out[i] = distort_point(in[i])`. Both have the same size, and `out` may be `in`.
 inline void distort_points(const Camera& camera, Span<const cv::Point2f> in, Span<cv::Point2f> out) {
   for (std::size_t i = 0; i < in.size(); ++i) out[i] = distort_point(camera, in[i]);
 }
@@ -91,6 +92,7 @@ inline cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px
           static_cast<float>((undistorted_px.y - camera.cy_px) / camera.fy_px * z), depth_m};
 }
 
+/// Back-projects many pixels. All arrays have the same size.
 inline void back_project(const Camera& camera, Span<const cv::Point2f> undistorted_px,
                          Span<const float> depth_m, Span<cv::Point3f> out) {
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = back_project(camera, undistorted_px[i], depth_m[i]);

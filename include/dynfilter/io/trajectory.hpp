@@ -14,6 +14,7 @@
 
 namespace dynfilter::io {
 
+/// A camera pose [m] with its timestamp [s].
 struct StampedPose {
   double timestamp_s = 0;
   Pose T_world_camera;
@@ -91,6 +92,7 @@ inline Trajectory read_tum_trajectory(const std::filesystem::path& path, Traject
   return trajectory;
 }
 
+/// The same without the irregularities.
 inline Trajectory read_tum_trajectory(const std::filesystem::path& path) {
   TrajectoryOddities unused;
   return read_tum_trajectory(path, unused);

@@ -17,6 +17,7 @@
 
 namespace dynfilter::io {
 
+/// Options of TumSequence::open().
 struct TumOptions {
   double max_association_gap_s = 0.02;  ///< largest time difference of a colour and a depth image
   std::optional<Camera> camera;         ///< replaces the camera of the folder

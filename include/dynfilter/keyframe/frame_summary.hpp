@@ -57,6 +57,7 @@ constexpr const char* to_string(KeyframeReason reason) {
   return "?";
 }
 
+/// A keyframe and the reason for it.
 struct SelectedFrame {
   std::int64_t id = -1;
   double timestamp_s = 0;
@@ -70,6 +71,7 @@ struct PoseDifference {
   double translation_m = 0, rotation_deg = 0;
 };
 
+/// Distance and angle between two camera poses in one world frame.
 inline PoseDifference difference(const Pose& a, const Pose& b) {
   const Eigen::Matrix3d R = a.R().transpose() * b.R();
   const double cosine = std::min(1.0, std::max(-1.0, (R.trace() - 1) / 2));

@@ -46,6 +46,7 @@ class Graph {
 /// A set of vertices with one flag per vertex.
 using VertexSet = std::vector<std::uint8_t>;
 
+/// Number of vertices in the set.
 inline std::size_t count(const VertexSet& set) {
   return static_cast<std::size_t>(std::count(set.begin(), set.end(), std::uint8_t{1}));
 }
@@ -74,6 +75,7 @@ inline std::vector<int> components(const Graph& graph, const VertexSet& within) 
   return component;
 }
 
+/// Component number of each vertex of the whole graph.
 inline std::vector<int> components(const Graph& graph) {
   return components(graph, VertexSet(graph.size(), 1));
 }

@@ -38,6 +38,7 @@ inline std::size_t matching_bound(const Graph& graph) {
   return edges;
 }
 
+/// A vertex cover. It is smallest if its size equals `lower_bound`.
 struct VertexCover {
   VertexSet set;
   std::size_t size = 0;

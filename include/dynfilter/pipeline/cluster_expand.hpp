@@ -12,6 +12,7 @@
 
 namespace dynfilter {
 
+/// Space in which neighbours are defined.
 enum class ExpandSpace {
   Points,  ///< distance in 3-D
   Image,   ///< distance in pixels

@@ -15,6 +15,7 @@ namespace dynfilter {
 
 using StagePtr = std::unique_ptr<Stage>;
 
+/// A stage with a new filter of type F. Throws ConfigError for invalid parameters.
 template <class F>
 StagePtr stage(typename F::Params params = typename F::Params()) {
   return std::make_unique<FilterStage>(std::make_unique<F>(std::move(params)), F::kName);
@@ -36,6 +37,8 @@ Stages stages(S&&... members) {
 
 }  // namespace detail
 
+/// The combinators of pipeline/combinators.hpp with these stages as children.
+/// `negate` is `not` in YAML; `condition` and `otherwise` are `if` and `else`.
 template <class... S>
 StagePtr sequence(S&&... members) {
   return std::make_unique<SequenceStage>(SequenceStage::kName, detail::stages(std::forward<S>(members)...));

@@ -67,9 +67,11 @@ inline PipelineConfig read_pipeline(const YamlDocument& document, const Registry
   }
 }
 
+/// Reads a pipeline file. Throws ConfigError with the file name.
 inline PipelineConfig pipeline_from_file(const std::string& path, const Registry& registry) {
   return read_pipeline(YamlDocument::from_file(path), registry);
 }
+/// Reads a pipeline from YAML text. Throws ConfigError.
 inline PipelineConfig pipeline_from_text(const std::string& text, const Registry& registry) {
   return read_pipeline(YamlDocument::from_text(text), registry);
 }

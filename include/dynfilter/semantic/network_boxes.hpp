@@ -59,6 +59,7 @@ inline void add_if_sound(const NetworkBox& box, std::vector<NetworkBox>& boxes) 
 
 }  // namespace detail
 
+/// Intersection over union, in [0, 1].
 inline float overlap_share(const cv::Rect2f& a, const cv::Rect2f& b) {
   const float both = (a & b).area();
   return both > 0 ? both / (a.area() + b.area() - both) : 0.0F;
