@@ -34,7 +34,7 @@ T middle_of(T a, T b, T c) {
 }  // namespace detail
 
 /// The value at index `at` of the sorted sequence. Requires `at` < `count`. Reorders the values.
-/// Equal to std::nth_element, and two to four times as fast for 300 to 10000 floats.
+/// Gives the result of std::nth_element, two to four times as fast for 300 to 10000 floats.
 template <class T>
 T select_in_place(T* values, std::size_t count, std::size_t at) {
   constexpr int kRounds = 64;  // more rounds mean adversarial input
@@ -55,14 +55,14 @@ T select_in_place(T* values, std::size_t count, std::size_t at) {
   return values[at];
 }
 
-/// The given percentile. Reorders the values. NaN if there are none.
+/// The percentile `percent`. Reorders the values. NaN without values.
 template <class T>
 T quantile_in_place(std::vector<T>& values, std::size_t percent) {
   if (values.empty()) return std::numeric_limits<T>::quiet_NaN();
   return select_in_place(values.data(), values.size(), values.size() * percent / 100);
 }
 
-/// The median; the upper one for an even count. Reorders the values. NaN if there are none.
+/// The median; the upper one for an even count. Reorders the values. NaN without values.
 template <class T>
 T median_in_place(std::vector<T>& values) {
   return quantile_in_place(values, 50);
@@ -71,7 +71,7 @@ T median_in_place(std::vector<T>& values) {
 /// Median of the values inside the window of `width` that contains most values.
 /// The lowest window wins a tie.
 /// This is the exact optimum of a RANSAC with a one-parameter model.
-/// Sorts the values. Returns nothing if there are none.
+/// Sorts the values. Returns nothing without values.
 template <class T>
 std::optional<T> densest_in_place(std::vector<T>& values, T width) {
   std::sort(values.begin(), values.end());

@@ -46,7 +46,7 @@ inline std::optional<RigidMotion> fitted_motion(Context& context, const Match& m
 }  // namespace detail
 
 /// The camera's motion since the match's reference, T_current_reference.
-/// Nullopt if there is none; the report names the reason or the source.
+/// nullopt if there is none; the report names the reason or the source.
 /// The host's motion has no inliers and no covariance. `seeds` is a buffer.
 inline std::optional<RigidMotion> camera_motion(Context& context, const Match& match, MotionSource source,
                                                 std::vector<int>& seeds) {

@@ -33,7 +33,7 @@ struct DescriptorDistanceParams {
 };
 
 /// Marks matches with similar descriptors as candidates for movers (Zhou et al. sec. 3.1.2).
-/// A geometric filter that doubts such a match has found motion, not a mismatch.
+/// If a geometric filter rejects such a match, the cause is motion and not a mismatch.
 /// Use it as a member of `all`. Alone, it votes every good match dynamic.
 ///
 /// Formula:  Hamming distance <= max_distance_bits: dynamic, else static.
@@ -48,7 +48,7 @@ class DescriptorDistanceFilter final : public Filter {
   using Params = DescriptorDistanceParams;
   static constexpr const char* kName = "descriptor_distance";
   static constexpr const char* kSummary =
-      "features with a similar descriptor in their match; for `all`, beside a filter that doubts the match";
+      "features whose match has a similar descriptor; for use inside `all`, with a geometric filter";
 
   explicit DescriptorDistanceFilter(Params params = Params()) : params_(params) {
     check_parameters(params_, kName);

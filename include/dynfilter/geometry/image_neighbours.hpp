@@ -11,7 +11,7 @@ namespace dynfilter {
 
 /// Nearest neighbours among image points, using a uniform grid. All points must be finite.
 /// Cost: building O(n), a query about 0.1 us for 6 neighbours of 1000 points.
-/// A query skips cells that are farther away than the k nearest points so far.
+/// A query skips cells that are farther away than the k nearest points already found.
 class ImageNeighbours {
  public:
   struct Point {

@@ -16,7 +16,7 @@ struct Pack {
   Four low, high;
 
   Pack() = default;
-  Pack(float value) : low(Four{} + value), high(low) {}  // NOLINT: a number stands for eight of it
+  Pack(float value) : low(Four{} + value), high(low) {}  // NOLINT: converts a number to eight copies
   Pack(const Four& l, const Four& h) : low(l), high(h) {}
   static Pack load(const float* from) {
     Pack p;
