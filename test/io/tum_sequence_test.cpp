@@ -78,7 +78,7 @@ TEST_CASE("a frame without depth is kept, counted and reported once") {
   CHECK(sequence.load(2).depth.empty());
   CHECK_FALSE(sequence.load(1).depth.empty());
   REQUIRE(sequence.notes().size() == 2);
-  has(sequence.notes()[0], "depth.txt: 1 image that is not there");
+  has(sequence.notes()[0], "depth.txt: 1 missing image left out");
   has(sequence.notes()[1], "1 frame has no depth image");
 }
 

@@ -14,7 +14,7 @@ namespace dynfilter::mapping {
 /// First, voxels that enough keyframes saw through are removed (CarveParams).
 /// Then the removal spreads to the remains of the same object.
 /// A person who left is mostly seen through, except in front of pixels without depth.
-/// A voxel spreads if at most `spread_max_seen` keyframes saw it
+/// A voxel is also removed if at most `spread_max_seen` keyframes saw it
 /// and at least `spread_share` of its neighbours within two cells are removed.
 /// This repeats until nothing changes.
 /// The result does not depend on the order, because a removal only favours further removals.
