@@ -117,6 +117,7 @@ class RigidBackgroundEstimator {
   static constexpr double kFarShare = 0.4;          ///< of the points: those at the back
   static constexpr int kFarSearch = 150;            ///< samples among the far points
   static constexpr int kSearch = 100;               ///< samples among what the motions so far leave
+  static constexpr int kFirstMotions = 3;           ///< per width, while nothing is expected
   static constexpr int kMostSearches = 4;           ///< more movers than that share a motion
   static constexpr std::size_t kFewestPoints = 12;  ///< fewer are not searched
   static constexpr double kLeastCorrelation = 0.1;  ///< of the errors within a patch
@@ -126,7 +127,7 @@ class RigidBackgroundEstimator {
   static constexpr double kUnknownMiss_px = 3;      ///< before anything is known of the camera's smoothness
   static constexpr double kLeastRefined_px = 0.1;   ///< narrower, a fit loses good points
   static constexpr double kLeastMiss_px = 0.15;
-  static constexpr double kDepthCap_m = 10;  ///< depth cameras see no farther
+  static constexpr double kDepthCap_m = 4;  ///< farther, depths are too poor to tell motions apart
 
   struct Candidate {
     float depth_m;  ///< beside the index, so that sorting does not look it up
@@ -290,9 +291,26 @@ class RigidBackgroundEstimator {
     return settled_.size() >= kMinSettled ? settled_ : points_;
   }
 
-  /// One motion after the other is peeled off; what is left is searched, and in the end once more widely.
   void propose_by_support() {
-    if (!scene_->expected) propose_from_afar();
+    if (!scene_->expected) {
+      propose_from_afar();
+      for (const double sigma_px : {support_px(), wide_px()}) propose_from_nothing(sigma_px);
+    }
+    propose_among_the_rest();
+  }
+
+  /// The best motion of all points, then that of the points which it does not explain, ...
+  void propose_from_nothing(double sigma_px) {
+    rigid_.options().max_iterations = kSearch;
+    rest_ = points_;
+    for (int k = 0; k < kFirstMotions && enough(rest_.size()); ++k) {
+      if (!propose(MotionProposal::From::Support, rest_, sigma_px, std::nullopt)) return;
+      drop_explained(proposals_.back().motion, sigma_px);
+    }
+  }
+
+  /// Among what the motions proposed so far leave, one after the other; in the end once more widely.
+  void propose_among_the_rest() {
     rigid_.options().max_iterations = kSearch;
     rest_ = points_;
     peeled_.assign(proposals_.size(), 0);
@@ -321,7 +339,7 @@ class RigidBackgroundEstimator {
     }
     if (!enough(most)) return false;
     peeled_[best] = 1;
-    drop_explained(proposals_[best].motion);
+    drop_explained(proposals_[best].motion, peel_px());
     return true;
   }
 
@@ -368,22 +386,22 @@ class RigidBackgroundEstimator {
   }
   static constexpr float kBehind = 1e9F;
 
-  /// visit(k) for each of `points` that the motion explains, peel_px() being the noise.
+  /// visit(k) for the k-th of rest_ if the motion explains it with this noise.
   template <class Visit>
-  void for_explained(const std::vector<int>& points, const RigidMotion& motion, const Visit& visit) const {
+  void for_explained(const RigidMotion& motion, double sigma_px, const Visit& visit) const {
     const auto limit = static_cast<float>(rigid_.options().inlier_chi2);
-    const auto per_s2 = static_cast<float>(1 / (peel_px() * peel_px()));
-    for_misses(points, motion.T_current_reference, [&](std::size_t k, float image2, float depth2) {
+    const auto per_s2 = static_cast<float>(1 / (sigma_px * sigma_px));
+    for_misses(rest_, motion.T_current_reference, [&](std::size_t k, float image2, float depth2) {
       if (image2 * per_s2 + depth2 < limit) visit(k);
     });
   }
   std::size_t explained_by(const RigidMotion& motion) const {
     std::size_t points = 0;
-    for_explained(rest_, motion, [&](std::size_t) { ++points; });
+    for_explained(motion, peel_px(), [&](std::size_t) { ++points; });
     return points;
   }
-  void drop_explained(const RigidMotion& motion) {
-    for_explained(rest_, motion, [&](std::size_t k) { rest_[k] = kDropped; });
+  void drop_explained(const RigidMotion& motion, double sigma_px) {
+    for_explained(motion, sigma_px, [&](std::size_t k) { rest_[k] = kDropped; });
     rest_.erase(std::remove(rest_.begin(), rest_.end(), kDropped), rest_.end());
   }
   static constexpr int kDropped = -1;
