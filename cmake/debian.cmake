@@ -18,26 +18,30 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "dynfilter-data ${same}")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "libflann-dev, liblz4-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION
-  "rejectors of features on moving objects for SLAM (development)\n${toolkit}.\nThis package contains the C++17 headers, their slow parts as a static library,\nand the files for find_package and pkg-config.")
+  "${toolkit}.\nThis package contains the C++17 headers, their slow parts as a static library,\nand the files for find_package and pkg-config.")
 
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME ${library_package})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA "${PROJECT_BINARY_DIR}/debian/shlibs;${PROJECT_BINARY_DIR}/debian/triggers")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+file(WRITE "${PROJECT_BINARY_DIR}/debian/shlibs"
+  "libdynfilter_facade ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} ${library_package} (>= ${PROJECT_VERSION})\n")
+file(WRITE "${PROJECT_BINARY_DIR}/debian/triggers" "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS "dynfilter-data ${same}")
 set(CPACK_DEBIAN_LIBRARY_DESCRIPTION
-  "rejectors of features on moving objects for SLAM (C++11 and C)\n${toolkit}.\nThis package contains the shared library with an interface for C++11 and C.")
+  "${toolkit}.\nThis package contains the shared library with an interface for C++11 and C.")
 
 set(CPACK_DEBIAN_DATA_PACKAGE_NAME dynfilter-data)
 set(CPACK_DEBIAN_DATA_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_DATA_DESCRIPTION
-  "rejectors of features on moving objects for SLAM (presets)\n${toolkit}.\nThis package contains the pipelines and detectors that come with dynfilter.")
+  "${toolkit}.\nThis package contains the pipelines and detectors that come with dynfilter.")
 
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME dynfilter)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "dynfilter-data ${same}")
 set(CPACK_DEBIAN_RUNTIME_DESCRIPTION
-  "rejectors of features on moving objects for SLAM (command)\n${toolkit}.\nThis package contains the command that runs, compares and explains pipelines on\nrecorded sequences, and every rejector as a loadable module.")
+  "${toolkit}.\nThis package contains the command that runs, compares and explains pipelines on\nrecorded sequences, and every rejector as a loadable module.")
 
 option(DYNFILTER_DEBIAN "Install the copyright and changelog files that Debian packages must have" OFF)
 if(NOT DYNFILTER_DEBIAN OR NOT DYNFILTER_INSTALL)
