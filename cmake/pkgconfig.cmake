@@ -5,6 +5,7 @@ set(pkgconfig_destination ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 set(opencv_package opencv${OpenCV_VERSION_MAJOR})
 foreach(place INCLUDEDIR LIBDIR)
   file(RELATIVE_PATH ${place}_from_pkgconfig "${CMAKE_INSTALL_PREFIX}/${pkgconfig_destination}" "${CMAKE_INSTALL_FULL_${place}}")
+  string(REGEX REPLACE "/$" "" ${place}_from_pkgconfig "${${place}_from_pkgconfig}")
 endforeach()
 file(RELATIVE_PATH data_from_pkgconfig "${CMAKE_INSTALL_PREFIX}/${pkgconfig_destination}"
      "${CMAKE_INSTALL_PREFIX}/${DYNFILTER_DATA_DESTINATION}")
