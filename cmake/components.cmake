@@ -5,13 +5,19 @@
 # the components that were asked for.
 set(DYNFILTER_COMPONENTS "")
 
+# Warnings in our headers do not reach the log of a project that takes the source in.
+set(DYNFILTER_SYSTEM SYSTEM)
+if(top_level)
+  set(DYNFILTER_SYSTEM "")
+endif()
+
 function(dynfilter_component name)
   cmake_parse_arguments(arg "" "" "COMPONENTS;OPENCV;LINK" ${ARGN})
   add_library(dynfilter_${name} INTERFACE)
   add_library(dynfilter::${name} ALIAS dynfilter_${name})
   set_target_properties(dynfilter_${name} PROPERTIES EXPORT_NAME ${name})
   target_compile_features(dynfilter_${name} INTERFACE cxx_std_17)
-  target_include_directories(dynfilter_${name} INTERFACE
+  target_include_directories(dynfilter_${name} ${DYNFILTER_SYSTEM} INTERFACE
     "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
   list(TRANSFORM arg_COMPONENTS PREPEND dynfilter_ OUTPUT_VARIABLE others)
   list(TRANSFORM arg_OPENCV PREPEND opencv_ OUTPUT_VARIABLE modules)
@@ -21,9 +27,18 @@ function(dynfilter_component name)
   set(DYNFILTER_${name}_OPENCV ${arg_OPENCV} PARENT_SCOPE)
 endfunction()
 
-find_package(Eigen3 3.3 REQUIRED NO_MODULE)
+# Both accept only requests for their own major version, and more than one is supported: the oldest is checked here.
+set(DYNFILTER_Eigen3_MINIMUM 3.3)
+set(DYNFILTER_OpenCV_MINIMUM 4.2)
+find_package(Eigen3 REQUIRED NO_MODULE)
+find_package(OpenCV REQUIRED COMPONENTS core imgproc video imgcodecs)
+foreach(package Eigen3 OpenCV)
+  if(${package}_VERSION VERSION_LESS DYNFILTER_${package}_MINIMUM)
+    message(FATAL_ERROR "dynfilter: ${package} ${${package}_VERSION} in ${${package}_DIR} is older than "
+      "${DYNFILTER_${package}_MINIMUM}. Choose another one by -D${package}_DIR=<folder of ${package}Config.cmake>")
+  endif()
+endforeach()
 find_package(Threads REQUIRED)
-find_package(OpenCV 4.2 REQUIRED COMPONENTS core imgproc video calib3d features2d imgcodecs)
 list(APPEND CMAKE_MODULE_PATH "${CMAKE_CURRENT_LIST_DIR}")
 find_package(FLANN QUIET)
 if(NOT FLANN_FOUND AND DYNFILTER_BUILD_TESTS)
@@ -32,7 +47,7 @@ endif()
 
 dynfilter_component(core OPENCV core LINK Eigen3::Eigen)
 dynfilter_component(correspondence COMPONENTS core OPENCV imgproc video)
-dynfilter_component(geometry COMPONENTS core OPENCV calib3d)
+dynfilter_component(geometry COMPONENTS core)
 # Only cluster/flann_neighbours.hpp needs FLANN, and no filter includes it: filters do without this component.
 if(FLANN_FOUND)
   dynfilter_component(cluster COMPONENTS core LINK FLANN::FLANN)
@@ -43,14 +58,21 @@ dynfilter_component(pipeline COMPONENTS filters)
 dynfilter_component(keyframe COMPONENTS core)
 dynfilter_component(plugin COMPONENTS filters LINK ${CMAKE_DL_LIBS})
 dynfilter_component(io COMPONENTS core OPENCV imgcodecs imgproc)
-dynfilter_component(adapters COMPONENTS pipeline io OPENCV imgproc)
+set(corner_modules imgproc)
+if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has moved to
+  find_package(OpenCV QUIET OPTIONAL_COMPONENTS features)
+  if(TARGET opencv_features)
+    list(APPEND corner_modules features)
+  endif()
+endif()
+dynfilter_component(adapters COMPONENTS pipeline io OPENCV ${corner_modules})
 # Hosts name installed pipelines in their settings files.
 target_compile_definitions(dynfilter_adapters INTERFACE
   "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${PROJECT_SOURCE_DIR}/examples/pipelines\">"
   "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
 dynfilter_component(semantic COMPONENTS pipeline io OPENCV imgproc LINK Threads::Threads)
 # Only semantic/dnn_network.hpp and what includes it need OpenCV's dnn module: found only where it is asked for.
-find_package(OpenCV 4.2 QUIET OPTIONAL_COMPONENTS dnn)
+find_package(OpenCV QUIET OPTIONAL_COMPONENTS dnn)
 if(TARGET opencv_dnn)
   dynfilter_component(dnn COMPONENTS semantic OPENCV dnn)
 endif()

@@ -1,4 +1,5 @@
-# Headers, targets, find_package support and presets. The command and the modules install themselves.
+# Headers, targets, find_package and pkg-config support, presets. The command and the modules install themselves.
+# Components: development (headers, targets, static library), library (shared), data (presets), runtime (command, modules).
 if(NOT DYNFILTER_INSTALL)
   return()
 endif()
@@ -8,12 +9,16 @@ set(config_destination ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/dynfilter" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/pipelines" "${PROJECT_SOURCE_DIR}/examples/detectors" DESTINATION ${DYNFILTER_DATA_DESTINATION}
-        COMPONENT runtime OPTIONAL FILES_MATCHING PATTERN "*.yaml")
-install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
+        COMPONENT data OPTIONAL FILES_MATCHING PATTERN "*.yaml")
+if(NOT DYNFILTER_DEBIAN)  # which has a file of its own for it
+  install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
+endif()
 
 # One export per component, so that a user who asks for two components needs what those two need and no more.
 foreach(component IN LISTS DYNFILTER_COMPONENTS)
-  install(TARGETS dynfilter_${component} EXPORT dynfilter_${component} COMPONENT development)
+  install(TARGETS dynfilter_${component} EXPORT dynfilter_${component}
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
   install(EXPORT dynfilter_${component} NAMESPACE dynfilter:: DESTINATION ${config_destination}
           FILE dynfilter_${component}.cmake COMPONENT development)
   string(APPEND DYNFILTER_COMPONENT_TABLE
@@ -27,3 +32,4 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/dynfilterConfigVersion.c
 install(FILES "${PROJECT_BINARY_DIR}/dynfilterConfig.cmake" "${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake"
               "${PROJECT_SOURCE_DIR}/cmake/plugin.cmake" "${PROJECT_SOURCE_DIR}/cmake/FindFLANN.cmake"
         DESTINATION ${config_destination} COMPONENT development)
+include(cmake/pkgconfig.cmake)

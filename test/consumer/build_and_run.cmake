@@ -10,11 +10,15 @@ endfunction()
 
 file(REMOVE_RECURSE "${WORK}")
 set(where -DDYNFILTER_SOURCE=${SOURCE})
+# A user's own warnings must not be triggered by our headers.
+set(flags "-O0 -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror")
 if(WAY STREQUAL "package")
-  run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${WORK}/prefix" --component development)
+  foreach(component development library)
+    run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${WORK}/prefix" --component ${component})
+  endforeach()
   set(where -DCMAKE_PREFIX_PATH=${WORK}/prefix)
 endif()
 run(${CMAKE_COMMAND} -S "${SOURCE}/${PROJECT}" -B "${WORK}/build" -G ${GENERATOR} -DDYNFILTER_FROM=${WAY} ${where}
-    -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O0)
+    -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" -DCMAKE_BUILD_TYPE=None "-DCMAKE_CXX_FLAGS=${flags}")
 run(${CMAKE_COMMAND} --build "${WORK}/build")
 run(${CMAKE_COMMAND} -E chdir "${WORK}/build" ./${RUN})

@@ -12,6 +12,9 @@
 #include <string>
 #include <utility>
 #include <vector>
+#if CV_VERSION_MAJOR >= 5 && __has_include(<opencv2/features.hpp>)
+#include <opencv2/features.hpp>  // goodFeaturesToTrack
+#endif
 
 namespace dynfilter {
 

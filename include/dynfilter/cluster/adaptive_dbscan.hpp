@@ -120,7 +120,7 @@ class AdaptiveDbscan {
     first_k_.resize(pairs_.size());
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
       std::size_t k = 1;
-      for (std::size_t c = 1; c < count; ++c) k += pairs_[p].d2 > detail::squared_radius(eps_m_[c]) ? 1 : 0;
+      for (std::size_t c = 1; c < count; ++c) k += pairs_[p].d2 > detail::squared_radius(eps_m_[c]) ? 1U : 0U;
       first_k_[p] = static_cast<std::uint16_t>(k);
       ++pairs_within_[k];
     }

@@ -21,7 +21,7 @@ std::size_t partition_in_place(T* values, std::size_t count, const Below& below)
     const T value = values[i];
     values[i] = values[first];
     values[first] = value;
-    first += below(value) ? 1 : 0;
+    first += below(value) ? 1U : 0U;
   }
   return first;
 }

@@ -16,6 +16,8 @@ struct YamlValue {
   enum class Kind { Plain, Quoted, Map, List };
   using Children = std::vector<std::pair<std::string, YamlValue>>;
 
+  YamlValue() = default;  // an aggregate would not compile with Clang as C++20
+
   Kind kind = Kind::Plain;
   std::string text;   ///< of Plain and Quoted values
   Children children;  ///< in text order; keys are empty in a list and may repeat in a map

@@ -88,6 +88,10 @@ class GridMotionStatistics {
   }
 
  private:
+  static std::size_t square(int side) {
+    return static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+  }
+
   /// A cell, and one bit for each of its 3 x 3 neighbours that exists, row by row.
   struct Side {
     int cells = 0;
@@ -97,13 +101,13 @@ class GridMotionStatistics {
     void set(int per_side) {
       if (cells == per_side) return;
       cells = per_side;
-      around.assign(static_cast<std::size_t>(cells) * cells, 0);
+      around.assign(square(cells), 0);
       for (int y = 0; y < cells; ++y)
         for (int x = 0; x < cells; ++x)
           for (int j = 0; j < 9; ++j) {
             const int nx = x + j % 3 - 1, ny = y + j / 3 - 1;
             if (nx >= 0 && ny >= 0 && nx < cells && ny < cells)
-              around[static_cast<std::size_t>(y) * cells + x] |= static_cast<std::uint16_t>(1U << j);
+              around[static_cast<std::size_t>(y * cells + x)] |= static_cast<std::uint16_t>(1U << j);
           }
       for (int j = 0; j < 9; ++j) offset[static_cast<std::size_t>(j)] = (j / 3 - 1) * cells + j % 3 - 1;
     }
@@ -135,7 +139,7 @@ class GridMotionStatistics {
              static_cast<std::size_t>(p.x * size);
     };
     const std::size_t n = index_.size();
-    in_cell_.assign(static_cast<std::size_t>(cells_) * cells_ + 1, 0);
+    in_cell_.assign(square(cells_) + 1, 0);
     for (const cv::Point2f& p : first_) ++in_cell_[cell(p) + 1];
     std::partial_sum(in_cell_.begin(), in_cell_.end(), in_cell_.begin());
     sorted_index_.resize(n), sorted_first_.resize(n), sorted_second_.resize(n);
@@ -177,8 +181,8 @@ class GridMotionStatistics {
     for (std::size_t k = 0; k < index_.size(); ++k)
       right_cell_[k] = static_cast<std::uint16_t>(static_cast<int>(second_[k].y * size) * cells +
                                                   static_cast<int>(second_[k].x * size));
-    const std::size_t rows = static_cast<std::size_t>(cells_) * cells_ + 1;
-    const std::size_t columns = static_cast<std::size_t>(cells) * cells;
+    const std::size_t rows = square(cells_) + 1;
+    const std::size_t columns = square(cells);
     if (columns_ != columns || pairs_.size() < rows * columns) pairs_.assign(rows * columns, 0);
     columns_ = columns;  // pairs_ is all zero between calls
   }
@@ -203,7 +207,7 @@ class GridMotionStatistics {
   /// Counts matches per cell and per pair of cells, and finds the most frequent partner.
   /// The first of equally frequent partners is used.
   void count(const std::vector<std::uint16_t>& left) {
-    const std::size_t cells = static_cast<std::size_t>(cells_) * cells_;
+    const std::size_t cells = square(cells_);
     in_cell_.assign(cells + 1, 0);
     best_partner_.assign(cells + 1, 0);
     for (std::size_t k = 0; k < left.size(); ++k) {
@@ -272,7 +276,7 @@ class GridMotionStatistics {
       for (std::size_t j = 0; j < 9; ++j) {
         if ((here >> j & there >> turned.bit[j] & 1U) == 0) continue;
         support += pairs[turned.offset[j]];
-        matches += in_cell_[l + left_.offset[j]];
+        matches += in_cell_[l + static_cast<std::size_t>(left_.offset[j])];
         ++common;
       }
     }

@@ -52,15 +52,17 @@ struct RigidPoints {
     image_depth = noise.kind == RigidResidualKind::ImageDepth;
     indices.clear();
     const int n = static_cast<int>(std::min(reference.size(), current.size()));
-    for (int i : seeds) {
-      if (i >= 0 && i < n && usable(reference[i]) && usable(current[i])) indices.push_back(i);
+    for (int seed : seeds) {
+      const auto i = static_cast<std::size_t>(seed);
+      if (seed >= 0 && seed < n && usable(reference[i]) && usable(current[i])) indices.push_back(seed);
     }
     count = indices.size();
     stride = (count + kPack - 1) / kPack * kPack;
     data.resize(stride * kRows);
     std::size_t k = 0;
     visit_spread(count, [&](std::size_t i) {
-      const cv::Point3f &p = reference[indices[i]], &c = current[indices[i]];
+      const auto index = static_cast<std::size_t>(indices[i]);
+      const cv::Point3f &p = reference[index], &c = current[index];
       at(kPx, k) = p.x, at(kPy, k) = p.y, at(kPz, k) = p.z;
       at(kBx, k) = c.x, at(kBy, k) = c.y, at(kBz, k) = c.z;
       ++k;

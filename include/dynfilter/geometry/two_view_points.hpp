@@ -69,8 +69,9 @@ class TwoViewPoints {
   void pack(Span<const cv::Point2f> reference, Span<const cv::Point2f> current, Span<const int> seeds) {
     usable_.clear();
     const int n = static_cast<int>(std::min(reference.size(), current.size()));
-    for (int i : seeds) {
-      if (i >= 0 && i < n && finite(reference[i]) && finite(current[i])) usable_.push_back(i);
+    for (int seed : seeds) {
+      const auto i = static_cast<std::size_t>(seed);
+      if (seed >= 0 && seed < n && finite(reference[i]) && finite(current[i])) usable_.push_back(seed);
     }
     count_ = usable_.size();
     if (count_ == 0) return;
@@ -165,13 +166,15 @@ class TwoViewPoints {
   void measure(Span<const cv::Point2f> reference, Span<const cv::Point2f> current) {
     const double n = static_cast<double>(count_);
     center1_.setZero(), center2_.setZero();
-    for (int i : order_) {
+    for (int match : order_) {
+      const auto i = static_cast<std::size_t>(match);
       center1_ += Eigen::Vector2d(reference[i].x, reference[i].y);
       center2_ += Eigen::Vector2d(current[i].x, current[i].y);
     }
     center1_ /= n, center2_ /= n;
     double xx = 0, xy = 0, yy = 0, second = 0;
-    for (int i : order_) {
+    for (int match : order_) {
+      const auto i = static_cast<std::size_t>(match);
       const double dx = reference[i].x - center1_.x(), dy = reference[i].y - center1_.y();
       xx += dx * dx, xy += dx * dy, yy += dy * dy;
       second += (Eigen::Vector2d(current[i].x, current[i].y) - center2_).squaredNorm();
@@ -185,7 +188,7 @@ class TwoViewPoints {
     const std::size_t size = (count_ + kWidth - 1) / kWidth * kWidth;
     for (std::vector<float>* v : {&x_, &y_, &u_, &v_}) v->resize(size);
     for (std::size_t k = 0; k < size; ++k) {
-      const int i = order_[k % count_];
+      const auto i = static_cast<std::size_t>(order_[k % count_]);
       x_[k] = static_cast<float>((reference[i].x - center1_.x()) * scale_);
       y_[k] = static_cast<float>((reference[i].y - center1_.y()) * scale_);
       u_[k] = static_cast<float>((current[i].x - center2_.x()) * scale_);

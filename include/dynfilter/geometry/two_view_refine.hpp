@@ -80,8 +80,9 @@ struct Selection {
 inline Pack selected(const TwoViewPoints& points, const Selection& selection, std::size_t i) {
   Pack mask = 1;
   for (int k = 0; k < Pack::kWidth; ++k) {
+    const std::size_t match = i + static_cast<std::size_t>(k);
     const bool is =
-        i + k < points.count() && (!selection.errors || selection.errors[i + k] <= selection.limit);
+        match < points.count() && (!selection.errors || selection.errors[match] <= selection.limit);
     if (!is) mask.set(k, 0);
   }
   return mask;

@@ -82,7 +82,7 @@ inline Trajectory read_tum_trajectory(const std::filesystem::path& path, Traject
       ++odd.no_pose;
       continue;
     }
-    odd.backwards += !trajectory.empty() && numbers[0] < trajectory.back().timestamp_s ? 1 : 0;
+    odd.backwards += !trajectory.empty() && numbers[0] < trajectory.back().timestamp_s ? 1U : 0U;
     trajectory.push_back(detail::stamped_pose(numbers));
   }
   if (trajectory.empty()) throw IoError(path.string() + ": contains no pose");

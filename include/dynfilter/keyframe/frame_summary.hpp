@@ -91,7 +91,7 @@ inline std::vector<std::int64_t> sorted_points(std::vector<std::int64_t> points)
 inline std::size_t shared_points(const std::vector<std::int64_t>& a, const std::vector<std::int64_t>& b) {
   std::size_t shared = 0;
   for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
-    shared += a[i] == b[j] ? 1 : 0;
+    shared += a[i] == b[j] ? 1U : 0U;
     const bool next_a = a[i] <= b[j], next_b = b[j] <= a[i];
     i += next_a ? 1 : 0;
     j += next_b ? 1 : 0;

@@ -126,7 +126,7 @@ class BoxBody {
         if (part == 0) continue;
         part = root(part);
         ++parts_[part].pixels;
-        parts_[part].in_the_middle += middle_.contains({x, y}) ? 1 : 0;
+        parts_[part].in_the_middle += middle_.contains({x, y}) ? 1U : 0U;
         parts_[part].sum_m += static_cast<double>(z[x]);
       }
     }

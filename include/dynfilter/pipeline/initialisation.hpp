@@ -48,8 +48,8 @@ class Initialisation {
     std::size_t judged = 0, dynamic = 0;
     for (std::size_t i = 0; i < verdict.size(); ++i) {
       const bool moves = verdict.decision[i] == Vote::Dynamic || verdict.restored[i] != 0;
-      dynamic += moves ? 1 : 0;
-      judged += moves || verdict.decision[i] == Vote::Static ? 1 : 0;
+      dynamic += moves ? 1U : 0U;
+      judged += moves || verdict.decision[i] == Vote::Static ? 1U : 0U;
     }
     verdict.report.wait_for_keyframe =
         judged == 0 || static_cast<double>(dynamic) > params_.max_dynamic_share * static_cast<double>(judged);

@@ -31,7 +31,7 @@ inline Model cargo_box(const CargoMaterials& m, const Eigen::Vector3f& size, Ran
   Model model;
   BoxSkin skin = BoxSkin::all({m.boxes[0]});
   for (Skin* side : {&skin.front, &skin.back, &skin.left, &skin.right, &skin.top})
-    side->material = m.boxes[r.below(CargoMaterials::kBoxes)];
+    side->material = m.boxes[static_cast<std::size_t>(r.below(CargoMaterials::kBoxes))];
   add_box(model, Eigen::Isometry3f::Identity(), size, skin, 0.12F);
   model.finish();
   return model;
@@ -62,7 +62,7 @@ inline Model cargo_cart(const CargoMaterials& m, float wide_m, float high_m, Ran
                   x = (static_cast<float>(i) - 0.5F) * 0.46F * wide_m;
       BoxSkin skin = BoxSkin::all({m.boxes[0]});
       for (Skin* side : {&skin.front, &skin.back, &skin.left, &skin.right, &skin.top})
-        side->material = m.boxes[r.below(CargoMaterials::kBoxes)];
+        side->material = m.boxes[static_cast<std::size_t>(r.below(CargoMaterials::kBoxes))];
       add_box(model, placed({x, uniform(-0.02, 0.02), z + high / 2}, uniform(-0.1, 0.1)),
               {width, deep * uniform(0.8, 0.96), high * (i == 0 ? 1.0F : uniform(0.85, 1.0))}, skin, 0.15F);
     }

@@ -186,7 +186,9 @@ class FurnitureBuilder {
     return frame * placed(at, yaw_rad);
   }
   float uniform(float low, float high) { return static_cast<float>(random_.uniform(low, high)); }
-  int pick(const std::vector<int>& list) { return list[random_.below(static_cast<int>(list.size()))]; }
+  int pick(const std::vector<int>& list) {
+    return list[static_cast<std::size_t>(random_.below(static_cast<int>(list.size())))];
+  }
 
   void occlude(const Eigen::Isometry3f& frame, const Eigen::Vector3f& size) {
     occluders.emplace_back(frame, size);
@@ -331,7 +333,7 @@ class FurnitureBuilder {
   Random& random_;
   bool plain_;
   int first_instance_;
-  int windows_ = 0;
+  std::size_t windows_ = 0;
 };
 
 }  // namespace dynfilter::synth

@@ -147,15 +147,17 @@ inline void add_loft(Model& model, const Eigen::Isometry3f& frame, const std::ve
   const int rows = static_cast<int>(rings.size()), n = wrap.segments;
   const auto base = static_cast<std::uint32_t>(model.vertices.size());
   for (int j = 0; j < rows; ++j) {
-    const Ring &above = rings[std::max(0, j - 1)], &below = rings[std::min(rows - 1, j + 1)];
+    const auto ring_at = [&](int row) -> const Ring& { return rings[static_cast<std::size_t>(row)]; };
+    const Ring &ring = ring_at(j), &above = ring_at(std::max(0, j - 1)),
+               &below = ring_at(std::min(rows - 1, j + 1));
     for (int i = 0; i <= n; ++i) {
       const float u = static_cast<float>(i) / static_cast<float>(n);
       const Eigen::Vector3f around =
-          loft_point(rings[j], u + 0.01F, wrap.exponent) - loft_point(rings[j], u - 0.01F, wrap.exponent);
+          loft_point(ring, u + 0.01F, wrap.exponent) - loft_point(ring, u - 0.01F, wrap.exponent);
       const Eigen::Vector3f along = loft_point(above, u, wrap.exponent) - loft_point(below, u, wrap.exponent);
       Eigen::Vector3f normal = along.cross(around);
-      const Eigen::Vector3f p = loft_point(rings[j], u, wrap.exponent);
-      const Eigen::Vector3f out = p - Eigen::Vector3f(rings[j].centre_x, rings[j].centre_y, rings[j].z);
+      const Eigen::Vector3f p = loft_point(ring, u, wrap.exponent);
+      const Eigen::Vector3f out = p - Eigen::Vector3f(ring.centre_x, ring.centre_y, ring.z);
       if (normal.norm() < 1e-9F) normal = out;
       if (normal.dot(out) < 0) normal = -normal;
       const float v = static_cast<float>(j) / static_cast<float>(rows - 1);

@@ -49,7 +49,7 @@ class MeshDistance {
   void add(const Model& model) {
     for (const Face& face : model.faces) {
       Triangle t;
-      for (int i = 0; i < 3; ++i) t.corner[i] = model.vertices[face.corner[i]].position_m;
+      for (std::size_t i = 0; i < 3; ++i) t.corner[i] = model.vertices[face.corner[i]].position_m;
       triangles_.push_back(t);
     }
   }

@@ -33,18 +33,20 @@ class PersonBuilder {
     float z, half_x, half_y, ahead = 0;  // m at scale 1
   };
 
+  Model& model_of(int part) { return parts_[static_cast<std::size_t>(part)]; }
+
   void loft(int part, const std::vector<Section>& sections, int material, float around, float along,
             float exponent = 2.2F, int segments = 18) {
     std::vector<Ring> rings;
     for (const Section& s : sections)
       rings.push_back({k_ * s.z, 0, k_ * s.ahead, k_ * s.half_x, k_ * s.half_y});
-    add_loft(parts_[part], Eigen::Isometry3f::Identity(), rings,
+    add_loft(model_of(part), Eigen::Isometry3f::Identity(), rings,
              {material, around, along, segments, exponent, instance_});
   }
 
   void ellipsoid(int part, const Eigen::Vector3f& centre, const Eigen::Vector3f& radii, int material,
                  int segments = 10) {
-    add_loft(parts_[part], Eigen::Isometry3f::Identity(), ellipsoid_rings(k_ * centre, k_ * radii, 7),
+    add_loft(model_of(part), Eigen::Isometry3f::Identity(), ellipsoid_rings(k_ * centre, k_ * radii, 7),
              {material, 1, 1, segments, 2, instance_});
   }
 
@@ -161,7 +163,7 @@ class PersonBuilder {
       Eigen::Isometry3f frame = Eigen::Isometry3f::Identity();
       frame.linear() = Eigen::AngleAxisf(-sign * 0.25F, Eigen::Vector3f::UnitY()).toRotationMatrix();
       frame.translation() = k_ * Eigen::Vector3f(0, y, -0.088F);
-      add_loft(parts_[part], frame,
+      add_loft(model_of(part), frame,
                {{0, 0, 0, k_ * 0.009F, k_ * 0.0095F},
                 {-k_ * longer * 0.7F, 0, 0, k_ * 0.008F, k_ * 0.0085F},
                 {-k_ * longer, 0, 0, 0.002F, 0.002F}},
@@ -170,7 +172,7 @@ class PersonBuilder {
     Eigen::Isometry3f thumb = Eigen::Isometry3f::Identity();
     thumb.linear() = Eigen::AngleAxisf(0.6F, Eigen::Vector3f::UnitX()).toRotationMatrix();
     thumb.translation() = k_ * Eigen::Vector3f(0, 0.03F, -0.03F);
-    add_loft(parts_[part], thumb,
+    add_loft(model_of(part), thumb,
              {{0, 0, 0, k_ * 0.012F, k_ * 0.012F},
               {-k_ * 0.06F, 0, 0, k_ * 0.009F, k_ * 0.009F},
               {-k_ * 0.07F, 0, 0, 0.002F, 0.002F}},
@@ -211,7 +213,7 @@ class PersonBuilder {
       const float bottom = -0.08F, half = (top - bottom) / 2;
       return Ring{k_ * along, 0, -k_ * (top + bottom) / 2, k_ * half_width, k_ * half};
     };
-    add_loft(parts_[kLeftFoot + side], frame,
+    add_loft(model_of(kLeftFoot + side), frame,
              {ring(0.195F, 0.006F, -0.06F), ring(0.185F, 0.034F, -0.045F), ring(0.15F, 0.046F, -0.035F),
               ring(0.1F, 0.048F, -0.018F), ring(0.04F, 0.04F, 0.015F), ring(0, 0.038F, 0.025F),
               ring(-0.05F, 0.037F, 0.01F), ring(-0.07F, 0.03F, -0.02F), ring(-0.075F, 0.005F, -0.05F)},

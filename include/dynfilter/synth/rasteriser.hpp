@@ -47,7 +47,7 @@ class Rasteriser {
  public:
   explicit Rasteriser(const Camera& camera)
       : camera_(camera), wide_(2 * camera.width_px), high_(2 * camera.height_px) {
-    nearness_.resize(static_cast<std::size_t>(wide_) * high_);
+    nearness_.resize(stride() * static_cast<std::size_t>(high_));
     triangle_.resize(nearness_.size());
   }
 
@@ -180,7 +180,8 @@ class Rasteriser {
     t.instance = face.instance;
     const auto combine = [&](double k0, double k1, double k2) {
       double sum[3];
-      for (int i = 0; i < 3; ++i) sum[i] = (k0 * edges[0][i] + k1 * edges[1][i] + k2 * edges[2][i]) / det;
+      for (std::size_t i = 0; i < 3; ++i)
+        sum[i] = (k0 * edges[0][i] + k1 * edges[1][i] + k2 * edges[2][i]) / det;
       const double c = sum[2] + sum[0] * t.x0 + sum[1] * t.y0;
       return Affine{static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(c)};
     };
@@ -199,7 +200,7 @@ class Rasteriser {
 
   void fill(const Edge (&edges)[3], double det, const Bounds& box, std::uint32_t index) {
     double q[3];
-    for (int i = 0; i < 3; ++i) q[i] = (edges[0][i] + edges[1][i] + edges[2][i]) / det;
+    for (std::size_t i = 0; i < 3; ++i) q[i] = (edges[0][i] + edges[1][i] + edges[2][i]) / det;
     for (int sy = box.y0; sy <= box.y1; ++sy) {
       const double y = 0.5 * (sy + 0.5) - 0.5;
       double low = box.x0, high = box.x1;
@@ -223,7 +224,7 @@ class Rasteriser {
   void fill_span(int sy, int first, int last, const double (&q)[3], double y, std::uint32_t index) {
     const auto step = static_cast<float>(0.5 * q[0]);
     const auto start = static_cast<float>(q[0] * (0.5 * (first + 0.5) - 0.5) + q[1] * y + q[2]);
-    const std::size_t row = static_cast<std::size_t>(sy) * wide_ + first;
+    const std::size_t row = static_cast<std::size_t>(sy) * stride() + static_cast<std::size_t>(first);
     float* nearness = nearness_.data() + row;
     std::uint32_t* triangle = triangle_.data() + row;
     const int count = last - first + 1;
@@ -239,7 +240,7 @@ class Rasteriser {
     const float z = 1.0F / std::max(1e-3F, t.q(x, y));
     const float u = t.u(x, y) * z, v = t.v(x, y) * z;
     const Material& material = set.materials[t.material];
-    const Texture& texture = set.textures[material.texture];
+    const Texture& texture = set.textures[static_cast<std::size_t>(material.texture)];
     const float w = texture.width() * z, h = texture.height() * z;
     const float ux = (t.u.a - u * t.q.a) * w, uy = (t.u.b - u * t.q.b) * w;
     const float vx = (t.v.a - v * t.q.a) * h, vy = (t.v.b - v * t.q.b) * h;
@@ -256,9 +257,12 @@ class Rasteriser {
 
   Samples samples(int x, int y) const {
     const std::size_t at = first_sample(x, y);
-    return {triangle_[at], triangle_[at + 1], triangle_[at + wide_], triangle_[at + wide_ + 1]};
+    return {triangle_[at], triangle_[at + 1], triangle_[at + stride()], triangle_[at + stride() + 1]};
   }
-  std::size_t first_sample(int x, int y) const { return static_cast<std::size_t>(2 * y) * wide_ + 2 * x; }
+  std::size_t stride() const { return static_cast<std::size_t>(wide_); }
+  std::size_t first_sample(int x, int y) const {
+    return static_cast<std::size_t>(2 * y) * stride() + static_cast<std::size_t>(2 * x);
+  }
 
   void resolve_pixel(const MaterialSet& set, int x, int y, GeometryImage& out) const {
     const Samples ids = samples(x, y);
@@ -268,12 +272,12 @@ class Rasteriser {
 
   cv::Vec3b pixel_colour(const MaterialSet& set, const Samples& ids, int x, int y) const {
     cv::Vec3f sum(0, 0, 0);
-    for (int i = 0; i < 4; ++i) {
+    for (std::size_t i = 0; i < 4; ++i) {
       int same = 1;
       bool done = false;
-      for (int j = 0; j < i; ++j) done = done || ids[j] == ids[i];
+      for (std::size_t j = 0; j < i; ++j) done = done || ids[j] == ids[i];
       if (done || ids[i] == 0) continue;
-      for (int j = i + 1; j < 4; ++j) same += ids[j] == ids[i] ? 1 : 0;
+      for (std::size_t j = i + 1; j < 4; ++j) same += ids[j] == ids[i] ? 1 : 0;
       const Triangle& t = triangles_[ids[i]];
       sum += colour(set, t, static_cast<float>(x) - t.x0, static_cast<float>(y) - t.y0) *
              (0.25F * static_cast<float>(same));
@@ -284,10 +288,11 @@ class Rasteriser {
 
   /// The triangle that covers most samples. The closest one wins a tie.
   const Triangle& front(const Samples& ids, std::size_t at) const {
-    const float near[4] = {nearness_[at], nearness_[at + 1], nearness_[at + wide_],
-                           nearness_[at + wide_ + 1]};
-    int best = 0, best_votes = 0;
-    for (int i = 0; i < 4; ++i) {
+    const float near[4] = {nearness_[at], nearness_[at + 1], nearness_[at + stride()],
+                           nearness_[at + stride() + 1]};
+    std::size_t best = 0;
+    int best_votes = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
       int votes = 0;
       for (const auto id : ids) votes += triangles_[id].item == triangles_[ids[i]].item ? 1 : 0;
       if (votes > best_votes || (votes == best_votes && near[i] > near[best])) best = i, best_votes = votes;

@@ -169,7 +169,7 @@ class SequenceRenderer {
     return out;
   }
   Random random_of(int frame, std::uint64_t purpose) const {
-    return Random(options_.seed * 1000003ULL + static_cast<std::uint64_t>(frame), purpose);
+    return Random(options_.seed * std::uint64_t{1000003} + static_cast<std::uint64_t>(frame), purpose);
   }
 
   void find_items(int index) {

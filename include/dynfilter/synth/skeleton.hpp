@@ -102,7 +102,7 @@ inline BodyPose solve_pose(const BodyShape& shape, const BodyTargets& to) {
   pose[kChest] = to.pelvis * frame_at({0, 0, shape.waist()}, to.chest_in_pelvis);
   pose[kHead] = pose[kChest] * frame_at({0, 0.01 * shape.scale, shape.neck_up()}, to.head_in_chest);
   const Eigen::Vector3d chest_ahead = pose[kChest].linear().col(1);
-  for (int side = 0; side < 2; ++side) {
+  for (std::size_t side = 0; side < 2; ++side) {
     const double sign = side == 0 ? -1 : 1;
     const Eigen::Vector3d shoulder =
         pose[kChest] * Eigen::Vector3d(sign * shape.shoulder_half(), 0, shape.shoulder_up());

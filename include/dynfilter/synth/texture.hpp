@@ -34,10 +34,11 @@ class Texture {
   cv::Vec3f sample(float u, float v, float lod) const {
     const float top = static_cast<float>(levels_.size() - 1);
     const float level = std::min(std::max(lod, 0.0F), top);
-    const int fine = static_cast<int>(level);
-    const float t = level - static_cast<float>(fine);
+    const int whole = static_cast<int>(level);
+    const auto fine = static_cast<std::size_t>(whole);
+    const float t = level - static_cast<float>(whole);
     const cv::Vec3f a = bilinear(levels_[fine], u, v);
-    if (t < 0.02F || fine + 1 >= static_cast<int>(levels_.size())) return a;
+    if (t < 0.02F || fine + 1 >= levels_.size()) return a;
     return a * (1.0F - t) + bilinear(levels_[fine + 1], u, v) * t;
   }
 

@@ -43,7 +43,9 @@ class WalkPath {
     const int n = static_cast<int>(points_.size());
     const int i = static_cast<int>(std::floor(u));
     const double t = u - i;
-    const auto p = [&](int k) -> const Eigen::Vector2d& { return points_[((i + k) % n + n) % n]; };
+    const auto p = [&](int k) -> const Eigen::Vector2d& {
+      return points_[static_cast<std::size_t>(((i + k) % n + n) % n)];
+    };
     const Eigen::Vector2d a = -p(-1) + 3 * p(0) - 3 * p(1) + p(2), b = 2 * p(-1) - 5 * p(0) + 4 * p(1) - p(2);
     return 0.5 * (((a * t + b) * t + (p(1) - p(-1))) * t + 2 * p(0));
   }

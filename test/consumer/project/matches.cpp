@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/correspondence/gms.hpp>
+
+std::size_t matches_of(const std::vector<cv::Point2f>& points) {
+  dynfilter::GridMotionStatistics statistics;
+  std::vector<std::uint8_t> kept;
+  const cv::Size size(640, 480);
+  return statistics.run(points, size, points, size, {}, kept);
+}
