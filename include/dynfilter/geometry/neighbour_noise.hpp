@@ -40,7 +40,8 @@ class NeighbourNoise {
     grid_.build(Span<const cv::Point2f>(places_), reach_px);
     differences_.clear();
     for (std::size_t k = 0; k < misses.size(); ++k)
-      if (const int other = nearest(misses, k, reach_px); other >= 0) compare(misses[k], misses[other]);
+      if (const int other = nearest(misses, k, reach_px); other >= 0)
+        compare(misses[k], misses[static_cast<std::size_t>(other)]);
     if (differences_.size() < kMinPairs) return std::nullopt;
     return std::sqrt(static_cast<double>(median_in_place(differences_)) / (2 * std::log(2.0)));
   }
