@@ -55,6 +55,10 @@ endif()
 dynfilter_component(context COMPONENTS correspondence geometry)
 dynfilter_component(filters COMPONENTS context)
 dynfilter_component(pipeline COMPONENTS filters)
+# Pipelines that come with dynfilter are found by their names.
+target_compile_definitions(dynfilter_pipeline INTERFACE
+  "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${PROJECT_SOURCE_DIR}/examples/pipelines\">"
+  "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
 dynfilter_component(keyframe COMPONENTS core)
 dynfilter_component(plugin COMPONENTS filters LINK ${CMAKE_DL_LIBS})
 dynfilter_component(io COMPONENTS core OPENCV imgcodecs imgproc)
@@ -66,10 +70,6 @@ if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has move
   endif()
 endif()
 dynfilter_component(adapters COMPONENTS pipeline io OPENCV ${corner_modules})
-# Hosts name installed pipelines in their settings files.
-target_compile_definitions(dynfilter_adapters INTERFACE
-  "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${PROJECT_SOURCE_DIR}/examples/pipelines\">"
-  "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
 dynfilter_component(semantic COMPONENTS pipeline io OPENCV imgproc LINK Threads::Threads)
 # Only semantic/dnn_network.hpp and what includes it need OpenCV's dnn module: found only where it is asked for.
 find_package(OpenCV QUIET OPTIONAL_COMPONENTS dnn)

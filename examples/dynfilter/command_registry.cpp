@@ -44,7 +44,7 @@ DetectorConfig load_detector(const std::string& name, const std::string& network
 }
 
 PipelineConfig load_pipeline(const std::string& name, const Registry& registry) {
-  return pipeline_from_file(find_pipeline(name).string(), registry);
+  return dynfilter::load_pipeline(name, registry, command_folders(kPipelines));
 }
 
 }  // namespace dynfilter::command
