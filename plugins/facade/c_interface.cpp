@@ -148,6 +148,10 @@ const char* dynfilter_version(void) {
   return version();
 }
 
+dynfilter_filter* dynfilter_create(const char* name_path_or_text, char* error, size_t error_size) {
+  return create(name_path_or_text, error, error_size,
+                [](DynFilter& f, const char* text) { return f.load(text); });
+}
 dynfilter_filter* dynfilter_create_from_file(const char* path, char* error, size_t error_size) {
   return create(path, error, error_size, [](DynFilter& f, const char* text) { return f.load_file(text); });
 }
@@ -200,6 +204,19 @@ const char* dynfilter_stage_name(const dynfilter_filter* filter, size_t stage) {
   return filter == nullptr || stage >= filter->verdicts.stages.size()
              ? ""
              : filter->verdicts.stages[stage].c_str();
+}
+int dynfilter_get_stage_report(const dynfilter_filter* filter, size_t stage, dynfilter_stage_report* report,
+                               size_t report_size) {
+  if (filter == nullptr || report == nullptr || stage >= filter->filter.reports().size()) return 1;
+  const StageReport& from = filter->filter.reports()[stage];
+  dynfilter_stage_report to{};
+  to.name = from.name.c_str(), to.path = from.path.c_str(), to.note = from.note.c_str();
+  to.skipped = from.skipped ? 1 : 0, to.failed = from.failed ? 1 : 0;
+  to.judged = from.judged, to.dynamic = from.dynamic;
+  to.unknown = from.unknown, to.prior = from.prior;
+  to.time_ms = from.time_ms;
+  std::memcpy(report, &to, std::min(report_size, sizeof to));
+  return 0;
 }
 const char* dynfilter_last_error(const dynfilter_filter* filter) {
   return filter == nullptr ? "expected a dynfilter, got NULL" : filter->error.c_str();

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include <dlfcn.h>
+
 #include <dynfilter/facade/facade.hpp>
 #include <dynfilter/filters/builtin.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/version.hpp>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -79,7 +82,7 @@ void copy_verdict(const Verdict& from, Verdicts& to) {
   to.restored = from.restored;
   to.reasons = from.reasons;
   to.stages.clear();
-  for (const StageReport& stage : from.report.stages) to.stages.push_back(stage.name);
+  for (const dynfilter::StageReport& stage : from.report.stages) to.stages.push_back(stage.name);
   to.notes = from.report.notes;
   to.rejected = from.report.rejected;
   to.wait_for_keyframe = from.report.wait_for_keyframe;
@@ -87,11 +90,38 @@ void copy_verdict(const Verdict& from, Verdicts& to) {
   to.total_ms = from.report.total_ms;
 }
 
+void copy_reports(const FrameReport& from, std::vector<StageReport>& to) {
+  to.resize(from.stages.size());
+  for (std::size_t k = 0; k < to.size(); ++k) {
+    const dynfilter::StageReport& stage = from.stages[k];
+    to[k].name = stage.name, to[k].path = stage.path, to[k].note = stage.note;
+    to[k].skipped = stage.skipped, to[k].failed = stage.failed;
+    to[k].judged = stage.judged, to[k].dynamic = stage.dynamic;
+    to[k].unknown = stage.unknown, to[k].prior = stage.prior;
+    to[k].time_ms = stage.time_ms;
+  }
+}
+
+/// share/dynfilter of the installation that this library belongs to.
+PresetFolders installed_presets() {
+  PresetFolders folders;
+  Dl_info library{};
+  if (dladdr(reinterpret_cast<const void*>(&version), &library) == 0 || library.dli_fname == nullptr)
+    return folders;
+  std::error_code error;
+  const std::filesystem::path file = std::filesystem::canonical(library.dli_fname, error);
+  if (!error)
+    folders.installed.push_back(
+        (file.parent_path() / DYNFILTER_DATA_FROM_LIB / kPipelinePresets.folder).lexically_normal());
+  return folders;
+}
+
 }  // namespace
 
 struct DynFilter::Impl {
   std::optional<Pipeline> pipeline;
   std::vector<Detection> detections;
+  std::vector<StageReport> reports;
   std::string error;
 
   /// Runs what may throw; nothing gets out of here.
@@ -127,6 +157,13 @@ DynFilter::~DynFilter() = default;
 DynFilter::DynFilter(DynFilter&& other) noexcept = default;
 DynFilter& DynFilter::operator=(DynFilter&& other) noexcept = default;
 
+bool DynFilter::load(const std::string& source) noexcept {
+  return impl_ && impl_->guarded([&] {
+    PipelineConfig config = load_pipeline(source, builtin_filters(), installed_presets());
+    impl_->pipeline.emplace(std::move(config));
+  });
+}
+
 bool DynFilter::load_file(const std::string& path) noexcept {
   return impl_ && impl_->guarded([&] {
     PipelineConfig config = pipeline_from_file(path, builtin_filters());
@@ -149,8 +186,10 @@ bool DynFilter::process(const Frame& frame, CallPoint call_point, Verdicts& verd
   return impl_ && impl_->guarded([&] {
     impl_->need_pipeline();
     copy_boxes(frame.boxes, impl_->detections);
-    copy_verdict(impl_->pipeline->process(view_of(frame, impl_->detections), call_point_of(call_point)),
-                 verdicts);
+    const Verdict& verdict =
+        impl_->pipeline->process(view_of(frame, impl_->detections), call_point_of(call_point));
+    copy_verdict(verdict, verdicts);
+    copy_reports(verdict.report, impl_->reports);
   });
 }
 
@@ -166,6 +205,11 @@ bool DynFilter::reset() noexcept {
     impl_->need_pipeline();
     impl_->pipeline->reset();
   });
+}
+
+const std::vector<StageReport>& DynFilter::reports() const noexcept {
+  static const std::vector<StageReport> none;
+  return impl_ ? impl_->reports : none;
 }
 
 const std::string& DynFilter::error() const noexcept {

@@ -24,6 +24,7 @@ int main(void) {
       "  before_pose:\n"
       "    any: [ { semantic_box: { role: reject } }, { semantic_mask: { role: reject, dilate_px: 0 } } ]\n";
   dynfilter_filter* filter;
+  dynfilter_stage_report report;
   size_t i, stage;
   int saw_box = 0;
 
@@ -31,6 +32,14 @@ int main(void) {
   if (dynfilter_create_from_file("/nowhere.yaml", error, sizeof error) != NULL) return failed("no such file");
   if (strstr(error, "/nowhere.yaml") == NULL) return failed("the reason names the file");
   if (dynfilter_create_from_text("pipeline: 3", NULL, 0) != NULL) return failed("a wrong pipeline");
+  if (dynfilter_create("dynfiler", error, sizeof error) != NULL) return failed("no such preset");
+  if (strstr(error, "did you mean `dynfilter`?") == NULL) return failed("the preset that was meant");
+  filter = dynfilter_create("dynfilter", error, sizeof error);
+  if (filter == NULL) return failed(error);
+  dynfilter_destroy(filter);
+  filter = dynfilter_create(yaml, error, sizeof error);
+  if (filter == NULL) return failed(error);
+  dynfilter_destroy(filter);
   filter = dynfilter_create_from_text(yaml, error, sizeof error);
   if (filter == NULL) return failed(error);
 
@@ -57,6 +66,21 @@ int main(void) {
         strcmp(dynfilter_stage_name(filter, stage), "semantic_box") == 0)
       saw_box = 1;
   if (!saw_box) return failed("the reason");
+  for (stage = 0; stage < verdicts.stage_count; ++stage) {
+    if (dynfilter_get_stage_report(filter, stage, &report, sizeof report) != 0) return failed("a report");
+    if (strcmp(report.name, dynfilter_stage_name(filter, stage)) != 0) return failed("the report's name");
+    if (strcmp(report.name, "semantic_box") == 0 &&
+        (report.judged != kFeatures || report.dynamic != 3 || report.skipped || report.note == NULL))
+      return failed("the report of the boxes");
+  }
+  if (dynfilter_get_stage_report(filter, stage, &report, sizeof report) == 0) return failed("no such stage");
+
+  frame.mask = NULL, frame.has_boxes = 0;
+  if (dynfilter_process(filter, &frame, DYNFILTER_BEFORE_POSE, &verdicts) != 0)
+    return failed(dynfilter_last_error(filter));
+  if (dynfilter_get_stage_report(filter, 1, &report, sizeof report) != 0 || !report.skipped ||
+      strcmp(report.note, "skipped: no boxes") != 0)
+    return failed("a stage without its input says so");
 
   frame.struct_size = 1;
   if (dynfilter_process(filter, &frame, DYNFILTER_BEFORE_POSE, &verdicts) == 0)

@@ -40,6 +40,21 @@ int main() {
   for (std::size_t i = 0; i < 10; ++i)
     if (verdicts.keep[i] != (i < 3 ? 0 : 1)) return failed("the verdict");
   if (verdicts.rejected != 3 || verdicts.reasons[0] == 0) return failed("the report");
+  if (filter.reports().size() != verdicts.stages.size()) return failed("a report for each stage");
+  bool saw_box = false;
+  for (const df::StageReport& report : filter.reports())
+    saw_box = saw_box || (report.name == "semantic_box" && report.judged == 10 && report.dynamic == 3 &&
+                          !report.skipped && report.time_ms > 0);
+  if (!saw_box) return failed("the report of the boxes");
+  frame.has_boxes = false;
+  if (!filter.process(frame, df::CallPoint::BeforePose, verdicts)) return failed(filter.error().c_str());
+  if (!filter.reports().back().skipped || filter.reports().back().note != "skipped: no boxes")
+    return failed("a stage without its input says so");
+  df::DynFilter preset;
+  if (preset.load("dynfiler") || preset.error().find("did you mean `dynfilter`?") == std::string::npos)
+    return failed("no such preset");
+  if (!preset.load("dynfilter") || !preset.load("pipeline: { before_pose: [ epipolar ] }"))
+    return failed(preset.error().c_str());
   df::DynFilter moved(std::move(filter));
   if (!moved.reset() || !moved.process(frame, df::CallPoint::AfterPose, verdicts)) return failed("reset");
   if (verdicts.rejected != 0) return failed("nothing stands at that call point");

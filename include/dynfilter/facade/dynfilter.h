@@ -95,11 +95,29 @@ typedef struct dynfilter_verdicts {
   const char* notes; /* lines; "" if none */
 } dynfilter_verdicts;
 
+/* What one stage of the pipeline did with the last frame. Strings live until the next call with the filter.
+ */
+typedef struct dynfilter_stage_report {
+  const char* name; /* of the filter or combinator */
+  const char* path; /* its place in the pipeline file */
+  const char* note; /* why it was skipped, which model was used, ...; "" if nothing */
+  int32_t skipped;  /* an input was missing */
+  int32_t failed;   /* its votes count as unknown */
+  size_t judged, dynamic, unknown;
+  size_t prior; /* suspects that are kept out of the fit of models */
+  double time_ms;
+} dynfilter_stage_report;
+
 /* Of the library that is loaded. */
 DYNFILTER_C_API int dynfilter_abi_version(void);
 DYNFILTER_C_API const char* dynfilter_version(void);
 
-/* NULL when the pipeline cannot be used: `error` (may be NULL) then holds the reason, cut to error_size. */
+/* NULL when the pipeline cannot be used: `error` (may be NULL) then holds the reason, cut to error_size.
+ * dynfilter_create: a pipeline by its name ("dynfilter"), by the path of a file, or as YAML text, which is
+ * told by a line break or a `{` in it. Names are searched in the folders of the environment variable
+ * DYNFILTER_PRESETS, then in share/dynfilter/pipelines of the installation. */
+DYNFILTER_C_API dynfilter_filter* dynfilter_create(const char* name_path_or_text, char* error,
+                                                   size_t error_size);
 DYNFILTER_C_API dynfilter_filter* dynfilter_create_from_file(const char* path, char* error,
                                                              size_t error_size);
 DYNFILTER_C_API dynfilter_filter* dynfilter_create_from_text(const char* yaml, char* error,
@@ -115,6 +133,10 @@ DYNFILTER_C_API int dynfilter_process(dynfilter_filter* filter, const dynfilter_
 DYNFILTER_C_API int dynfilter_reset(dynfilter_filter* filter);
 /* Of the last frame; "" beyond stage_count. */
 DYNFILTER_C_API const char* dynfilter_stage_name(const dynfilter_filter* filter, size_t stage);
+/* 0 done, else there is no such stage. `report_size`: sizeof(dynfilter_stage_report), so that later versions
+ * can add to its end. */
+DYNFILTER_C_API int dynfilter_get_stage_report(const dynfilter_filter* filter, size_t stage,
+                                               dynfilter_stage_report* report, size_t report_size);
 DYNFILTER_C_API const char* dynfilter_last_error(const dynfilter_filter* filter);
 
 #ifdef __cplusplus

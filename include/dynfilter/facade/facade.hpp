@@ -123,6 +123,20 @@ struct Verdicts {
   Verdicts() : rejected(0), wait_for_keyframe(false), correspondence_ms(0), total_ms(0) {}
 };
 
+/// What one stage of the pipeline did with one frame.
+struct StageReport {
+  std::string name;  ///< of the filter or combinator
+  std::string path;  ///< its place in the pipeline file
+  bool skipped;      ///< an input was missing: see note
+  bool failed;       ///< it threw: see note; its votes count as unknown
+  std::string note;  ///< why it was skipped, which model was used, ...; "" if nothing
+  std::size_t judged, dynamic, unknown;
+  std::size_t prior;  ///< suspects that are kept out of the fit of models
+  double time_ms;     ///< shared evidence that it was first to ask for included
+
+  StageReport() : skipped(false), failed(false), judged(0), dynamic(0), unknown(0), prior(0), time_ms(0) {}
+};
+
 /// One camera stream, one thread. No function throws: false means that it failed, and error() says why.
 class DYNFILTER_FACADE_API DynFilter {
  public:
@@ -133,6 +147,10 @@ class DYNFILTER_FACADE_API DynFilter {
   DynFilter(const DynFilter&) = delete;
   DynFilter& operator=(const DynFilter&) = delete;
 
+  /// A pipeline by its name ("dynfilter"), by the path of a file, or as YAML text, which is told by a line
+  /// break or a `{` in it. Names are searched in the folders of the environment variable DYNFILTER_PRESETS,
+  /// then in share/dynfilter/pipelines of the installation. error() lists the names for one that is unknown.
+  bool load(const std::string& name_path_or_text) noexcept;
   /// A pipeline file, or any YAML file with a `pipeline` node in it. A pipeline that was there goes, but only
   /// when the new one can be used.
   bool load_file(const std::string& path) noexcept;
@@ -140,6 +158,8 @@ class DYNFILTER_FACADE_API DynFilter {
   bool loaded() const noexcept;
 
   bool process(const Frame& frame, CallPoint call_point, Verdicts& verdicts) noexcept;
+  /// Of the last frame that was processed: one entry per stage, in the order of Verdicts::stages.
+  const std::vector<StageReport>& reports() const noexcept;
   /// A better pose of a frame that was judged before.
   bool update_pose(std::int64_t frame_id, const Transform& T_world_camera, PoseKind kind) noexcept;
   /// Forgets all earlier frames.
