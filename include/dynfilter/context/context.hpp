@@ -11,6 +11,7 @@
 #include <dynfilter/context/history.hpp>
 #include <dynfilter/context/late_semantics.hpp>
 #include <dynfilter/context/match.hpp>
+#include <dynfilter/context/matched_features.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/correspondence/host_match.hpp>
@@ -108,9 +109,20 @@ class Context {
   /// The same for the frame with this id, for results that arrive late.
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
 
-  /// Boxes of an older frame, carried to this one (context/late_semantics.hpp), with track ids.
-  /// Includes boxes that later results missed, up to `max_age_frames` old.
-  /// Null if the trail does not reach this frame.
+  /// The reference frame's feature of each match, and the distance of their descriptors. `max_offset_px`: how
+  /// far from the end of optical flow that feature may be.
+  const MatchedFeatures& matched_features(const Match& match,
+                                          double max_offset_px = MatchedFeatures::kMaxOffsetPx) {
+    for (const MatchedFeatures& known : matched_features_)
+      if (known.valid && known.is_of(match, max_offset_px)) return known;
+    MatchedFeatures& matched = next_slot(matched_features_);
+    matched.assign(frame_, match, max_offset_px);
+    return matched;
+  }
+
+  /// The frame's boxes when they are of an older frame, carried to this one (context/late_semantics.hpp):
+  /// those found on it or, missed since, at most `max_age_frames` ago, with track ids. Null when nothing
+  /// leads here.
   const std::vector<Detection>* carried_boxes(int max_age_frames) {
     record_step();
     const std::vector<CarriedBox>* boxes = late_.boxes(*frame_.detections, frame_.id);
@@ -236,6 +248,7 @@ class Context {
     }
     undistorted_ready_ = depths_ready_ = points_ready_ = thin_depth_ready_ = false;
     for (Match& match : matches_) match.valid = false;
+    for (MatchedFeatures& matched : matched_features_) matched.valid = false;
     for (auto& slot : two_views_) slot.valid = false;
     for (auto& slot : rigid_motions_) slot.valid = false;
     keep(history_.current(frame.id));
@@ -520,6 +533,7 @@ class Context {
   std::vector<cv::Point3f> points_m_;
   bool undistorted_ready_ = false, depths_ready_ = false, points_ready_ = false, thin_depth_ready_ = false;
   std::list<Match> matches_;
+  std::list<MatchedFeatures> matched_features_;
   std::list<Fitted<TwoViewModel>> two_views_;
   std::list<Fitted<RigidMotion>> rigid_motions_;
 };

@@ -4,10 +4,7 @@
 #include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/correspondence/descriptor_match.hpp>
 #include <string>
-#include <vector>
 
 namespace dynfilter {
 
@@ -62,48 +59,18 @@ class DescriptorDistanceFilter final : public Filter {
   void apply(Context& context, Votes& votes) override {
     const Match& match = context.match({params_.keyframe, params_.gap_frames});
     if (match.reference == nullptr) return context.note("no earlier frame");
-    const StoredFrame& then = *match.reference;
-    const cv::Mat& descriptors = context.frame().descriptors;
-    if (!now_.assign(descriptors, context.size()) || !then_.assign(then.descriptors, then.keypoints.size()) ||
-        descriptors.cols != then.descriptors.cols)
-      return context.note("the earlier frame has no descriptors of this length");
-    grid_.build(Span<const cv::KeyPoint>(then.keypoints), kCellPx);
+    const MatchedFeatures& matched = context.matched_features(match, params_.max_offset_px);
+    if (!matched.has_descriptors()) return context.note("the earlier frame has no descriptors like these");
     for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!context.judged(i) || !match.found(i)) continue;
-      const std::int32_t j = feature_of(match, i);
-      if (j < 0) continue;
-      const int bits = detail::hamming(now_.row(i), then_.row(static_cast<std::size_t>(j)), now_.stride());
+      const std::int32_t bits = matched.distance_bits(i);
+      if (!context.judged(i) || bits < 0) continue;
       const float score = 1 - suspicion(bits, params_.max_distance_bits);
       votes.cast(i, bits <= params_.max_distance_bits ? Vote::Dynamic : Vote::Static, score);
     }
   }
 
  private:
-  static constexpr float kCellPx = 10;
-
-  /// The feature of the earlier frame in a match, by index or by position.
-  std::int32_t feature_of(const Match& match, std::size_t i) const {
-    const std::vector<cv::KeyPoint>& features = match.reference->keypoints;
-    const std::int32_t index = match.correspondences.reference_index[i];
-    if (index >= 0) return static_cast<std::size_t>(index) < features.size() ? index : -1;
-    const cv::Point2f& px = match.correspondences.reference_px[i];
-    if (grid_.empty() || !PointGrid::usable(px)) return -1;
-    const auto radius = static_cast<float>(params_.max_offset_px);
-    std::int32_t best = -1;
-    float best2 = radius * radius;
-    grid_.around(px, radius, [&](std::int32_t j) {
-      const cv::Point2f step = features[static_cast<std::size_t>(j)].pt - px;
-      const float d2 = step.dot(step);
-      if (d2 > best2 || (d2 == best2 && best >= 0)) return;
-      best2 = d2;
-      best = j;
-    });
-    return best;
-  }
-
   Params params_;
-  detail::DescriptorWords now_, then_;
-  PointGrid grid_;
 };
 
 }  // namespace dynfilter

@@ -16,8 +16,8 @@
 
 namespace dynfilter {
 
-/// Increases by one when a boundary type or the meaning of a call changes, even if no size changes.
-inline constexpr std::uint32_t kAbiNumber = 2;
+/// Grows by one whenever a boundary type or the meaning of a call changes, even where no size does.
+inline constexpr std::uint32_t kAbiNumber = 3;
 
 /// What the host and a plugin must agree on before they call each other's C++ code.
 /// Plain 32-bit numbers are readable regardless of how the other side was built.
