@@ -9,7 +9,7 @@ dynfilter=${2:-$(dirname "${BASH_SOURCE[0]}")/../build/command/examples/dynfilte
 echo "| pipeline | boxes and masks | tracked | ATE, median | worst | recall | kept |"
 echo "|---|---|---|---|---|---|---|"
 for mode in ${MODES:-sync late:1 late:3 late:10 rate:2}; do
-  "$dynfilter" compare $sequences --pipelines "${PIPELINES:-rts_slam,ngd_slam}" --detector-mode "$mode" ${OPTIONS:-} |
+  "$dynfilter" compare --wide $sequences --pipelines "${PIPELINES:-rts_slam,ngd_slam}" --detector-mode "$mode" ${OPTIONS:-} |
     awk -v mode="$mode" '
       function known(key) { return values[key] > 0 }
       function sorted(key,   i, j, v) {  # in place
@@ -26,10 +26,16 @@ for mode in ${MODES:-sync late:1 late:3 late:10 rate:2}; do
         return sprintf("%.*f", digits, (value[key, int((n + 1) / 2)] + value[key, int(n / 2) + 1]) / 2)
       }
       function add(key, v) { if (v ~ /^[0-9]/) value[key, ++values[key]] = v + 0 }
-      $2 !~ /^[0-9]+$/ && $3 ~ /^[0-9]+\/[0-9]+$/ {  # not the summary of all sequences
+      $1 == "sequence" {  # columns without any figure are not there
+        gsub(/(ATE|RPE|filters) /, "&_"); gsub(/ _/, "_")
+        delete column
+        for (i = 1; i <= NF; i++) column[$i] = i
+      }
+      function at(name) { return name in column ? $(column[name]) : "" }
+      $2 !~ /^[0-9]+$/ && $3 ~ /^[0-9]+\/[0-9]+$/ {  # not the summary of all runs
         if (!($2 in tracked)) order[++pipelines] = $2
         split($3, part, "/"); tracked[$2] += part[1]; frames[$2] += part[2]
-        add($2 " ate", $4); add($2 " recall", $8); add($2 " kept", $9)
+        add($2 " ate", at("ATE_m")); add($2 " recall", at("recall")); add($2 " kept", at("kept"))
       }
       END {
         for (p = 1; p <= pipelines; p++) {

@@ -13,12 +13,12 @@ for detector in yolo_fastest yolo_fastest_xl deeplabv3plus_person; do
   "$dynfilter" detect "$sequence" --detector $detector --network-dir "$networks"
 done
 echo "== the sequence's own files"
-"$dynfilter" compare "$sequence" --pipelines none,rts_slam
+"$dynfilter" compare --wide "$sequence" --pipelines none,rts_slam
 for detector in yolo_fastest yolo_fastest_xl; do
   echo "== $detector"
-  "$dynfilter" compare "$sequence" --pipelines rts_slam --detector $detector --network-dir "$networks"
+  "$dynfilter" compare --wide "$sequence" --pipelines rts_slam --detector $detector --network-dir "$networks"
 done
 for detector in yolo_fastest_masks deeplabv3plus_person; do
   echo "== $detector"
-  "$dynfilter" compare "$sequence" --pipelines des_slam --detector $detector --network-dir "$networks"
+  "$dynfilter" compare --wide "$sequence" --pipelines des_slam --detector $detector --network-dir "$networks"
 done

@@ -19,7 +19,7 @@ for scene in ${SCENES:-$scenes}; do
     sequences="$sequences $folder/$scene-$seed"
   done
   echo "== $scene"
-  "$dynfilter" compare $sequences --pipelines "${PIPELINES:-$pipelines}"
+  "$dynfilter" compare --wide $sequences --pipelines "${PIPELINES:-$pipelines}"
   echo "== $scene, no detector"
-  "$dynfilter" compare $sequences --no-detections --no-masks --pipelines dynfilter
+  "$dynfilter" compare --wide $sequences --no-detections --no-masks --pipelines dynfilter
 done

@@ -12,6 +12,7 @@
 #include "command_registry.hpp"
 #include "json.hpp"
 #include "presets.hpp"
+#include "terminal.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -52,8 +53,11 @@ void print_stages(const Stage& root) {
     } else {
       const Needs needs = stage.needs();
       const bool more = needs.optional != Input::None;
-      fmt::print("{:44} needs {}{}\n", name, to_string(needs.required),
-                 more ? "; uses " + to_string(needs.optional) : "");
+      constexpr std::size_t kTextAt = 40;
+      const std::string text =
+          wrapped("needs " + to_string(needs.required) + (more ? "; uses " + to_string(needs.optional) : ""),
+                  text_columns(), kTextAt);
+      fmt::print("{}", name + (name.size() < kTextAt ? text.substr(name.size()) : "\n" + text));
     }
   });
 }
@@ -66,8 +70,10 @@ void print_text(const Pipeline& pipeline, const std::string& file) {
     print_stages(*pipeline.stages(point));
   }
   const Needs needs = needs_of(pipeline);
-  fmt::print("  inputs: {}; used where given: {}; earlier frames kept: {}\n", to_string(needs.required),
-             to_string(needs.optional), needs.history_frames);
+  fmt::print("{}",
+             wrapped(fmt::format("inputs: {}; used where given: {}; frames looked back: {}",
+                                 to_string(needs.required), to_string(needs.optional), needs.history_frames),
+                     text_columns(), 2));
   fmt::print("  a stage whose input is missing is skipped, and the report says so\n");
 }
 
@@ -101,14 +107,16 @@ void add_check(CLI::App& app, Action& action) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* command = app.add_subcommand(
       "check", "Says what is wrong with a pipeline, or prints its stages and the inputs that they need.");
-  command->add_option("PIPELINE", options->pipeline, "a YAML file, or a preset's name")->required();
-  command->add_option("--plugin", options->plugins,
-                      "load rejectors from this module as well (runs its code)");
+  command->add_option("PIPELINE", options->pipeline, "a YAML file, or a preset's name (`dynfilter presets`)")
+      ->required()
+      ->type_name("PIPELINE");
+  command->add_option("--plugin", options->plugins, "load rejectors from this module as well (runs its code)")
+      ->type_name("FILE");
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options, &action] {
     action = [options] {
       const std::string file = find_pipeline(options->pipeline).string();
-      const Pipeline pipeline(load_pipeline(options->pipeline, command_registry(options->plugins)));
+      const Pipeline pipeline(named_pipeline(options->pipeline, command_registry(options->plugins)));
       options->json ? print_json(pipeline, file) : print_text(pipeline, file);
       return static_cast<int>(kDone);
     };

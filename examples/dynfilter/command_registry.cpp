@@ -10,6 +10,7 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <utility>
 
+#include "option_hint.hpp"
 #include "presets.hpp"
 
 namespace dynfilter::command {
@@ -37,14 +38,19 @@ DetectorConfig load_detector(const std::string& name, const std::string& network
                              const std::vector<std::string>& plugins) {
   std::error_code error;
   if (!network_dir.empty() && !std::filesystem::is_directory(network_dir, error))
-    throw IoError(network_dir + ": no such folder of networks");
-  // The command prints its own one-line error for a network that OpenCV cannot load.
+    throw IoError("--network-dir " + network_dir + ": no such folder of networks");
+  // What OpenCV would write of a network that it cannot load comes as an error of one line.
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  return detector_from_file(find_preset(name, kDetectors), command_providers(plugins), network_dir);
+  DetectorConfig config =
+      detector_from_file(find_preset(name, kDetectors), command_providers(plugins), network_dir);
+  config.make = [make = config.make] {
+    return with_hint<MissingFileError>("; --network-dir says where the detector's files are", make);
+  };
+  return config;
 }
 
-PipelineConfig load_pipeline(const std::string& name, const Registry& registry) {
-  return dynfilter::load_pipeline(name, registry, command_folders(kPipelines));
+PipelineConfig named_pipeline(const std::string& name, const Registry& registry) {
+  return load_pipeline(name, registry, command_folders(kPipelines));
 }
 
 }  // namespace dynfilter::command

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/eval/statistics.hpp>
+#include <filesystem>
 #include <iterator>
 #include <memory>
 #include <set>
@@ -16,6 +17,7 @@
 #include "run_options.hpp"
 #include "run_summary.hpp"
 #include "sequence_run.hpp"
+#include "table.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -23,7 +25,7 @@ namespace {
 struct CompareOptions {
   std::vector<std::string> sequences, pipelines;
   RunOptions run;
-  bool variants = false, json = false;
+  bool variants = false, json = false, wide = false, verbose = false;
 };
 
 struct Row {
@@ -31,9 +33,9 @@ struct Row {
   std::string variant;  ///< "" unless variants were requested
 };
 
-/// A pipeline over all its rows.
+/// A pipeline over all its runs of one scene.
 struct Medians {
-  std::string pipeline;
+  std::string scene, pipeline;
   std::size_t runs = 0, frames = 0, tracked_frames = 0;
   double ate_median_m = NAN, ate_max_m = NAN, recall = NAN, static_kept = NAN;
   double over_oracle = NAN;  ///< median ATE over that of the pipeline `oracle`, if it is included
@@ -92,9 +94,10 @@ double median_of_known(const std::vector<Row>& rows, double Summary::*member) {
   return eval::median(known);
 }
 
-Medians medians_of(const std::string& pipeline, const std::vector<Row>& rows) {
+Medians medians_of(const std::vector<Row>& rows) {
   Medians m;
-  m.pipeline = pipeline;
+  m.scene = rows[0].summary.scene;
+  m.pipeline = rows[0].summary.pipeline;
   m.runs = rows.size();
   for (const Row& row : rows) {
     m.frames += row.summary.frames;
@@ -109,24 +112,24 @@ Medians medians_of(const std::string& pipeline, const std::vector<Row>& rows) {
   return m;
 }
 
-// In order of first appearance.
+/// In the order in which scenes and pipelines first appear. Different scenes are never pooled: an error of
+/// 1 cm is much in one and little in another.
 std::vector<Medians> all_medians(const std::vector<Row>& rows) {
-  std::vector<std::string> names;
+  std::vector<std::vector<Row>> groups;
   for (const Row& row : rows) {
-    if (std::find(names.begin(), names.end(), row.summary.pipeline) == names.end())
-      names.push_back(row.summary.pipeline);
+    const auto same = [&row](const std::vector<Row>& group) {
+      return group[0].summary.scene == row.summary.scene && group[0].summary.pipeline == row.summary.pipeline;
+    };
+    auto group = std::find_if(groups.begin(), groups.end(), same);
+    if (group == groups.end()) group = groups.insert(groups.end(), {{}});
+    group->push_back(row);
   }
   std::vector<Medians> medians;
-  for (const std::string& name : names) {
-    std::vector<Row> of_name;
-    std::copy_if(rows.begin(), rows.end(), std::back_inserter(of_name),
-                 [&](const Row& row) { return row.summary.pipeline == name; });
-    medians.push_back(medians_of(name, of_name));
-  }
-  const auto oracle =
-      std::find_if(medians.begin(), medians.end(), [](const Medians& m) { return m.pipeline == "oracle"; });
-  if (oracle != medians.end())
-    for (Medians& m : medians) m.over_oracle = m.ate_median_m / oracle->ate_median_m;
+  for (const std::vector<Row>& group : groups) medians.push_back(medians_of(group));
+  for (Medians& m : medians)
+    for (const Medians& other : medians)
+      if (other.scene == m.scene && other.pipeline == "oracle")
+        m.over_oracle = m.ate_median_m / other.ate_median_m;
   return medians;
 }
 
@@ -137,7 +140,8 @@ void print_json(const std::vector<Row>& rows) {
     if (!row.variant.empty()) json["rows"].back()["variant"] = row.variant;
   }
   for (const Medians& m : all_medians(rows)) {
-    json["medians"].push_back({{"pipeline", m.pipeline},
+    json["medians"].push_back({{"scene", m.scene},
+                               {"pipeline", m.pipeline},
                                {"runs", m.runs},
                                {"frames", m.frames},
                                {"tracked_frames", m.tracked_frames},
@@ -152,35 +156,15 @@ void print_json(const std::vector<Row>& rows) {
   fmt::print("{}", json_text(json));
 }
 
-std::string cell(double value, int digits) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
-}
-
-using Table = std::vector<std::vector<std::string>>;
-
-// The first `left` columns are left-aligned, figures are right-aligned.
-void print_table(const Table& table, std::size_t left) {
-  std::vector<std::size_t> widths(table[0].size(), 0);
-  for (const auto& line : table) {
-    for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], line[c].size());
-  }
-  for (const auto& line : table) {
-    std::string text;
-    for (std::size_t c = 0; c < line.size(); ++c) {
-      text += c < left ? fmt::format("{:<{}}  ", line[c], widths[c])
-                       : fmt::format("{:>{}}  ", line[c], widths[c]);
-    }
-    fmt::print("{}\n", text.substr(0, text.find_last_not_of(' ') + 1));
-  }
-}
-
-// Prints each note once, with its pipelines unless it concerns all.
-void print_notes(const std::vector<Row>& rows) {
+// Each note once, with the pipelines that it is about unless it is about all.
+void print_row_notes(const std::vector<Row>& rows, bool wide) {
   std::vector<std::pair<std::string, std::set<std::string>>> notes;
   std::set<std::string> pipelines;
   for (const Row& row : rows) {
     pipelines.insert(row.summary.pipeline);
-    for (const std::string& note : row.summary.notes) {
+    std::vector<std::string> own = row.summary.notes;
+    own.insert(own.end(), row.summary.stage_notes.begin(), row.summary.stage_notes.end());
+    for (const std::string& note : own) {
       const std::string line = row.summary.sequence + ": " + note;
       auto known = std::find_if(notes.begin(), notes.end(), [&](const auto& n) { return n.first == line; });
       if (known == notes.end()) known = notes.insert(notes.end(), {line, {}});
@@ -189,60 +173,133 @@ void print_notes(const std::vector<Row>& rows) {
   }
   if (!notes.empty()) fmt::print("\n");
   for (const auto& [line, of] : notes) {
-    fmt::print("note: {}{}\n", line,
-               of.size() < pipelines.size() ? fmt::format(" ({})", fmt::join(of, ", ")) : "");
+    const std::string who = of.size() < pipelines.size() ? fmt::format(" ({})", fmt::join(of, ", ")) : "";
+    fmt::print("{}", wrapped("note: " + line + who, wide ? 1000 : text_columns()));
   }
 }
 
-void print_text(const std::vector<Row>& rows) {
-  Table table{{"sequence", "pipeline", "tracked", "ATE m", "RPE m", "RPE deg", "precision", "recall", "kept",
-               "features", "rejected", "ms", "filters ms"}};
-  for (const Row& row : rows) {
-    const Summary& s = row.summary;
-    table.push_back({row.variant.empty() ? s.sequence : s.sequence + ", " + row.variant, s.pipeline,
-                     fmt::format("{}/{}", s.tracked_frames, s.frames), cell(s.ate_rmse_m, 4),
-                     cell(s.rpe_trans_rmse_m, 4), cell(s.rpe_rot_rmse_deg, 3), cell(s.precision, 3),
-                     cell(s.recall, 3), cell(s.static_kept, 3), cell(s.features_mean, 0),
-                     cell(s.rejected_mean, 0), cell(s.total_ms, 1), cell(s.filters_ms, 2)});
+std::vector<Column> row_columns() {
+  return {{"sequence", true},
+          {"run", true},
+          {"pipeline", true},
+          {"tracked"},
+          {"ATE m"},
+          {"RPE m", false, 5},
+          {"RPE deg", false, 7},
+          {"precision", false, 6},
+          {"recall"},
+          {"kept"},
+          {"features", false, 8},
+          {"rejected", false, 4},
+          {"ms", false, 2},
+          {"filters ms", false, 3}};
+}
+
+std::vector<std::string> cells_of(const Row& row) {
+  const Summary& s = row.summary;
+  return {s.sequence,
+          row.variant,
+          s.pipeline,
+          fmt::format("{}/{}", s.tracked_frames, s.frames),
+          cell(s.ate_rmse_m, 4),
+          cell(s.rpe_trans_rmse_m, 4),
+          cell(s.rpe_rot_rmse_deg, 3),
+          cell(s.precision, 3),
+          cell(s.recall, 3),
+          cell(s.static_kept, 3),
+          cell(s.features_mean, 0),
+          cell(s.rejected_mean, 0),
+          cell(s.total_ms, 1),
+          cell(s.filters_ms, 2)};
+}
+
+/// One table, for programs as well; or one for each sequence, whose name may be long.
+void print_rows(const std::vector<Row>& rows, bool wide) {
+  if (wide) {
+    Table table(row_columns());
+    for (const Row& row : rows) table.add(cells_of(row));
+    return print_table(table, true);
   }
-  print_table(table, 2);
-  const std::vector<Medians> medians = all_medians(rows);
-  if (medians.size() < rows.size()) {
-    Table summary{{"median of all runs", "runs", "tracked", "ATE m", "worst", "/oracle", "recall", "kept",
-                   "ms", "filters ms"}};
-    for (const Medians& m : medians) {
-      summary.push_back({m.pipeline, std::to_string(m.runs), fmt::format("{}/{}", m.tracked_frames, m.frames),
-                         cell(m.ate_median_m, 4), cell(m.ate_max_m, 4), cell(m.over_oracle, 2),
-                         cell(m.recall, 3), cell(m.static_kept, 3), cell(m.total_ms, 1),
-                         cell(m.filters_ms, 2)});
+  for (std::size_t begin = 0; begin < rows.size();) {
+    Table table(row_columns());
+    const std::string sequence = rows[begin].summary.sequence, scene = rows[begin].summary.scene;
+    for (; begin < rows.size() && rows[begin].summary.sequence == sequence &&
+           rows[begin].summary.scene == scene;
+         ++begin) {
+      std::vector<std::string> cells = cells_of(rows[begin]);
+      cells[0].clear();
+      table.add(std::move(cells));
     }
-    fmt::print("\n");
-    print_table(summary, 1);
+    fmt::print("{}\n", sequence);
+    print_table(table, false);
+    if (begin < rows.size()) fmt::print("\n");
   }
-  print_notes(rows);
+}
+
+void print_medians(const std::vector<Medians>& medians, bool wide) {
+  Table table({{"median of runs", true},
+               {"pipeline", true},
+               {"runs"},
+               {"tracked", false, 1},
+               {"ATE m"},
+               {"worst"},
+               {"/oracle"},
+               {"recall"},
+               {"kept"},
+               {"ms", false, 2},
+               {"filters ms", false, 3}});
+  for (const Medians& m : medians)
+    table.add({std::filesystem::path(m.scene).filename().string(), m.pipeline, std::to_string(m.runs),
+               fmt::format("{}/{}", m.tracked_frames, m.frames), cell(m.ate_median_m, 4),
+               cell(m.ate_max_m, 4), cell(m.over_oracle, 2), cell(m.recall, 3), cell(m.static_kept, 3),
+               cell(m.total_ms, 1), cell(m.filters_ms, 2)});
+  fmt::print("\n");
+  print_table(table, wide);
+}
+
+void print_text(const std::vector<Row>& rows, bool wide, bool verbose) {
+  print_rows(rows, wide);
+  const std::vector<Medians> medians = all_medians(rows);
+  if (medians.size() < rows.size()) print_medians(medians, wide);
+  for (const Row& row : rows) {
+    if (!verbose || row.summary.stages.empty()) continue;
+    const std::string variant = row.variant.empty() ? "" : ", " + row.variant;
+    fmt::print("\n{} on {}{}\n{}", row.summary.pipeline, row.summary.sequence, variant,
+               stages_text(row.summary.stages, wide));
+  }
+  print_row_notes(rows, wide);
 }
 
 }  // namespace
 
 void add_compare(CLI::App& app, Action& action) {
   auto options = std::make_shared<CompareOptions>();
-  CLI::App* command = app.add_subcommand("compare",
-                                         "Runs several pipelines on one or more sequences and prints one "
-                                         "table; with more runs than pipelines also\n"
-                                         "each pipeline's median (several seeds of a scene, or --variants).");
-  command->add_option("SEQUENCE", options->sequences, "folders")->required();
-  command->add_option("--pipelines", options->pipelines, "presets or YAML files, with commas between")
+  CLI::App* command =
+      app.add_subcommand("compare",
+                         "Runs several pipelines on one or more sequences and prints a table. "
+                         "Where a scene has several runs (seeds of a rendered scene, "
+                         "--variants), also the median of its runs. Different scenes are never "
+                         "pooled.");
+  command->add_option("SEQUENCE", options->sequences, "folders, as `run` takes them")
       ->required()
-      ->delimiter(',');
+      ->type_name("FOLDER");
+  command
+      ->add_option("--pipelines", options->pipelines,
+                   "presets (`dynfilter presets`) or YAML files, with commas between")
+      ->required()
+      ->delimiter(',')
+      ->type_name("PIPELINE,...");
   add_run_options(*command, options->run);
   command->add_flag("--variants", options->variants,
                     "six runs each: forward and in reverse, from frames 0, 5 and 10");
+  command->add_flag("--verbose", options->verbose, "also what each stage did, as `run` prints it");
+  command->add_flag("--wide", options->wide, "tables with all columns, whatever the terminal's width");
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options, &action] {
     action = [options] {
       options->pipelines = without_blanks(options->pipelines);
       const std::vector<Row> rows = run_all(*options);
-      options->json ? print_json(rows) : print_text(rows);
+      options->json ? print_json(rows) : print_text(rows, options->wide, options->verbose);
       const bool all_lost = std::any_of(rows.begin(), rows.end(),
                                         [](const Row& row) { return row.summary.tracked_frames == 0; });
       return static_cast<int>(all_lost ? kFailed : kDone);

@@ -24,6 +24,7 @@
 #include "json.hpp"
 #include "overlay.hpp"
 #include "progress.hpp"
+#include "results_folder.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -33,7 +34,7 @@ struct DetectOptions {
   std::vector<std::string> plugins;
   std::size_t start = 0, frames = 0;
   int threads = 1;
-  bool json = false;
+  bool json = false, force = false;
 };
 
 /// One image file, or the colour and depth images of a sequence.
@@ -84,7 +85,10 @@ struct ClassCount {
 
 struct Report {
   std::string detector, input;
-  std::size_t images = 0, with_boxes = 0, with_mask = 0, boxes = 0;
+  std::size_t images = 0, boxes = 0;
+  std::size_t with_boxes = 0;  ///< images with an answer about boxes, also that there are none
+  std::size_t with_found = 0;  ///< images with one box at least
+  std::size_t with_mask = 0;
   std::map<std::string, ClassCount> classes;
   std::map<int, double> label_share;  ///< share of the pixels of all masks, by label except 0
   double median_ms = 0;
@@ -92,8 +96,9 @@ struct Report {
   void count(const SemanticResult& result) {
     if (result.detections) {
       ++with_boxes;
+      with_found += result.detections->empty() ? 0 : 1;
       std::map<std::string, std::size_t> found;
-      for (const Detection& d : *result.detections) ++found[d.class_name];
+      for (const Detection& d : *result.detections) ++found[d.class_name.empty() ? "object" : d.class_name];
       for (const auto& [name, n] : found) {
         boxes += n;
         classes[name].boxes += n;
@@ -124,24 +129,22 @@ Json to_json(const Report& report) {
     classes[name] = {{"boxes", n.boxes}, {"images", n.images}, {"images_with_two", n.images_with_two}};
   for (const auto& [label, share] : report.label_share)
     labels[std::to_string(label)] = share / static_cast<double>(report.with_mask);
-  return {{"detector", report.detector},
-          {"input", report.input},
-          {"images", report.images},
-          {"with_boxes", report.with_boxes},
-          {"with_mask", report.with_mask},
-          {"boxes", report.boxes},
-          {"classes", classes},
-          {"label_share", labels},
+  return {{"detector", report.detector},     {"input", report.input},        {"images", report.images},
+          {"with_boxes", report.with_found}, {"answers", report.with_boxes}, {"with_mask", report.with_mask},
+          {"boxes", report.boxes},           {"classes", classes},           {"label_share", labels},
           {"ms", report.median_ms}};
 }
 
 void print_text(const Report& report, const std::string& out) {
-  fmt::print("{} on {}: {} {}, boxes for {}, masks for {}; {:.1f} ms an image\n", report.detector,
-             report.input, report.images, report.images == 1 ? "image" : "images", report.with_boxes,
-             report.with_mask, report.median_ms);
+  const auto count = [](std::size_t n, const char* one, const char* many) {
+    return fmt::format("{} {}", n, n == 1 ? one : many);
+  };
+  fmt::print("{} on {}\n  {}: {} in {} of them, masks for {}; {:.1f} ms an image\n", report.detector,
+             report.input, count(report.images, "image", "images"), count(report.boxes, "box", "boxes"),
+             report.with_found, report.with_mask, report.median_ms);
   for (const auto& [name, n] : report.classes)
-    fmt::print("  {:<16} {:4} boxes, in {} images, two or more in {}\n", name, n.boxes, n.images,
-               n.images_with_two);
+    fmt::print("  {:<16} {}, in {}, two or more in {}\n", name, count(n.boxes, "box", "boxes"),
+               count(n.images, "image", "images"), n.images_with_two);
   for (const auto& [label, share] : report.label_share)
     fmt::print("  label {:<10} {:.1f} % of the pixels\n", label,
                100 * share / static_cast<double>(report.with_mask));
@@ -195,6 +198,7 @@ class DetectOutput {
 };
 
 Report detect(const DetectOptions& options) {
+  check_free(options.out, options.force, {"summary.json", "detections.txt", "masks", "overlay"});
   cv::setNumThreads(options.threads);
   const Images images(options.input);
   const DetectorConfig config = load_detector(options.detector, options.network_dir, options.plugins);
@@ -245,23 +249,33 @@ int run(const DetectOptions& options) {
 
 void add_detect(CLI::App& app, Action& action) {
   auto options = std::make_shared<DetectOptions>();
-  CLI::App* command = app.add_subcommand("detect",
-                                         "Runs a detector on an image or a TUM sequence. DIR gets "
-                                         "detections.txt (as run --detections reads it),\n"
-                                         "masks/ (as run --masks reads it), overlay/ and summary.json.");
-  command->add_option("INPUT", options->input, "an image file, or a sequence's folder")->required();
+  CLI::App* command =
+      app.add_subcommand("detect",
+                         "Runs a detector on an image or a TUM sequence. Prints how many boxes "
+                         "and masks came.\n\n"
+                         "The folder of --out gets detections.txt (as run --detections reads it), "
+                         "masks/ (as run --masks reads it), overlay/ and summary.json.");
+  command->add_option("INPUT", options->input, "an image file, or a sequence's folder")
+      ->required()
+      ->type_name("INPUT");
   command
       ->add_option("--detector", options->detector,
                    "a detector's YAML file, or a preset's name (yolo_fastest, ...)")
-      ->required();
-  command->add_option("--network-dir", options->network_dir,
-                      "where the files lie that the YAML names; else beside it");
-  command->add_option("--out", options->out, "folder for the results; they appear when all is done");
-  command->add_option("--start", options->start, "leave out so many images at the beginning");
-  command->add_option("--frames", options->frames, "look at so many images at most");
-  command->add_option("--plugin", options->plugins,
-                      "load providers from this module as well (runs its code)");
+      ->required()
+      ->type_name("DETECTOR");
+  command
+      ->add_option("--network-dir", options->network_dir,
+                   "where the files are that the YAML names; else beside it")
+      ->type_name("FOLDER");
+  command->add_option("--out", options->out, "folder for the results; they appear when all is done")
+      ->type_name("FOLDER");
+  command->add_flag("--force", options->force, "replace the results that --out holds already");
+  command->add_option("--start", options->start, "leave out so many images at the beginning")->type_name("N");
+  command->add_option("--frames", options->frames, "look at so many images at most")->type_name("N");
+  command->add_option("--plugin", options->plugins, "load providers from this module as well (runs its code)")
+      ->type_name("FILE");
   command->add_option("--threads", options->threads, "OpenCV's threads")
+      ->type_name("N")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   command->add_flag("--json", options->json, "print JSON");

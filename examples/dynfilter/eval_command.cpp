@@ -2,39 +2,84 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <dynfilter/eval/ate.hpp>
 #include <dynfilter/eval/rpe.hpp>
-#include <dynfilter/io/trajectory.hpp>
+#include <dynfilter/io/trajectory_formats.hpp>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "command.hpp"
 #include "json.hpp"
+#include "option_hint.hpp"
 
 namespace dynfilter::command {
 namespace {
 
 struct EvalOptions {
-  std::string truth, estimate;
+  std::string truth, estimate, format = "auto", times;
   bool scale = false, json = false;
 };
 
 struct Evaluation {
   eval::AteResult ate;
-  std::optional<eval::RpeResult> rpe;  // none: the trajectory is shorter than one second
+  std::optional<eval::RpeResult> rpe;  // none: shorter than a second
+  std::vector<std::string> notes;
 };
 
 // The TUM tools print the median of the rotation in radians under the name "deg".
 // All other figures are in degrees.
 constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
 
-Evaluation evaluate(const EvalOptions& options) {
-  const io::Trajectory truth = io::read_tum_trajectory(options.truth);
-  const io::Trajectory estimate = io::read_tum_trajectory(options.estimate);
+std::optional<io::TrajectoryFormat> format_of(const std::string& word) {
+  if (word == "tum") return io::TrajectoryFormat::Tum;
+  if (word == "kitti") return io::TrajectoryFormat::Kitti;
+  if (word == "euroc") return io::TrajectoryFormat::Euroc;
+  return std::nullopt;
+}
+
+io::TrajectoryFile read(const std::string& path, const EvalOptions& options,
+                        std::vector<std::string>& notes) {
+  std::vector<double> times_s;
+  if (!options.times.empty()) times_s = read_for("--times", [&] { return io::read_times_s(options.times); });
+  io::TrajectoryFile file = io::read_trajectory(path, format_of(options.format), times_s);
+  if (file.nanoseconds) notes.push_back(path + ": the stamps look like nanoseconds and are read as such");
+  const bool said = std::any_of(notes.begin(), notes.end(), [&](const std::string& note) {
+    return note.rfind(path + ": KITTI", 0) == 0;
+  });
+  if (file.format == io::TrajectoryFormat::Kitti && options.times.empty() && !said)
+    notes.push_back(path + ": KITTI poses have no stamps: ten a second are assumed (--times gives them)");
+  return file;
+}
+
+std::string span_of(const io::Trajectory& trajectory) {
+  return fmt::format("{:.3f} to {:.3f} s", trajectory.front().timestamp_s, trajectory.back().timestamp_s);
+}
+
+eval::AteResult compare(const io::TrajectoryFile& truth, const io::TrajectoryFile& estimate,
+                        const EvalOptions& options) {
   eval::AteOptions ate;
   ate.with_scale = options.scale;
-  Evaluation result{eval::absolute_trajectory_error(truth, estimate, ate), std::nullopt};
+  const bool without_stamps =
+      options.times.empty() && truth.format != estimate.format &&
+      (truth.format == io::TrajectoryFormat::Kitti || estimate.format == io::TrajectoryFormat::Kitti);
+  try {
+    return eval::absolute_trajectory_error(truth.trajectory, estimate.trajectory, ate);
+  } catch (const Error& error) {
+    throw Error(fmt::format("{} (stamps of the ground truth: {}; of the estimate: {}{})", error.what(),
+                            span_of(truth.trajectory), span_of(estimate.trajectory),
+                            without_stamps ? "; --times gives the stamps of KITTI's poses" : ""));
+  }
+}
+
+Evaluation evaluate(const EvalOptions& options) {
+  std::vector<std::string> notes;
+  const io::TrajectoryFile truth_file = read(options.truth, options, notes),
+                           estimate_file = read(options.estimate, options, notes);
+  const io::Trajectory &truth = truth_file.trajectory, &estimate = estimate_file.trajectory;
+  Evaluation result{compare(truth_file, estimate_file, options), std::nullopt, notes};
   try {
     result.rpe = eval::relative_pose_error(truth, estimate);
   } catch (const Error&) {
@@ -57,6 +102,7 @@ void print_json(const Evaluation& e, bool scale) {
     json["rpe_rot_deg"]["median"] = e.rpe->rotation_deg.median * kRadPerDeg;
     json["rpe_rot_deg"]["median_deg"] = e.rpe->rotation_deg.median;
   }
+  if (!e.notes.empty()) json["notes"] = e.notes;
   fmt::print("{}", json_text(json));
 }
 
@@ -67,6 +113,7 @@ void print_lines(const char* name, const char* unit, const eval::ErrorStatistics
 }
 
 void print_text(const Evaluation& e, bool scale) {
+  for (const std::string& note : e.notes) fmt::print("# {}\n", note);
   fmt::print("compared_pose_pairs {} pairs\n", e.ate.pairs);
   print_lines("absolute_translational_error", "m", e.ate.error_m);
   if (scale) fmt::print("scale {:.6f}\n", e.ate.T_truth_estimate.scale);
@@ -89,11 +136,21 @@ void add_eval(CLI::App& app, Action& action) {
   auto options = std::make_shared<EvalOptions>();
   CLI::App* command = app.add_subcommand(
       "eval",
-      "Absolute and relative trajectory error, line for line and digit for digit as the TUM RGB-D tools\n"
-      "print them. Poses belong together within 0.02 s; relative errors are of pairs one second apart.\n"
-      "As there, rotational_error.median is in radians; --json has median_deg beside it.");
-  command->add_option("GROUNDTRUTH", options->truth, "trajectory in TUM format")->required();
-  command->add_option("ESTIMATE", options->estimate, "trajectory in TUM format")->required();
+      "Prints the absolute and the relative trajectory error, as the TUM RGB-D tools print them. Two poses "
+      "are "
+      "a pair when their stamps differ by less than 0.02 s; relative errors are of poses one second apart. "
+      "As in "
+      "the TUM tools, rotational_error.median is in radians; --json has median_deg beside it.\n\n"
+      "Files are in TUM's format (timestamp tx ty tz qx qy qz qw), in KITTI's (12 numbers a line) or EuRoC's "
+      "ground truth (nanoseconds, commas, qw first). Errors are TUM's for all of them, not KITTI's own.");
+  command->add_option("GROUNDTRUTH", options->truth, "a trajectory")->required()->type_name("FILE");
+  command->add_option("ESTIMATE", options->estimate, "a trajectory")->required()->type_name("FILE");
+  command->add_option("--format", options->format, "of both files; auto tells it from the first line")
+      ->check(CLI::IsMember({"auto", "tum", "kitti", "euroc"}))
+      ->type_name("FORMAT")
+      ->capture_default_str();
+  command->add_option("--times", options->times, "stamps of KITTI's poses, one in a line [s]: times.txt")
+      ->type_name("FILE");
   command->add_flag("--scale", options->scale, "align with Sim(3) instead of SE(3), for mono");
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options, &action] {

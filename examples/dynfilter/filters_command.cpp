@@ -12,6 +12,7 @@
 #include "command.hpp"
 #include "command_registry.hpp"
 #include "json.hpp"
+#include "terminal.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -60,12 +61,12 @@ void print_parameters(const std::vector<FieldInfo>& fields) {
     fmt::print("  {:{}}  {}{}{}\n", field.name, name_width, field.default_value,
                field.unit.empty() ? "" : " " + field.unit,
                field.range.empty() ? "" : "   [" + field.range + "]");
-    fmt::print("  {:{}}    {}\n", "", name_width, field.doc);
+    fmt::print("{}", wrapped(field.doc, text_columns(), name_width + 6));
   }
 }
 
 void print_card(const FilterCard& card) {
-  fmt::print("{}: {}\n\n", card.name, card.summary);
+  fmt::print("{}\n", wrapped(card.name + ": " + card.summary, text_columns()));
   fmt::print("  needs       {}\n", to_string(card.needs.required));
   if (card.needs.optional != Input::None)
     fmt::print("  uses        {}, where given\n", to_string(card.needs.optional));
@@ -77,22 +78,28 @@ void print_card(const FilterCard& card) {
 }
 
 void print_combinator(const CombinatorCard& card) {
-  fmt::print("{}: {}\n\n  {}: {}\n  a feature is dynamic {}\n", card.name, card.summary, card.name, card.form,
-             card.dynamic);
+  fmt::print("{}\n", wrapped(card.name + ": " + card.summary, text_columns()));
+  fmt::print("{}{}", wrapped(card.name + ": " + card.form, text_columns(), 2),
+             wrapped("a feature is dynamic " + card.dynamic, text_columns(), 2));
   if (!card.parameters.empty()) print_parameters(card.parameters);
+}
+
+void print_entry(const std::string& name, const std::string& summary, const std::string& more) {
+  constexpr std::size_t kTextAt = 27;
+  const std::string text = wrapped(summary, text_columns(), kTextAt), left = "  " + name;
+  fmt::print("{}{}", left + (left.size() < kTextAt ? text.substr(left.size()) : "\n" + text),
+             wrapped(more, text_columns(), kTextAt + 2));
 }
 
 void print_list(const Registry& registry) {
   fmt::print("rejectors\n");
   for (const std::string& name : registry.names()) {
     const FilterCard& card = registry.find(name)->card;
-    fmt::print("  {:24} {}\n  {:24}   needs {}\n", name, card.summary, "", to_string(card.needs.required));
+    print_entry(name, card.summary, "needs " + to_string(card.needs.required));
   }
   fmt::print("\ncombinators\n");
-  for (const CombinatorEntry& entry : combinator_table()) {
-    fmt::print("  {:24} {}\n  {:24}   {}: {}\n", entry.card.name, entry.card.summary, "", entry.card.name,
-               entry.card.form);
-  }
+  for (const CombinatorEntry& entry : combinator_table())
+    print_entry(entry.card.name, entry.card.summary, entry.card.name + ": " + entry.card.form);
   fmt::print("\n`dynfilter filters NAME` prints a card with all parameters.\n");
 }
 
@@ -127,12 +134,13 @@ int print_one(const Registry& registry, const FiltersOptions& options) {
 
 void add_filters(CLI::App& app, Action& action) {
   auto options = std::make_shared<FiltersOptions>();
-  CLI::App* command = app.add_subcommand(
-      "filters",
-      "Lists rejectors and combinators; with NAME its card: needs, parameters, defaults, units, ranges.");
-  command->add_option("NAME", options->name, "a rejector or a combinator");
-  command->add_option("--plugin", options->plugins,
-                      "load rejectors from this module as well (runs its code)");
+  CLI::App* command = app.add_subcommand("filters",
+                                         "Lists rejectors and combinators, or prints the card of one. A card "
+                                         "has needs, parameters, defaults, units "
+                                         "and ranges.");
+  command->add_option("NAME", options->name, "a rejector or a combinator")->type_name("FILTER");
+  command->add_option("--plugin", options->plugins, "load rejectors from this module as well (runs its code)")
+      ->type_name("FILE");
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options, &action] {
     action = [options] {

@@ -11,10 +11,12 @@
 #include <dynfilter/version.hpp>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
+#include "help_text.hpp"
 
 namespace {
 
@@ -30,9 +32,10 @@ int complain(std::string message, int exit_code) {
 // CLI11 itself only reports that a subcommand is missing.
 void check_subcommand(const CLI::App& app, const std::string& name) {
   if (name.empty() || name[0] == '-') return;
+  for (const CLI::App* sub : app.get_subcommands({}))
+    if (sub->get_name() == name) return;
   std::vector<std::string> known;
-  for (const CLI::App* sub : app.get_subcommands({})) known.push_back(sub->get_name());
-  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  for (const CLI::App* sub : shown_subcommands(app)) known.push_back(sub->get_name());
   throw dynfilter::Error("unknown subcommand '" + name + "'" + dynfilter::did_you_mean(name, known) +
                          "; there are: " + dynfilter::detail::joined(known));
 }
@@ -49,6 +52,7 @@ std::vector<std::string> words_of(int argc, char** argv) {
 int dispatch(int argc, char** argv) {
   CLI::App app("Rejects features on moving objects for visual SLAM: run it, measure it, see why.",
                "dynfilter");
+  app.formatter(std::make_shared<HelpFormatter>());  // of all subcommands, too
   app.set_version_flag("--version", DYNFILTER_VERSION);
   app.require_subcommand(1);
   Action action;
@@ -63,6 +67,9 @@ int dispatch(int argc, char** argv) {
   add_detect(app, action);
   add_motion(app, action);
   add_serve(app, action);
+  add_completion(app, action);
+  add_man(app, action);
+  app.footer("`dynfilter help SUBCOMMAND` prints the options of a subcommand.");  // not theirs
   std::vector<std::string> words = words_of(argc, argv);
   check_subcommand(app, words.empty() ? "" : words.front());
   std::reverse(words.begin(), words.end());  // reversed, as CLI11 expects
@@ -70,7 +77,11 @@ int dispatch(int argc, char** argv) {
     app.parse(words);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return complain(std::string(error.what()) + " (see dynfilter --help)", kBadInput);
+    const std::string what = error.what();
+    const bool pipeline =
+        what.find("--pipeline") != std::string::npos && what.find("required") != std::string::npos;
+    const std::string hint = pipeline ? "`dynfilter presets` lists the names" : "see dynfilter --help";
+    return complain(what + " (" + hint + ")", kBadInput);
   }
   return action();
 }

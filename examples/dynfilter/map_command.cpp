@@ -17,7 +17,8 @@ void print_map_text(const Summary& s) {
   fmt::print("  frames        {} with a pose and a depth image, {:.0f} features, {:.0f} of them rejected\n",
              s.map->frames_offered, s.features_mean, s.rejected_mean);
   fmt::print("{}", map_text(*s.map));
-  for (const std::string& note : s.notes) fmt::print("  note: {}\n", note);
+  print_notes(s.notes);
+  print_notes(s.stage_notes);
 }
 
 int run_map(const RunOptions& options, bool json) {
@@ -34,23 +35,30 @@ void add_map(CLI::App& app, Action& action) {
   auto json = std::make_shared<bool>(false);
   options->map = "map.ply";
   options->keyframes = "pose_change";
-  CLI::App* command =
-      app.add_subcommand("map",
-                         "The dense map of what stands still in a TUM RGB-D or Bonn folder, from the "
-                         "camera's poses as any SLAM\n"
-                         "wrote them, or the folder's own groundtruth.txt. The pipeline says what moves.");
-  command->add_option("SEQUENCE", options->sequence, "folder")->required();
-  command->add_option("TRAJECTORY", options->trajectory, "poses in TUM format")->required();
+  CLI::App* command = app.add_subcommand(
+      "map",
+      "Builds the dense map of what does not move in a sequence. The camera's poses come "
+      "from a file that any SLAM wrote, or from the folder's own groundtruth.txt. The pipeline "
+      "says what moves.");
+  command->add_option("SEQUENCE", options->sequence, "a folder, as `run` takes it")
+      ->required()
+      ->type_name("FOLDER");
+  command->add_option("TRAJECTORY", options->trajectory, "poses in TUM's format")
+      ->required()
+      ->type_name("FILE");
   command
       ->add_option("--pipeline", options->pipeline,
-                   "a preset's name (none, oracle, rts_slam, ...) or a YAML file")
-      ->required();
+                   "a preset's name (dynfilter, none, oracle, ...: `dynfilter presets`) or a YAML file")
+      ->required()
+      ->type_name("PIPELINE");
   command->add_option("--map", options->map, "the PLY file to write; a picture of the map comes beside it")
+      ->type_name("FILE")
       ->capture_default_str();
   add_map_options(*command, *options);
   command
       ->add_option("--max-gap-s", options->max_gap_s,
-                   "between poses that are further apart than this there is none")
+                   "poses are not interpolated across gaps longer than this")
+      ->type_name("S")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   add_play_options(*command, *options);

@@ -31,12 +31,12 @@ class MapKeyframes {
       const auto n = io::parse_number(rule.substr(6));
       every_ = n && *n >= 1 && *n <= 1e6 ? static_cast<std::size_t>(*n) : 0;
       if (every_ == 0 || static_cast<double>(every_) != *n)
-        throw ConfigError("", rule + ": expected every:N with N a whole number from 1");
+        throw ConfigError("", "--keyframes " + rule + ": expected every:N with N a whole number from 1");
       return;
     }
     if (rule != PoseChangeSelector::kName && rule != VertexCoverSelector::kName)
-      throw ConfigError(
-          "", "no keyframe selector `" + rule + "`; known: own, every:N, pose_change, vertex_cover");
+      throw ConfigError("", "--keyframes: no keyframe selector `" + rule +
+                                "`; known: own, every:N, pose_change, vertex_cover");
     selector_ = make_keyframe_selector(rule);
   }
 

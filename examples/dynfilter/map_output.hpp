@@ -9,7 +9,6 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/ply.hpp>
-#include <dynfilter/mapping/cloud_picture.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
@@ -19,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "map_picture.hpp"
 #include "map_summary.hpp"
 
 namespace dynfilter::command {
@@ -50,17 +50,16 @@ inline void check_target(const std::filesystem::path& file) {
 /// Builds the static map of a sequence in its own thread and writes its files.
 class MapOutput {
  public:
-  /// Throws IoError if `file` cannot be created, ConfigError for invalid parameters.
-  MapOutput(std::filesystem::path file, const mapping::MappingParams& params)
-      : file_(std::move(file)), map_(params, kCapacity) {
+  /// Throws IoError when `file` cannot be in its folder, ConfigError for parameters.
+  MapOutput(std::filesystem::path file, const mapping::MappingParams& params, std::string title)
+      : file_(std::move(file)), title_(std::move(title)), map_(params, kCapacity) {
     check_target(file_);
   }
 
   void add(const MapInput& input) {
     const mapping::MapFrame view = input.view();
-    if (!first_) first_ = View{view.camera, view.depth.size(), view.T_world_camera};
-    // Files are read faster than filmed: wait instead of dropping a frame.
-    if (++waiting_ == kCapacity) {
+    if (!first_) first_ = MapView{view.camera, view.depth.size(), view.T_world_camera};
+    if (++waiting_ == kCapacity) {  // files are read faster than filmed: rather wait than drop a frame
       map_.finish();
       waiting_ = 1;
     }
@@ -93,13 +92,7 @@ class MapOutput {
 
  private:
   static constexpr std::size_t kCapacity = 128;
-  /// In the file: three floats, three colours, one class.
-  static constexpr std::size_t kPointBytes = 19;
-  struct View {
-    Camera camera;
-    cv::Size size;
-    Pose T_world_camera;
-  };
+  static constexpr std::size_t kPointBytes = 19;  ///< in the file: three floats, three colours, a class
 
   void write_files(const mapping::MapCloud& cloud, double leaf_m) const {
     const std::vector<std::uint8_t> picture = picture_of(cloud, leaf_m);
@@ -114,19 +107,18 @@ class MapOutput {
   }
 
   std::vector<std::uint8_t> picture_of(const mapping::MapCloud& cloud, double leaf_m) const {
-    const View& view = *first_;
-    cv::Mat both;
-    cv::hconcat(mapping::render_overview(cloud, leaf_m, view.camera, view.size, view.T_world_camera),
-                mapping::render_cloud(cloud, leaf_m, view.camera, view.size, view.T_world_camera), both);
+    const std::string title = fmt::format("{}   {} points, voxels of {:g} m", title_, cloud.size(), leaf_m);
+    const cv::Mat both = draw_map(cloud, leaf_m, *first_, title);
     std::vector<std::uint8_t> bytes;
     cv::imencode(".png", both, bytes);
     return bytes;
   }
 
   std::filesystem::path file_;
+  std::string title_;  ///< of the picture
   mapping::MappingThread map_;
-  std::size_t waiting_ = 0;  ///< upper bound since the queue was last empty
-  std::optional<View> first_;
+  std::size_t waiting_ = 0;  ///< at most, since it was last empty
+  std::optional<MapView> first_;
 };
 
 }  // namespace dynfilter::command

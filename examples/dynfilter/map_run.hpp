@@ -20,6 +20,7 @@
 #include "map_keyframes.hpp"
 #include "map_output.hpp"
 #include "odometry/odometry.hpp"
+#include "option_hint.hpp"
 #include "pipeline_judge.hpp"
 #include "sequence_run.hpp"
 
@@ -44,14 +45,15 @@ inline bool has_stages(const Pipeline& pipeline) {
 inline mapping::MappingParams map_params(const RunOptions& options) {
   mapping::MappingParams params;
   if (!options.map_config.empty()) {
-    const YamlDocument document = YamlDocument::from_file(options.map_config);
+    const YamlDocument document =
+        read_for("--map-config", [&] { return YamlDocument::from_file(options.map_config); });
     try {
       const auto node = document.root().find("mapping");
       if (!node) throw ConfigError("", "expected the key `mapping`");
       params = read_parameters<mapping::MappingParams>(*node);
       mapping::check_mapping(params);
     } catch (const ConfigError& error) {
-      throw ConfigError(options.map_config, error.what());
+      throw ConfigError("--map-config " + options.map_config, error.what());
     }
   }
   const double leaf_m = options.map_leaf_m.value_or(params.leaf_m);
@@ -117,7 +119,7 @@ class MapRun {
         cuts_mask_(uses_stage(pipeline, "semantic_mask")),
         judges_(has_stages(pipeline)),
         keyframes_(options.keyframes),
-        output_(options.map, params_) {
+        output_(options.map, params_, "Map of " + sequence.name() + "   pipeline " + pipeline.name()) {
     if (options.truth) judge_.emplace(sequence, params_);
     if (!options.map_full.empty()) full_.emplace(options.map_full, params_);
   }

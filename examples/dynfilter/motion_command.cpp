@@ -17,6 +17,8 @@
 #include "command_registry.hpp"
 #include "json.hpp"
 #include "progress.hpp"
+#include "stage_totals.hpp"
+#include "table.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -29,7 +31,7 @@ struct MotionOptions {
   std::vector<std::string> tracks, plugins;
   std::string pipeline, positive = "auto";
   double focal_px = 0, rate_hz = 0;
-  bool json = false;
+  bool json = false, wide = false;
 };
 
 /// The labels to detect.
@@ -52,8 +54,20 @@ struct Task {
 struct Clip {
   std::string name, task;
   std::size_t points = 0, positives = 0;
-  double precision = NAN, recall = NAN, f1 = NAN, ms_per_frame = 0;
+  double precision = NAN;  ///< NaN where nothing is rejected
+  double recall = NAN;     ///< NaN where nothing is to be found
+  double f1 = NAN, ms_per_frame = 0;
+  std::size_t judged = 0;  ///< verdicts that are not unknown, in all frames
+  StageTotals stages;
 };
+
+/// Of precision and recall. Nothing to find and nothing rejected is right: 1. One of the two alone is wrong:
+/// 0.
+double f1_of(const eval::Classification& counts) {
+  const double found = 2 * static_cast<double>(counts.dynamic_rejected);
+  const double all = found + static_cast<double>(counts.dynamic_kept + counts.static_rejected);
+  return all > 0 ? found / all : 1;
+}
 
 std::vector<fs::path> files_of(const std::vector<std::string>& arguments) {
   std::vector<fs::path> files;
@@ -121,7 +135,7 @@ Camera camera_of(const io::PointTracks& tracks, double focal_px) {
 
 /// For each point: true if it is dynamic in the last frame that shows it.
 std::vector<bool> judge_tracks(Pipeline& pipeline, const io::PointTracks& tracks,
-                               const MotionOptions& options) {
+                               const MotionOptions& options, Clip& clip) {
   const double rate_hz = rate_of(options.rate_hz, tracks);
   std::vector<bool> dynamic(static_cast<std::size_t>(tracks.points), false);
   std::vector<std::int32_t> feature_of(dynamic.size(), -1);
@@ -135,6 +149,9 @@ std::vector<bool> judge_tracks(Pipeline& pipeline, const io::PointTracks& tracks
     view.camera = camera_of(tracks, options.focal_px);
     view.matches = HostMatches{f - 1, now.reference};
     const Verdict& verdict = pipeline.before_pose(view);
+    clip.stages.add(verdict.report);
+    clip.judged += static_cast<std::size_t>(std::count_if(verdict.decision.begin(), verdict.decision.end(),
+                                                          [](Vote vote) { return vote != Vote::Unknown; }));
     for (std::size_t i = 0; i < now.points.size(); ++i)
       dynamic[static_cast<std::size_t>(now.points[i])] = !verdict.keep(i);
   }
@@ -143,29 +160,32 @@ std::vector<bool> judge_tracks(Pipeline& pipeline, const io::PointTracks& tracks
 
 Clip judge_file(const fs::path& file, const MotionOptions& options, const Registry& registry) {
   const io::PointTracks tracks = io::read_point_tracks(file);
-  Pipeline pipeline(load_pipeline(options.pipeline, registry));
+  Pipeline pipeline(named_pipeline(options.pipeline, registry));
   Task task{positive_of(options.positive, tracks), 1};
   if (task.positive == Positive::Others) task.background = io::widest_label(tracks);
+  Clip clip;
+  clip.name = file.stem().string(), clip.task = task.text();
+  clip.stages = StageTotals(pipeline);
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<bool> dynamic = judge_tracks(pipeline, tracks, options);
+  const std::vector<bool> dynamic = judge_tracks(pipeline, tracks, options, clip);
   const double ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   eval::Classification counts;
   for (std::size_t p = 0; p < dynamic.size(); ++p)
     counts.add(task.is_positive(tracks.label[p]) ? eval::Truth::Dynamic : eval::Truth::Static, dynamic[p]);
-  Clip clip{file.stem().string(), task.text()};
   clip.points = dynamic.size();
   clip.positives = counts.dynamic_rejected + counts.dynamic_kept;
   clip.precision = counts.precision();
   clip.recall = counts.recall();
-  const double found = 2 * static_cast<double>(counts.dynamic_rejected);
-  clip.f1 = found / (found + static_cast<double>(counts.dynamic_kept + counts.static_rejected));
+  clip.f1 = f1_of(counts);
   clip.ms_per_frame = ms / tracks.frames;
   return clip;
 }
 
+/// Over the files in which the figure is defined.
 struct Totals {
   double mean = NAN, median = NAN, min = NAN;
+  std::size_t files = 0;
 };
 
 Totals totals_of(const std::vector<Clip>& clips, double Clip::*member) {
@@ -173,11 +193,20 @@ Totals totals_of(const std::vector<Clip>& clips, double Clip::*member) {
   for (const Clip& clip : clips)
     if (std::isfinite(clip.*member)) known.push_back(clip.*member);
   const eval::ErrorStatistics s = eval::statistics(known);
-  return {s.mean, s.median, s.min};
+  return {s.mean, s.median, s.min, known.size()};
 }
 
 Json totals_json(const Totals& t) {
-  return {{"mean", t.mean}, {"median", t.median}, {"min", t.min}};
+  return {{"mean", number_or_null(t.mean)},
+          {"median", number_or_null(t.median)},
+          {"min", number_or_null(t.min)},
+          {"files", t.files}};
+}
+
+StageTotals stages_of(const std::vector<Clip>& clips) {
+  StageTotals all;
+  for (const Clip& clip : clips) all.add(clip.stages);
+  return all;
 }
 
 void print_json(const std::vector<Clip>& clips, const std::string& pipeline) {
@@ -187,43 +216,90 @@ void print_json(const std::vector<Clip>& clips, const std::string& pipeline) {
                      {"positive", c.task},
                      {"points", c.points},
                      {"positives", c.positives},
-                     {"precision", c.precision},
-                     {"recall", c.recall},
+                     {"precision", number_or_null(c.precision)},
+                     {"recall", number_or_null(c.recall)},
                      {"f1", c.f1},
                      {"ms_per_frame", c.ms_per_frame}});
   const Json json{{"pipeline", pipeline},
                   {"files", files},
                   {"precision", totals_json(totals_of(clips, &Clip::precision))},
                   {"recall", totals_json(totals_of(clips, &Clip::recall))},
-                  {"f1", totals_json(totals_of(clips, &Clip::f1))}};
+                  {"f1", totals_json(totals_of(clips, &Clip::f1))},
+                  {"stages", to_json(stages_of(clips))}};
   fmt::print("{}", json_text(json));
 }
 
-void print_text(const std::vector<Clip>& clips) {
-  fmt::print("{:24} {:>6} {:>9} {:>9} {:>7} {:>6} {:>9}  {}\n", "tracks", "points", "positives", "precision",
-             "recall", "F1", "ms/frame", "positive");
+// The totals' row says over how many files where it is not over all.
+std::string total_cell(double value, const Totals& totals, std::size_t files) {
+  return cell(value, 3) + (totals.files < files && totals.files > 0 ? "*" : "");
+}
+
+void print_text(const std::vector<Clip>& clips, bool wide) {
+  Table table({{"tracks", true},
+               {"points", false, 2},
+               {"positives", false, 1},
+               {"precision"},
+               {"recall"},
+               {"F1"},
+               {"ms/frame", false, 3},
+               {"positive", true, 4}});
   for (const Clip& c : clips)
-    fmt::print("{:24} {:6} {:9} {:9.3f} {:7.3f} {:6.3f} {:9.2f}  {}\n", c.name, c.points, c.positives,
-               c.precision, c.recall, c.f1, c.ms_per_frame, c.task);
+    table.add({c.name, std::to_string(c.points), std::to_string(c.positives), cell(c.precision, 3),
+               cell(c.recall, 3), cell(c.f1, 3), cell(c.ms_per_frame, 2), c.task});
   const Totals precision = totals_of(clips, &Clip::precision), recall = totals_of(clips, &Clip::recall),
                f1 = totals_of(clips, &Clip::f1);
-  fmt::print("{:24} {:6} {:9} {:9.3f} {:7.3f} {:6.3f}\n", "mean", "", "", precision.mean, recall.mean,
-             f1.mean);
-  fmt::print("{:24} {:6} {:9} {:9.3f} {:7.3f} {:6.3f}\n", "median", "", "", precision.median, recall.median,
-             f1.median);
+  const auto row = [&](const char* name, double Totals::*member) {
+    table.add({name, "", "", total_cell(precision.*member, precision, clips.size()),
+               total_cell(recall.*member, recall, clips.size()), cell(f1.*member, 3), "", ""});
+  };
+  row("mean", &Totals::mean);
+  row("median", &Totals::median);
+  print_table(table, wide);
+  const auto explain = [&](const char* name, const Totals& totals, const char* why, const char* never) {
+    if (totals.files == clips.size()) return;
+    if (totals.files == 0) return fmt::print("{} is not defined: {}\n", name, never);
+    fmt::print("{}", wrapped(fmt::format("{}{} over {} of {} files: {}", totals.files > 0 ? "* " : "", name,
+                                         totals.files, clips.size(), why),
+                             text_columns()));
+  };
+  explain("precision", precision, "in the others nothing is rejected", "nothing is rejected in any file");
+  explain("recall", recall, "in the others nothing is to be found", "nothing is to be found in any file");
+}
+
+// A pipeline that did nothing has no figures of its own.
+int complain_if_idle(const std::vector<Clip>& clips, const std::string& pipeline) {
+  const StageTotals stages = stages_of(clips);
+  const std::vector<std::string> reasons = stages.reasons();
+  const bool lacks_camera = std::any_of(reasons.begin(), reasons.end(), [](const std::string& reason) {
+    return reason.find("camera") != std::string::npos;
+  });
+  if (stages.all_skipped()) {
+    fmt::print(
+        stderr, "dynfilter: {}: all stages were skipped in all frames, so nothing was judged ({}){}\n",
+        pipeline, fmt::join(reasons, "; "),
+        lacks_camera ? "; --focal-px gives the camera" : "; tracks have neither images, depth nor boxes");
+    return kFailed;
+  }
+  const bool judged =
+      std::any_of(clips.begin(), clips.end(), [](const Clip& clip) { return clip.judged > 0; });
+  if (!stages.empty() && !judged)
+    fmt::print(stderr, "dynfilter: note: {}: every point of every frame is unknown\n", pipeline);
+  return kDone;
 }
 
 int run_motion(const MotionOptions& options) {
   const Registry registry = command_registry(options.plugins);
   const std::vector<fs::path> files = files_of(options.tracks);
   std::vector<Clip> clips;
-  Progress bar(options.pipeline);
-  for (const fs::path& file : files) {
-    clips.push_back(judge_file(file, options, registry));
-    bar.at(clips.size(), files.size());
+  {
+    Progress bar(options.pipeline);
+    for (const fs::path& file : files) {
+      clips.push_back(judge_file(file, options, registry));
+      bar.at(clips.size(), files.size());
+    }
   }
-  options.json ? print_json(clips, options.pipeline) : print_text(clips);
-  return kDone;
+  options.json ? print_json(clips, options.pipeline) : print_text(clips, options.wide);
+  return complain_if_idle(clips, options.pipeline);
 }
 
 }  // namespace
@@ -232,25 +308,42 @@ void add_motion(CLI::App& app, Action& action) {
   auto options = std::make_shared<MotionOptions>();
   CLI::App* command = app.add_subcommand(
       "motion",
-      "Precision and recall of a mono pipeline on labelled point tracks: frames are fed in order, a track "
-      "is\n"
-      "a match from frame to frame, and its last visible frame has the verdict. Unknown counts as kept.");
-  command->add_option("TRACKS", options->tracks, "track files, or folders of them (*.txt)")->required();
-  command->add_option("--pipeline,-p", options->pipeline, "a preset's name, or a YAML file")->required();
+      "Prints precision and recall of a mono pipeline on labelled point tracks. Frames are judged in order, "
+      "a "
+      "track is a match from frame to frame, and the verdict of a point is that of its last visible frame. "
+      "Unknown counts as kept.\n\n"
+      "Precision is not defined where nothing is rejected, recall where nothing is to be found: they are "
+      "then "
+      "printed as - and left out of the mean, which says over how many files it is. F1 is 0 where something "
+      "is "
+      "to be found and nothing is rejected, and 1 where neither is the case.");
+  command->add_option("TRACKS", options->tracks, "track files, or folders of them (*.txt)")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option("--pipeline,-p", options->pipeline,
+                   "a preset's name (`dynfilter presets`), or a YAML file")
+      ->required()
+      ->type_name("PIPELINE");
   command
       ->add_option(
           "--positive", options->positive,
-          "what is to be found: movers (label > 1), mismatches (label 0), others (every label but the\n"
-          "one that spreads most over the image), or auto: by the data set that the file names")
-      ->check(CLI::IsMember({"auto", "movers", "mismatches", "others"}));
+          "what is to be found: movers (label > 1), mismatches (label 0), others (every label but the one "
+          "that spreads most over the image), or auto: by the data set that the file names")
+      ->check(CLI::IsMember({"auto", "movers", "mismatches", "others"}))
+      ->type_name("WHAT");
   command->add_option("--focal-px", options->focal_px, "the camera's focal length, where it is known")
+      ->type_name("PX")
       ->check(CLI::Range(1.0, 1e6));
   command
       ->add_option("--rate-hz", options->rate_hz,
                    "frames per second; without it 20 for Hopkins155 and 10 for everything else")
+      ->type_name("HZ")
       ->check(CLI::Range(0.01, 1e4));
-  command->add_option("--plugin", options->plugins, "a module with more filters; may be repeated");
+  command->add_option("--plugin", options->plugins, "a module with more filters; may be repeated")
+      ->type_name("FILE");
   command->add_flag("--json", options->json, "print JSON");
+  command->add_flag("--wide", options->wide, "the table with all columns, whatever the terminal's width");
   command->callback([options, &action] { action = [options] { return run_motion(*options); }; });
 }
 

@@ -13,13 +13,15 @@
 
 #include "odometry/feature_judge.hpp"
 #include "overlay.hpp"
+#include "stage_totals.hpp"
 
 namespace dynfilter::command {
 
 /// Verdict of the pipeline on one frame over all call points, per extracted feature.
 struct FrameVerdict {
   std::vector<MarkedFeature> features;
-  std::vector<std::string> notes;  ///< "stage: note" and the frame's notes
+  std::vector<std::string> notes;        ///< of the frame
+  std::vector<std::string> stage_notes;  ///< "stage: note" of those that were skipped or failed
   double correspondence_ms = 0, filters_ms = 0;
 
   std::size_t count(Vote vote) const {
@@ -35,8 +37,8 @@ struct FrameVerdict {
 /// The pipeline as the odometry's judge. Records the frame for files and pictures.
 class PipelineJudge final : public odometry::FeatureJudge {
  public:
-  explicit PipelineJudge(PipelineConfig config) : pipeline_(std::move(config)) {
-    // In file order, so that a stage has the same symbol in every picture.
+  explicit PipelineJudge(PipelineConfig config) : pipeline_(std::move(config)), totals_(pipeline_) {
+    // In the order of the file, so that a stage has the same symbol in every picture.
     for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
       if (const Stage* root = pipeline_.stages(point))
         root->for_each([&](const Stage& stage, int) { name_leaf(stage); });
@@ -61,7 +63,9 @@ class PipelineJudge final : public odometry::FeatureJudge {
 
   const FrameVerdict& record() const { return record_; }
   const Pipeline& pipeline() const { return pipeline_; }
-  /// Stage of each bit of MarkedFeature::reasons.
+  /// What each stage did over all frames so far.
+  const StageTotals& totals() const { return totals_; }
+  /// What the bits of MarkedFeature::reasons mean, so far.
   const std::vector<std::string>& stages() const { return stages_; }
   /// The same as text: "semantic_box+epipolar".
   std::string reason(const MarkedFeature& feature) const {
@@ -99,6 +103,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
 
   void take(const Verdict& verdict) {
     note(verdict.report);
+    totals_.add(verdict.report);
     std::size_t left = 0;
     for (std::size_t i = 0; i < verdict.size(); ++i) {
       MarkedFeature& feature = record_.features[alive_[i]];
@@ -113,7 +118,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
 
   void note(const FrameReport& report) {
     for (const StageReport& stage : report.stages) {
-      if (stage.skipped || stage.failed) record_.notes.push_back(stage.name + ": " + stage.note);
+      if (stage.skipped || stage.failed) record_.stage_notes.push_back(stage.name + ": " + stage.note);
     }
     record_.notes.insert(record_.notes.end(), report.notes.begin(), report.notes.end());
   }
@@ -135,6 +140,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
   }
 
   Pipeline pipeline_;
+  StageTotals totals_;
   FrameVerdict record_;
   std::vector<std::size_t> alive_;  ///< view index -> extracted feature
   std::vector<std::uint8_t> flags_;

@@ -4,13 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
 #include "json.hpp"
 #include "presets.hpp"
+#include "terminal.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -37,25 +37,11 @@ std::vector<Preset> presets_of(const PresetKind& kind) {
   return presets;
 }
 
-/// Wraps at 80 columns.
-void print_about(const std::string& about) {
-  std::istringstream words(about);
-  std::string line = "   ";
-  for (std::string word; words >> word;) {
-    if (line.size() + 1 + word.size() > 80) {
-      fmt::print("{}\n", line);
-      line = "   ";
-    }
-    line += " " + word;
-  }
-  if (!about.empty()) fmt::print("{}\n", line);
-}
-
 void print_presets(const PresetKind& kind, const char* option) {
   fmt::print("{}s ({})\n", kind.what, option);
   for (const Preset& preset : presets_of(kind)) {
     fmt::print("  {}\n", preset.name);
-    print_about(preset.about);
+    fmt::print("{}", wrapped(preset.about, text_columns(), 4));
   }
 }
 

@@ -3,14 +3,25 @@
 
 #include <fmt/format.h>
 
+#include <string>
+#include <vector>
+
 #include "progress.hpp"
 #include "run_options.hpp"
 #include "run_summary.hpp"
 #include "sequence_run.hpp"
+#include "terminal.hpp"
 
 namespace dynfilter::command {
 
-/// Runs a sequence with a progress bar, then prints the summary as JSON or with `print_text`.
+inline void print_notes(const std::vector<std::string>& notes, bool wide = false) {
+  for (const std::string& note : notes) {
+    std::string block = wrapped("note: " + note, wide ? 1000 : text_columns(), 4);
+    fmt::print("{}", block.erase(0, 2));
+  }
+}
+
+/// Runs a sequence beside a progress bar, then prints the summary as JSON or as `print_text` does.
 template <class PrintText>
 Summary run_and_print(const RunOptions& options, bool json, const PrintText& print_text) {
   Summary summary;

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "option_hint.hpp"
 #include "sequence_run.hpp"
 
 namespace dynfilter::command {
@@ -22,11 +23,12 @@ namespace dynfilter::command {
 inline io::TumSequence open_sequence(const RunOptions& options) {
   io::TumOptions tum;
   if (!options.camera.empty()) {
-    const io::CameraFile file = io::read_camera(options.camera);
+    const io::CameraFile file = read_for("--camera", [&] { return io::read_camera(options.camera); });
     tum.camera = file.camera;
     tum.depth_units_per_m = file.depth_units_per_m;
   }
-  return io::TumSequence::open(options.sequence, tum);
+  return with_hint<io::CameraError>(" with --camera",
+                                    [&] { return io::TumSequence::open(options.sequence, tum); });
 }
 
 /// Indices into the sequence in playing order: first reversed, then cut.
@@ -65,7 +67,9 @@ inline std::optional<io::DetectionTrack> load_detections(const RunOptions& optio
   if (!path && (path = detections_in(sequence.folder())))
     notes.push_back("boxes from " + path->filename().string());
   if (!path) return std::nullopt;
-  io::DetectionTrack track = io::read_detections(*path);
+  io::DetectionTrack track =
+      read_for(options.detections.empty() ? "boxes (see --no-detections):" : "--detections",
+               [&] { return io::read_detections(*path); });
   const std::string name = path->filename().string();
   if (track.unusable > 0) {
     notes.push_back(name + ": " + std::to_string(track.unusable) +
@@ -104,7 +108,7 @@ class MaskFolder {
       found += there ? 1 : 0;
     }
     if (found == 0 && !options.masks.empty())
-      throw IoError(options.masks + ": no mask is named as a colour image of the sequence");
+      throw IoError("--masks " + options.masks + ": no mask is named as a colour image of the sequence");
     if (found == 0) files_.clear();
   }
 
@@ -113,7 +117,8 @@ class MaskFolder {
     if (files_.empty() || files_[i].empty()) return std::nullopt;
     MaskInput mask;
     mask.labels = io::read_image(files_[i], cv::IMREAD_UNCHANGED);
-    if (mask.labels.type() != CV_8UC1) throw IoError(files_[i].string() + ": is not an 8-bit label image");
+    if (mask.labels.type() != CV_8UC1)
+      throw IoError(files_[i].string() + ": is not an 8-bit label image (see --masks, --no-masks)");
     return mask;
   }
 

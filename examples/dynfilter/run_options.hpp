@@ -12,15 +12,21 @@ namespace dynfilter::command {
 
 /// Options of all commands that play a sequence.
 inline void add_play_options(CLI::App& command, RunOptions& options) {
-  command.add_option("--camera", options.camera,
-                     "camera file (keys as in ORB-SLAM settings) instead of the one found");
-  command.add_option("--detections", options.detections,
-                     "boxes; by default detections.txt or detections_*.txt of the sequence");
+  command
+      .add_option("--camera", options.camera,
+                  "camera file (keys as in ORB-SLAM settings) instead of the one found")
+      ->type_name("FILE");
+  command
+      .add_option("--detections", options.detections,
+                  "boxes; by default detections.txt or detections_*.txt of the sequence")
+      ->type_name("FILE");
   command.add_flag("--no-detections", options.no_detections, "no boxes, even where the sequence has some")
       ->excludes("--detections");
-  command.add_option("--masks", options.masks,
-                     "folder of masks, 8-bit PNGs named as the colour images; by default masks/ of the "
-                     "sequence");
+  command
+      .add_option("--masks", options.masks,
+                  "folder of masks, 8-bit PNGs named as the colour images; by default masks/ of the "
+                  "sequence")
+      ->type_name("FOLDER");
   command.add_flag("--no-masks", options.no_masks, "no masks, even where the sequence has some")
       ->excludes("--masks");
   command
@@ -36,21 +42,29 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
         }
         return std::string();
       })
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("MODE");
   command
       .add_option("--detector", options.detector,
                   "a detector's YAML file or preset: boxes and masks come from it, not from files")
-      ->excludes("--detections", "--no-detections", "--masks", "--no-masks");
+      ->excludes("--detections", "--no-detections", "--masks", "--no-masks")
+      ->type_name("DETECTOR");
   command
       .add_option("--network-dir", options.network_dir,
                   "where the files lie that the detector's YAML names; else beside it")
-      ->needs("--detector");
-  command.add_option("--start", options.start,
-                     "leave out so many frames at the beginning (with --reverse: of the reversed sequence)");
-  command.add_option("--frames", options.frames, "play at most so many frames");
-  command.add_option("--plugin", options.plugins,
-                     "load rejectors and providers from this module as well (runs its code)");
+      ->needs("--detector")
+      ->type_name("FOLDER");
+  command
+      .add_option("--start", options.start,
+                  "leave out so many frames at the beginning (with --reverse: of the reversed sequence)")
+      ->type_name("N");
+  command.add_option("--frames", options.frames, "play at most so many frames")->type_name("N");
+  command
+      .add_option("--plugin", options.plugins,
+                  "load rejectors and providers from this module as well (runs its code)")
+      ->type_name("FILE");
   command.add_option("--threads", options.threads, "OpenCV's threads; verdicts do not depend on it")
+      ->type_name("N")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
 }
@@ -63,23 +77,28 @@ inline void add_run_options(CLI::App& command, RunOptions& options) {
 
 /// Options of `run --map` and `map`. The caller declares their dependencies.
 inline std::vector<CLI::Option*> add_map_options(CLI::App& command, RunOptions& options) {
-  return {command.add_option("--map-leaf-m", options.map_leaf_m,
-                             "edge of the map's voxels, metres (default 0.02)"),
-          command.add_option(
-              "--map-config", options.map_config,
-              "a YAML file with the map's parameters under the key mapping: carve, key_classes, ..."),
-          command.add_option(
-              "--map-full", options.map_full,
-              "write also the points of all keyframes as they are, cut but not thinned, to this PLY "
-              "file"),
-          command
-              .add_option("--keyframes", options.keyframes,
-                          "which frames the map is built from: own (as the odometry chooses), pose_change, "
-                          "vertex_cover, every:N")
-              ->capture_default_str(),
-          command.add_flag("--truth", options.truth,
-                           "a sequence that synth wrote: judge the map against the scene's surfaces (ghosts, "
-                           "coverage, error)")};
+  return {
+      command
+          .add_option("--map-leaf-m", options.map_leaf_m, "edge of the map's voxels, metres; without it 0.02")
+          ->type_name("M"),
+      command
+          .add_option("--map-config", options.map_config,
+                      "a YAML file with the map's parameters under the key mapping: carve, key_classes, ...")
+          ->type_name("FILE"),
+      command
+          .add_option("--map-full", options.map_full,
+                      "write also the points of all keyframes as they are, cut but not thinned, to this PLY "
+                      "file")
+          ->type_name("FILE"),
+      command
+          .add_option("--keyframes", options.keyframes,
+                      "which frames the map is built from: own (as the odometry chooses), pose_change, "
+                      "vertex_cover, every:N")
+          ->capture_default_str()
+          ->type_name("RULE"),
+      command.add_flag("--truth", options.truth,
+                       "a sequence that synth wrote: judge the map against the scene's surfaces (ghosts, "
+                       "coverage, error)")};
 }
 
 }  // namespace dynfilter::command

@@ -15,6 +15,7 @@
 
 #include "json.hpp"
 #include "map_summary.hpp"
+#include "stage_totals.hpp"
 
 namespace dynfilter::command {
 
@@ -45,6 +46,7 @@ struct DetectorSummary {
 /// Content of summary.json. NaN is written as null.
 struct Summary {
   std::string sequence, pipeline;
+  std::string scene;  ///< what a rendered sequence shows, else its own name: runs of one scene can be pooled
   std::size_t frames = 0, tracked_frames = 0;
   double ate_rmse_m = NAN, rpe_trans_rmse_m = NAN, rpe_rot_rmse_deg = NAN;
   double precision = NAN, recall = NAN, static_kept = NAN;
@@ -52,7 +54,8 @@ struct Summary {
   double total_ms = 0, extraction_ms = 0, correspondence_ms = 0, filters_ms = 0, tracking_ms = 0;
   std::optional<DetectorSummary> detector;
   std::optional<MapSummary> map;
-  std::vector<std::string> notes;
+  StageTotals stages;
+  std::vector<std::string> notes, stage_notes;  ///< of the run; of stages that were skipped or failed
 };
 
 inline Json to_json(const DetectorSummary& d) {
@@ -87,13 +90,15 @@ inline Json to_json(const Summary& s) {
                 {"tracking", s.tracking_ms}};
   json["detector"] = s.detector ? to_json(*s.detector) : Json();
   if (s.map) json["map"] = to_json(*s.map);
+  json["stages"] = to_json(s.stages);
   json["notes"] = s.notes;
+  for (const std::string& note : s.stage_notes) json["notes"].push_back(note);
   return json;
 }
 
 /// Puts `sequence` and `pipeline` first.
 inline Json named_json(const Summary& s) {
-  Json json{{"sequence", s.sequence}, {"pipeline", s.pipeline}};
+  Json json{{"sequence", s.sequence}, {"scene", s.scene}, {"pipeline", s.pipeline}};
   json.update(to_json(s));
   return json;
 }

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <dynfilter/io/pose_lookup.hpp>
+#include <dynfilter/synth/scene_file.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -17,12 +18,21 @@
 #include "map_run.hpp"
 #include "odometry/odometry.hpp"
 #include "pipeline_judge.hpp"
+#include "results_folder.hpp"
 #include "run_input.hpp"
 #include "run_output.hpp"
 #include "semantic_feed.hpp"
 
 namespace dynfilter::command {
 namespace {
+
+/// Seeds of one rendered scene are runs of it; a recording is a scene of its own.
+std::string scene_of(const io::TumSequence& sequence) {
+  if (const auto rendered = synth::read_scene_name(sequence.folder())) return rendered->scene;
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::weakly_canonical(sequence.folder(), error);
+  return error ? sequence.name() : whole.lexically_normal().string();
+}
 
 bool has_any_depth(const io::RgbdFrame& frame) {
   return !frame.depth.empty() && cv::countNonZero(frame.depth) > 0;
@@ -33,11 +43,14 @@ class SequenceRun {
   explicit SequenceRun(const RunOptions& options)
       : options_(options),
         truth_(std::make_shared<OracleLabels>()),
-        judge_(load_pipeline(options.pipeline, command_registry(options.plugins, truth_))),
+        judge_(named_pipeline(options.pipeline, command_registry(options.plugins, truth_))),
         sequence_(open_sequence(options)),
         order_(playing_order(options, sequence_.size())),
         odometry_(sequence_.camera(), odometry::OdometryOptions(), &judge_) {
+    check_free(options.out, options.force,
+               {"summary.json", "trajectory.txt", "frames.csv", "verdicts.csv", "overlay"});
     summary_.sequence = sequence_.name();
+    summary_.scene = scene_of(sequence_);
     summary_.pipeline = judge_.pipeline().name();
     summary_.notes = sequence_.notes();
     ground_truth_ = sequence_.ground_truth();
@@ -45,8 +58,8 @@ class SequenceRun {
     open_feed();
     oracle_ = uses_stage(judge_.pipeline(), OracleFilter::kName);
     if (oracle_ && !sequence_.has_labels())
-      throw IoError(options.sequence + ": has no labels/, which `oracle` needs");
-    // In reverse, the truth images do not apply: they describe motion over the previous frames.
+      throw IoError(options.sequence + ": has no labels/, which `oracle` needs: choose another --pipeline");
+    // In reverse "has moved over the last frames" is another question than the truth images answer.
     judged_by_truth_ = sequence_.has_labels() && !options.reverse;
     if (sequence_.has_labels() && options.reverse)
       summary_.notes.emplace_back("played in reverse: no precision and recall");
@@ -63,8 +76,12 @@ class SequenceRun {
     if (blank_depth_ > 0)
       count_note(fmt::format("{} with a depth image of zeros only", frames(blank_depth_)));
     for (const auto& [note, times] : notes_) count_note(fmt::format("{} ({})", note, frames(times)));
+    for (const auto& [note, times] : stage_notes_)
+      summary_.stage_notes.push_back(fmt::format("{} ({})", note, frames(times)));
+    summary_.stages = judge_.totals();
     summary_.detector = feed_->summary();
     summarise_frames(rows_, summary_);
+    if (nothing_judged()) count_note(unknown_note());
     const io::Trajectory estimate = trajectory();
     summarise_trajectory(ground_truth_, estimate, summary_);
     if (map_) summary_.map = map_->finish(estimate, summary_.notes);
@@ -172,12 +189,39 @@ class SequenceRun {
     row.correspondence_ms = verdict.correspondence_ms;
     row.filters_ms = std::max(0.0, result.ms.judge - verdict.correspondence_ms);
     row.tracking_ms = result.ms.tracking + result.ms.mapping;
-    for (const std::string& note : verdict.notes) {
-      row.note += (row.note.empty() ? "" : "; ") + note;
-      ++notes_[note];
-    }
+    const auto take = [&row](const std::vector<std::string>& notes, auto& counts) {
+      for (const std::string& note : notes) {
+        row.note += (row.note.empty() ? "" : "; ") + note;
+        ++counts[note];
+      }
+    };
+    take(verdict.stage_notes, stage_notes_);
+    take(verdict.notes, notes_);
     if (judged_by_truth_) classify(i, verdict, row.truth);
     return row;
+  }
+
+  bool nothing_judged() const {
+    return !summary_.stages.empty() && summary_.features_mean > 0 &&
+           std::all_of(rows_.begin(), rows_.end(),
+                       [](const FrameRow& row) { return row.of_static + row.dynamic + row.restored == 0; });
+  }
+  std::string unknown_note() const {
+    std::string note = "every feature of every frame is unknown: no stage judged any, all are kept";
+    const std::vector<std::string> reasons = summary_.stages.reasons();
+    if (!reasons.empty()) note += fmt::format(" ({})", fmt::join(reasons, "; "));
+    return note + option_for(reasons);
+  }
+  // What a run can be given.
+  static std::string option_for(const std::vector<std::string>& reasons) {
+    const auto lacks = [&](const char* input) {
+      return std::any_of(reasons.begin(), reasons.end(), [input](const std::string& reason) {
+        return reason.find(input) != std::string::npos;
+      });
+    };
+    if (lacks("boxes")) return "; boxes come from --detections or --detector";
+    if (lacks("mask")) return "; masks come from --masks or --detector";
+    return "";
   }
 
   void classify(std::size_t i, const FrameVerdict& verdict, eval::Classification& counts) const {
@@ -220,7 +264,7 @@ class SequenceRun {
   std::optional<MapRun> map_;
   std::optional<RunOutput> output_;
   std::vector<FrameRow> rows_;
-  std::map<std::string, std::size_t> notes_;  ///< note of a stage, and its number of frames
+  std::map<std::string, std::size_t> notes_, stage_notes_;  ///< and in how many frames
   Summary summary_;
   std::size_t blank_depth_ = 0;
   bool oracle_ = false, judged_by_truth_ = false, any_depth_ = false;

@@ -36,15 +36,19 @@ void add_serve(CLI::App& app, Action& action) {
   auto options = std::make_shared<ServeOptions>();
   CLI::App* command =
       app.add_subcommand("serve",
-                         "Answers images on its standard input with a detector's boxes and masks on its "
-                         "standard output: a provider "
-                         "of\ntype `process` of another program (docs/semantics.md has the protocol).");
-  command->add_option("DETECTOR", options->detector, "a detector's YAML file or preset")->required();
-  command->add_option("--network-dir", options->network_dir,
-                      "where the files lie that the detector's YAML names; else beside it");
-  command->add_option("--plugin", options->plugins,
-                      "load providers from this module as well (runs its code)");
+                         "Runs a detector for another program. It reads images from its standard input and "
+                         "writes boxes and masks to its standard output, as a provider of type `process`.");
+  command->add_option("DETECTOR", options->detector, "a detector's YAML file or preset")
+      ->required()
+      ->type_name("DETECTOR");
+  command
+      ->add_option("--network-dir", options->network_dir,
+                   "where the files are that the detector's YAML names; else beside it")
+      ->type_name("FOLDER");
+  command->add_option("--plugin", options->plugins, "load providers from this module as well (runs its code)")
+      ->type_name("FILE");
   command->add_option("--threads", options->threads, "OpenCV's threads, of this process only")
+      ->type_name("N")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   command->callback([options, &action] { action = [options] { return serve(*options); }; });

@@ -60,22 +60,27 @@ int write(SynthOptions options) {
 
 void add_sensor(CLI::App& command, synth::SequenceOptions& sequence) {
   command.add_option("--hz", sequence.rate_hz, "frames a second")
+      ->type_name("HZ")
       ->check(CLI::Range(10.0, 60.0))
       ->capture_default_str();
   command.add_flag("--blur", sequence.motion_blur, "motion blur: an exposure of 12 ms");
   command
       .add_option("--exposure-ms", sequence.exposure_ms,
                   "exposure time, for motion blur; 0: none (default: 0, 12 for turn, shake)")
+      ->type_name("MS")
       ->check(CLI::Range(0.0, 100.0));
   command.add_option("--rolling-shutter-ms", sequence.rolling_shutter_ms, "readout time of all rows")
+      ->type_name("MS")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   command.add_option("--depth-offset-ms", sequence.depth_offset_ms, "depth is so much later than colour")
+      ->type_name("MS")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   command
       .add_option("--calibration-error", sequence.calibration_error,
                   "of camera.yaml; 1: focal length 0.5 %, centre 3 px, corners 1 px off")
+      ->type_name("X")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   command.add_flag("--exposure", sequence.exposure_variation, "the brightness varies smoothly");
@@ -89,20 +94,25 @@ void add_synth(CLI::App& app, Action& action) {
   synth::SequenceOptions& sequence = options->sequence;
   CLI::App* command = app.add_subcommand(
       "synth",
-      "Writes a labelled synthetic sequence in TUM's layout: rgb/ depth/ and their lists, groundtruth.txt,\n"
-      "camera.yaml, labels/ dynamic/ motion/ (truth), masks/ and detections.txt (a detector with faults).\n"
-      "Scenes: " +
+      "Writes a labelled synthetic sequence in TUM's layout. The folder gets rgb/ and depth/ with their "
+      "lists, "
+      "groundtruth.txt, camera.yaml, labels/ dynamic/ motion/ (the truth), masks/ and detections.txt (of a "
+      "detector with faults).\n\nScenes: " +
           scenes());
-  command->add_option("SCENE", sequence.scene, "one of the scenes above")->required();
+  command->add_option("SCENE", sequence.scene, "one of the scenes above")->required()->type_name("SCENE");
   command->add_option("DIR", options->folder, "where to; a synthetic sequence that is there is replaced")
-      ->required();
+      ->required()
+      ->type_name("FOLDER");
   command->add_option("--frames", sequence.frames, "how many")
+      ->type_name("N")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command->add_option("--seed", sequence.seed, "another room, other people, another walk")
+      ->type_name("N")
       ->capture_default_str();
   add_sensor(*command, sequence);
   command->add_option("--late", sequence.detector.late_frames, "boxes come so many frames late")
+      ->type_name("N")
       ->check(CLI::Range(0, 30))
       ->capture_default_str();
   command->add_flag("--json", options->json, "print JSON");

@@ -38,7 +38,8 @@ TEST_CASE("detect: boxes of a picture as a file that run reads, and a picture of
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   CHECK(contains(result.out, "red on "));
-  CHECK(contains(result.out, "thing               1 boxes, in 1 images, two or more in 0"));
+  CHECK(contains(result.out, "1 image: 1 box in 1 of them, masks for 0"));
+  CHECK(contains(result.out, "thing            1 box, in 1 image, two or more in 0"));
   CHECK(
       read_text(shop.root() / "out/detections.txt") ==
       "# timestamp class_id class_name score x1 y1 x2 y2\n1.500000 0 thing 1.0000 2.000 2.000 6.000 6.000\n");
@@ -49,12 +50,31 @@ TEST_CASE("detect: boxes of a picture as a file that run reads, and a picture of
   CHECK(contains(json.out, "\"images_with_two\": 0"));
 }
 
+TEST_CASE("detect: where nothing is found, the count and detections.txt agree") {
+  const Workshop shop;
+  cv::imwrite((shop.root() / "2.500000.png").string(), cv::Mat(8, 8, CV_8UC3, cv::Scalar(0, 0, 0)));
+  const std::string detect = "detect " + shop.file("2.500000.png") + " --detector " + shop.file("d.yaml");
+  const CommandResult result = dynfilter(detect + " --out " + shop.file("out"));
+  CHECK(result.exit_code == 0);
+  CHECK(contains(result.out, "1 image: 0 boxes in 0 of them"));
+  CHECK(read_text(shop.root() / "out/detections.txt") ==
+        "# timestamp class_id class_name score x1 y1 x2 y2\n2.500000 none\n");
+  const std::string json = dynfilter(detect + " --json").out;
+  CHECK(contains(json, "\"with_boxes\": 0"));
+  CHECK(contains(json, "\"boxes\": 0"));
+  CHECK(contains(json, "\"answers\": 1"));
+  check_refused(detect + " --out " + shop.file("out"), "replace them with --force");
+  CHECK(dynfilter(detect + " --force --out " + shop.file("out")).exit_code == 0);
+}
+
 TEST_CASE("detect and run refuse detectors that cannot be: one line each") {
   const Workshop shop;
   const std::string image = shop.file("1.500000.png") + " ", with = "--detector " + shop.file("d.yaml");
   check_refused("detect " + image + "--detector yolo_fast", "presets: deeplabv3plus_person, files, ");
   check_refused("detect " + image + "--detector yolo_fastest --network-dir " + shop.file(""),
                 "yolo-fastest-1.1.weights: no such file in ");
+  check_refused("detect " + image + "--detector yolo_fastest",
+                "; --network-dir says where the detector's files are");
   check_refused("detect " + image + with + " --network-dir /no/such", "/no/such: no such folder");
   check_refused("detect " + shop.file("2.png") + " " + with, "2.png: no such file");
   check_refused("detect " + image + with + " --start 1", "--start 1: there are only 1 images");

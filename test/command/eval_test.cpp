@@ -54,6 +54,68 @@ TEST_CASE("eval of a trajectory against itself, and its bad input") {
   check_refused("eval " + truth + " " + later, "later.txt: contains no pose");
 }
 
+namespace {
+
+// The arc as KITTI and EuRoC write it: 12 numbers without stamps, and nanoseconds with qw first.
+std::string kitti_arc() {
+  std::string text;
+  for (int i = 0; i < 20; ++i) {
+    const double a = 0.1 * i;
+    text += "1 0 0 " + std::to_string(std::cos(a)) + " 0 1 0 " + std::to_string(std::sin(a)) + " 0 0 1 0\n";
+  }
+  return text;
+}
+std::string euroc_arc() {
+  std::string text = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], ...\n";
+  for (int i = 0; i < 20; ++i) {
+    const double a = 0.1 * i;
+    text += std::to_string(50000000000LL + 100000000LL * i) + "," + std::to_string(std::cos(a)) + "," +
+            std::to_string(std::sin(a)) + ",0,1,0,0,0,0.1,0.2,0.3\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("eval reads KITTI and EuRoC files, and says when stamps look like nanoseconds") {
+  const TemporaryFolder folder;
+  const auto file = [&](const char* name, const std::string& text) {
+    write_text(folder.path() / name, text);
+    return (folder.path() / name).string();
+  };
+  const std::string tum = file("tum.txt", arc(0)), kitti = file("kitti.txt", kitti_arc()),
+                    euroc = file("euroc.csv", euroc_arc());
+  const std::string none = "absolute_translational_error.rmse 0.000000 m\n";
+  const CommandResult self = dynfilter("eval " + kitti + " " + kitti);
+  CHECK(self.exit_code == 0);
+  CHECK(contains(self.out, none));
+  CHECK(contains(self.out, "compared_pose_pairs 20 pairs"));
+  CHECK(contains(self.out, "# " + kitti + ": KITTI poses have no stamps: ten a second are assumed"));
+  CHECK(contains(dynfilter("eval " + tum + " " + euroc).out, none));
+  CHECK(contains(dynfilter("eval " + euroc + " " + tum + " --json").out, "\"pairs\": 20"));
+  // KITTI's poses against stamped ones need their times.
+  check_refused("eval " + tum + " " + kitti, "--times gives the stamps of KITTI's poses");
+  std::string times;
+  for (int i = 0; i < 20; ++i) times += std::to_string(50 + 0.1 * i) + "\n";
+  const std::string stamps = file("times.txt", times);
+  CHECK(contains(dynfilter("eval " + tum + " " + kitti + " --times " + stamps).out, none));
+  check_refused("eval " + tum + " " + kitti + " --times nowhere.txt", "--times nowhere.txt: no such file");
+  check_refused("eval " + tum + " " + kitti + " --times " + file("short.txt", "1\n2\n"),
+                "20 poses, but only 2 times");
+  // TUM's fields with nanoseconds, as ORB-SLAM3 writes for EuRoC.
+  std::string nanoseconds;
+  std::istringstream lines(arc(0));
+  for (std::string stamp_s, rest; lines >> stamp_s && std::getline(lines, rest);)
+    nanoseconds += std::to_string(std::llround(1e9 * std::stod(stamp_s))) + rest + "\n";
+  const CommandResult ns = dynfilter("eval " + tum + " " + file("ns.txt", nanoseconds));
+  CHECK(ns.exit_code == 0);
+  CHECK(contains(ns.out, none));
+  CHECK(contains(ns.out, "ns.txt: the stamps look like nanoseconds and are read as such\n"));
+  check_refused("eval " + tum + " " + file("bad.txt", "1 2 3 4 5 6 7 8 9 10 11 12\n"),
+                "bad.txt:1: is not a rotation and a translation");
+  check_refused("eval " + tum + " " + tum + " --format kitti", "tum.txt:1: expected the 12 numbers");
+}
+
 TEST_CASE("eval prints the lines that the TUM tools printed for DynaSLAM") {
   const fs::path data = fs::path(DYNFILTER_DATA_DIR) / "trajectories";
   if (!fs::exists(data)) {

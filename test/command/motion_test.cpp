@@ -44,6 +44,54 @@ TEST_CASE("motion counts verdicts at the last visible frame") {
   CHECK(contains(dynfilter("motion --json --positive mismatches -p none " + file).out, "\"positives\": 0"));
 }
 
+// Of label 1 and 2: three points that stand and one that moves, and the other way round; or none of label 2.
+std::string clip_text(bool with_mover) {
+  std::string text = "# Any clip\n# points 4 frames 3 width 640 height 480\n";
+  for (int p = 0; p < 4; ++p) text += std::string(p == 3 && with_mover ? "2" : "1") + " 10 10 20 20 30 30\n";
+  return text;
+}
+
+TEST_CASE("motion: precision, recall and F1 where nothing is rejected or nothing is to be found") {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "a.txt", clip_text(true));
+  write_text(folder.path() / "b.txt", clip_text(false));
+  const CommandResult text = dynfilter("motion " + folder.path().string() + " -p none");
+  CAPTURE(text.out);
+  CHECK(text.exit_code == 0);
+  CHECK(!contains(text.out, "nan"));
+  CHECK(contains(text.out, "precision is not defined: nothing is rejected in any file\n"));
+  CHECK(contains(text.out, "* recall over 1 of 2 files: in the others nothing is to be found\n"));
+  const std::string json = dynfilter("motion --json " + folder.path().string() + " -p none").out;
+  CHECK(number_in(json, "\"name\": \"a\"", "f1") == 0);  // something to find, nothing rejected
+  CHECK(number_in(json, "\"name\": \"b\"", "f1") == 1);  // nothing to find, nothing rejected
+  CHECK(number_in(json, "\"precision\": {", "files") == 0);
+  CHECK(number_in(json, "\"recall\": {", "files") == 1);
+  CHECK(number_in(json, "\"f1\": {", "mean") == 0.5);
+}
+
+TEST_CASE("motion with a pipeline whose stages were all skipped says so and fails") {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "clip.txt").string(),
+                    pipeline = (folder.path() / "p.yaml").string();
+  write_text(file, clip_text(true));
+  write_text(pipeline,
+             "%YAML:1.0\n---\npipeline:\n  before_pose:\n    - semantic_box: { role: reject }\n"
+             "    - depth_consistency\n");
+  const CommandResult result = dynfilter("motion " + file + " -p " + pipeline);
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 1);
+  CHECK(contains(result.err, "all stages were skipped in all frames"));
+  CHECK(contains(result.err, "semantic_box: skipped: no boxes"));
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  // One that is not skipped is enough.
+  write_text(
+      pipeline,
+      "%YAML:1.0\n---\npipeline:\n  before_pose:\n    - semantic_box: { role: reject }\n    - epipolar\n");
+  const CommandResult some = dynfilter("motion " + file + " -p " + pipeline);
+  CHECK(some.exit_code == 0);
+  CHECK(contains(some.err, "every point of every frame is unknown"));
+}
+
 TEST_CASE("motion refuses bad input with one line") {
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "clip.txt").string();

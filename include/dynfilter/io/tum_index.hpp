@@ -166,6 +166,8 @@ inline TumIndex read_tum_index(const std::filesystem::path& folder, double max_g
   TumIndex index = associations ? index_from_associations(folder, *associations, max_gap_s)
                                 : index_from_lists(folder, max_gap_s);
   if (associations) note_unlisted(folder, *associations, index);
+  if (associations && *associations != "associations.txt")
+    index.notes.push_back("frames from " + *associations + ", not from rgb.txt and depth.txt");
   std::size_t without_depth = 0;
   for (const IndexedFrame& frame : index.frames) without_depth += frame.depth.empty();
   if (without_depth == index.frames.size()) {

@@ -17,7 +17,12 @@
 
 namespace dynfilter::io {
 
-/// Options of TumSequence::open().
+/// The camera of a sequence is not known, or does not fit its images: a camera file helps.
+class CameraError : public IoError {
+ public:
+  using IoError::IoError;
+};
+
 struct TumOptions {
   double max_association_gap_s = 0.02;  ///< largest time difference of a colour and a depth image
   std::optional<Camera> camera;         ///< replaces the camera of the folder
@@ -134,9 +139,9 @@ class TumSequence {
     }
     if (options.camera) found = options.camera;
     if (!found || !found->valid()) {
-      throw IoError(folder_.string() +
-                    ": the camera is not known: the folder has no camera.yaml, and its name " +
-                    "does not contain freiburg1, 2, 3 or bonn; give a camera file");
+      throw CameraError(folder_.string() +
+                        ": the camera is not known: no camera.yaml there, and the folder's name does not " +
+                        "say freiburg1, 2, 3 or bonn; give a camera file");
     }
     camera_ = *found;
     depth_units_per_m_ = options.depth_units_per_m.value_or(depth_units_per_m_);
@@ -145,8 +150,8 @@ class TumSequence {
   void check_camera_size(const cv::Size& size, const std::string& file) const {
     const cv::Size expected(camera_.width_px, camera_.height_px);
     if (expected.width <= 0 || expected.height <= 0 || size == expected) return;
-    throw IoError((folder_ / file).string() + ": is " + text(size) + ", but the camera is for " +
-                  text(expected));
+    throw CameraError((folder_ / file).string() + ": is " + text(size) + ", but the camera is for " +
+                      text(expected) + "; give another camera file");
   }
 
   cv::Mat load_depth(const detail::IndexedFrame& frame, const cv::Size& colour_size) const {

@@ -9,6 +9,7 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 namespace dynfilter::mapping {
@@ -134,14 +135,27 @@ inline Pose overview_pose(const MapCloud& cloud, const Pose& T_world_level, cons
   return T_world_level * Pose::from(turn, centre - turn.col(2) * back_m);
 }
 
-/// Renders the room from above without its ceiling.
-/// `T_world_first`: any upright camera pose inside the scene.
-inline cv::Mat render_overview(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
-                               const Pose& T_world_first) {
+/// The room from above: its points without the ceiling, and where they are seen from.
+struct Overview {
+  MapCloud cloud;
+  Pose T_world_camera;
+};
+
+/// `T_world_first`: some camera that saw the cloud, upright.
+inline Overview overview_of(const MapCloud& cloud, const Camera& camera, cv::Size size,
+                            const Pose& T_world_first) {
   const Pose level = level_pose(cloud, T_world_first);
   MapCloud low = without_ceiling(cloud, level);
-  if (2 * low.size() < cloud.size()) low = cloud;  // most points are above: no room with a ceiling
-  return render_cloud(low, leaf_m, camera, size, overview_pose(low, level, camera, size));
+  if (2 * low.size() < cloud.size()) low = cloud;  // a shelf, a staircase: no room with a ceiling
+  const Pose pose = overview_pose(low, level, camera, size);
+  return {std::move(low), pose};
+}
+
+/// The picture of the overview.
+inline cv::Mat render_overview(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
+                               const Pose& T_world_first) {
+  const Overview above = overview_of(cloud, camera, size, T_world_first);
+  return render_cloud(above.cloud, leaf_m, camera, size, above.T_world_camera);
 }
 
 }  // namespace dynfilter::mapping

@@ -14,7 +14,13 @@
 
 namespace dynfilter {
 
-/// Search path for the files that a detector's YAML names: folders in search order.
+/// A file that a detector's YAML names is not there.
+class MissingFileError : public IoError {
+ public:
+  using IoError::IoError;
+};
+
+/// Where the files lie that a detector's YAML names: folders in the order in which they are searched.
 struct ProviderFiles {
   std::vector<std::filesystem::path> folders;
 
@@ -25,14 +31,14 @@ struct ProviderFiles {
     std::filesystem::path path(name);
     if (path.is_absolute() || folders.empty()) {
       if (!name.empty() && std::filesystem::exists(path, failed)) return path;
-      throw IoError(name + ": no such file (expected " + what + ")");
+      throw MissingFileError(name + ": no such file (expected " + what + ")");
     }
     std::string looked;
     for (const std::filesystem::path& folder : folders) {
       if (!name.empty() && std::filesystem::exists(folder / path, failed)) return folder / path;
       looked += (looked.empty() ? "" : " nor in ") + folder.string();
     }
-    throw IoError(name + ": no such file in " + looked + " (expected " + what + ")");
+    throw MissingFileError(name + ": no such file in " + looked + " (expected " + what + ")");
   }
 };
 

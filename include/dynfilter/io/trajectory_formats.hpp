@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <dynfilter/io/trajectory.hpp>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter::io {
+
+enum class TrajectoryFormat {
+  Tum,    ///< timestamp tx ty tz qx qy qz qw
+  Kitti,  ///< the 12 numbers of a 3x4 matrix, row by row, one line per frame
+  Euroc   ///< timestamp [ns], tx, ty, tz, qw, qx, qy, qz, ...: ground truth of the EuRoC MAV data set
+};
+
+struct TrajectoryFile {
+  Trajectory trajectory;
+  TrajectoryFormat format = TrajectoryFormat::Tum;
+  bool nanoseconds = false;  ///< a TUM file whose stamps are nanoseconds: they are seconds now
+};
+
+namespace detail {
+
+inline std::vector<double> numbers_of(const TextLine& line, std::size_t count,
+                                      const std::filesystem::path& path) {
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto value = parse_number(line.fields[i]);
+    if (!value) throw IoError(at_line(path, line.number) + ": '" + line.fields[i] + "' is not a number");
+    numbers.push_back(*value);
+  }
+  return numbers;
+}
+
+inline bool has_commas(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  for (std::string line; std::getline(in, line);)
+    if (!line.empty() && line[0] != '#') return line.find(',') != std::string::npos;
+  return false;
+}
+
+/// ORB-SLAM3 writes TUM's fields in this order with EuRoC's stamps.
+inline bool in_nanoseconds(const Trajectory& trajectory) {
+  constexpr double kLeastStep = 1e6;  // a millisecond; as seconds it would be eleven days
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < trajectory.size(); ++i)
+    steps.push_back(trajectory[i].timestamp_s - trajectory[i - 1].timestamp_s);
+  if (steps.empty()) return trajectory[0].timestamp_s > 1e17;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle >= kLeastStep;
+}
+
+inline Trajectory read_kitti(const std::filesystem::path& path, const std::vector<TextLine>& lines,
+                             const std::vector<double>& times_s) {
+  if (!times_s.empty() && times_s.size() < lines.size())
+    throw IoError(path.string() + ": " + std::to_string(lines.size()) + " poses, but only " +
+                  std::to_string(times_s.size()) + " times");
+  Trajectory trajectory;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    if (lines[k].fields.size() != 12)
+      throw IoError(at_line(path, lines[k].number) + ": expected the 12 numbers of a KITTI pose, found " +
+                    std::to_string(lines[k].fields.size()) + " fields");
+    const std::vector<double> n = numbers_of(lines[k], 12, path);
+    StampedPose pose;
+    constexpr double kStep_s = 0.1;  // KITTI's 10 Hz
+    pose.timestamp_s = times_s.empty() ? kStep_s * static_cast<double>(k) : times_s[k];
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t c = 0; c < 3; ++c) pose.T_world_camera.rotation[3 * row + c] = n[4 * row + c];
+      pose.T_world_camera.translation_m[row] = n[4 * row + 3];
+    }
+    if (!is_rigid(pose.T_world_camera, 0.01))
+      throw IoError(at_line(path, lines[k].number) + ": is not a rotation and a translation");
+    const Eigen::Quaterniond q(pose.T_world_camera.R());  // the file's digits are few
+    pose.T_world_camera = Pose::from(q.normalized().toRotationMatrix(), pose.T_world_camera.t());
+    trajectory.push_back(pose);
+  }
+  return trajectory;
+}
+
+inline Trajectory read_euroc(const std::filesystem::path& path, const std::vector<TextLine>& lines) {
+  Trajectory trajectory;
+  for (const TextLine& line : lines) {
+    if (line.fields.size() < 8)
+      throw IoError(at_line(path, line.number) + ": expected 'timestamp[ns],tx,ty,tz,qw,qx,qy,qz', found " +
+                    std::to_string(line.fields.size()) + " fields");
+    const std::vector<double> n = numbers_of(line, 8, path);
+    const TumNumbers tum{1e-9 * n[0], n[1], n[2], n[3], n[5], n[6], n[7], n[4]};
+    if (is_pose(tum)) trajectory.push_back(stamped_pose(tum));
+  }
+  return sorted_by_time(std::move(trajectory));
+}
+
+}  // namespace detail
+
+/// A number per line, as KITTI's times.txt. Throws IoError.
+inline std::vector<double> read_times_s(const std::filesystem::path& path) {
+  std::vector<double> times_s;
+  for (const TextLine& line : read_text_lines(path)) times_s.push_back(detail::numbers_of(line, 1, path)[0]);
+  if (times_s.empty()) throw IoError(path.string() + ": holds no time");
+  return times_s;
+}
+
+/// A trajectory in one of the formats, by time; without `format` it is told from the first line: 12 fields
+/// are KITTI's, commas EuRoC's, else TUM's. `times_s`: of KITTI's lines; empty: ten a second from 0. Throws
+/// IoError naming file and line.
+inline TrajectoryFile read_trajectory(const std::filesystem::path& path,
+                                      std::optional<TrajectoryFormat> format = std::nullopt,
+                                      const std::vector<double>& times_s = {}) {
+  const std::vector<TextLine> lines = read_text_lines(path);
+  if (lines.empty()) throw IoError(path.string() + ": holds no pose");
+  TrajectoryFile file;
+  file.format = format.value_or(lines[0].fields.size() == 12 ? TrajectoryFormat::Kitti
+                                : detail::has_commas(path)   ? TrajectoryFormat::Euroc
+                                                             : TrajectoryFormat::Tum);
+  if (file.format == TrajectoryFormat::Kitti) {
+    file.trajectory = detail::read_kitti(path, lines, times_s);
+  } else if (file.format == TrajectoryFormat::Euroc) {
+    file.trajectory = detail::read_euroc(path, lines);
+  } else {
+    file.trajectory = read_tum_trajectory(path);
+    file.nanoseconds = detail::in_nanoseconds(file.trajectory);
+    if (file.nanoseconds)
+      for (StampedPose& pose : file.trajectory) pose.timestamp_s *= 1e-9;
+  }
+  if (file.trajectory.empty()) throw IoError(path.string() + ": holds no pose");
+  return file;
+}
+
+}  // namespace dynfilter::io

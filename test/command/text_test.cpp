@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#include <sstream>
+
+#include "run_command.hpp"
+#include "walking.hpp"
+
+using namespace dynfilter_test;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::vector<std::string>& subcommands() {
+  static const std::vector<std::string> names{"filters", "check", "presets", "synth",  "run",  "compare",
+                                              "map",     "eval",  "detect",  "motion", "serve"};
+  return names;
+}
+
+/// The longest line that has a blank to break it at.
+std::size_t longest_line(const std::string& text) {
+  std::size_t longest = 0;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    if (line.find('/') == std::string::npos) longest = std::max(longest, line.size());
+  return longest;
+}
+
+CommandResult shell(const std::string& command) {
+  const TemporaryFolder folder;
+  const std::string out = (folder.path() / "out").string();
+  const int status = std::system(("( " + command + " ) >" + out + " 2>&1").c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out), ""};
+}
+
+bool has_program(const std::string& name) {
+  return shell("command -v " + name).exit_code == 0;
+}
+
+std::string walking() {
+  return "'" + Walking::shared().folder().string() + "'";
+}
+
+}  // namespace
+
+TEST_CASE("help, lists and tables fit 80 columns, or what COLUMNS says") {
+  for (const std::string& name : subcommands()) {
+    CAPTURE(name);
+    CHECK(longest_line(dynfilter("help " + name).out) <= 80);
+    CHECK(contains(dynfilter("help " + name).out, "Usage: dynfilter " + name));
+  }
+  CHECK(longest_line(dynfilter("--help").out) <= 80);
+  for (const std::string what : {"presets", "filters", "filters background_motion", "filters by_region",
+                                 "check dynfilter", "check rts_slam"}) {
+    CAPTURE(what);
+    CHECK(longest_line(dynfilter(what).out) <= 80);
+  }
+  const CommandResult narrow = shell("COLUMNS=60 '" DYNFILTER_COMMAND "' help run");
+  CHECK(longest_line(narrow.out) <= 60);
+  CHECK(longest_line(shell("COLUMNS=160 '" DYNFILTER_COMMAND "' help run").out) > 100);
+}
+
+TEST_CASE("compare: as wide as the terminal, all columns on request, none without an entry") {
+  const std::string compare = "compare " + walking() + " --pipelines none,rts_slam_s";
+  const CommandResult narrow = dynfilter(compare);
+  CAPTURE(narrow.out);
+  CHECK(longest_line(narrow.out) <= 80);
+  CHECK(contains(narrow.out, "\nNot shown: "));
+  for (const char* column : {"tracked", "ATE m", "recall", "kept"}) CHECK(contains(narrow.out, column));
+  const CommandResult wide = dynfilter(compare + " --wide");
+  for (const char* column : {"sequence", "precision", "features", "rejected", "filters ms"}) {
+    CAPTURE(column);
+    CHECK(contains(wide.out, column));
+  }
+  CHECK(!contains(wide.out, "Not shown"));
+  CHECK(!contains(wide.out, "RPE"));  // shorter than a second: no row has one
+}
+
+TEST_CASE("compare: medians are of one scene, never over several") {
+  const TemporaryFolder folder;
+  const std::string other = (folder.path() / "desk").string();
+  REQUIRE(dynfilter("synth static_desk " + other + " --frames 14").exit_code == 0);
+  const std::string both = "compare " + walking() + " " + other + " --pipelines none --frames 3";
+  const CommandResult one_each = dynfilter(both);
+  CHECK(one_each.exit_code == 0);
+  CHECK(!contains(one_each.out, "median"));
+  const CommandResult json = dynfilter(both + " --json --variants");
+  CAPTURE(json.err);
+  const std::string medians = json.out.substr(json.out.find("\"medians\""));
+  CHECK(contains(medians, "\"scene\": \"walking_static\""));
+  CHECK(contains(medians, "\"scene\": \"static_desk\""));
+  CHECK(!contains(medians, "\"runs\": 12"));
+}
+
+TEST_CASE("run and compare --verbose say what each stage did, and summary.json has it") {
+  const TemporaryFolder folder;
+  const std::string out = (folder.path() / "out").string();
+  const std::string run = "run " + walking() + " --pipeline dynaslam --no-masks --frames 5 ";
+  const CommandResult text = dynfilter(run + "--out " + out);
+  CAPTURE(text.out);
+  REQUIRE(text.exit_code == 0);
+  CHECK(longest_line(text.out) <= 80);
+  for (const char* part : {"judged", "dynamic", "unknown", "skipped", " ms\n", "  sequence (before_pose)",
+                           "\n    semantic_mask ", "\n  - semantic_mask: skipped: no mask (5 frames)\n"}) {
+    CAPTURE(part);
+    CHECK(contains(text.out, part));
+  }
+  const std::string summary = read_text(fs::path(out) / "summary.json");
+  CHECK(number_in(summary, "\"name\": \"semantic_mask\"", "skipped") == 5);
+  CHECK(number_in(summary, "\"note\": \"skipped: no mask\"", "frames") == 5);
+  CHECK(number_in(summary, "\"name\": \"semantic_mask\"", "judged") ==
+        number_in(summary, "", "features_mean"));
+  CHECK(number_in(summary, "\"call_point\": \"after_pose\"", "ms") > 0);
+  const CommandResult verbose =
+      dynfilter("compare " + walking() + " --pipelines dynaslam --no-masks --frames 5 --verbose");
+  CHECK(contains(verbose.out, "\ndynaslam on walking\n"));
+  CHECK(contains(verbose.out, "\n  - semantic_mask: skipped: no mask (5 frames)\n"));
+}
+
+TEST_CASE("run: results of another run are replaced only with --force") {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "out";
+  const std::string run = "run " + walking() + " --frames 3 --out '" + out.string() + "' --pipeline ";
+  fs::create_directories(out);
+  write_text(out / "notes.txt", "mine");  // a folder with other things is fine
+  REQUIRE(dynfilter(run + "none").exit_code == 0);
+  const std::string before = read_text(out / "summary.json");
+  check_refused(run + "oracle", "holds the results of another run (summary.json)");
+  check_refused(run + "oracle", "--force");
+  CHECK(read_text(out / "summary.json") == before);
+  REQUIRE(dynfilter(run + "oracle --force").exit_code == 0);
+  CHECK(read_text(out / "summary.json") != before);
+  CHECK(read_text(out / "notes.txt") == "mine");
+}
+
+TEST_CASE("a run in which every feature is unknown says so, and which option helps") {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "p.yaml").string();
+  write_text(
+      file,
+      "%YAML:1.0\n---\npipeline:\n  name: boxes\n  before_pose:\n    - semantic_box: { role: reject }\n");
+  const std::string run = "run " + walking() + " --frames 3 --pipeline ";
+  const std::string note = "every feature of every frame is unknown";
+  const std::string json = dynfilter(run + file + " --no-detections --json").out;
+  CHECK(contains(json, note));
+  CHECK(contains(json, "semantic_box: skipped: no boxes); boxes come from --detections or --detector"));
+  CHECK(contains(dynfilter(run + file + " --no-detections").out, "note: every feature of every frame"));
+  CHECK(!contains(dynfilter(run + file + " --json").out, note));
+  CHECK(!contains(dynfilter(run + "none --json").out, note));  // nothing was to be judged
+}
+
+TEST_CASE("frames from associated.txt are documented and said") {
+  const TemporaryFolder folder;
+  const fs::path copy = folder.path() / "copy";
+  fs::copy(Walking::shared().folder(), copy, fs::copy_options::recursive);
+  fs::rename(copy / "associations.txt", copy / "associated.txt");
+  const CommandResult result = dynfilter("run '" + copy.string() + "' --pipeline none --frames 3 --json");
+  CHECK(contains(result.out, "frames from associated.txt, not from rgb.txt and depth.txt"));
+  CHECK(contains(dynfilter("help run").out, "associated.txt"));
+}
+
+TEST_CASE("presets come from DYNFILTER_PRESETS, too") {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "mine.yaml", "%YAML:1.0\n---\npipeline:\n  name: mine\n  about: \"My own.\"\n");
+  const std::string command = "DYNFILTER_PRESETS='" + folder.path().string() + "' '" DYNFILTER_COMMAND "' ";
+  CHECK(contains(shell(command + "check mine").out, "mine: well formed"));
+  CHECK(contains(shell(command + "presets").out, "\n  mine\n    My own.\n"));
+  CHECK(contains(shell(command + "check min").out, "did you mean `mine`?"));
+  check_refused("check mine", "neither a file nor a preset");
+}
+
+TEST_CASE("completion scripts are scripts, and complete") {
+  const TemporaryFolder folder;
+  const std::string bash = (folder.path() / "dynfilter.bash").string(),
+                    zsh = (folder.path() / "_dynfilter").string();
+  write_text(bash, dynfilter("completion bash").out);
+  write_text(zsh, dynfilter("completion zsh").out);
+  CHECK(shell("bash -n " + bash).out.empty());
+  CHECK(read_text(zsh).rfind("#compdef dynfilter\n", 0) == 0);
+  if (has_program("zsh")) CHECK(shell("zsh -n " + zsh).out.empty());
+  const auto completed = [&](const std::string& words) {
+    const std::string line =
+        "source " + bash + "; COMP_WORDS=(" + words +
+        "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _dynfilter; echo \" ${COMPREPLY[*]} \"";
+    write_text(folder.path() / "try.bash", line);
+    return shell("bash " + (folder.path() / "try.bash").string()).out;
+  };
+  const std::string program = "'" DYNFILTER_COMMAND "' ";
+  for (const std::string& name : subcommands()) CHECK(contains(completed(program + "''"), " " + name + " "));
+  CHECK(!contains(completed(program + "''"), " completion "));
+  CHECK(completed(program + "run --pipeline rts_slam_p") == " rts_slam_published \n");
+  CHECK(completed(program + "compare --pipelines none,orac") == " none,oracle \n");
+  CHECK(completed(program + "run --cam") == " --camera \n");
+  CHECK(completed(program + "motion --positive mism") == " mismatches \n");
+  CHECK(completed(program + "synth walking_x") == " walking_xyz \n");
+  CHECK(completed(program + "filters trajec") == " trajectory_consistency \n");
+}
+
+TEST_CASE("manual pages come from the options, a page for each subcommand, and roff accepts them") {
+  const TemporaryFolder folder;
+  REQUIRE(dynfilter("man '" + folder.path().string() + "'").exit_code == 0);
+  check_refused("man /no/such/folder", "no such folder");
+  int pages = 0;
+  for (const auto& entry : fs::directory_iterator(folder.path())) {
+    CAPTURE(entry.path().string());
+    ++pages;
+    if (has_program("groff"))
+      CHECK(shell("groff -man -Tutf8 -ww -z '" + entry.path().string() + "'").out.empty());
+  }
+  CHECK(pages == static_cast<int>(subcommands().size()) + 1);
+  const std::string run = read_text(folder.path() / "dynfilter-run.1");
+  for (const char* part : {".SH NAME\ndynfilter\\-run \\- ", "\\fB\\-\\-camera FILE\\fR", ".SH SYNOPSIS",
+                           "\\fISEQUENCE\\fR", ".SH EXIT STATUS"}) {
+    CAPTURE(part);
+    CHECK(contains(run, part));
+  }
+  CHECK(contains(read_text(folder.path() / "dynfilter.1"), "DYNFILTER_PRESETS"));
+}
