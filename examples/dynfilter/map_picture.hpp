@@ -70,7 +70,7 @@ inline void draw_scale_and_axes(const mapping::MapCloud& cloud, const MapView& v
         bar + cv::Point(0, -12));
 
   constexpr double kAxis_px = 42;
-  const cv::Point origin(66, picture.rows - 96);
+  const cv::Point origin(66, picture.rows - 118);
   const Eigen::Matrix3d R = inverse(view.T_world_camera).R();
   const cv::Scalar colours[] = {{60, 60, 255}, {60, 220, 60}, {255, 140, 60}};
   std::vector<int> order{0, 1, 2};  // those that point away from the viewer first

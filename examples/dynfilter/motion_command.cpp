@@ -280,6 +280,13 @@ int complain_if_idle(const std::vector<Clip>& clips, const std::string& pipeline
         lacks_camera ? "; --focal-px gives the camera" : "; tracks have neither images, depth nor boxes");
     return kFailed;
   }
+  if (!stages.empty() && !stages.any_reached()) {
+    fmt::print(stderr,
+               "dynfilter: {}: no stage at before_pose, and this command has no other call point: nothing "
+               "was judged\n",
+               pipeline);
+    return kFailed;
+  }
   const bool judged =
       std::any_of(clips.begin(), clips.end(), [](const Clip& clip) { return clip.judged > 0; });
   if (!stages.empty() && !judged)

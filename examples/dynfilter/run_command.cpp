@@ -34,12 +34,9 @@ void print_text(const Summary& s, const std::string& out, bool wide) {
   fmt::print("  ATE rmse      {}\n", figure(s.ate_rmse_m, " m"));
   fmt::print("  RPE rmse      {}, {}   (one second apart)\n", figure(s.rpe_trans_rmse_m, " m"),
              figure(s.rpe_rot_rmse_deg, " deg"));
-  const auto print_known = [](const char* name, double value) {
-    if (std::isfinite(value)) fmt::print("  {:<14}{:.4f}\n", name, value);
-  };
-  print_known("precision", s.precision);
-  print_known("recall", s.recall);
-  print_known("static kept", s.static_kept);
+  if (std::isfinite(s.static_kept) || std::isfinite(s.recall))  // there is a truth
+    fmt::print("  precision     {}\n  recall        {}\n  static kept   {}\n", figure(s.precision, ""),
+               figure(s.recall, ""), figure(s.static_kept, ""));
   fmt::print("  features      {:.0f} a frame, {:.0f} of them rejected\n", s.features_mean, s.rejected_mean);
   fmt::print(
       "  time          {:.1f} ms a frame: extraction {:.1f}, correspondence {:.1f},\n"

@@ -95,6 +95,11 @@ class StageTotals {
 
   const std::vector<StageTotal>& stages() const { return stages_; }
   bool empty() const { return stages_.empty(); }
+  /// Some rejector was called in some frame.
+  bool any_reached() const {
+    return std::any_of(stages_.begin(), stages_.end(),
+                       [](const StageTotal& stage) { return stage.filter && stage.frames > 0; });
+  }
   /// There are rejectors, and none of them ever had its inputs.
   bool all_skipped() const {
     bool any = false;

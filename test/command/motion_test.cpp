@@ -83,6 +83,10 @@ TEST_CASE("motion with a pipeline whose stages were all skipped says so and fail
   CHECK(contains(result.err, "all stages were skipped in all frames"));
   CHECK(contains(result.err, "semantic_box: skipped: no boxes"));
   CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  write_text(pipeline, "%YAML:1.0\n---\npipeline:\n  after_pose:\n    - depth_consistency\n");
+  const CommandResult never = dynfilter("motion " + file + " -p " + pipeline);
+  CHECK(never.exit_code == 1);
+  CHECK(contains(never.err, "no stage at before_pose"));
   // One that is not skipped is enough.
   write_text(
       pipeline,
