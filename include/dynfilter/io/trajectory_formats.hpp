@@ -40,11 +40,15 @@ inline std::vector<double> numbers_of(const TextLine& line, std::size_t count,
   return numbers;
 }
 
-inline bool has_commas(const std::filesystem::path& path) {
+/// The ground truth of EuRoC has 17 columns with commas between. TUM's files may have commas, too, but stamps
+/// of nanoseconds tell EuRoC's.
+inline bool is_euroc(const std::filesystem::path& path, const TextLine& first) {
   std::ifstream in(path);
-  for (std::string line; std::getline(in, line);)
-    if (!line.empty() && line[0] != '#') return line.find(',') != std::string::npos;
-  return false;
+  std::string line;
+  while (std::getline(in, line) && (line.empty() || line[0] == '#')) {
+  }
+  const bool nanoseconds = parse_number(first.fields[0]).value_or(0) > 1e14;
+  return line.find(',') != std::string::npos && (first.fields.size() > 10 || nanoseconds);
 }
 
 /// ORB-SLAM3 writes TUM's fields in this order with EuRoC's stamps.
@@ -110,17 +114,17 @@ inline std::vector<double> read_times_s(const std::filesystem::path& path) {
 }
 
 /// A trajectory in one of the formats, by time; without `format` it is told from the first line: 12 fields
-/// are KITTI's, commas EuRoC's, else TUM's. `times_s`: of KITTI's lines; empty: ten a second from 0. Throws
-/// IoError naming file and line.
+/// are KITTI's; commas with more than 10 fields, or with nanoseconds, are EuRoC's; else it is TUM's.
+/// `times_s`: of KITTI's lines; empty: ten a second from 0. Throws IoError naming file and line.
 inline TrajectoryFile read_trajectory(const std::filesystem::path& path,
                                       std::optional<TrajectoryFormat> format = std::nullopt,
                                       const std::vector<double>& times_s = {}) {
   const std::vector<TextLine> lines = read_text_lines(path);
   if (lines.empty()) throw IoError(path.string() + ": holds no pose");
   TrajectoryFile file;
-  file.format = format.value_or(lines[0].fields.size() == 12 ? TrajectoryFormat::Kitti
-                                : detail::has_commas(path)   ? TrajectoryFormat::Euroc
-                                                             : TrajectoryFormat::Tum);
+  file.format = format.value_or(lines[0].fields.size() == 12       ? TrajectoryFormat::Kitti
+                                : detail::is_euroc(path, lines[0]) ? TrajectoryFormat::Euroc
+                                                                   : TrajectoryFormat::Tum);
   if (file.format == TrajectoryFormat::Kitti) {
     file.trajectory = detail::read_kitti(path, lines, times_s);
   } else if (file.format == TrajectoryFormat::Euroc) {
