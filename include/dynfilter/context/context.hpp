@@ -413,8 +413,11 @@ class Context {
                          out);
   }
 
-  void host_matches(const StoredFrame& stored, Correspondences& out) const {
-    correspondences_from_host(*frame_.matches, stored.keypoints, size(), out);
+  void host_matches(const StoredFrame& stored, Correspondences& out) {
+    const std::size_t nowhere = correspondences_from_host(*frame_.matches, stored.keypoints, size(), out);
+    if (nowhere > 0)
+      note(std::to_string(nowhere) + " matches lead to features that frame " + std::to_string(stored.id) +
+           " does not have");
     for (std::size_t i = 0; i < size(); ++i)
       if (std::isnan(pixels_[i].x)) out.drop(i);
   }
