@@ -70,7 +70,7 @@ if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has move
   endif()
 endif()
 dynfilter_component(semantic COMPONENTS pipeline io OPENCV imgproc LINK Threads::Threads)
-dynfilter_component(adapters COMPONENTS semantic OPENCV ${corner_modules})
+dynfilter_component(adapters COMPONENTS semantic plugin OPENCV ${corner_modules})
 # Only semantic/dnn_network.hpp and what includes it need OpenCV's dnn module: found only where it is asked for.
 find_package(OpenCV QUIET OPTIONAL_COMPONENTS dnn)
 if(TARGET opencv_dnn)

@@ -369,6 +369,23 @@ TEST_CASE("DynFilter.detector: a detector's file or a preset, in any mode") {
   CHECK(has(error("DynFilter.detector: net.yaml\n"), "link dynfilter::dnn, or use a detector of type"));
 }
 
+TEST_CASE("DynFilter.plugins: filters of modules may be named in the settings") {
+  const Folder folder;
+  const std::string pipeline = "pipeline:\n  before_pose: [ harmless ]\n";
+  CHECK(has(error_of(folder.settings(pipeline)), "unknown filter `harmless`"));
+  const std::string module = std::string("DynFilter.plugins: [ \"") + DYNFILTER_GOOD_PLUGIN + "\" ]\n";
+  Lines lines;
+  auto filter = start(folder.settings(module + pipeline), lines);
+  REQUIRE(filter);
+  judge(*filter, 0);
+  REQUIRE(filter->verdict().report.stages.size() == 2);
+  CHECK(filter->verdict().report.stages[1].name == "harmless");
+  std::filesystem::copy_file(DYNFILTER_GOOD_PLUGIN, folder.path() / "beside.so");
+  CHECK(error_of(folder.settings("DynFilter.plugins: beside.so\n" + pipeline)).empty());
+  CHECK(
+      has(error_of(folder.settings("DynFilter.plugins: nowhere.so\n")), "DynFilter.plugins: nowhere.so: no"));
+}
+
 TEST_CASE("boxes and masks of a frame are there at its later call points, and not in the next frame") {
   const Folder folder;
   OrbSlam filter(folder.settings(std::string("DynFilter.pipeline: rds_slam\n") + kNoFloor), 2);

@@ -29,8 +29,9 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
                                                "context", "filters",        "pipeline"};
   static const std::set<std::string> all_below_and_files{"core",    "correspondence", "geometry", "cluster",
                                                          "context", "filters",        "pipeline", "io"};
-  static const std::set<std::string> below_adapters{
-      "core", "correspondence", "geometry", "cluster", "context", "filters", "pipeline", "io", "semantic"};
+  static const std::set<std::string> below_adapters{"core",     "correspondence", "geometry", "cluster",
+                                                    "context",  "filters",        "pipeline", "io",
+                                                    "semantic", "plugin"};
   static const std::map<std::string, std::set<std::string>> table{
       {"core", {}},
       {"correspondence", {"core"}},

@@ -3,6 +3,7 @@
 
 #include <dynfilter/core/parameters.hpp>
 #include <string>
+#include <vector>
 
 namespace dynfilter {
 
@@ -30,6 +31,7 @@ struct OrbSlamParams {
   int min_features_before_map = -1;
   int min_features = 100;
   int covisible_keyframes = 5;
+  std::vector<std::string> plugins;
   std::string boxes, masks;
   std::string detector;
   std::string network_dir;
@@ -52,6 +54,7 @@ struct OrbSlamParams {
                 "relocalisation)"),
         integer("covisible_keyframes", &P::covisible_keyframes, "keyframes", {0, 1000},
                 "keyframes that a new keyframe is compared with, at most"),
+        words("plugins", &P::plugins, "modules to load: their filters and detectors may be named here"),
         text("boxes", &P::boxes, "file of boxes by timestamp"),
         text("masks", &P::masks, "folder of masks: PNG files named by their timestamps"),
         text("detector", &P::detector, "detector that makes boxes or masks: a preset or a YAML file"),

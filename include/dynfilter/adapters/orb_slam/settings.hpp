@@ -11,9 +11,11 @@
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/plugin/loader.hpp>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -103,6 +105,21 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
   return text;
 }
 
+/// Beside the settings file or as given. Loading executes code of the files.
+inline void load_plugins(const std::vector<std::string>& plugins, const std::string& settings_file,
+                         Registry& filters, ProviderRegistry& detectors) {
+  for (const std::string& plugin : plugins) {
+    std::error_code error;
+    const std::filesystem::path beside = std::filesystem::path(settings_file).parent_path() / plugin;
+    try {
+      load_plugin(std::filesystem::exists(beside, error) ? beside : std::filesystem::path(plugin), filters,
+                  detectors);
+    } catch (const PluginError& problem) {
+      throw ConfigError("DynFilter.plugins", problem.what());
+    }
+  }
+}
+
 /// `root` must be valid as long as the pipeline is read.
 inline void read_pipeline_of(const YamlNode& root, const std::string& name, const std::string& file,
                              HostSensor sensor, const Registry& registry, OrbSlamSettings& settings) {
@@ -126,8 +143,9 @@ inline void read_pipeline_of(const YamlNode& root, const std::string& name, cons
 
 /// Reads a host's own settings file: the `DynFilter.` keys, and the pipeline from its `pipeline` node, or
 /// from the file or the installed pipeline that `DynFilter.pipeline` names, else the default for the sensor.
-/// Opens the file of boxes or starts the detector that the keys name. Whatever else the file holds is the
-/// host's, keys that repeat included; only keys that nearly are ours are errors. Throws ConfigError.
+/// Loads the plugins, and opens the file of boxes or starts the detector, that the keys name. Whatever else
+/// the file holds is the host's, keys that repeat included; only keys that nearly are ours are errors. Throws
+/// ConfigError.
 inline OrbSlamSettings read_orb_slam_settings(const std::string& file, HostSensor sensor,
                                               const Registry& registry = builtin_filters(),
                                               const ProviderRegistry& providers = host_providers()) {
@@ -137,9 +155,12 @@ inline OrbSlamSettings read_orb_slam_settings(const std::string& file, HostSenso
     const YamlNode root = document.root();
     orb_slam::detail::refuse_near_misses(root, "DynFilter.");
     const std::string name = orb_slam::detail::read_prefixed(root, "DynFilter.", "pipeline", settings.params);
-    orb_slam::detail::read_pipeline_of(root, name, file, sensor, registry, settings);
+    Registry filters = registry;
+    ProviderRegistry detectors = providers;
+    orb_slam::detail::load_plugins(settings.params.plugins, file, filters, detectors);
+    orb_slam::detail::read_pipeline_of(root, name, file, sensor, filters, settings);
     if (settings.params.enabled)
-      settings.semantics = orb_slam::detail::make_semantics(settings.params, file, providers);
+      settings.semantics = orb_slam::detail::make_semantics(settings.params, file, detectors);
     return settings;
   } catch (const ConfigError& error) {
     throw ConfigError(file, error.what());
