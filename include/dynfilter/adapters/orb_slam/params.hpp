@@ -42,26 +42,24 @@ struct OrbSlamParams {
     static const FieldTable<P> table{
         flag("enabled", &P::enabled, "false: the host runs as if nothing had been added"),
         choice("on_error", &P::on_error, {{"stop", OnError::Stop}, {"off", OnError::Off}},
-               "when these settings cannot be used: end the host, or run without rejection"),
+               "when the settings cannot be used: end the host, or run it without rejection"),
         flag("keep_first_frame", &P::keep_first_frame,
-             "keep all features of the first frame, and of the first after a reset; false: boxes and masks "
-             "of that frame decide"),
+             "true: keep all features of the first frame and of the first after a reset; false: reject what "
+             "is "
+             "on their boxes and masks"),
         integer("min_features_before_map", &P::min_features_before_map, "features", {-1, 100000},
-                "features kept at least until the map exists; -1: 550 with depth or two cameras (the host "
-                "needs more than 500), 250 with one camera (it needs 100 matches)"),
+                "kept at least until the map exists; -1: 550 with depth or two cameras, 250 with one"),
         integer("min_features", &P::min_features, "features", {0, 100000},
-                "features kept at least once the map exists (the host needs 30 matches, 50 after a "
-                "relocalisation)"),
+                "kept at least once the map exists"),
         integer("covisible_keyframes", &P::covisible_keyframes, "keyframes", {0, 1000},
-                "keyframes that a new keyframe is compared with, at most"),
-        words("plugins", &P::plugins, "modules to load: their filters and detectors may be named here"),
+                "that a new keyframe is compared with, at most"),
+        words("plugins", &P::plugins, "modules to load, with filters and detectors"),
         text("boxes", &P::boxes, "file of boxes by timestamp"),
         text("masks", &P::masks, "folder of masks: PNG files named by their timestamps"),
         text("detector", &P::detector, "detector that makes boxes or masks: a preset or a YAML file"),
         text("network_dir", &P::network_dir, "folder of the detector's network files"),
         text("detector_mode", &P::detector_mode,
-             "async: the detector runs beside the tracker; sync: the tracker waits for it; late:FRAMES and "
-             "rate:HZ: for experiments"),
+             "async: beside the tracker; sync: the tracker waits; late:FRAMES, rate:HZ: experiments"),
     };
     return table;
   }
