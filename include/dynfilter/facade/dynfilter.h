@@ -47,8 +47,8 @@ typedef struct dynfilter_box {
   size_t mask_stride_bytes;   /* 0: no padding */
 } dynfilter_box;
 
-/* Fill with dynfilter_frame_init() first. Pointers may be NULL for what is not there. A stride that is shorter
- * than a row, and a count without its array, are errors. */
+/* Fill with dynfilter_frame_init() first. Pointers may be NULL for what is not there. A stride that is
+ * shorter than a row, and a count without its array, are errors. */
 typedef struct dynfilter_frame {
   size_t struct_size; /* set by dynfilter_frame_init() */
   int64_t id;         /* grows from frame to frame */
