@@ -62,12 +62,20 @@ target_compile_definitions(dynfilter_pipeline INTERFACE
 dynfilter_component(keyframe COMPONENTS core)
 dynfilter_component(plugin COMPONENTS filters LINK ${CMAKE_DL_LIBS})
 dynfilter_component(io COMPONENTS core OPENCV imgcodecs imgproc)
-dynfilter_component(adapters COMPONENTS pipeline io OPENCV imgproc)
+set(corner_modules imgproc)
+if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has moved to
+  find_package(OpenCV QUIET OPTIONAL_COMPONENTS features)
+  if(TARGET opencv_features)
+    list(APPEND corner_modules features)
+  endif()
+endif()
 dynfilter_component(semantic COMPONENTS pipeline io OPENCV imgproc LINK Threads::Threads)
+dynfilter_component(adapters COMPONENTS semantic plugin OPENCV ${corner_modules})
 # Only semantic/dnn_network.hpp and what includes it need OpenCV's dnn module: found only where it is asked for.
 find_package(OpenCV QUIET OPTIONAL_COMPONENTS dnn)
 if(TARGET opencv_dnn)
   dynfilter_component(dnn COMPONENTS semantic OPENCV dnn)
+  target_compile_definitions(dynfilter_dnn INTERFACE DYNFILTER_HAS_DNN)  # then hosts' settings may name networks
 endif()
 dynfilter_component(mapping COMPONENTS geometry io OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(eval COMPONENTS io)

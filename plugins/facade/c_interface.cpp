@@ -5,6 +5,7 @@
 #include <cstring>
 #include <dynfilter/facade/facade.hpp>
 #include <exception>
+#include <limits>
 #include <new>
 #include <string>
 
@@ -20,6 +21,32 @@ struct dynfilter_filter {  // NOLINT(readability-identifier-naming): a C name
 
 namespace {
 
+/// What cannot be read safely of a frame: the name of the member and what was expected; "" if nothing.
+std::string complaint(const dynfilter_frame& frame) {
+  const auto needs = [](const char* array, const char* count) {
+    return std::string(array) + " is NULL, but " + count + " is not 0";
+  };
+  const auto short_row = [&](const void* data, std::size_t stride_bytes, std::size_t pixel_bytes) {
+    const std::size_t row_bytes = pixel_bytes * static_cast<std::size_t>(std::max(0, frame.width_px));
+    return data != nullptr && stride_bytes != 0 && stride_bytes < row_bytes;
+  };
+  const auto stride = [](const std::string& name) { return name + " is less than a row of the image"; };
+  constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<int>::max());
+  if (frame.keypoint_count > kMost) return "keypoint_count is more than 2^31 - 1";
+  if (frame.descriptor_bytes > kMost) return "descriptor_bytes is more than 2^31 - 1";
+  if (frame.keypoints == nullptr && frame.keypoint_count > 0) return needs("keypoints", "keypoint_count");
+  if (frame.has_boxes != 0 && frame.boxes == nullptr && frame.box_count > 0)
+    return needs("boxes", "box_count");
+  if (short_row(frame.grey, frame.grey_stride_bytes, 1)) return stride("grey_stride_bytes");
+  if (short_row(frame.depth, frame.depth_stride_bytes, frame.depth_type == DYNFILTER_DEPTH_U16 ? 2 : 4))
+    return stride("depth_stride_bytes");
+  if (short_row(frame.mask, frame.mask_stride_bytes, 1)) return stride("mask_stride_bytes");
+  for (std::size_t i = 0; frame.has_boxes != 0 && i < frame.box_count; ++i)
+    if (short_row(frame.boxes[i].mask, frame.boxes[i].mask_stride_bytes, 1))
+      return stride("boxes[" + std::to_string(i) + "].mask_stride_bytes");
+  return "";
+}
+
 /// An image of the caller's memory; empty when there is none.
 cv::Mat image_of(const void* data, std::size_t stride_bytes, int type, const dynfilter_frame& frame) {
   if (data == nullptr || frame.width_px <= 0 || frame.height_px <= 0) return {};
@@ -28,7 +55,7 @@ cv::Mat image_of(const void* data, std::size_t stride_bytes, int type, const dyn
 }
 
 void fill_features(const dynfilter_frame& from, Frame& to) {
-  const std::size_t n = from.keypoints == nullptr ? 0 : from.keypoint_count;
+  const std::size_t n = from.keypoint_count;
   to.keypoints.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const dynfilter_keypoint& k = from.keypoints[i];
@@ -40,6 +67,9 @@ void fill_features(const dynfilter_frame& from, Frame& to) {
   };
   assign(to.depth_m, from.depth_m);
   assign(to.map_point_ids, from.map_point_ids);
+  assign(to.match_index, from.match_index);
+  to.has_matches = from.match_index != nullptr;
+  to.match_frame_id = from.match_frame_id;
   to.map_points_world_m.clear();
   if (const float* p = from.map_points_xyz_m)
     for (std::size_t i = 0; i < n; ++i)
@@ -67,7 +97,7 @@ void fill_geometry(const dynfilter_frame& from, Frame& to) {
 void fill_semantics(const dynfilter_frame& from, Frame& to) {
   to.has_boxes = from.has_boxes != 0;
   to.boxes_frame_id = from.boxes_frame_id;
-  to.boxes.resize(from.boxes == nullptr ? 0 : from.box_count);
+  to.boxes.resize(to.has_boxes ? from.box_count : 0);
   for (std::size_t i = 0; i < to.boxes.size(); ++i) {
     const dynfilter_box& b = from.boxes[i];
     Box& box = to.boxes[i];
@@ -75,6 +105,7 @@ void fill_semantics(const dynfilter_frame& from, Frame& to) {
     box.class_id = b.class_id, box.track_id = b.track_id;
     box.class_name = b.class_name == nullptr ? "" : b.class_name;
     box.score = b.score;
+    box.mask = image_of(b.mask, b.mask_stride_bytes, CV_8UC1, from);
   }
   to.mask = image_of(from.mask, from.mask_stride_bytes, CV_8UC1, from);
   to.mask_frame_id = from.mask_frame_id;
@@ -168,7 +199,7 @@ void dynfilter_frame_init(dynfilter_frame* frame) {
   frame->struct_size = sizeof(dynfilter_frame);
   frame->depth_unit_m = 1;
   frame->rotation[0] = frame->rotation[4] = frame->rotation[8] = 1;
-  frame->boxes_frame_id = frame->mask_frame_id = -1;
+  frame->boxes_frame_id = frame->mask_frame_id = frame->match_frame_id = -1;
 }
 
 int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, int call_point,
@@ -181,6 +212,8 @@ int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, in
         "the frame's struct_size differs: call dynfilter_frame_init, or another version was compiled in");
   if (call_point < 0 || call_point > 2) return fail(filter, "unknown call point");
   try {
+    const std::string wrong = complaint(*frame);
+    if (!wrong.empty()) return fail(filter, wrong.c_str());
     fill(*frame, filter->frame);
     const bool done =
         filter->filter.process(filter->frame, static_cast<CallPoint>(call_point), filter->verdicts);

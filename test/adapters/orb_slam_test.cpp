@@ -671,22 +671,56 @@ TEST_CASE("memory does not grow with time") {
 }
 #endif
 
-// DYNFILTER_UPDATE_DOCS=1 writes the table instead.
-TEST_CASE("the guide's table of settings is that of the parameters") {
+namespace {
+
+/// Compares what stands between `begin` and the next end mark of the guide. With DYNFILTER_UPDATE_DOCS=1 it
+/// is written instead.
+void check_guide(const std::string& begin, const std::string& wanted) {
   const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/orb-slam.md";
   std::ifstream file(path);
   std::string guide((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  std::string wanted = "| key | default | unit | range | meaning |\n|---|---|---|---|---|\n";
-  for (const FieldInfo& field : describe_parameters<OrbSlamParams>())
-    wanted += "| `DynFilter." + field.name + "` | " + field.default_value + " | " + field.unit + " | " +
-              field.range + " | " + field.doc + " |\n";
-  const std::string begin = "<!-- parameters -->\n";
-  const auto at = guide.find(begin), end = guide.find("<!-- end -->");
+  const auto at = guide.find(begin);
   REQUIRE(at != std::string::npos);
+  const auto from = at + begin.size(), end = guide.find("<!-- end -->", from);
   REQUIRE(end != std::string::npos);
-  const auto from = at + begin.size();
   if (std::getenv("DYNFILTER_UPDATE_DOCS") != nullptr)
     std::ofstream(path) << guide.replace(from, end - from, wanted);
   else
     CHECK(guide.substr(from, end - from) == wanted);
+}
+
+}  // namespace
+
+TEST_CASE("the guide's table of settings is that of the parameters") {
+  std::string wanted =
+      "| key | default | meaning |\n|---|---|---|\n"
+      "| `DynFilter.pipeline` | `dynfilter`; without depth `dynfilter_mono` | a preset, or a file with a "
+      "pipeline |\n";
+  for (const FieldInfo& field : describe_parameters<OrbSlamParams>()) {
+    const bool number = field.type == "integer" || field.type == "number";
+    const std::string value = field.default_value.empty() || field.default_value == "[]" ? "none"
+                              : number ? field.default_value + " " + field.unit + " (" + field.range + ")"
+                                       : field.default_value;
+    wanted += "| `DynFilter." + field.name + "` | " + value + " | " + field.doc + " |\n";
+  }
+  check_guide("<!-- parameters -->\n", wanted);
+}
+
+TEST_CASE("the guide's table of presets: what each asks for, and which calls it needs") {
+  std::string wanted =
+      "| preset | depth | boxes | masks | calls beside `before_tracking()` |\n|---|---|---|---|---|\n";
+  for (const std::string& name : preset_names()) {
+    if (name == "oracle") continue;
+    const Pipeline pipeline(load_pipeline(name, builtin_filters()));
+    const auto asks = [&](Input input) {
+      return (pipeline.needs().optional & input) != Input::None ? std::string(" | yes") : std::string(" | ");
+    };
+    std::string calls;
+    for (const CallPoint point : {CallPoint::AfterPose, CallPoint::AtKeyframe})
+      if (pipeline.stages(point) != nullptr)
+        calls += (calls.empty() ? "`" : ", `") + std::string(to_string(point)) + "()`";
+    wanted += "| `" + name + "`" + asks(Input::Depth) + asks(Input::Detections) + asks(Input::Mask) + " | " +
+              calls + " |\n";
+  }
+  check_guide("<!-- presets -->\n", wanted);
 }

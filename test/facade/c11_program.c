@@ -14,8 +14,9 @@ enum { kFeatures = 10, kWidth = 64, kHeight = 48 };
 int main(void) {
   char error[200];
   dynfilter_keypoint keypoints[kFeatures];
+  const int32_t matches[kFeatures] = {0, 1, 2, 3, 4, 5, 6, 7, -1, 99};
   static uint8_t grey[kWidth * kHeight], mask[kWidth * kHeight];
-  const dynfilter_box box = {-1.0F, 0.0F, 18.0F, 48.0F, 0.9F, 0, -1, "person"};
+  const dynfilter_box box = {-1.0F, 0.0F, 18.0F, 48.0F, 0.9F, 0, -1, "person", NULL, 0};
   dynfilter_frame frame;
   dynfilter_verdicts verdicts;
   const char* const yaml =
@@ -81,6 +82,15 @@ int main(void) {
   if (dynfilter_get_stage_report(filter, 1, &report, sizeof report) != 0 || !report.skipped ||
       strcmp(report.note, "skipped: no boxes") != 0)
     return failed("a stage without its input says so");
+
+  frame.grey_stride_bytes = kWidth - 1;
+  if (dynfilter_process(filter, &frame, DYNFILTER_BEFORE_POSE, &verdicts) == 0)
+    return failed("a short stride");
+  if (strstr(dynfilter_last_error(filter), "grey_stride_bytes") == NULL) return failed("it is named");
+  frame.grey_stride_bytes = 0;
+  frame.match_index = matches, frame.match_frame_id = 0, frame.id = 1;
+  if (dynfilter_process(filter, &frame, DYNFILTER_BEFORE_POSE, &verdicts) != 0)
+    return failed(dynfilter_last_error(filter));
 
   frame.struct_size = 1;
   if (dynfilter_process(filter, &frame, DYNFILTER_BEFORE_POSE, &verdicts) == 0)

@@ -2,6 +2,7 @@
 #include <dynfilter/facade/dynfilter.h>
 
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <dynfilter/facade/facade.hpp>
 #include <dynfilter/filters/builtin.hpp>
@@ -14,6 +15,7 @@
 #include <limits>
 #include <memory>
 #include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "doctest/doctest.h"
 
@@ -83,7 +85,18 @@ struct CFrame {
     if (!from.descriptors.empty())
       frame.descriptors = from.descriptors.data,
       frame.descriptor_bytes = static_cast<std::size_t>(from.descriptors.cols);
-    frame.width_px = from.grey.cols, frame.height_px = from.grey.rows;
+    frame.width_px = from.grey.empty() ? from.camera.width_px : from.grey.cols;
+    frame.height_px = from.grey.empty() ? from.camera.height_px : from.grey.rows;
+    std::copy(from.camera.distortion, from.camera.distortion + 5, frame.distortion);
+    frame.baseline_fx_px_m = from.camera.baseline_fx_px_m;
+    frame.pose_kind = static_cast<std::int32_t>(from.pose_kind);
+    std::copy(from.T_world_camera.rotation, from.T_world_camera.rotation + 9, frame.rotation);
+    std::copy(from.T_world_camera.translation_m, from.T_world_camera.translation_m + 3, frame.translation_m);
+    if (!from.map_point_ids.empty()) frame.map_point_ids = from.map_point_ids.data();
+    for (const cv::Point3f& p : from.map_points_world_m) map_points.insert(map_points.end(), {p.x, p.y, p.z});
+    if (!map_points.empty()) frame.map_points_xyz_m = map_points.data();
+    if (from.has_matches) frame.match_index = from.match_index.data();
+    frame.match_frame_id = from.match_frame_id;
     frame.grey = from.grey.data, frame.grey_stride_bytes = from.grey.step;
     frame.depth = from.depth.data, frame.depth_stride_bytes = from.depth.step;
     frame.depth_type = from.depth.empty() ? DYNFILTER_DEPTH_NONE : DYNFILTER_DEPTH_U16;
@@ -94,13 +107,30 @@ struct CFrame {
     frame.has_boxes = from.has_boxes, frame.boxes_frame_id = from.boxes_frame_id;
     for (const facade::Box& b : from.boxes)
       boxes.push_back({b.box.x, b.box.y, b.box.width, b.box.height, b.score, b.class_id, b.track_id,
-                       b.class_name.c_str()});
+                       b.class_name.c_str(), b.mask.data, b.mask.step});
     frame.box_count = boxes.size(), frame.boxes = boxes.data();
   }
   dynfilter_frame frame;
   std::vector<dynfilter_keypoint> keypoints;
   std::vector<dynfilter_box> boxes;
+  std::vector<float> map_points;
 };
+
+using CFilter = std::unique_ptr<dynfilter_filter, void (*)(dynfilter_filter*)>;
+CFilter c_filter_of(const char* yaml) {
+  return CFilter(dynfilter_create_from_text(yaml, nullptr, 0), dynfilter_destroy);
+}
+
+/// Boxes with instance masks: an ellipse in each box, in a matrix with rows longer than the image.
+void add_instance_masks(std::vector<Detection>& detections, const Camera& camera) {
+  for (Detection& detection : detections) {
+    cv::Mat wide = cv::Mat::zeros(camera.height_px, camera.width_px + 7, CV_8UC1);
+    const cv::Rect2f& box = detection.box;
+    cv::ellipse(wide, cv::RotatedRect({box.x + box.width / 2, box.y + box.height / 2}, box.size(), 0),
+                cv::Scalar(255), cv::FILLED);
+    detection.mask = wide.colRange(0, camera.width_px);
+  }
+}
 
 bool same_bits(const float* other, const std::vector<float>& values) {
   return values.empty() || std::memcmp(other, values.data(), values.size() * sizeof(float)) == 0;
@@ -213,6 +243,100 @@ TEST_CASE("real frames through the C++11 and the C interface: the verdicts of th
   }
 }
 
+TEST_CASE(
+    "host matches and instance masks through the C interface: the verdicts of the headers, bit for bit") {
+  // Matches alone: there is no image, no depth image and no descriptor to find any other.
+  const char* yaml =
+      "pipeline:\n  floor: { min_features: 0 }\n  correspondence: { source: host }\n  before_pose:\n"
+      "    - semantic_mask: { source: instances, role: prior, dilate_px: 0 }\n"
+      "    - by_region:\n        inside: { strict: epipolar }\n"
+      "        outside: { any: [ epipolar, trajectory_consistency ] }\n";
+  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  Pipeline pipeline(pipeline_from_text(yaml, builtin_filters()));
+  const CFilter filter = c_filter_of(yaml), without = c_filter_of(yaml);
+  REQUIRE(filter);
+  REQUIRE(without);
+  dynfilter_verdicts verdicts;
+  std::size_t rejected = 0, suspects = 0, different = 0;
+  for (int k = 0; k < 8; ++k) {
+    synth::ExactFrame exact = scene.frame(k);
+    exact.keypoints_undistorted.clear(), exact.descriptors = cv::Mat();  // the C interface computes the first
+    if (!exact.detections || exact.detections->empty())
+      exact.detections = {Detection{{100, 80, 200, 250}, 0, "person", 0.9F, -1, cv::Mat()}};
+    exact.detections_frame_id = -1;
+    add_instance_masks(*exact.detections, exact.camera);
+    const FrameView view = exact.view();
+    CHECK(view.matches.has_value() == (k > 0));
+    const Verdict& verdict = pipeline.before_pose(view);
+    const facade::Frame same = facade_frame(view);
+    CFrame c_frame(same);
+    REQUIRE(dynfilter_process(filter.get(), &c_frame.frame, DYNFILTER_BEFORE_POSE, &verdicts) == 0);
+    check_equal(verdict, verdicts);
+    rejected += verdicts.rejected;
+    for (const std::uint8_t prior : verdict.prior) suspects += prior;
+    c_frame.frame.match_index = nullptr;
+    for (dynfilter_box& box : c_frame.boxes) box.mask = nullptr;
+    REQUIRE(dynfilter_process(without.get(), &c_frame.frame, DYNFILTER_BEFORE_POSE, &verdicts) == 0);
+    for (std::size_t i = 0; i < verdict.size(); ++i) different += verdicts.keep[i] != verdict.keep(i) ? 1 : 0;
+  }
+  CHECK(rejected > 50);
+  CHECK(suspects > 50);
+  CHECK(different > 50);
+}
+
+TEST_CASE("the C interface: matches that lead nowhere are none, sizes that cannot be are errors") {
+  const char* yaml =
+      "pipeline:\n  floor: { min_features: 0 }\n  correspondence: { source: host }\n  before_pose:\n"
+      "    - trajectory_consistency: { mode: rigid }\n";
+  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  const CFilter odd = c_filter_of(yaml), none = c_filter_of(yaml);
+  REQUIRE(odd);
+  REQUIRE(none);
+  for (int k = 0; k < 3; ++k) {
+    const synth::ExactFrame exact = scene.frame(k);
+    facade::Frame frame = facade_frame(exact.view()), same = frame;
+    const std::int32_t nowhere[] = {-2, INT32_MIN, INT32_MAX, static_cast<std::int32_t>(exact.size()) + 50};
+    for (std::size_t i = 0; k > 0 && i < 4; ++i) frame.match_index[i] = nowhere[i], same.match_index[i] = -1;
+    CFrame c_frame(frame), c_same(same);
+    dynfilter_verdicts a, b;
+    REQUIRE(dynfilter_process(odd.get(), &c_frame.frame, DYNFILTER_BEFORE_POSE, &a) == 0);
+    REQUIRE(dynfilter_process(none.get(), &c_same.frame, DYNFILTER_BEFORE_POSE, &b) == 0);
+    CHECK(std::equal(a.decision, a.decision + a.count, b.decision));
+    dynfilter_stage_report report;
+    REQUIRE(dynfilter_get_stage_report(odd.get(), a.stage_count - 1, &report, sizeof report) == 0);
+    const bool noted =
+        std::string(report.note)
+            .find("4 matches lead to features that frame " + std::to_string(k - 1) + " does not have") == 0;
+    CHECK(noted == (k > 0));
+  }
+
+  const synth::ExactFrame exact = scene.frame(3);
+  const cv::Mat image(exact.camera.height_px, exact.camera.width_px, CV_8UC1, cv::Scalar(1));
+  const dynfilter_box box{10, 10, 50, 50, 0.9F, 0, -1, "person", image.data, 3};
+  const auto error = [&](const auto& spoil) -> std::string {
+    CFrame c_frame(facade_frame(exact.view()));
+    spoil(c_frame.frame);
+    dynfilter_verdicts verdicts;
+    const bool done = dynfilter_process(odd.get(), &c_frame.frame, DYNFILTER_BEFORE_POSE, &verdicts) == 0;
+    return done ? "" : dynfilter_last_error(odd.get());
+  };
+  CHECK(error([](dynfilter_frame&) {}).empty());
+  CHECK(error([&](dynfilter_frame& f) { f.has_boxes = 1, f.boxes = &box, f.box_count = 1; }) ==
+        "boxes[0].mask_stride_bytes is less than a row of the image");
+  CHECK(error([&](dynfilter_frame& f) { f.mask = image.data, f.mask_stride_bytes = 5; }) ==
+        "mask_stride_bytes is less than a row of the image");
+  CHECK(error([&](dynfilter_frame& f) {
+          f.depth = image.data, f.depth_type = DYNFILTER_DEPTH_U16,
+          f.depth_stride_bytes = static_cast<std::size_t>(image.cols);
+        }) == "depth_stride_bytes is less than a row of the image");
+  CHECK(error([](dynfilter_frame& f) { f.keypoints = nullptr; }) ==
+        "keypoints is NULL, but keypoint_count is not 0");
+  CHECK(error([](dynfilter_frame& f) { f.has_boxes = 1, f.boxes = nullptr, f.box_count = 2; }) ==
+        "boxes is NULL, but box_count is not 0");
+  CHECK(error([](dynfilter_frame& f) { f.keypoint_count = std::size_t{1} << 40U; }) ==
+        "keypoint_count is more than 2^31 - 1");
+}
+
 TEST_CASE("keypoints at infinity through the C interface are kept, whatever the floor asks for") {
   const char* yaml =
       "pipeline:\n  floor: { min_features: 0, min_grid_coverage: 0.5 }\n  before_pose:\n"
@@ -226,7 +350,7 @@ TEST_CASE("keypoints at infinity through the C interface are kept, whatever the 
                                           {NAN, 5, 1, 0, 1, 0},
                                           {20, 20, 1, 0, 1, 0},
                                           {300, 200, 1, 0, 1, 0}};
-  const dynfilter_box box{10, 10, 1000, 1000, 0.9F, 0, -1, "person"};
+  const dynfilter_box box{10, 10, 1000, 1000, 0.9F, 0, -1, "person", nullptr, 0};
   dynfilter_frame frame;
   dynfilter_frame_init(&frame);
   frame.keypoints = keypoints, frame.keypoint_count = 5;

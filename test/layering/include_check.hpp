@@ -14,7 +14,7 @@ namespace layering {
 
 /// What each folder of include/dynfilter may include besides itself. Data flows one way:
 /// core -> correspondence, geometry, cluster -> context -> filters -> pipeline
-/// -> semantic, keyframe, mapping, adapters.
+/// -> semantic, keyframe, mapping -> adapters.
 /// io, eval and synth are separate. Only semantic, mapping and adapters read and write files.
 inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
   static const std::set<std::string> below_context{"core", "correspondence", "geometry", "cluster"};
@@ -29,6 +29,9 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
                                                "context", "filters",        "pipeline"};
   static const std::set<std::string> all_below_and_files{"core",    "correspondence", "geometry", "cluster",
                                                          "context", "filters",        "pipeline", "io"};
+  static const std::set<std::string> below_adapters{"core",     "correspondence", "geometry", "cluster",
+                                                    "context",  "filters",        "pipeline", "io",
+                                                    "semantic", "plugin"};
   static const std::map<std::string, std::set<std::string>> table{
       {"core", {}},
       {"correspondence", {"core"}},
@@ -41,7 +44,7 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
       {"semantic", all_below_and_files},
       {"keyframe", all_below},
       {"mapping", all_below_and_files},
-      {"adapters", all_below_and_files},
+      {"adapters", below_adapters},
       {"facade", {}},  // C++11 and C: not even core/
       {"io", {"core"}},
       {"eval", {"core", "io"}},

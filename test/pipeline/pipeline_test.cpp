@@ -28,6 +28,35 @@ StagePtr count_history(std::vector<std::size_t>& log, int frames = 3) {
       Needs{Input::None, Input::None, frames}));
 }
 
+/// As a semantic stage: marks or rejects by letters, and is skipped without boxes.
+StagePtr semantic(const std::string& letters) {
+  return stage(std::make_unique<Scripted>(
+      "boxes",
+      [letters](Context&, Votes& votes) {
+        for (std::size_t i = 0; i < letters.size(); ++i) {
+          if (letters[i] == 'P') votes.mark_prior(i);
+          if (letters[i] == 'D') votes.cast(i, Vote::Dynamic);
+        }
+      },
+      Needs{Input::Detections}));
+}
+/// Says what `letters` say, but nothing on a frame without an earlier one.
+StagePtr with_history(const std::string& letters) {
+  return stage(std::make_unique<Scripted>(
+      "moves",
+      [letters](Context& context, Votes& votes) {
+        if (context.match({}).reference == nullptr) return;
+        for (std::size_t i = 0; i < letters.size(); ++i)
+          votes.cast(i, letters[i] == 'D' ? Vote::Dynamic : Vote::Static);
+      },
+      Needs{Input::None, Input::None, 1}));
+}
+FrameView with_boxes(const Features& features, std::int64_t id) {
+  FrameView frame = features.view(id);
+  frame.detections = DetectionInput{};
+  return frame;
+}
+
 }  // namespace
 
 TEST_CASE("a pipeline without stages keeps everything as unknown") {
@@ -141,6 +170,50 @@ TEST_CASE("frames of changing size and without features are judged like any othe
     CHECK(pipeline.before_pose(frame).size() == counts[id]);
   }
   CHECK(log == std::vector<std::size_t>{0, 0, 0, 0});
+}
+
+TEST_CASE("first_frame_suspects: without history what a semantic stage suspects is dynamic") {
+  const auto run = [](StagePtr stages, FirstFrameSuspects suspects, std::string* reason = nullptr) {
+    PipelineConfig config = config_with(std::move(stages));
+    config.params.first_frame_suspects = suspects;
+    Pipeline pipeline(std::move(config));
+    const Features features(4);
+    std::string frames = letters_of(pipeline.before_pose(with_boxes(features, 5)));
+    if (reason != nullptr) *reason = pipeline.before_pose(with_boxes(features, 5)).reason(1);
+    frames += " " + letters_of(pipeline.before_pose(with_boxes(features, 6)));
+    pipeline.reset();
+    return frames + " " + letters_of(pipeline.before_pose(with_boxes(features, 7)));
+  };
+  const auto prior = [] { return sequence(semantic("UPPU"), with_history("SSDS")); };
+  const auto both = [] { return all(semantic("UDDU"), with_history("SSDS")); };
+  std::string reason;
+  CHECK(run(prior(), FirstFrameSuspects::Keep) == "UUUU SSDS UUUU");
+  CHECK(run(prior(), FirstFrameSuspects::Reject, &reason) == "UDDU SSDS UDDU");
+  CHECK(reason == "boxes");
+  CHECK(run(both(), FirstFrameSuspects::Keep) == "UUUU SSDS UUUU");
+  CHECK(run(both(), FirstFrameSuspects::Reject) == "UDDU SSDS UDDU");
+  // A stage that needs neither boxes nor masks suspects nothing by itself; what is called static stays.
+  CHECK(run(sequence(stage(says("gate", "PPPP"))), FirstFrameSuspects::Reject) == "UUUU UUUU UUUU");
+  CHECK(run(sequence(semantic("PPPP"), stage(says("sure", "SSUU"))), FirstFrameSuspects::Reject) ==
+        "SSDD SSUU SSDD");
+}
+
+TEST_CASE("first_frame_suspects: the floor holds, time that jumps makes a first frame") {
+  PipelineConfig config = config_with(sequence(semantic("PPPU")));
+  config.params.first_frame_suspects = FirstFrameSuspects::Reject;
+  config.floor.min_features = 3;
+  Pipeline pipeline(std::move(config));
+  const Features features(4);
+  const Verdict& verdict = pipeline.before_pose(with_boxes(features, 0));
+  CHECK(verdict.kept() == 3);
+  CHECK(verdict.report.rejected == 1);
+  CHECK(verdict.report.restored == 2);
+  REQUIRE_FALSE(verdict.report.notes.empty());
+  CHECK(verdict.report.notes[0] == "first frame: 3 features on boxes or masks rejected");
+  CHECK(pipeline.before_pose(with_boxes(features, 1)).report.rejected == 0);
+  FrameView later = with_boxes(features, 2);
+  later.timestamp_s = 100;
+  CHECK(pipeline.before_pose(later).report.rejected == 1);
 }
 
 TEST_CASE("wrong parameters set in code throw when the pipeline is made") {

@@ -110,8 +110,8 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
   const std::string head = "pipeline:\n  before_pose:\n";
   CHECK(error_of("other: 1\n") == "expected the key `pipeline`");
   CHECK(error_of("pipeline:\n  stages: [ limit ]\n") ==
-        "pipeline: unknown key `stages`; known keys: name, about, max_time_gap_s, correspondence, floor, "
-        "initialisation, before_pose, "
+        "pipeline: unknown key `stages`; known keys: name, about, max_time_gap_s, first_frame_suspects, "
+        "correspondence, floor, initialisation, before_pose, "
         "after_pose, at_keyframe");
   CHECK(error_of(head + "    - limt\n") ==
         "pipeline.before_pose[0]: unknown filter `limt` (did you mean `limit`?); known: limit, mark, " +

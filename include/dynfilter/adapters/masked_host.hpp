@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <dynfilter/adapters/draw_verdict.hpp>
+#include <dynfilter/adapters/host_semantics.hpp>
+#include <dynfilter/adapters/input_watch.hpp>
 #include <dynfilter/adapters/masked_image.hpp>
 #include <dynfilter/adapters/orb_slam/settings.hpp>
 #include <dynfilter/io/camera_file.hpp>
@@ -27,29 +29,41 @@ class MaskedHost {
     cv::Mat image, depth;  ///< valid until the next call; `image` may be the caller's own
   };
 
-  /// Reads camera, depth unit (`DepthMapFactor`) and pipeline from a settings file as ORB-SLAM2 and 3 have
-  /// it. Throws ConfigError, and IoError for a camera that is no pinhole or not there.
+  /// Reads camera, depth unit (`DepthMapFactor`), pipeline and `DynFilter.` keys from a settings file as
+  /// ORB-SLAM2 and 3 have it. Throws ConfigError, and IoError for a camera that is no pinhole or not there.
   MaskedHost(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
+             const MaskedImageParams& masking = MaskedImageParams(),
+             const ProviderRegistry& providers = host_providers())
+      : MaskedHost(read_orb_slam_settings(settings_file, host_sensor(sensor), registry, providers),
+                   settings_file, host_sensor(sensor), masking) {}
+  MaskedHost(OrbSlamSettings settings, const std::string& camera_file, HostSensor sensor,
              const MaskedImageParams& masking = MaskedImageParams())
-      : settings_(read_orb_slam_settings(settings_file, host_sensor(sensor), registry)),
-        pipeline_(std::move(settings_.pipeline)),
+      : params_(settings.params),
+        sensor_(sensor),
+        pipeline_file_(std::move(settings.pipeline_file)),
+        semantics_(std::move(settings.semantics)),
+        pipeline_(configured_pipeline(settings)),
+        watch_(pipeline_),
         masked_(masking) {
-    const io::CameraFile file = io::read_camera(settings_file);
+    const io::CameraFile file = io::read_camera(camera_file);
     camera_ = file.camera;
     if (file.depth_units_per_m && *file.depth_units_per_m > 0) depth_unit_m_ = 1 / *file.depth_units_per_m;
   }
 
-  void set_detections(std::vector<Detection> detections) { detections_ = std::move(detections); }
-  void set_mask(const cv::Mat& labels) { mask_ = MaskInput{-1, labels}; }
+  /// Of the next image; they go before those of `DynFilter.boxes`, `masks` and `detector`.
+  void set_detections(std::vector<Detection> detections) {
+    semantics_.set_detections(std::move(detections), -1);
+  }
+  void set_mask(const cv::Mat& labels) { semantics_.set_mask(labels, -1); }
 
   /// `image`: 8 bits, grey or colour. `depth`: as the host takes it, CV_16U or CV_32F in units of
   /// `1 / DepthMapFactor` metres, or empty. Cost: the corners, about 5 ms for 640x480, and the pipeline.
   const Images& process(const cv::Mat& image, const cv::Mat& depth, double timestamp_s) {
     images_.image = image, images_.depth = depth;
-    if (!settings_.params.enabled || image.empty() || image.depth() != CV_8U) return images_;
+    if (!params_.enabled || image.empty() || image.depth() != CV_8U) return images_;
     to_grey(image);
     find_corners();
-    judge(depth, timestamp_s);
+    judge(image, depth, timestamp_s);
     if (verdict_.kept() == verdict_.size()) return images_;
     const cv::Mat& mask = masked_.mask(keypoints_, verdict_, image.size());
     if (!depth.empty()) {
@@ -62,15 +76,36 @@ class MaskedHost {
     return images_;
   }
 
-  void reset() { pipeline_.reset(), first_frame_ = true; }
+  void reset() {
+    pipeline_.reset();
+    semantics_.reset();
+    first_frame_ = true;
+  }
 
   const Verdict& verdict() const { return verdict_; }
   const std::vector<cv::KeyPoint>& judged_keypoints() const { return keypoints_; }
   std::string summary() const { return summary_line(verdict_.report); }
   cv::Mat draw(const cv::Mat& image) const { return draw_verdict(image, keypoints_, verdict_); }
 
+  const Pipeline& pipeline() const { return pipeline_; }
+  /// As OrbSlam::start_line().
+  std::string start_line() const {
+    Input given = Input::GreyImage | Input::Camera | Input::Correspondence | semantic_inputs(params_);
+    if (sensor_ == HostSensor::RgbD) given = given | Input::Depth;
+    return watch_.start_line(pipeline_file_, given);
+  }
+  /// When an input never came in the first frames, or the detector failed: the last such line; "" without.
+  const std::string& warning() const { return warning_; }
+
  private:
   static constexpr int kMaxCorners = 1000;
+
+  void watch() {
+    watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected);
+    const std::string missing = watch_.take_warning(), trouble = semantics_.take_trouble();
+    if (!missing.empty()) warning_ = "dynfilter: warning: " + missing;
+    if (!trouble.empty()) warning_ = "dynfilter: warning: the detector failed: " + trouble;
+  }
 
   void to_grey(const cv::Mat& image) {
     if (image.channels() == 1)
@@ -85,7 +120,7 @@ class MaskedHost {
     for (const cv::Point2f& corner : corners_) keypoints_.emplace_back(corner, 31.0F);
   }
 
-  void judge(const cv::Mat& depth, double timestamp_s) {
+  void judge(const cv::Mat& image, const cv::Mat& depth, double timestamp_s) {
     FrameView view;
     view.id = next_id_++;
     view.timestamp_s = timestamp_s;
@@ -94,22 +129,23 @@ class MaskedHost {
     view.depth = depth;
     view.depth_unit_m = depth_unit_m_;
     if (camera_.valid()) view.camera = camera_;
-    if (detections_) view.detections = DetectionInput{-1, *detections_};
-    if (mask_) view.mask = *mask_;
+    semantics_.begin({view.id, timestamp_s, image.channels() == 4 ? grey_ : image, depth, depth_unit_m_});
+    semantics_.add_to(view);
     verdict_ = pipeline_.before_pose(view);
-    detections_.reset(), mask_.reset();
-    if (first_frame_ && settings_.params.keep_first_frame)
-      verdict_.decision.assign(verdict_.size(), Vote::Unknown);
+    watch();
+    if (first_frame_ && params_.keep_first_frame) verdict_.decision.assign(verdict_.size(), Vote::Unknown);
     first_frame_ = false;
   }
 
-  OrbSlamSettings settings_;
+  OrbSlamParams params_;
+  HostSensor sensor_;
+  std::string pipeline_file_, warning_;
+  HostSemantics semantics_;
   Pipeline pipeline_;
+  InputWatch watch_;
   MaskedImage masked_;
   Camera camera_;
   double depth_unit_m_ = 1;
-  std::optional<std::vector<Detection>> detections_;
-  std::optional<MaskInput> mask_;
   std::int64_t next_id_ = 0;
   bool first_frame_ = true;
   cv::Mat grey_, masked_depth_, painted_;

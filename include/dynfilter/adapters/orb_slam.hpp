@@ -3,12 +3,17 @@
 
 #include <cstdint>
 #include <dynfilter/adapters/draw_verdict.hpp>
+#include <dynfilter/adapters/host_semantics.hpp>
+#include <dynfilter/adapters/input_watch.hpp>
 #include <dynfilter/adapters/orb_slam/compact_frame.hpp>
 #include <dynfilter/adapters/orb_slam/host_pose.hpp>
 #include <dynfilter/adapters/orb_slam/read_frame.hpp>
 #include <dynfilter/adapters/orb_slam/settings.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <exception>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -25,27 +30,56 @@ namespace dynfilter {
 /// pipeline's own time.
 class OrbSlam {
  public:
-  /// `sensor`: the host's System::eSensor as a number, or HostSensor.
-  OrbSlam(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters())
-      : OrbSlam(read_orb_slam_settings(settings_file, host_sensor(sensor), registry), host_sensor(sensor)) {}
-  OrbSlam(OrbSlamSettings settings, HostSensor sensor)
+  /// Receives one line for the host's log, called from the thread of the call that has something to say.
+  using Tell = std::function<void(const std::string& line)>;
+
+  /// For the host's constructor. Tells start_line(), later a warning when an input never came or a detector
+  /// fails. Never throws: of settings that cannot be used it tells the error and, as `DynFilter.on_error`
+  /// says, returns null or one that lets every feature through. `sensor`: the host's System::eSensor.
+  static std::unique_ptr<OrbSlam> start(const std::string& settings_file, int sensor, Tell tell,
+                                        const Registry& registry = builtin_filters(),
+                                        const ProviderRegistry& providers = host_providers()) {
+    const HostSensor kind = host_sensor(sensor);
+    try {
+      auto made = std::make_unique<OrbSlam>(read_orb_slam_settings(settings_file, kind, registry, providers),
+                                            kind, std::move(tell));
+      made->say(made->start_line());
+      return made;
+    } catch (const std::exception& error) {
+      return after_error(settings_file, kind, std::move(tell), error.what());
+    }
+  }
+
+  /// The same for hosts that handle exceptions: throws ConfigError.
+  OrbSlam(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
+          const ProviderRegistry& providers = host_providers())
+      : OrbSlam(read_orb_slam_settings(settings_file, host_sensor(sensor), registry, providers),
+                host_sensor(sensor)) {}
+  OrbSlam(OrbSlamSettings settings, HostSensor sensor, Tell tell = nullptr)
       : params_(settings.params),
-        pipeline_(std::move(settings.pipeline)),
+        sensor_(sensor),
+        tell_(std::move(tell)),
+        pipeline_file_(std::move(settings.pipeline_file)),
+        semantics_(std::move(settings.semantics)),
+        pipeline_(configured_pipeline(settings)),
+        watch_(pipeline_),
         running_floor_(floor_of(params_.min_features)),
         floor_before_map_(floor_of(params_.floor_before_map(sensor))),
         first_frame_floor_(floor_of(std::numeric_limits<int>::max())) {
     check_parameters(params_, "DynFilter");
   }
 
-  // ---- what a detector or a segmenter found; used by the next frame that is judged, then forgotten
+  // ---- what a detector or a segmenter found; used by all call points of the next frame, then forgotten
   /// `frame_id`: the host's mnId of the frame they were computed on, -1: the next one. An empty list means
   /// that nothing was found; masks inside are not copied.
   void set_detections(std::vector<Detection> detections, std::int64_t frame_id = -1) {
-    detections_ = std::move(detections);
-    detections_frame_id_ = frame_id;
+    semantics_.set_detections(std::move(detections), frame_id);
   }
-  /// CV_8UC1, 0 = background. Not copied: it must live until the frame is judged.
-  void set_mask(const cv::Mat& labels, std::int64_t frame_id = -1) { mask_ = MaskInput{frame_id, labels}; }
+  /// CV_8UC1, 0 = background. Its pixels are not copied: they must not change before the next frame comes.
+  void set_mask(const cv::Mat& labels, std::int64_t frame_id = -1) { semantics_.set_mask(labels, frame_id); }
+  /// The next frame's colour image (CV_8UC3, BGR) for `DynFilter.detector`, which sees the grey one
+  /// otherwise.
+  void set_detector_image(const cv::Mat& colour) { detector_image_ = colour; }
 
   // ---- the call points
   /// A: in the Frame's constructor, after the extraction and before `N` is set. Thins mvKeys and
@@ -105,6 +139,7 @@ class OrbSlam {
   /// In Tracking::Reset: forgets everything; the next frame is a first frame.
   void reset() {
     pipeline_.reset();
+    semantics_.reset();
     grey_.release(), depth_.release();
     last_id_.reset();
     first_frame_ = true;
@@ -118,10 +153,46 @@ class OrbSlam {
   /// See draw_verdict(): red is rejected.
   cv::Mat draw(const cv::Mat& image) const { return draw_verdict(image, keypoints_, verdict_); }
   const OrbSlamParams& params() const { return params_; }
+  /// The pipeline that runs: its name, its stages, what it needs.
+  const Pipeline& pipeline() const { return pipeline_; }
+  /// The file that the pipeline was read from: the settings file or a preset's; "" if made in code.
+  const std::string& pipeline_file() const { return pipeline_file_; }
+  /// Which pipeline runs, from which file, which inputs it asks for and which of them this host gives.
+  std::string start_line() const {
+    return params_.enabled ? watch_.start_line(pipeline_file_, given_inputs())
+                           : "dynfilter: off, every feature is kept (DynFilter.enabled)";
+  }
+  /// The last line that was told, start_line() excepted; "" if there was none.
+  const std::string& warning() const { return warning_; }
   /// Metres per unit of a CV_16UC1 depth image.
   void set_depth_unit_m(double depth_unit_m) { depth_unit_m_ = depth_unit_m; }
 
  private:
+  static std::unique_ptr<OrbSlam> after_error(const std::string& settings_file, HostSensor sensor, Tell tell,
+                                              const std::string& what) {
+    const bool off = read_on_error(settings_file) == OnError::Off;
+    if (tell) tell("dynfilter: " + std::string(off ? "off, every feature is kept: " : "") + what);
+    if (!off) return nullptr;
+    OrbSlamSettings nothing;
+    nothing.params.enabled = false;
+    return std::make_unique<OrbSlam>(std::move(nothing), sensor, std::move(tell));
+  }
+  void say(const std::string& line) const {
+    if (tell_) tell_(line);
+  }
+  void warn(const std::string& line) {
+    if (line.empty()) return;
+    warning_ = "dynfilter: warning: " + line;
+    say(warning_);
+  }
+  /// As far as it is known before the first frame.
+  Input given_inputs() const {
+    Input given = Input::GreyImage | Input::Camera | Input::Pose | Input::Descriptors | Input::MapPoints |
+                  Input::Keyframes | Input::Correspondence;
+    if (sensor_ != HostSensor::Monocular) given = given | Input::Depth;
+    return given | semantic_inputs(params_);
+  }
+
   static FloorParams floor_of(int min_features) {
     FloorParams params;
     params.min_features = min_features;
@@ -144,16 +215,29 @@ class OrbSlam {
       pipeline_.update_pose(pose.last_frame_id, pose.last_T_world_camera, PoseProvenance::Estimated);
     if (pose.has_prediction)
       view.T_world_camera = pose.predicted_T_world_camera, view.pose_provenance = PoseProvenance::Predicted;
-    add_semantics(view);
+    ask_detector(view);
+    semantics_.add_to(view);
     judge(view, CallPoint::BeforePose);
     Floor& floor = map_exists                                 ? running_floor_
                    : first_frame_ && params_.keep_first_frame ? first_frame_floor_
                                                               : floor_before_map_;
     floor.apply(view_, verdict_);
     first_frame_ = false;
-    detections_.reset(), mask_.reset();
     finish();
     return true;
+  }
+
+  void ask_detector(const FrameView& view) {
+    SemanticImage image;
+    image.frame_id = view.id;
+    image.timestamp_s = view.timestamp_s;
+    image.pixels = detector_image_.empty() ? grey_ : detector_image_;
+    if (!depth_.empty() && depth_.size() == image.pixels.size())
+      image.depth = depth_, image.depth_unit_m = depth_unit_m_;
+    semantics_.begin(image);
+    detector_image_.release();
+    const std::string trouble = semantics_.take_trouble();
+    if (!trouble.empty()) warn("the detector failed: " + trouble);
   }
 
   /// Frame numbers that start again are another run.
@@ -169,20 +253,18 @@ class OrbSlam {
     const bool known = last_id_ && *last_id_ == static_cast<std::int64_t>(frame.mnId);
     FrameView view =
         reader_.read(frame, known ? grey_ : cv::Mat(), known ? depth_ : cv::Mat(), depth_unit_m_);
+    if (known) semantics_.add_to(view);
     if (const std::optional<Pose> T_camera_world = orb_slam::camera_from_world(frame))
       view.T_world_camera = inverse(*T_camera_world), view.pose_provenance = PoseProvenance::Estimated;
     return view;
-  }
-
-  void add_semantics(FrameView& view) const {
-    if (detections_) view.detections = DetectionInput{detections_frame_id_, *detections_};
-    if (mask_) view.mask = *mask_;
   }
 
   void judge(const FrameView& view, CallPoint point) {
     view_ = view;
     keypoints_.assign(view.keypoints.begin(), view.keypoints.end());
     verdict_ = pipeline_.process(view, point);
+    watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected);
+    warn(watch_.take_warning());
   }
   void finish() {
     verdict_.report.rejected = verdict_.size() - verdict_.kept();
@@ -195,7 +277,12 @@ class OrbSlam {
   }
 
   OrbSlamParams params_;
+  HostSensor sensor_;
+  Tell tell_;
+  std::string pipeline_file_, warning_;
+  HostSemantics semantics_;
   Pipeline pipeline_;
+  InputWatch watch_;
   Floor running_floor_, floor_before_map_, first_frame_floor_;
   orb_slam::FrameReader reader_;
   orb_slam::KeyframeReader keyframe_reader_;
@@ -203,10 +290,8 @@ class OrbSlam {
   Verdict verdict_;
   std::vector<cv::KeyPoint> keypoints_;
   cv::Mat grey_, depth_;  ///< the host's, for the later call points of the same frame
+  cv::Mat detector_image_;
   double depth_unit_m_ = 1;
-  std::optional<std::vector<Detection>> detections_;
-  std::int64_t detections_frame_id_ = -1;
-  std::optional<MaskInput> mask_;
   std::optional<std::int64_t> last_id_;
   bool first_frame_ = true;
 };

@@ -182,6 +182,16 @@ class Context {
   void note(const std::string& text) { note_ += (note_.empty() ? "" : "; ") + text; }
   std::string take_note() { return std::exchange(note_, {}); }
 
+  // ---- which stages suspect a feature, whatever becomes of it in the pipeline
+  void collect_suspicions(bool collect) {
+    suspected_by_.assign(collect ? size() : 0, 0);
+    collects_suspicions_ = collect;
+  }
+  bool collects_suspicions() const { return collects_suspicions_; }
+  void suspect(std::size_t i, std::uint64_t stages) { suspected_by_[i] |= stages; }
+  /// Bit k: stage k of the report. 0 unless they are collected.
+  std::uint64_t suspected_by(std::size_t i) const { return collects_suspicions_ ? suspected_by_[i] : 0; }
+
   // ---- for combinators: state of the next stages
   void mark_prior(std::size_t i) { state_.prior[i] = 1, state_.seed[i] = 0; }
   /// Excludes feature i from judgement. It remains a seed.
@@ -403,8 +413,11 @@ class Context {
                          out);
   }
 
-  void host_matches(const StoredFrame& stored, Correspondences& out) const {
-    correspondences_from_host(*frame_.matches, stored.keypoints, size(), out);
+  void host_matches(const StoredFrame& stored, Correspondences& out) {
+    const std::size_t nowhere = correspondences_from_host(*frame_.matches, stored.keypoints, size(), out);
+    if (nowhere > 0)
+      note(std::to_string(nowhere) + " matches lead to features that frame " + std::to_string(stored.id) +
+           " does not have");
     for (std::size_t i = 0; i < size(); ++i)
       if (std::isnan(pixels_[i].x)) out.drop(i);
   }
@@ -518,6 +531,8 @@ class Context {
   Input inputs_ = Input::None;
   State state_;
   std::string note_;
+  bool collects_suspicions_ = false;
+  std::vector<std::uint64_t> suspected_by_;
   double correspondence_ms_ = 0;
   LateSemantics late_;
   std::vector<Detection> carried_;

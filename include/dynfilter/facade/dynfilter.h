@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 /* Grows when anything here changes its layout. Compare with dynfilter_abi_version(). */
-#define DYNFILTER_ABI_VERSION 1
+#define DYNFILTER_ABI_VERSION 2
 
 typedef struct dynfilter_filter dynfilter_filter;
 
@@ -43,9 +43,12 @@ typedef struct dynfilter_box {
   float score;
   int32_t class_id, track_id; /* -1: none */
   const char* class_name;     /* e.g. "person"; NULL: none */
+  const uint8_t* mask;        /* instance mask, width_px x height_px of the frame, 0 = outside; NULL: none */
+  size_t mask_stride_bytes;   /* 0: no padding */
 } dynfilter_box;
 
-/* Fill with dynfilter_frame_init() first. Pointers may be NULL for what is not there. */
+/* Fill with dynfilter_frame_init() first. Pointers may be NULL for what is not there. A stride that is
+ * shorter than a row, and a count without its array, are errors. */
 typedef struct dynfilter_frame {
   size_t struct_size; /* set by dynfilter_frame_init() */
   int64_t id;         /* grows from frame to frame */
@@ -81,6 +84,9 @@ typedef struct dynfilter_frame {
   size_t box_count;
   const dynfilter_box* boxes;
   int64_t boxes_frame_id;
+
+  const int32_t* match_index; /* per keypoint its index in the frame below, -1: none; NULL: no matches */
+  int64_t match_frame_id;     /* a frame that was processed before */
 } dynfilter_frame;
 
 typedef struct dynfilter_verdicts {

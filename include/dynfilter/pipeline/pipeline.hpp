@@ -15,13 +15,23 @@
 
 namespace dynfilter {
 
+/// What boxes and masks do in a frame that has no earlier one to compare with.
+enum class FirstFrameSuspects {
+  Keep,   ///< as in any other frame: a prior suspect stays until a stage says that it moves
+  Reject  ///< what a semantic stage suspects is dynamic, unless the pipeline calls it static
+};
+
 struct PipelineParams {
   double max_time_gap_s = 2.0;
+  FirstFrameSuspects first_frame_suspects = FirstFrameSuspects::Keep;
 
   static const FieldTable<PipelineParams>& fields() {
     static const FieldTable<PipelineParams> table{
         real("max_time_gap_s", &PipelineParams::max_time_gap_s, "s", {0, 1e9},
              "longest time between two frames; a longer gap, or time going backwards, resets the pipeline"),
+        choice("first_frame_suspects", &PipelineParams::first_frame_suspects,
+               {{"keep", FirstFrameSuspects::Keep}, {"reject", FirstFrameSuspects::Reject}},
+               "features on boxes and masks of the first frame, and of the first after a reset"),
     };
     return table;
   }
@@ -67,8 +77,11 @@ class Pipeline {
     const auto start = std::chrono::steady_clock::now();
     verdict_ = begin(frame, call_point);
     if (Stage* root = stage_at(call_point)) {
+      context_.collect_suspicions(config_.params.first_frame_suspects == FirstFrameSuspects::Reject &&
+                                  frame.id == first_id_);
       root->judge(context_, verdict_.report.stages, judgement_);
       take_verdict();
+      if (context_.collects_suspicions()) reject_suspects();
       floor_.apply(context_.frame(), verdict_);
       initialisation_.apply(verdict_);
     }
@@ -94,6 +107,8 @@ class Pipeline {
   }
 
   const std::string& name() const { return config_.name; }
+  /// What the last frame brought, without what cannot be used of it.
+  Input inputs() const { return context_.inputs(); }
   const Stage* stages(CallPoint point) const { return stage_at(point); }
   Needs needs() const {
     Needs all;
@@ -126,6 +141,7 @@ class Pipeline {
       reset();
       verdict.report.notes.emplace_back("time jump: history forgotten");
     }
+    if (!last_id_) first_id_ = frame.id;
     last_id_ = frame.id;
     last_timestamp_s_ = frame.timestamp_s;
     context_.begin(frame, call_point);
@@ -148,6 +164,20 @@ class Pipeline {
       verdict_.prior[i] = judgement_.votes.prior(i) ? 1 : 0;
       verdict_.reasons[i] = judgement_.reasons[i];
     }
+  }
+
+  /// The reasons are the stages that suspect it.
+  void reject_suspects() {
+    std::size_t rejected = 0;
+    for (std::size_t i = 0; i < verdict_.size(); ++i) {
+      if (verdict_.decision[i] != Vote::Unknown || context_.suspected_by(i) == 0) continue;
+      verdict_.decision[i] = Vote::Dynamic;
+      verdict_.reasons[i] = context_.suspected_by(i);
+      ++rejected;
+    }
+    if (rejected > 0)
+      verdict_.report.notes.push_back("first frame: " + std::to_string(rejected) +
+                                      " features on boxes or masks rejected");
   }
 
   void finish(CallPoint call_point) {
@@ -179,6 +209,7 @@ class Pipeline {
   Judgement judgement_;
   Verdict verdict_;
   std::optional<std::int64_t> last_id_;
+  std::int64_t first_id_ = -1;  ///< since the last reset
   double last_timestamp_s_ = 0;
 };
 

@@ -110,9 +110,18 @@ class FilterStage final : public Stage {
     const std::uint64_t reason = std::uint64_t{1} << self;
     for (std::size_t i = 0; i < context.size(); ++i)
       out.reasons[i] = out.votes[i] == Vote::Dynamic ? reason : 0;
+    if (context.collects_suspicions() && is_semantic()) tell_suspicions(context, out.votes, reason);
   }
 
  private:
+  bool is_semantic() const {
+    return (filter_->needs().required & (Input::Detections | Input::Mask)) != Input::None;
+  }
+  static void tell_suspicions(Context& context, const Votes& votes, std::uint64_t reason) {
+    for (std::size_t i = 0; i < context.size(); ++i)
+      if (context.judged(i) && (votes.prior(i) || votes[i] == Vote::Dynamic)) context.suspect(i, reason);
+  }
+
   std::unique_ptr<Filter> filter_;
 };
 

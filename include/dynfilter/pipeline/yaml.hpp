@@ -20,6 +20,12 @@ inline std::unique_ptr<Stage> read_call_point(const YamlNode& node, const Regist
   return StageReader(registry, combinator_table()).stage(node);
 }
 
+inline const Field<PipelineParams>* pipeline_field(const std::string& key) {
+  for (const Field<PipelineParams>& field : PipelineParams::fields())
+    if (field.info.name == key) return &field;
+  return nullptr;
+}
+
 }  // namespace detail
 
 /// Reads the map under `pipeline:`. Throws ConfigError naming the path and what was expected.
@@ -30,9 +36,9 @@ inline PipelineConfig read_pipeline(const YamlNode& node, const Registry& regist
       config.name = value.text();
     else if (key == "about")
       value.text();
-    else if (key == "max_time_gap_s") {
-      config.params.max_time_gap_s = value.real();
-      check_parameters(config.params, node.path());
+    else if (const Field<PipelineParams>* field = detail::pipeline_field(key)) {
+      field->read(config.params, value);
+      field->check(config.params, value.path());
     } else if (key == "correspondence")
       config.context = read_parameters<ContextParams>(value);
     else if (key == "floor")
@@ -47,9 +53,8 @@ inline PipelineConfig read_pipeline(const YamlNode& node, const Registry& regist
       config.at_keyframe = detail::read_call_point(value, registry);
     else
       node.fail("unknown key `" + key +
-                "`; known keys: name, about, max_time_gap_s, correspondence, floor, initialisation, "
-                "before_pose, after_pose, "
-                "at_keyframe");
+                "`; known keys: name, about, max_time_gap_s, first_frame_suspects, correspondence, floor, "
+                "initialisation, before_pose, after_pose, at_keyframe");
   }
   return config;
 }

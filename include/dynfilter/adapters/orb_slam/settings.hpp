@@ -3,13 +3,17 @@
 
 #include <algorithm>
 #include <cctype>
+#include <dynfilter/adapters/orb_slam/host_detector.hpp>
+#include <dynfilter/adapters/orb_slam/params.hpp>
 #include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/plugin/loader.hpp>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -17,88 +21,39 @@
 
 namespace dynfilter {
 
-enum class HostSensor { Monocular, Stereo, RgbD };
-
-/// System::eSensor of both versions as a number: 0 one camera, 1 two, 2 RGB-D; 3 to 5 the same with inertia.
-inline HostSensor host_sensor(int sensor) {
-  const int kind = sensor >= 0 ? sensor % 3 : 0;
-  return kind == 0 ? HostSensor::Monocular : kind == 1 ? HostSensor::Stereo : HostSensor::RgbD;
-}
-
-/// How a verdict is handed to an ORB-SLAM host. In its settings file each has `DynFilter.` before it.
-struct OrbSlamParams {
-  bool enabled = true;
-  bool keep_first_frame = true;
-  int min_features_before_map = -1;
-  int min_features = 100;
-  int covisible_keyframes = 5;
-
-  static const FieldTable<OrbSlamParams>& fields() {
-    using P = OrbSlamParams;
-    static const FieldTable<P> table{
-        flag("enabled", &P::enabled, "false: the host runs as if nothing had been added"),
-        flag("keep_first_frame", &P::keep_first_frame,
-             "keep all features of the first frame, and of the first after a reset"),
-        integer("min_features_before_map", &P::min_features_before_map, "features", {-1, 100000},
-                "keep at least so many until the map exists; -1: 550 with depth or two cameras (the host "
-                "begins with more than 500), 250 with one (it asks for 100 matches)"),
-        integer("min_features", &P::min_features, "features", {0, 100000},
-                "keep at least so many later (the host asks for 30 matches, 50 after a relocalisation)"),
-        integer("covisible_keyframes", &P::covisible_keyframes, "keyframes", {0, 1000},
-                "how many are looked at when a keyframe is made"),
-    };
-    return table;
-  }
-
-  int floor_before_map(HostSensor sensor) const {
-    if (min_features_before_map >= 0) return min_features_before_map;
-    return sensor == HostSensor::Monocular ? 250 : 550;
-  }
-};
-
 struct OrbSlamSettings {
   OrbSlamParams params;
   PipelineConfig pipeline;
+  std::string pipeline_file;                            ///< that it was read from; "" if made in code
+  std::unique_ptr<SemanticRunner> semantics = nullptr;  ///< of `boxes`, `masks` or `detector`
 };
+
+/// The pipeline of the settings, taken out of them, as their parameters want it.
+inline PipelineConfig configured_pipeline(OrbSlamSettings& settings) {
+  PipelineConfig config = std::move(settings.pipeline);
+  if (!settings.params.keep_first_frame) config.params.first_frame_suspects = FirstFrameSuspects::Reject;
+  return config;
+}
 
 namespace orb_slam::detail {
 
-/// Where installed pipelines lie, "" when the build did not say.
-inline std::string pipelines_folder() {
-#ifdef DYNFILTER_PIPELINES_DIR
-  return DYNFILTER_PIPELINES_DIR;
-#else
-  return "";
-#endif
-}
-
-/// The names of the installed pipelines that a host can run: not `oracle`, which knows the labels of a
-/// synthetic sequence.
-inline std::vector<std::string> preset_names() {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(pipelines_folder(), error)) {
-    const std::string name = entry.path().stem().string();
-    if (entry.path().extension() == ".yaml" && name != "oracle") names.push_back(name);
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
-/// A file, beside the settings file or as given, or an installed pipeline, with `.yaml` or without.
+/// A file beside the settings file or by its path, or an installed pipeline, with `.yaml` or without.
 inline std::string find_pipeline(const std::string& name, const std::string& settings_file,
                                  const std::string& path) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::path installed = pipelines_folder();
-  for (const fs::path& candidate : {fs::path(settings_file).parent_path() / name, fs::path(name),
-                                    installed / (name + ".yaml"), installed / name})
-    if (fs::is_regular_file(candidate, error)) return candidate.string();
-  const std::vector<std::string> known = preset_names();
-  throw ConfigError(path, "no pipeline `" + name + "`" + did_you_mean(fs::path(name).stem().string(), known) +
-                              ": expected a file beside the settings file, a path" +
-                              (known.empty() ? std::string(" (no presets are installed)")
-                                             : ", or one of " + dynfilter::detail::joined(known)));
+  PresetFolders folders;
+  folders.first.push_back(std::filesystem::path(settings_file).parent_path());
+  try {
+    return find_preset(name, folders).string();
+  } catch (const ConfigError&) {
+    // The list must not have the host's own YAML files in it, nor what only the command can run.
+    std::vector<std::string> known = preset_names();
+    known.erase(std::remove(known.begin(), known.end(), "oracle"), known.end());
+    const std::string meant = did_you_mean(std::filesystem::path(name).stem().string(), known);
+    throw ConfigError(path, "no pipeline `" + name + "`" + meant +
+                                ": expected a file beside the settings file, a path" +
+                                (known.empty() ? std::string(" (no presets are installed)")
+                                               : ", or one of " + dynfilter::detail::joined(known)));
+  }
 }
 
 /// Keys that nearly are ours would be ignored without a word, and the default would run instead.
@@ -150,36 +105,76 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
   return text;
 }
 
+/// Beside the settings file or as given. Loading executes code of the files.
+inline void load_plugins(const std::vector<std::string>& plugins, const std::string& settings_file,
+                         Registry& filters, ProviderRegistry& detectors) {
+  for (const std::string& plugin : plugins) {
+    std::error_code error;
+    const std::filesystem::path beside = std::filesystem::path(settings_file).parent_path() / plugin;
+    try {
+      load_plugin(std::filesystem::exists(beside, error) ? beside : std::filesystem::path(plugin), filters,
+                  detectors);
+    } catch (const PluginError& problem) {
+      throw ConfigError("DynFilter.plugins", problem.what());
+    }
+  }
+}
+
+/// `root` must be valid as long as the pipeline is read.
+inline void read_pipeline_of(const YamlNode& root, const std::string& name, const std::string& file,
+                             HostSensor sensor, const Registry& registry, OrbSlamSettings& settings) {
+  const std::string key = "DynFilter.pipeline";
+  if (const auto node = root.find("pipeline")) {
+    if (!name.empty()) root.fail("both `pipeline` and `" + key + "` are given: expected one of them");
+    settings.pipeline = read_pipeline(*node, registry);
+    settings.pipeline_file = file;
+    return;
+  }
+  const std::string fallback = sensor == HostSensor::RgbD ? "dynfilter" : "dynfilter_mono";
+  settings.pipeline_file = find_pipeline(name.empty() ? fallback : name, file, key);
+  if (std::filesystem::path(settings.pipeline_file).stem() == "oracle" && registry.find("oracle") == nullptr)
+    throw ConfigError(key,
+                      "`oracle` knows the labels of a synthetic sequence: only the command `dynfilter` "
+                      "can run it");
+  settings.pipeline = pipeline_from_file(settings.pipeline_file, registry);
+}
+
 }  // namespace orb_slam::detail
 
 /// Reads a host's own settings file: the `DynFilter.` keys, and the pipeline from its `pipeline` node, or
 /// from the file or the installed pipeline that `DynFilter.pipeline` names, else the default for the sensor.
-/// Whatever else the file holds is the host's, keys that repeat included; only keys that nearly are ours are
-/// errors. Throws ConfigError.
+/// Loads the plugins, and opens the file of boxes or starts the detector, that the keys name. Whatever else
+/// the file holds is the host's, keys that repeat included; only keys that nearly are ours are errors. Throws
+/// ConfigError.
 inline OrbSlamSettings read_orb_slam_settings(const std::string& file, HostSensor sensor,
-                                              const Registry& registry = builtin_filters()) {
+                                              const Registry& registry = builtin_filters(),
+                                              const ProviderRegistry& providers = host_providers()) {
   const YamlDocument document = YamlDocument::from_file(file);
   OrbSlamSettings settings;
   try {
     const YamlNode root = document.root();
     orb_slam::detail::refuse_near_misses(root, "DynFilter.");
-    std::string name = orb_slam::detail::read_prefixed(root, "DynFilter.", "pipeline", settings.params);
-    if (root.find("pipeline")) {
-      if (!name.empty())
-        root.fail("both `pipeline` and `DynFilter.pipeline` are given: expected one of them");
-      settings.pipeline = read_pipeline(*root.find("pipeline"), registry);
-      return settings;
-    }
-    if (name == "oracle" && registry.find(name) == nullptr)
-      throw ConfigError("DynFilter.pipeline",
-                        "`oracle` knows the labels of a synthetic sequence: only the "
-                        "command `dynfilter` can run it");
-    if (name.empty()) name = sensor == HostSensor::RgbD ? "dynfilter" : "dynfilter_mono";
-    settings.pipeline =
-        pipeline_from_file(orb_slam::detail::find_pipeline(name, file, "DynFilter.pipeline"), registry);
+    const std::string name = orb_slam::detail::read_prefixed(root, "DynFilter.", "pipeline", settings.params);
+    Registry filters = registry;
+    ProviderRegistry detectors = providers;
+    orb_slam::detail::load_plugins(settings.params.plugins, file, filters, detectors);
+    orb_slam::detail::read_pipeline_of(root, name, file, sensor, filters, settings);
+    if (settings.params.enabled)
+      settings.semantics = orb_slam::detail::make_semantics(settings.params, file, detectors);
     return settings;
   } catch (const ConfigError& error) {
     throw ConfigError(file, error.what());
+  }
+}
+
+/// What the file says of `DynFilter.on_error`, whatever else is wrong with it. Never throws.
+inline OnError read_on_error(const std::string& file) noexcept {
+  try {
+    const YamlDocument document = YamlDocument::from_file(file);
+    const auto value = document.root().find("DynFilter.on_error");
+    return value && value->text() == "off" ? OnError::Off : OnError::Stop;
+  } catch (...) {
+    return OnError::Stop;
   }
 }
 

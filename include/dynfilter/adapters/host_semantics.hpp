@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/semantic/runner.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// Boxes and masks of one camera stream: those that the host sets, else those of a file or a detector.
+class HostSemantics {
+ public:
+  /// Null: only what is set.
+  explicit HostSemantics(std::unique_ptr<SemanticRunner> runner = nullptr) : runner_(std::move(runner)) {}
+
+  /// For the next frame. `frame_id`: the frame they were computed on, -1: the next one.
+  void set_detections(std::vector<Detection> detections, std::int64_t frame_id) {
+    next_.detections = std::move(detections);
+    next_.detections_frame_id = frame_id;
+  }
+  /// Not copied: it must live until the next frame is judged.
+  void set_mask(const cv::Mat& labels, std::int64_t frame_id) { next_.mask = MaskInput{frame_id, labels}; }
+
+  /// A new frame. Its pixels are copied where a detector needs them later.
+  void begin(const SemanticImage& image) {
+    now_ = std::exchange(next_, {});
+    result_.reset();
+    if (!runner_) return;
+    runner_->submit(image);
+    result_ = runner_->latest();
+  }
+
+  /// What there is for the frame begun last.
+  void add_to(FrameView& view) const {
+    if (result_ && result_->detections)
+      view.detections = DetectionInput{result_->frame_id, *result_->detections};
+    if (result_ && result_->labels) view.mask = MaskInput{result_->frame_id, *result_->labels};
+    if (now_.detections) view.detections = DetectionInput{now_.detections_frame_id, *now_.detections};
+    if (now_.mask) view.mask = *now_.mask;
+  }
+
+  /// Frame numbers start again: what was computed on earlier ones is dropped.
+  void reset() {
+    now_ = {};
+    result_.reset();
+    if (runner_) runner_->reset();
+  }
+
+  /// The first error of the file or the detector, once; "" without one.
+  std::string take_trouble() {
+    if (!runner_ || told_) return "";
+    const RunnerStatus status = runner_->status();
+    if (status.failed == 0 && !status.abandoned) return "";
+    told_ = true;
+    return status.last_error;
+  }
+
+ private:
+  struct Given {
+    std::optional<std::vector<Detection>> detections;
+    std::int64_t detections_frame_id = -1;
+    std::optional<MaskInput> mask;
+  };
+
+  std::unique_ptr<SemanticRunner> runner_;
+  Given now_, next_;
+  SemanticRunner::Result result_;
+  bool told_ = false;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/parameters.hpp>
+#include <string>
+#include <vector>
+
+namespace dynfilter {
+
+enum class HostSensor { Monocular, Stereo, RgbD };
+
+/// System::eSensor of both versions as a number: 0 one camera, 1 two, 2 RGB-D; 3 to 5 the same with inertia.
+inline HostSensor host_sensor(int sensor) {
+  const int kind = sensor >= 0 ? sensor % 3 : 0;
+  return kind == 0 ? HostSensor::Monocular : kind == 1 ? HostSensor::Stereo : HostSensor::RgbD;
+}
+
+/// How a verdict is handed to an ORB-SLAM host. In its settings file each has `DynFilter.` before it.
+/// What happens when the settings cannot be used (OrbSlam::start).
+enum class OnError {
+  Stop,  ///< the host gets no OrbSlam, and ends
+  Off    ///< the host runs as if nothing had been added
+};
+
+/// How a verdict is handed to an ORB-SLAM host, and where boxes and masks come from. In its settings file
+/// each has `DynFilter.` before it.
+struct OrbSlamParams {
+  bool enabled = true;
+  OnError on_error = OnError::Stop;
+  bool keep_first_frame = true;
+  int min_features_before_map = -1;
+  int min_features = 100;
+  int covisible_keyframes = 5;
+  std::vector<std::string> plugins;
+  std::string boxes, masks;
+  std::string detector;
+  std::string network_dir;
+  std::string detector_mode = "async";
+
+  static const FieldTable<OrbSlamParams>& fields() {
+    using P = OrbSlamParams;
+    static const FieldTable<P> table{
+        flag("enabled", &P::enabled, "false: the host runs as if nothing had been added"),
+        choice("on_error", &P::on_error, {{"stop", OnError::Stop}, {"off", OnError::Off}},
+               "when the settings cannot be used: end the host, or run it without rejection"),
+        flag("keep_first_frame", &P::keep_first_frame,
+             "true: keep all features of the first frame and of the first after a reset; false: reject what "
+             "is "
+             "on their boxes and masks"),
+        integer("min_features_before_map", &P::min_features_before_map, "features", {-1, 100000},
+                "kept at least until the map exists; -1: 550 with depth or two cameras, 250 with one"),
+        integer("min_features", &P::min_features, "features", {0, 100000},
+                "kept at least once the map exists"),
+        integer("covisible_keyframes", &P::covisible_keyframes, "keyframes", {0, 1000},
+                "that a new keyframe is compared with, at most"),
+        words("plugins", &P::plugins, "modules to load, with filters and detectors"),
+        text("boxes", &P::boxes, "file of boxes by timestamp"),
+        text("masks", &P::masks, "folder of masks: PNG files named by their timestamps"),
+        text("detector", &P::detector, "detector that makes boxes or masks: a preset or a YAML file"),
+        text("network_dir", &P::network_dir, "folder of the detector's network files"),
+        text("detector_mode", &P::detector_mode,
+             "async: beside the tracker; sync: the tracker waits; late:FRAMES, rate:HZ: experiments"),
+    };
+    return table;
+  }
+
+  int floor_before_map(HostSensor sensor) const {
+    if (min_features_before_map >= 0) return min_features_before_map;
+    return sensor == HostSensor::Monocular ? 250 : 550;
+  }
+};
+
+}  // namespace dynfilter
