@@ -185,8 +185,8 @@ TEST_CASE("combinators with parameters read them beside their stages") {  // x =
 }
 
 // DYNFILTER_UPDATE_DOCS=1 writes the tables instead.
-TEST_CASE("docs/pipelines.md has the combinators and their parameters") {
-  const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/pipelines.md";
+TEST_CASE("docs/reference/pipelines.md has the combinators and their parameters") {
+  const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/reference/pipelines.md";
   const std::string begin = "<!-- combinators -->\n", end = "<!-- end of combinators -->";
   std::stringstream text, wanted;
   text << std::ifstream(path).rdbuf();

@@ -262,9 +262,9 @@ TEST_CASE("images of no size or of another type are refused, the provider goes o
   CHECK(provider->infer(image)->detections->size() == 1);
 }
 
-TEST_CASE("the tables of docs/networks.md are those of the parameters") {
+TEST_CASE("the tables of docs/reference/detectors.md are those of the parameters") {
   using dynfilter_test::parameter_table;
-  dynfilter_test::check_parameter_tables("docs/networks.md",
+  dynfilter_test::check_parameter_tables("docs/reference/detectors.md",
                                          {{"dnn", parameter_table<DnnParams>()},
                                           {"files", parameter_table<FileProviderParams>()},
                                           {"box_masks", parameter_table<BoxMaskParams>()}});
