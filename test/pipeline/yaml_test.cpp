@@ -6,6 +6,7 @@
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"
+#include "support/parameter_tables.hpp"
 
 namespace yaml_test {
 
@@ -209,6 +210,15 @@ TEST_CASE("docs/reference/pipelines.md has the combinators and their parameters"
     std::ofstream(path) << page.replace(from + begin.size(), to - from - begin.size(), wanted.str());
   else
     CHECK(page.substr(from + begin.size(), to - from - begin.size()) == wanted.str());
+}
+
+TEST_CASE("docs/reference/pipelines.md has the keys of a pipeline") {
+  using dynfilter_test::parameter_table;
+  dynfilter_test::check_parameter_tables("docs/reference/pipelines.md",
+                                         {{"pipeline", parameter_table<PipelineParams>()},
+                                          {"floor", parameter_table<FloorParams>()},
+                                          {"correspondence", parameter_table<ContextParams>()},
+                                          {"initialisation", parameter_table<InitialisationParams>()}});
 }
 
 }  // namespace yaml_test
