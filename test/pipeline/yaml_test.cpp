@@ -218,6 +218,8 @@ TEST_CASE("docs/reference/pipelines.md has the keys of a pipeline") {
                                          {{"pipeline", parameter_table<PipelineParams>()},
                                           {"floor", parameter_table<FloorParams>()},
                                           {"correspondence", parameter_table<ContextParams>()},
+                                          {"flow", parameter_table<FlowParams>()},
+                                          {"descriptors", parameter_table<DescriptorMatchParams>()},
                                           {"initialisation", parameter_table<InitialisationParams>()}});
 }
 
