@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The tables of docs/mapping.md on rendered scenes:
+# The tables of docs/reference/map_results.md on rendered scenes:
 # downsampling, ghosts by pipeline, keyframes by selector.
 #   bash examples/mapping.sh FOLDER [DYNFILTER]     needs the built command; about a quarter of an hour
 # TABLES (thin ghosts keyframes), SCENES, PIPELINES and POSES (TRUE ESTIMATED) select others.
@@ -77,7 +77,7 @@ thin_ours() {  # LABEL CONFIG
   for leaf in 0.01 0.02 0.04; do
     build TRUE walking_xyz "ours-$leaf" --pipeline oracle --keyframes every:5 --map-leaf-m $leaf --map-config "$2" \
       --map-full "$maps/full.ply"
-    thin_row "ours, $1" "$leaf m" 5 map. map.cloud_bytes
+    thin_row "map, $1" "$leaf m" 5 map. map.cloud_bytes
   done
 }
 

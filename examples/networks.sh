@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The table of docs/networks.md: detectors and segmenters on a real sequence,
+# The table of docs/reference/results.md: detectors and segmenters on a real sequence,
 # and pipelines that use them.
 #   bash examples/networks.sh SEQUENCE NETWORKS [DYNFILTER]
 # SEQUENCE: tum_fr3_walking_halfsphere; NETWORKS: the folder with the files that examples/detectors/*.yaml name.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The tables of docs/results.md, on every rendered scene:
+# The tables of docs/reference/results.md, on every rendered scene:
 # the default pipeline with and without a detector, and every published preset.
 #   bash examples/results.sh FOLDER [DYNFILTER]     needs the built command; about half an hour
 # SCENES, SEEDS and PIPELINES select others.

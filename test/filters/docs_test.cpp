@@ -35,13 +35,13 @@ std::string read(const std::string& path) {
 }  // namespace
 
 // DYNFILTER_UPDATE_DOCS=1 writes the tables instead.
-TEST_CASE("every rejector has a card in docs/filters whose table is that of its parameters") {
+TEST_CASE("every rejector has a card in docs/reference/filters whose table is that of its parameters") {
   const Registry registry = builtin_filters();
-  const std::string index = read(std::string(DYNFILTER_SOURCE_DIR) + "/docs/filters/README.md");
+  const std::string index = read(std::string(DYNFILTER_SOURCE_DIR) + "/docs/reference/filters/README.md");
   for (const std::string& name : registry.names()) {
     CAPTURE(name);
     CHECK(index.find("[" + name + "](" + name + ".md)") != std::string::npos);
-    const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/filters/" + name + ".md";
+    const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/reference/filters/" + name + ".md";
     std::string card = read(path);
     const auto begin = card.find(kBegin), end = card.find(kEnd);
     REQUIRE(begin != std::string::npos);

@@ -6,8 +6,9 @@
 
 using namespace dynfilter;
 
-TEST_CASE("the tables of docs/keyframes.md are those of the parameters") {
+TEST_CASE("the tables of docs/reference/keyframes.md are those of the parameters") {
   dynfilter_test::check_parameter_tables(
-      "docs/keyframes.md", {{"pose_change", dynfilter_test::parameter_table<PoseChangeParams>()},
-                            {"vertex_cover", dynfilter_test::parameter_table<VertexCoverParams>()}});
+      "docs/reference/keyframes.md",
+      {{"pose_change", dynfilter_test::parameter_table<PoseChangeParams>()},
+       {"vertex_cover", dynfilter_test::parameter_table<VertexCoverParams>()}});
 }

@@ -583,7 +583,7 @@ TEST_CASE("a picture shows the nearer of two points, and the overview looks down
   CHECK(above.rotation[5] > 0.3);     // the optical axis points downwards
 }
 
-TEST_CASE("the table of docs/mapping.md is that of the parameters") {
-  dynfilter_test::check_parameter_tables("docs/mapping.md",
+TEST_CASE("the table of docs/reference/mapping.md is that of the parameters") {
+  dynfilter_test::check_parameter_tables("docs/reference/mapping.md",
                                          {{"mapping", dynfilter_test::parameter_table<MappingParams>()}});
 }

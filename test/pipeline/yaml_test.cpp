@@ -6,6 +6,7 @@
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"
+#include "support/parameter_tables.hpp"
 
 namespace yaml_test {
 
@@ -185,8 +186,8 @@ TEST_CASE("combinators with parameters read them beside their stages") {  // x =
 }
 
 // DYNFILTER_UPDATE_DOCS=1 writes the tables instead.
-TEST_CASE("docs/pipelines.md has the combinators and their parameters") {
-  const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/pipelines.md";
+TEST_CASE("docs/reference/pipelines.md has the combinators and their parameters") {
+  const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/reference/pipelines.md";
   const std::string begin = "<!-- combinators -->\n", end = "<!-- end of combinators -->";
   std::stringstream text, wanted;
   text << std::ifstream(path).rdbuf();
@@ -209,6 +210,17 @@ TEST_CASE("docs/pipelines.md has the combinators and their parameters") {
     std::ofstream(path) << page.replace(from + begin.size(), to - from - begin.size(), wanted.str());
   else
     CHECK(page.substr(from + begin.size(), to - from - begin.size()) == wanted.str());
+}
+
+TEST_CASE("docs/reference/pipelines.md has the keys of a pipeline") {
+  using dynfilter_test::parameter_table;
+  dynfilter_test::check_parameter_tables("docs/reference/pipelines.md",
+                                         {{"pipeline", parameter_table<PipelineParams>()},
+                                          {"floor", parameter_table<FloorParams>()},
+                                          {"correspondence", parameter_table<ContextParams>()},
+                                          {"flow", parameter_table<FlowParams>()},
+                                          {"descriptors", parameter_table<DescriptorMatchParams>()},
+                                          {"initialisation", parameter_table<InitialisationParams>()}});
 }
 
 }  // namespace yaml_test

@@ -3,6 +3,7 @@
 #include <dynfilter/semantic/dnn_provider.hpp>
 #include <dynfilter/semantic/file_provider.hpp>
 #include <dynfilter/semantic/process_provider.hpp>
+#include <dynfilter/semantic/runner.hpp>
 #include <sstream>
 
 #include "doctest/doctest.h"
@@ -262,12 +263,15 @@ TEST_CASE("images of no size or of another type are refused, the provider goes o
   CHECK(provider->infer(image)->detections->size() == 1);
 }
 
-TEST_CASE("the tables of docs/networks.md are those of the parameters") {
+TEST_CASE("the tables of docs/reference/detectors.md are those of the parameters") {
   using dynfilter_test::parameter_table;
-  dynfilter_test::check_parameter_tables("docs/networks.md",
+  dynfilter_test::check_parameter_tables("docs/reference/detectors.md",
                                          {{"dnn", parameter_table<DnnParams>()},
                                           {"files", parameter_table<FileProviderParams>()},
-                                          {"box_masks", parameter_table<BoxMaskParams>()}});
+                                          {"box_masks", parameter_table<BoxMaskParams>()},
+                                          {"runner", parameter_table<RunnerParams>()}});
+  dynfilter_test::check_parameter_tables("docs/reference/provider_process.md",
+                                         {{"process", parameter_table<ProcessProviderParams>()}});
 }
 
 TEST_CASE("every file of examples/detectors can be read, and asks for its network") {

@@ -194,12 +194,12 @@ TEST_CASE("a program that hangs is killed, and started again as often as allowed
         "/bin/sh: not started again after 1 restarts");
 }
 
-TEST_CASE("the example in Python of docs/semantics.md is a provider") {
+TEST_CASE("the example in Python of docs/reference/provider_process.md is a provider") {
   if (std::system("python3 -c '' 2> /dev/null") != 0) {
     MESSAGE("skipped: no python3");
     return;
   }
-  std::ifstream file(DYNFILTER_SOURCE_DIR "/docs/semantics.md");
+  std::ifstream file(DYNFILTER_SOURCE_DIR "/docs/reference/provider_process.md");
   std::stringstream text;
   text << file.rdbuf();
   const std::string begin = "```python\n", docs = text.str();

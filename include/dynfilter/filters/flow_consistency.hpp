@@ -55,7 +55,7 @@ struct FlowConsistencyParams {
 };
 
 /// Rejects features whose flow over several time gaps differs from that of the static scene.
-/// Needs no depth. docs/filters/flow_consistency.md has the derivation.
+/// Needs no depth. docs/reference/filters/flow_consistency.md has the derivation.
 ///
 /// Formula:  The camera's rotation and direction over a gap are estimated from flow,
 ///           as the motion that covers most of the image (geometry/background_motion.hpp).

@@ -17,7 +17,7 @@
 
 namespace dynfilter {
 
-/// Messages between a provider in another process and its host (docs/semantics.md).
+/// Messages between a provider in another process and its host (docs/reference/provider_process.md).
 /// Lines of text, then raw pixels. Version 1.
 namespace protocol {
 

@@ -33,7 +33,7 @@ struct ProcessProviderParams {
   }
 };
 
-/// A provider in a separate program, in any language (docs/semantics.md has the protocol).
+/// A provider in a separate program, in any language (docs/reference/provider_process.md has the protocol).
 /// Its threads, memory and crashes do not affect the tracker.
 /// A network there can use any number of threads.
 /// In the tracker's process, cv::setNumThreads would also affect the tracker.
