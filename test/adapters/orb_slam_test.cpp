@@ -676,7 +676,7 @@ namespace {
 /// Compares what stands between `begin` and the next end mark of the guide. With DYNFILTER_UPDATE_DOCS=1 it
 /// is written instead.
 void check_guide(const std::string& begin, const std::string& wanted) {
-  const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/orb-slam.md";
+  const std::string path = std::string(DYNFILTER_SOURCE_DIR) + "/docs/how-to/orb_slam.md";
   std::ifstream file(path);
   std::string guide((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   const auto at = guide.find(begin);

@@ -21,7 +21,7 @@
 
 namespace dynfilter {
 
-/// Judges and thins the frames of an ORB-SLAM2 or ORB-SLAM3 fork (docs/orb-slam.md). A member of the host's
+/// Judges and thins the frames of an ORB-SLAM2 or ORB-SLAM3 fork (docs/how-to/orb_slam.md). A member of the host's
 /// Tracking, called from its thread only; templates on the host's own types, told apart at compile time.
 ///
 /// Odd data never throws: images of a new size, no depth, an empty pose, no features, time that jumps back
