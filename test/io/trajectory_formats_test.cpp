@@ -82,7 +82,7 @@ TEST_CASE("trajectory formats: KITTI's poses with times, too few of them, and wh
   const auto euroc = file("short.csv", "1,2,3\n");
   CHECK(complaint(euroc, io::TrajectoryFormat::Euroc) ==
         euroc.string() + ":1: expected 'timestamp[ns],tx,ty,tz,qw,qx,qy,qz', found 3 fields");
-  CHECK(complaint(file("empty.txt", "# nothing\n")).find("holds no pose") != std::string::npos);
+  CHECK(complaint(file("empty.txt", "# nothing\n")).find("contains no pose") != std::string::npos);
 }
 
 TEST_CASE("trajectory formats: nanoseconds in a TUM file are told by their steps, not by their size") {

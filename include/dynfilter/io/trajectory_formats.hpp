@@ -120,7 +120,7 @@ inline TrajectoryFile read_trajectory(const std::filesystem::path& path,
                                       std::optional<TrajectoryFormat> format = std::nullopt,
                                       const std::vector<double>& times_s = {}) {
   const std::vector<TextLine> lines = read_text_lines(path);
-  if (lines.empty()) throw IoError(path.string() + ": holds no pose");
+  if (lines.empty()) throw IoError(path.string() + ": contains no pose");
   TrajectoryFile file;
   file.format = format.value_or(lines[0].fields.size() == 12       ? TrajectoryFormat::Kitti
                                 : detail::is_euroc(path, lines[0]) ? TrajectoryFormat::Euroc
@@ -135,7 +135,7 @@ inline TrajectoryFile read_trajectory(const std::filesystem::path& path,
     if (file.nanoseconds)
       for (StampedPose& pose : file.trajectory) pose.timestamp_s *= 1e-9;
   }
-  if (file.trajectory.empty()) throw IoError(path.string() + ": holds no pose");
+  if (file.trajectory.empty()) throw IoError(path.string() + ": contains no pose");
   return file;
 }
 
