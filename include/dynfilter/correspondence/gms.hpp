@@ -105,9 +105,9 @@ class GridMotionStatistics {
       for (int y = 0; y < cells; ++y)
         for (int x = 0; x < cells; ++x)
           for (int j = 0; j < 9; ++j) {
-            const int nx = x + j % 3 - 1, ny = y + j / 3 - 1;
+            const int nx = x + j % 3 - 1, ny = y + j / 3 - 1, cell = y * cells + x;
             if (nx >= 0 && ny >= 0 && nx < cells && ny < cells)
-              around[static_cast<std::size_t>(y * cells + x)] |= static_cast<std::uint16_t>(1U << j);
+              around[static_cast<std::size_t>(cell)] |= static_cast<std::uint16_t>(1U << j);
           }
       for (int j = 0; j < 9; ++j) offset[static_cast<std::size_t>(j)] = (j / 3 - 1) * cells + j % 3 - 1;
     }
