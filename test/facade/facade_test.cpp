@@ -314,7 +314,8 @@ TEST_CASE("the C interface: matches that lead nowhere are none, sizes that canno
   const cv::Mat image(exact.camera.height_px, exact.camera.width_px, CV_8UC1, cv::Scalar(1));
   const dynfilter_box box{10, 10, 50, 50, 0.9F, 0, -1, "person", image.data, 3};
   const auto error = [&](const auto& spoil) -> std::string {
-    CFrame c_frame(facade_frame(exact.view()));
+    const facade::Frame source = facade_frame(exact.view());  // the C frame points into it
+    CFrame c_frame(source);
     spoil(c_frame.frame);
     dynfilter_verdicts verdicts;
     const bool done = dynfilter_process(odd.get(), &c_frame.frame, DYNFILTER_BEFORE_POSE, &verdicts) == 0;
