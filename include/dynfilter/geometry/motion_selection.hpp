@@ -18,8 +18,8 @@ namespace dynfilter {
 ///   sum_k w_k (min_h L(e_hk^2 / s^2 + d_hk^2) + 2 log s) + sum_h price_h + (log(s / s0) / spread)^2 / 2 * n0
 /// with L(c) = (nu + 2) / 2 log(1 + c / nu), a Student t density in the image, cut off where a point is an
 /// outlier that may be anywhere within `kReach_px`; e the miss in the image [px]; d the miss in depth, in its
-/// own standard deviations. w_k counts neighbouring points once: the error of real matches is correlated over
-/// tens of pixels, so that a patch of the image is one independent witness, however many points it holds.
+/// own standard deviations. w_k is the share of an independent point that a point counts as: the errors of real
+/// matches are correlated over tens of pixels.
 /// A second motion therefore has to save more than its six parameters cost, and a noise that is larger than
 /// predicted is cheaper than many motions that each fit a part of it.
 ///

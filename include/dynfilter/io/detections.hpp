@@ -50,12 +50,6 @@ struct DetectionTrack {
 
 namespace detail {
 
-inline double detection_number(const TextLine& line, std::size_t field, const std::filesystem::path& path) {
-  const auto value = parse_number(line.fields[field]);
-  if (!value) throw IoError(at_line(path, line.number) + ": '" + line.fields[field] + "' is not a number");
-  return *value;
-}
-
 // Some class names contain blanks ("cell phone"), so numbers are counted from both ends.
 inline Detection parse_detection(const TextLine& line, const std::filesystem::path& path) {
   const std::size_t n = line.fields.size();
@@ -65,9 +59,9 @@ inline Detection parse_detection(const TextLine& line, const std::filesystem::pa
                   std::to_string(n) + " fields");
   }
   std::array<double, 5> tail{};  // score x1 y1 x2 y2
-  for (std::size_t i = 0; i < 5; ++i) tail[i] = detection_number(line, n - 5 + i, path);
+  for (std::size_t i = 0; i < 5; ++i) tail[i] = number_at(line, n - 5 + i, path);
   Detection d;
-  const double id = detection_number(line, 1, path);
+  const double id = number_at(line, 1, path);
   if (!(std::abs(id) < 1e9)) throw IoError(at_line(path, line.number) + ": the class id is not a number");
   d.class_id = static_cast<int>(id);
   for (std::size_t i = 2; i < n - 5; ++i) d.class_name += (i > 2 ? " " : "") + line.fields[i];
@@ -91,7 +85,7 @@ inline DetectionTrack read_detections(const std::filesystem::path& path) {
   std::map<double, std::vector<Detection>> by_time;
   DetectionTrack track;
   for (const TextLine& line : read_text_lines(path)) {
-    const double stamp_s = detail::detection_number(line, 0, path);
+    const double stamp_s = number_at(line, 0, path);
     if (!std::isfinite(stamp_s))
       throw IoError(at_line(path, line.number) + ": the timestamp is not a number");
     std::vector<Detection>& of_image = by_time[stamp_s];

@@ -80,12 +80,6 @@ inline void read_track_comments(const std::filesystem::path& path, PointTracks& 
   if (!found) throw IoError(path.string() + ": expected the header '# points P frames F width W height H'");
 }
 
-inline float track_coordinate(const std::filesystem::path& path, const TextLine& line, std::size_t field) {
-  const std::optional<double> value = parse_number(line.fields[field]);
-  if (!value) throw IoError(at_line(path, line.number) + ": '" + line.fields[field] + "' is not a number");
-  return static_cast<float>(*value);
-}
-
 }  // namespace detail
 
 /// Reads a track file. Comments contain the header `# points P frames F width W height H`.
@@ -109,8 +103,8 @@ inline PointTracks read_point_tracks(const std::filesystem::path& path) {
                     "' is not a whole number");
     tracks.label.push_back(*label);
     for (std::size_t f = 1; f < expected; f += 2)
-      tracks.px.emplace_back(detail::track_coordinate(path, line, f),
-                             detail::track_coordinate(path, line, f + 1));
+      tracks.px.emplace_back(static_cast<float>(number_at(line, f, path)),
+                             static_cast<float>(number_at(line, f + 1, path)));
   }
   return tracks;
 }

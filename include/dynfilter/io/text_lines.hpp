@@ -14,6 +14,7 @@ namespace dynfilter::io {
 struct TextLine {
   int number = 0;  ///< counted from 1
   std::vector<std::string> fields;
+  bool has_commas = false;
 };
 
 /// Reads the lines with data. Skips blank lines and `#` comments.
@@ -26,7 +27,7 @@ inline std::vector<TextLine> read_text_lines(const std::filesystem::path& path) 
   std::vector<TextLine> lines;
   std::string text;
   for (int number = 1; std::getline(in, text); ++number) {
-    TextLine line{number, {}};
+    TextLine line{number, {}, text.find(',') != std::string::npos};
     constexpr const char* kSeparators = " \t,\r";
     for (std::size_t begin = text.find_first_not_of(kSeparators); begin != std::string::npos;) {
       const std::size_t end = text.find_first_of(kSeparators, begin);
@@ -43,6 +44,13 @@ using dynfilter::parse_number;
 /// `path:line` for messages.
 inline std::string at_line(const std::filesystem::path& path, int line) {
   return path.string() + ":" + std::to_string(line);
+}
+
+/// The number in an existing field. Throws IoError with file and line if it is none.
+inline double number_at(const TextLine& line, std::size_t field, const std::filesystem::path& path) {
+  const auto value = parse_number(line.fields[field]);
+  if (!value) throw IoError(at_line(path, line.number) + ": '" + line.fields[field] + "' is not a number");
+  return *value;
 }
 
 }  // namespace dynfilter::io

@@ -31,11 +31,7 @@ inline TumNumbers tum_numbers(const TextLine& line, const std::filesystem::path&
                   std::to_string(line.fields.size()) + " fields");
   }
   TumNumbers numbers{};
-  for (std::size_t i = 0; i < 8; ++i) {
-    const auto value = parse_number(line.fields[i]);
-    if (!value) throw IoError(at_line(path, line.number) + ": '" + line.fields[i] + "' is not a number");
-    numbers[i] = *value;
-  }
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = number_at(line, i, path);
   return numbers;
 }
 

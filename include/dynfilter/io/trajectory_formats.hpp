@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/io/trajectory.hpp>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,26 +28,11 @@ struct TrajectoryFile {
 
 namespace detail {
 
-inline std::vector<double> numbers_of(const TextLine& line, std::size_t count,
-                                      const std::filesystem::path& path) {
-  std::vector<double> numbers;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto value = parse_number(line.fields[i]);
-    if (!value) throw IoError(at_line(path, line.number) + ": '" + line.fields[i] + "' is not a number");
-    numbers.push_back(*value);
-  }
-  return numbers;
-}
-
 /// The ground truth of EuRoC has 17 columns with commas between. TUM's files may have commas, too, but stamps
 /// of nanoseconds tell EuRoC's.
-inline bool is_euroc(const std::filesystem::path& path, const TextLine& first) {
-  std::ifstream in(path);
-  std::string line;
-  while (std::getline(in, line) && (line.empty() || line[0] == '#')) {
-  }
+inline bool is_euroc(const TextLine& first) {
   const bool nanoseconds = parse_number(first.fields[0]).value_or(0) > 1e14;
-  return line.find(',') != std::string::npos && (first.fields.size() > 10 || nanoseconds);
+  return first.has_commas && (first.fields.size() > 10 || nanoseconds);
 }
 
 /// ORB-SLAM3 writes TUM's fields in this order with EuRoC's stamps.
@@ -58,9 +42,7 @@ inline bool in_nanoseconds(const Trajectory& trajectory) {
   for (std::size_t i = 1; i < trajectory.size(); ++i)
     steps.push_back(trajectory[i].timestamp_s - trajectory[i - 1].timestamp_s);
   if (steps.empty()) return trajectory[0].timestamp_s > 1e17;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle >= kLeastStep;
+  return median_in_place(steps) >= kLeastStep;
 }
 
 inline Trajectory read_kitti(const std::filesystem::path& path, const std::vector<TextLine>& lines,
@@ -73,13 +55,13 @@ inline Trajectory read_kitti(const std::filesystem::path& path, const std::vecto
     if (lines[k].fields.size() != 12)
       throw IoError(at_line(path, lines[k].number) + ": expected the 12 numbers of a KITTI pose, found " +
                     std::to_string(lines[k].fields.size()) + " fields");
-    const std::vector<double> n = numbers_of(lines[k], 12, path);
+    const auto n = [&](std::size_t i) { return number_at(lines[k], i, path); };
     StampedPose pose;
     constexpr double kStep_s = 0.1;  // KITTI's 10 Hz
     pose.timestamp_s = times_s.empty() ? kStep_s * static_cast<double>(k) : times_s[k];
     for (std::size_t row = 0; row < 3; ++row) {
-      for (std::size_t c = 0; c < 3; ++c) pose.T_world_camera.rotation[3 * row + c] = n[4 * row + c];
-      pose.T_world_camera.translation_m[row] = n[4 * row + 3];
+      for (std::size_t c = 0; c < 3; ++c) pose.T_world_camera.rotation[3 * row + c] = n(4 * row + c);
+      pose.T_world_camera.translation_m[row] = n(4 * row + 3);
     }
     if (!is_rigid(pose.T_world_camera, 0.01))
       throw IoError(at_line(path, lines[k].number) + ": is not a rotation and a translation");
@@ -96,8 +78,8 @@ inline Trajectory read_euroc(const std::filesystem::path& path, const std::vecto
     if (line.fields.size() < 8)
       throw IoError(at_line(path, line.number) + ": expected 'timestamp[ns],tx,ty,tz,qw,qx,qy,qz', found " +
                     std::to_string(line.fields.size()) + " fields");
-    const std::vector<double> n = numbers_of(line, 8, path);
-    const TumNumbers tum{1e-9 * n[0], n[1], n[2], n[3], n[5], n[6], n[7], n[4]};
+    const auto n = [&](std::size_t i) { return number_at(line, i, path); };
+    const TumNumbers tum{1e-9 * n(0), n(1), n(2), n(3), n(5), n(6), n(7), n(4)};
     if (is_pose(tum)) trajectory.push_back(stamped_pose(tum));
   }
   return sorted_by_time(std::move(trajectory));
@@ -108,8 +90,8 @@ inline Trajectory read_euroc(const std::filesystem::path& path, const std::vecto
 /// A number per line, as KITTI's times.txt. Throws IoError.
 inline std::vector<double> read_times_s(const std::filesystem::path& path) {
   std::vector<double> times_s;
-  for (const TextLine& line : read_text_lines(path)) times_s.push_back(detail::numbers_of(line, 1, path)[0]);
-  if (times_s.empty()) throw IoError(path.string() + ": holds no time");
+  for (const TextLine& line : read_text_lines(path)) times_s.push_back(number_at(line, 0, path));
+  if (times_s.empty()) throw IoError(path.string() + ": contains no time");
   return times_s;
 }
 
@@ -122,9 +104,9 @@ inline TrajectoryFile read_trajectory(const std::filesystem::path& path,
   const std::vector<TextLine> lines = read_text_lines(path);
   if (lines.empty()) throw IoError(path.string() + ": contains no pose");
   TrajectoryFile file;
-  file.format = format.value_or(lines[0].fields.size() == 12       ? TrajectoryFormat::Kitti
-                                : detail::is_euroc(path, lines[0]) ? TrajectoryFormat::Euroc
-                                                                   : TrajectoryFormat::Tum);
+  file.format = format.value_or(lines[0].fields.size() == 12 ? TrajectoryFormat::Kitti
+                                : detail::is_euroc(lines[0]) ? TrajectoryFormat::Euroc
+                                                             : TrajectoryFormat::Tum);
   if (file.format == TrajectoryFormat::Kitti) {
     file.trajectory = detail::read_kitti(path, lines, times_s);
   } else if (file.format == TrajectoryFormat::Euroc) {
