@@ -2,12 +2,11 @@
 #include <dynfilter/adapters/masked_host.hpp>
 #include <dynfilter/adapters/orb_slam.hpp>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
-#include <random>
 #include <stdexcept>
 
 #include "adapters/host_stand_ins.hpp"
+#include "adapters/settings_folder.hpp"
 #include "doctest/doctest.h"
 
 // What a host is told at start and later, and where its boxes and masks come from.
@@ -19,31 +18,15 @@ namespace {
 using Frame = host::v2::Frame;
 using Lines = std::vector<std::string>;
 
-class Folder {
+class Folder : public dynfilter_test::SettingsFolder {
  public:
-  Folder()
-      : path_(std::filesystem::temp_directory_path() /
-              ("dynfilter_start_" + std::to_string(std::random_device()()))) {
-    std::filesystem::create_directories(path_ / "masks");
-  }
-  ~Folder() {
-    std::error_code error;
-    std::filesystem::remove_all(path_, error);
-  }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name) << text;
-    return (path_ / name).string();
-  }
+  Folder() { std::filesystem::create_directories(path() / "masks"); }
   std::string settings(const std::string& keys) const {
     return write("settings.yaml",
                  "%YAML:1.0\n---\nCamera.fx: 250.0\nCamera.fy: 250.0\nCamera.cx: 160.0\nCamera.cy: 120.0\n"
                  "DepthMapFactor: 1.0\n" +
                      keys);
   }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
 };
 
 constexpr int kWidth = 320, kHeight = 240;

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "adapters/host_stand_ins.hpp"
+#include "adapters/settings_folder.hpp"
 #include "doctest/doctest.h"
 
 using namespace dynfilter;
@@ -132,25 +133,7 @@ std::set<int> random_set(int n, double share, unsigned seed) {
   return chosen;
 }
 
-class Folder {
- public:
-  Folder()
-      : path_(std::filesystem::temp_directory_path() /
-              ("dynfilter_orb_" + std::to_string(std::random_device()()))) {
-    std::filesystem::create_directories(path_);
-  }
-  ~Folder() {
-    std::error_code error;
-    std::filesystem::remove_all(path_, error);
-  }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name) << text;
-    return (path_ / name).string();
-  }
-
- private:
-  std::filesystem::path path_;
-};
+using Folder = dynfilter_test::SettingsFolder;
 
 const char* const kHostKeys =
     "%YAML:1.0\n---\nCamera.fx: 500.0\nCamera.fy: 500.0\nCamera.cx: 320.0\nCamera.cy: 240.0\n"
