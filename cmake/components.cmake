@@ -46,14 +46,16 @@ if(NOT FLANN_FOUND AND DYNFILTER_BUILD_TESTS)
 endif()
 
 dynfilter_component(core OPENCV core LINK Eigen3::Eigen)
+target_compile_definitions(dynfilter_core INTERFACE DYNFILTER_HEADER_ONLY)  # INTERIM
 dynfilter_component(correspondence COMPONENTS core OPENCV imgproc video)
 dynfilter_component(geometry COMPONENTS core)
 # Only cluster/flann_neighbours.hpp needs FLANN, and no filter includes it: filters do without this component.
 if(FLANN_FOUND)
   dynfilter_component(cluster COMPONENTS core LINK FLANN::FLANN)
 endif()
-dynfilter_component(context COMPONENTS correspondence geometry)
-dynfilter_component(filters COMPONENTS context)
+dynfilter_component(late COMPONENTS correspondence geometry)
+dynfilter_component(evidence COMPONENTS late)
+dynfilter_component(filters COMPONENTS evidence)
 dynfilter_component(pipeline COMPONENTS filters)
 # Pipelines that come with dynfilter are found by their names.
 target_compile_definitions(dynfilter_pipeline INTERFACE
@@ -79,4 +81,4 @@ if(TARGET opencv_dnn)
 endif()
 dynfilter_component(mapping COMPONENTS geometry io OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(eval COMPONENTS io)
-dynfilter_component(synth COMPONENTS context io OPENCV imgproc)
+dynfilter_component(synth COMPONENTS evidence io OPENCV imgproc)

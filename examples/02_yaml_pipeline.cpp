@@ -6,7 +6,7 @@
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <exception>
 #include <filesystem>
 #include <opencv2/features2d.hpp>

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <string>
 #include <vector>
 
@@ -52,15 +52,16 @@ class MedianFlowFilter final : public dynfilter::Filter {
     return {dynfilter::Input::Correspondence, dynfilter::Input::None, 1};
   }
 
-  void apply(dynfilter::Context& context, dynfilter::Votes& votes) override {
-    const dynfilter::Match& match = context.match({});  // with the last frame
-    context.collect_seeds(match, false, seeds_);
+  void apply(const dynfilter::Evidence& evidence, dynfilter::Votes& votes) override {
+    const dynfilter::Match& match = evidence.match({});  // with the last frame
+    evidence.collect_seeds(match, false, seeds_);
     if (seeds_.size() < static_cast<std::size_t>(params_.min_matches))
-      return context.note("only " + std::to_string(seeds_.size()) + " correspondences");
-    const cv::Point2f usual(median(context, match, &cv::Point2f::x), median(context, match, &cv::Point2f::y));
-    for (std::size_t i = 0; i < context.size(); ++i) {
+      return votes.note("only " + std::to_string(seeds_.size()) + " correspondences");
+    const cv::Point2f usual(median(evidence, match, &cv::Point2f::x),
+                            median(evidence, match, &cv::Point2f::y));
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       if (!match.found(i)) continue;
-      const cv::Point2f off = flow(context, match, i) - usual;
+      const cv::Point2f off = flow(evidence, match, i) - usual;
       const double distance_px = std::hypot(off.x, off.y);
       votes.cast(i,
                  distance_px > params_.max_difference_px ? dynfilter::Vote::Dynamic : dynfilter::Vote::Static,
@@ -69,12 +70,14 @@ class MedianFlowFilter final : public dynfilter::Filter {
   }
 
  private:
-  static cv::Point2f flow(const dynfilter::Context& context, const dynfilter::Match& match, std::size_t i) {
-    return context.pixels()[i] - match.correspondences.reference_px[i];
+  static cv::Point2f flow(const const dynfilter::Evidence& evidence, const dynfilter::Match& match,
+                          std::size_t i) {
+    return evidence.pixels()[i] - match.correspondences.reference_px[i];
   }
-  float median(const dynfilter::Context& context, const dynfilter::Match& match, float cv::Point2f::*axis) {
+  float median(const const dynfilter::Evidence& evidence, const dynfilter::Match& match,
+               float cv::Point2f::*axis) {
     values_.clear();
-    for (const int i : seeds_) values_.push_back(flow(context, match, static_cast<std::size_t>(i)).*axis);
+    for (const int i : seeds_) values_.push_back(flow(evidence, match, static_cast<std::size_t>(i)).*axis);
     const auto middle = values_.begin() + static_cast<std::ptrdiff_t>(values_.size() / 2);
     std::nth_element(values_.begin(), middle, values_.end());
     return *middle;

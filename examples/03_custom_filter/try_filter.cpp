@@ -5,7 +5,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 

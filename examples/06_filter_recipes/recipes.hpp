@@ -9,10 +9,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <optional>
 #include <string>
@@ -20,8 +20,8 @@
 
 namespace recipes {
 
-using dynfilter::Context;
 using dynfilter::Filter;
+using dynfilter::FrameEvidence;
 using dynfilter::Input;
 using dynfilter::Match;
 using dynfilter::Needs;
@@ -54,9 +54,9 @@ class TooNear final : public Filter {
   std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Depth, Input::None, 0}; }
 
-  void apply(Context& context, Votes& votes) override {
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      const float depth_m = context.depths_m()[i];
+  void apply(const Evidence& evidence, Votes& votes) override {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      const float depth_m = evidence.depths_m()[i];
       if (std::isnan(depth_m)) continue;  // no depth: Unknown
       votes.cast(i, depth_m < params_.min_depth_m ? Vote::Dynamic : Vote::Static);
     }
@@ -73,10 +73,10 @@ class BoxSuspects final : public Filter {
   std::string name() const override { return "box_suspects"; }
   Needs needs() const override { return {Input::Detections, Input::None, 0}; }
 
-  void apply(Context& context, Votes& votes) override {
-    for (const dynfilter::Detection& d : context.frame().detections->detections)
-      for (std::size_t i = 0; i < context.size(); ++i)
-        if (d.class_name == "person" && d.box.contains(context.pixels()[i]))
+  void apply(const Evidence& evidence, Votes& votes) override {
+    for (const dynfilter::Detection& d : evidence.frame().detections->detections)
+      for (std::size_t i = 0; i < evidence.size(); ++i)
+        if (d.class_name == "person" && d.box.contains(evidence.pixels()[i]))
           votes.mark_prior(i);
   }
 };
@@ -88,14 +88,14 @@ class OffTheLine final : public Filter {
   std::string name() const override { return "off_the_line"; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, 1}; }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({});  // with the last frame
-    context.collect_seeds(match, false, seeds_);
-    const dynfilter::TwoViewModel& model = context.two_view(match, seeds_);
-    context.note(std::string("model: ") + to_string(model.kind));
-    for (std::size_t i = 0; i < context.size(); ++i) {
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({});  // with the last frame
+    evidence.collect_seeds(match, false, seeds_);
+    const dynfilter::TwoViewModel& model = evidence.two_view(match, seeds_);
+    votes.note(std::string("model: ") + to_string(model.kind));
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const double off_px = dynfilter::distance_px(
-          model, match.reference_undistorted_px[i], context.undistorted_pixels()[i]);
+          model, match.reference_undistorted_px[i], evidence.undistorted_pixels()[i]);
       if (std::isnan(off_px)) continue;  // no match, or no model
       votes.cast(i, off_px > kMaxPx ? Vote::Dynamic : Vote::Static,
                  suspicion(off_px, kMaxPx));
@@ -116,13 +116,13 @@ class OffTheMotion final : public Filter {
     return {Input::Correspondence | Input::Depth | Input::Camera, Input::Pose, 1};
   }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({});
-    context.collect_seeds(match, false, seeds_);
-    const dynfilter::RigidMotion& motion = context.rigid_motion(match, seeds_);
-    if (!motion.ok) return context.note(to_string(motion.note));
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      const cv::Point3f then = match.reference_points_m[i], now = context.points_m()[i];
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({});
+    evidence.collect_seeds(match, false, seeds_);
+    const dynfilter::RigidMotion& motion = evidence.rigid_motion(match, seeds_);
+    if (!motion.ok) return votes.note(to_string(motion.note));
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      const cv::Point3f then = match.reference_points_m[i], now = evidence.points_m()[i];
       const Eigen::Vector3d p(then.x, then.y, then.z);
       const Eigen::Vector3d moved = motion.T_current_reference.isometry() * p;
       const double off_m = (Eigen::Vector3d(now.x, now.y, now.z) - moved).norm();
@@ -148,12 +148,13 @@ class OffTheHostsPose final : public Filter {
             Input::None, 5};
   }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({false, 5});  // five frames back: slow movers show
-    const std::optional<dynfilter::Pose> T_now_then = context.host_motion(match);
-    if (!T_now_then) return context.note("the host gave no pose of that frame");
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      const cv::Point3f then = match.reference_points_m[i], now = context.points_m()[i];
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match =
+        evidence.match({false, 5});  // five frames back: slow movers show
+    const std::optional<dynfilter::Pose> T_now_then = evidence.host_motion(match);
+    if (!T_now_then) return votes.note("the host gave no pose of that frame");
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      const cv::Point3f then = match.reference_points_m[i], now = evidence.points_m()[i];
       const Eigen::Vector3d moved =
           T_now_then->isometry() * Eigen::Vector3d(then.x, then.y, then.z);
       const double off_m = (Eigen::Vector3d(now.x, now.y, now.z) - moved).norm();
@@ -177,10 +178,10 @@ class UnlikeMatches final : public Filter {
     return {Input::Correspondence | Input::Descriptors, Input::None, 1};
   }
 
-  void apply(Context& context, Votes& votes) override {
+  void apply(const Evidence& evidence, Votes& votes) override {
     const dynfilter::MatchedFeatures& matched =
-        context.matched_features(context.match({}));
-    for (std::size_t i = 0; i < context.size(); ++i) {
+        evidence.matched_features(evidence.match({}));
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const int bits = matched.distance_bits(i);
       if (bits < 0) continue;  // no match, or no descriptors
       votes.cast(i, bits > kMaxBits ? Vote::Dynamic : Vote::Static,
@@ -199,14 +200,14 @@ class SharedMatches final : public Filter {
   std::string name() const override { return "shared_matches"; }
   Needs needs() const override { return {Input::Correspondence, Input::None, 1}; }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({});
-    if (match.reference == nullptr) return context.note("no earlier frame");
-    const dynfilter::MatchedFeatures& matched = context.matched_features(match);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({});
+    if (match.reference == nullptr) return votes.note("no earlier frame");
+    const dynfilter::MatchedFeatures& matched = evidence.matched_features(match);
     users_.assign(match.reference->keypoints.size(), 0);
-    for (std::size_t i = 0; i < context.size(); ++i)
+    for (std::size_t i = 0; i < evidence.size(); ++i)
       if (matched.index(i) >= 0) ++users_[static_cast<std::size_t>(matched.index(i))];
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       if (matched.index(i) < 0) continue;
       const bool shared = users_[static_cast<std::size_t>(matched.index(i))] > 1;
       votes.cast(i, shared ? Vote::Dynamic : Vote::Static);
@@ -224,14 +225,14 @@ class AgainstTheKeyframe final : public Filter {
   std::string name() const override { return "against_the_keyframe"; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, 1}; }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({true, 1});  // with the last keyframe
-    if (match.reference == nullptr) return context.note("no keyframe yet");
-    context.collect_seeds(match, false, seeds_);
-    const dynfilter::TwoViewModel& model = context.two_view(match, seeds_);
-    for (std::size_t i = 0; i < context.size(); ++i) {
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({true, 1});  // with the last keyframe
+    if (match.reference == nullptr) return votes.note("no keyframe yet");
+    evidence.collect_seeds(match, false, seeds_);
+    const dynfilter::TwoViewModel& model = evidence.two_view(match, seeds_);
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const auto verdict = dynfilter::judge(model, match.reference_undistorted_px[i],
-                                            context.undistorted_pixels()[i], 2.0);
+                                            evidence.undistorted_pixels()[i], 2.0);
       if (verdict == dynfilter::TwoViewVerdict::Inconsistent)
         votes.cast(i, Vote::Dynamic);
       if (verdict == dynfilter::TwoViewVerdict::Consistent) votes.cast(i, Vote::Static);
@@ -249,17 +250,17 @@ class SpreadToNeighbours final : public Filter {
   std::string name() const override { return "spread_to_neighbours"; }
   Needs needs() const override { return {Input::None, Input::None, 0}; }
 
-  void apply(Context& context, Votes& votes) override {
-    grid_.build(dynfilter::Span<const cv::Point2f>(context.pixels()), kRadiusPx);
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!context.judged(i)) continue;  // an earlier stage rejected it
+  void apply(const Evidence& evidence, Votes& votes) override {
+    grid_.build(dynfilter::Span<const cv::Point2f>(evidence.pixels()), kRadiusPx);
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!evidence.judged(i)) continue;  // an earlier stage rejected it
       int all = 0, dynamic = 0;
-      grid_.around(context.pixels()[i], kRadiusPx, [&](std::int32_t j) {
+      grid_.around(evidence.pixels()[i], kRadiusPx, [&](std::int32_t j) {
         const auto k = static_cast<std::size_t>(j);
-        if (k == i || cv::norm(context.pixels()[k] - context.pixels()[i]) > kRadiusPx)
+        if (k == i || cv::norm(evidence.pixels()[k] - evidence.pixels()[i]) > kRadiusPx)
           return;
         ++all;
-        dynamic += context.called_dynamic(k) ? 1 : 0;
+        dynamic += evidence.called_dynamic(k) ? 1 : 0;
       });
       if (all >= 3 && 2 * dynamic > all) votes.cast(i, Vote::Dynamic);
     }
@@ -277,15 +278,15 @@ class RejectedBefore final : public Filter {
   std::string name() const override { return "rejected_before"; }
   Needs needs() const override { return {Input::Correspondence, Input::None, 1}; }
 
-  void apply(Context& context, Votes& votes) override {
+  void apply(const Evidence& evidence, Votes& votes) override {
     const dynfilter::MatchedFeatures& matched =
-        context.matched_features(context.match({}));
-    now_.assign(context.size(), 0);
-    for (std::size_t i = 0; i < context.size(); ++i) {
+        evidence.matched_features(evidence.match({}));
+    now_.assign(evidence.size(), 0);
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const std::int32_t j = matched.index(i);
       const bool known = j >= 0 && static_cast<std::size_t>(j) < memory_.size();
       const float before = known ? memory_[static_cast<std::size_t>(j)] : 0;
-      now_[i] = 0.8F * before + (context.called_dynamic(i) ? 0.2F : 0.0F);
+      now_[i] = 0.8F * before + (evidence.called_dynamic(i) ? 0.2F : 0.0F);
       if (now_[i] > 0.4F) votes.cast(i, Vote::Dynamic, now_[i]);
     }
     memory_.swap(now_);

@@ -2,7 +2,7 @@
 #include "command_registry.hpp"
 
 #include <dynfilter/filters/builtin.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/semantic/dnn_provider.hpp>
 #include <dynfilter/semantic/file_provider.hpp>

@@ -3,9 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/registry.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -29,11 +29,11 @@ class OracleFilter final : public Filter {
   std::string name() const override { return kName; }
   Needs needs() const override { return {}; }
 
-  void apply(Context& context, Votes& votes) override {
+  void apply(const Evidence& evidence, Votes& votes) override {
     const cv::Mat& labels = truth_->labels;
-    if (labels.empty()) return context.note("no labels");
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      const int x = cvRound(context.pixels()[i].x), y = cvRound(context.pixels()[i].y);
+    if (labels.empty()) return votes.note("no labels");
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      const int x = cvRound(evidence.pixels()[i].x), y = cvRound(evidence.pixels()[i].y);
       if (x < 0 || y < 0 || x >= labels.cols || y >= labels.rows) continue;
       votes.cast(i, labels.at<std::uint8_t>(y, x) > 0 ? Vote::Dynamic : Vote::Static);
     }

@@ -5,6 +5,6 @@
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
 #include <dynfilter/version.hpp>

@@ -7,7 +7,7 @@
 
 #include <cmath>
 #include <dynfilter/cluster/adaptive_dbscan.hpp>
-#include <dynfilter/cluster/dbscan.hpp>
+#include <dynfilter/cluster/density_clusters.hpp>
 #include <dynfilter/cluster/flann_neighbours.hpp>
 #include <map>
 

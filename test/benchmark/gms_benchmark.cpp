@@ -6,7 +6,7 @@
 #include <benchmark/benchmark.h>
 
 #include <cmath>
-#include <dynfilter/correspondence/gms.hpp>
+#include <dynfilter/correspondence/grid_motion_statistics.hpp>
 #include <random>
 
 #include "benchmark/ratio.hpp"

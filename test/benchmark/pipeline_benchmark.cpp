@@ -5,7 +5,7 @@
 #include <benchmark/benchmark.h>
 
 #include <dynfilter/filters/builtin.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene.hpp>
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/cluster/adaptive_dbscan.hpp>
-#include <dynfilter/cluster/dbscan.hpp>
+#include <dynfilter/cluster/density_clusters.hpp>
 #include <set>
 
 #include "cluster/point_sets.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <dynfilter/cluster/dbscan.hpp>
+#include <dynfilter/cluster/density_clusters.hpp>
 #include <dynfilter/cluster/flann_neighbours.hpp>
 #include <numeric>
 #include <set>

@@ -9,7 +9,7 @@
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <filesystem>
 #include <limits>

@@ -45,22 +45,22 @@ class Player {
 
   const Votes& show(ExactFrame frame, const Edit& edit = nullptr, const IsPrior& is_prior = nullptr) {
     if (edit) edit(frame);
-    context.begin(frame.view(), CallPoint::BeforePose);
+    evidence.begin(frame.view(), CallPoint::BeforePose);
     for (std::size_t i = 0; i < frame.size(); ++i)
-      if (is_prior && is_prior(frame, i)) context.mark_prior(i);
+      if (is_prior && is_prior(frame, i)) evidence.stages().mark_prior(i);
     votes.reset(frame.size());
-    if (without(filter.needs().required, context.inputs()) == Input::None) filter.apply(context, votes);
-    note = context.take_note();
-    context.finish(false);
+    if (without(filter.needs().required, evidence.inputs()) == Input::None) filter.apply(evidence, votes);
+    note = votes.notes();
+    evidence.end(false);
     return votes;
   }
   void reset() {
     filter.reset();
-    context.reset();
+    evidence.reset();
   }
 
   BackgroundMotionFilter filter;
-  Context context;
+  FrameEvidence evidence;
   Votes votes;
   std::string note;
 };

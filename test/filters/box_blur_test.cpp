@@ -25,8 +25,8 @@ Votes judge(const GridScene& scene, const cv::Mat& grey, const BoxBlurParams& pa
   FrameView frame = scene.view();
   frame.grey = grey;
   BoxBlurFilter filter(params);
-  Context context;
-  return votes_of(filter, context, frame);
+  FrameEvidence evidence;
+  return votes_of(filter, evidence, frame);
 }
 
 }  // namespace

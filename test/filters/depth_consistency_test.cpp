@@ -61,12 +61,11 @@ Votes second(const Room& before, const Room& now, DepthConsistencyParams params,
     if (now.depth.at<float>(place) < 2 || before.depth.at<float>(place) < 2) index[i] = -1;
   }
   DepthConsistencyFilter filter(params);
-  Context context;
-  votes_of(filter, context, before.view(0, index));
-  context.finish(false);
-  context.take_note();
-  Votes votes = votes_of(filter, context, now.view(1, index));
-  if (note != nullptr) *note = context.take_note();
+  FrameEvidence evidence;
+  votes_of(filter, evidence, before.view(0, index));
+  evidence.end(false);
+  Votes votes = votes_of(filter, evidence, now.view(1, index));
+  if (note != nullptr) *note = votes.notes();
   return votes;
 }
 
@@ -99,8 +98,8 @@ struct AtKeyframe {
     params.against = DepthReference::Covisible;
     params.max_deviation = max_deviation;
     DepthConsistencyFilter filter(params);
-    Context context;
-    return votes_of(filter, context, frame);
+    FrameEvidence evidence;
+    return votes_of(filter, evidence, frame);
   }
   Camera camera;
   std::vector<cv::KeyPoint> keypoints, keyframe_keypoints;
@@ -264,10 +263,10 @@ TEST_CASE(
   std::vector<std::int32_t> index = GridScene::same();
   for (int i = 0; i < 3; ++i) index[static_cast<std::size_t>(i)] = -1;
   DepthConsistencyFilter filter;
-  Context context;
-  votes_of(filter, context, before.view(0, index));
-  context.finish(false);
-  const Votes votes = votes_of(filter, context, odd.view(1, index));
+  FrameEvidence evidence;
+  votes_of(filter, evidence, before.view(0, index));
+  evidence.end(false);
+  const Votes votes = votes_of(filter, evidence, odd.view(1, index));
   CHECK(votes[1] == Vote::Unknown);
   CHECK(votes[2] == Vote::Unknown);
   CHECK(votes[now.grid.at(90, 20)] == Vote::Unknown);
@@ -276,10 +275,10 @@ TEST_CASE(
   std::reverse(odd.grid.keypoints.begin(), odd.grid.keypoints.end());
   std::reverse(index.begin(), index.end());
   filter.reset();
-  context.reset();
-  votes_of(filter, context, before.view(0, index));
-  context.finish(false);
-  const Votes turned = votes_of(filter, context, odd.view(1, index));
+  evidence.reset();
+  votes_of(filter, evidence, before.view(0, index));
+  evidence.end(false);
+  const Votes turned = votes_of(filter, evidence, odd.view(1, index));
   int different = 0;
   for (std::size_t i = 0; i < 81; ++i) different += turned[80 - i] != votes[i];
   CHECK(different == 0);

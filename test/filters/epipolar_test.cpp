@@ -70,16 +70,16 @@ TEST_CASE("without correspondences or enough seeds it abstains") {
 TEST_CASE("NaN keypoints abstain, whatever the model") {
   EpipolarFilter filter;
   const synth::ExactScene scene = synth::preset(Preset::General);
-  Context context;
+  FrameEvidence evidence;
   Votes votes;
   for (int k = 0; k < 2; ++k) {
     synth::ExactFrame frame = scene.frame(k);
     frame.keypoints_undistorted = frame.keypoints;
     frame.keypoints_undistorted[0].pt = {std::numeric_limits<float>::quiet_NaN(), 3};
-    context.begin(frame.view(), CallPoint::BeforePose);
+    evidence.begin(frame.view(), CallPoint::BeforePose);
     votes.reset(frame.size());
-    filter.apply(context, votes);
-    context.finish(false);
+    filter.apply(evidence, votes);
+    evidence.end(false);
   }
   CHECK(votes[0] == Vote::Unknown);
   CHECK(votes.count(Vote::Static) > 100);
@@ -89,21 +89,21 @@ TEST_CASE(
     "Algorithm 1: seeds outside of the suspects; all features when seeds are too few and suspects are "
     "there") {
   const synth::ExactScene scene = synth::preset(Preset::General);
-  Context context;
+  FrameEvidence evidence;
   Votes votes;
   EpipolarFilter filter;
   std::string note;
   const auto run = [&](const auto& is_suspect) {
-    context.reset();
+    evidence.reset();
     for (int k = 0; k < 2; ++k) {
       const synth::ExactFrame frame = scene.frame(k);
-      context.begin(frame.view(), CallPoint::BeforePose);
+      evidence.begin(frame.view(), CallPoint::BeforePose);
       for (std::size_t i = 0; i < frame.size(); ++i)
-        if (is_suspect(i)) context.mark_prior(i);
+        if (is_suspect(i)) evidence.stages().mark_prior(i);
       votes.reset(frame.size());
-      filter.apply(context, votes);
-      note = context.take_note();
-      context.finish(false);
+      filter.apply(evidence, votes);
+      note = votes.notes();
+      evidence.end(false);
     }
     return std::stoi(note.substr(note.find(" of ") + 4));
   };

@@ -54,7 +54,7 @@ class Road {
   /// Votes after 0.8 s, in the order of the points.
   Votes judge(const FlowConsistencyParams& params) const {
     FlowConsistencyFilter filter(params);
-    Context context;
+    FrameEvidence evidence;
     Votes votes;
     for (int k = 0; k <= 0.8 * rate_hz_ + 0.5; ++k) {
       std::vector<cv::KeyPoint> keypoints;
@@ -71,10 +71,10 @@ class Road {
       view.camera = Camera();
       view.camera->width_px = 1240, view.camera->height_px = 380;
       view.matches = HostMatches{k - 1, reference};
-      context.begin(view, CallPoint::BeforePose);
+      evidence.begin(view, CallPoint::BeforePose);
       votes.reset(keypoints.size());
-      filter.apply(context, votes);
-      context.finish(false);
+      filter.apply(evidence, votes);
+      evidence.end(false);
     }
     return votes;
   }
@@ -141,7 +141,7 @@ TEST_CASE("flow_consistency: gaps are times, not frames") {
 TEST_CASE("flow_consistency: slow movers are found over a long gap") {
   constexpr double kRate_hz = 20;
   FlowConsistencyFilter filter;
-  Context context;
+  FrameEvidence evidence;
   Votes votes;
   for (int k = 0; k < 40; ++k) {
     Rng rng(1), noise(static_cast<std::uint64_t>(k) + 2);
@@ -162,10 +162,10 @@ TEST_CASE("flow_consistency: slow movers are found over a long gap") {
     view.camera = Camera();
     view.camera->width_px = 640, view.camera->height_px = 480;
     view.matches = HostMatches{k - 1, reference};
-    context.begin(view, CallPoint::BeforePose);
+    evidence.begin(view, CallPoint::BeforePose);
     votes.reset(keypoints.size());
-    filter.apply(context, votes);
-    context.finish(false);
+    filter.apply(evidence, votes);
+    evidence.end(false);
   }
   int found = 0, lost = 0;
   for (std::size_t i = 0; i < votes.size(); ++i) (i < 40 ? found : lost) += votes[i] == Vote::Dynamic ? 1 : 0;
@@ -177,16 +177,16 @@ TEST_CASE("flow_consistency: slow movers are found over a long gap") {
 TEST_CASE("flow_consistency: young tracks are judged too") {
   const ExactScene scene = synth::preset(Preset::General).mono();
   FlowConsistencyFilter filter;
-  Context context;
+  FrameEvidence evidence;
   Votes votes;
   for (int k = 0; k < 8; ++k) {
     auto frame = scene.frame(k);
     for (std::size_t i = 0; i < frame.reference_index.size(); ++i)
       if (k < 7 && frame.point[i] % 3 == 0) frame.reference_index[i] = -1;
-    context.begin(frame.view(), CallPoint::BeforePose);
+    evidence.begin(frame.view(), CallPoint::BeforePose);
     votes.reset(frame.size());
-    filter.apply(context, votes);
-    context.finish(false);
+    filter.apply(evidence, votes);
+    evidence.end(false);
   }
   CHECK(votes.count(Vote::Unknown) <= votes.size() / 10);
 }
@@ -227,16 +227,16 @@ TEST_CASE("flow_consistency: odd keypoints are unknown and hurt nobody") {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kHuge = std::numeric_limits<float>::max();
   const ExactScene scene = synth::preset(Preset::General).mono();
   FlowConsistencyFilter filter;
-  Context context;
+  FrameEvidence evidence;
   Votes votes;
   for (int k = 0; k < 6; ++k) {
     auto frame = scene.frame(k);
     const cv::Point2f odd[] = {{kNan, 1}, {1, kNan}, {kHuge, kHuge}, {-kHuge, 0}, {640, 480}};
     for (std::size_t i = 0; i < 5; ++i) frame.keypoints[i].pt = odd[i];
-    context.begin(frame.view(), CallPoint::BeforePose);
+    evidence.begin(frame.view(), CallPoint::BeforePose);
     votes.reset(frame.size());
-    filter.apply(context, votes);
-    context.finish(false);
+    filter.apply(evidence, votes);
+    evidence.end(false);
   }
   for (std::size_t i = 0; i < 4; ++i) CHECK(votes[i] == Vote::Unknown);
   CHECK(votes.count(Vote::Static) > 200);
@@ -251,7 +251,7 @@ TEST_CASE("flow_consistency: all features in one place, on one line, on the edge
     CAPTURE(c.width);
     CAPTURE(c.kind);
     FlowConsistencyFilter filter;
-    Context context;
+    FrameEvidence evidence;
     Votes votes;
     for (int k = 0; k < 6; ++k) {
       Rng rng(1);
@@ -274,10 +274,10 @@ TEST_CASE("flow_consistency: all features in one place, on one line, on the edge
       view.camera = Camera();
       view.camera->width_px = c.width, view.camera->height_px = c.height;
       view.matches = HostMatches{k - 1, reference};
-      context.begin(view, CallPoint::BeforePose);
+      evidence.begin(view, CallPoint::BeforePose);
       votes.reset(keypoints.size());
-      filter.apply(context, votes);
-      context.finish(false);
+      filter.apply(evidence, votes);
+      evidence.end(false);
     }
     // Static points cut off by the edge remain.
     CHECK(votes.count(Vote::Dynamic) <= (c.kind == 2 ? 3U : 0U));
@@ -286,7 +286,7 @@ TEST_CASE("flow_consistency: all features in one place, on one line, on the edge
 
 TEST_CASE("feature tracks: chained by the host's index, or by the nearest feature of the last frame") {
   StoredFrame stored;
-  FeatureTracks tracks(4);
+  FeatureTracks tracks({4});
   Match match;
   const auto matched = [&](const cv::Point2f& px, int index) {
     match.reference = &stored;

@@ -53,14 +53,14 @@ struct TwoFrames {
 };
 
 Votes votes_of(Filter& filter, const TwoFrames& frames) {
-  Context context;
-  context.begin(frames.view(false), CallPoint::BeforePose);
-  context.finish(false);
+  FrameEvidence evidence;
+  evidence.begin(frames.view(false), CallPoint::BeforePose);
+  evidence.end(false);
   const FrameView now = frames.view(true);
-  context.begin(now, CallPoint::BeforePose);
+  evidence.begin(now, CallPoint::BeforePose);
   Votes votes;
   votes.reset(now.size());
-  if (without(filter.needs().required, context.inputs()) == Input::None) filter.apply(context, votes);
+  if (without(filter.needs().required, evidence.inputs()) == Input::None) filter.apply(evidence, votes);
   return votes;
 }
 
@@ -175,16 +175,16 @@ TEST_CASE("gms: of flow and of descriptors it makes as much") {
   // Two features swap their positions: both matches are then wrong.
   const auto a = frames.now.size() / 2, b = a + 1;
   std::swap(frames.now[a].pt, frames.now[b].pt);
-  Context context;
+  FrameEvidence evidence;
   FrameView then = frames.view(false), now = frames.view(true);
   now.matches.reset();
-  context.begin(then, CallPoint::BeforePose);
-  context.finish(false);
-  context.begin(now, CallPoint::BeforePose);
+  evidence.begin(then, CallPoint::BeforePose);
+  evidence.end(false);
+  evidence.begin(now, CallPoint::BeforePose);
   Votes votes;
   votes.reset(now.size());
   GmsFilter filter;
-  filter.apply(context, votes);
+  filter.apply(evidence, votes);
   CHECK(votes.count(Vote::Unknown) == 0);
   CHECK(votes.count(Vote::Dynamic) <= 2);
 }
@@ -275,19 +275,19 @@ struct Cloud {
     depth_m.push_back(p.z);
   }
   Votes votes(Filter& filter, std::int64_t id = 0) const {
-    Context context;
+    FrameEvidence evidence;
     FrameView frame;
     frame.id = id;
     frame.keypoints = keypoints;
     frame.depth_m = depth_m;
     frame.camera = camera;
-    context.begin(frame, CallPoint::BeforePose);
+    evidence.begin(frame, CallPoint::BeforePose);
     Votes votes;
     votes.reset(frame.size());
     for (const std::size_t i : dynamic) votes.cast(i, Vote::Dynamic);
-    context.learn(votes);
+    evidence.stages().learn(votes);
     votes.reset(frame.size());
-    filter.apply(context, votes);
+    filter.apply(evidence, votes);
     return votes;
   }
 };

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <utility>
 #include <vector>
 
@@ -42,12 +42,12 @@ struct GridScene {
 };
 
 /// Runs one filter on one frame like a pipeline.
-inline dynfilter::Votes votes_of(dynfilter::Filter& filter, dynfilter::Context& context,
+inline dynfilter::Votes votes_of(dynfilter::Filter& filter, const dynfilter::Evidence& evidence,
                                  const dynfilter::FrameView& frame) {
   dynfilter::Votes votes;
   votes.reset(frame.size());
-  context.begin(frame, dynfilter::CallPoint::BeforePose);
-  if (dynfilter::without(filter.needs().required, context.inputs()) == dynfilter::Input::None)
-    filter.apply(context, votes);
+  evidence.begin(frame, dynfilter::CallPoint::BeforePose);
+  if (dynfilter::without(filter.needs().required, evidence.inputs()) == dynfilter::Input::None)
+    filter.apply(evidence, votes);
   return votes;
 }

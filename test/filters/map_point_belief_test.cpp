@@ -21,19 +21,19 @@ struct Points {
     return frame;
   }
   Vote judge(std::int64_t id, bool masked = true) {
-    const Votes votes = votes_of(filter, context, view(id, masked));
-    context.finish(false);
+    const Votes votes = votes_of(filter, evidence, view(id, masked));
+    evidence.end(false);
     return votes[scene.at(50, 50)];
   }
   Points() {
     for (std::size_t i = 0; i < 81; ++i) ids[i] = static_cast<std::int64_t>(i);
-    context.set_history(20);
+    evidence.set_history(20);
   }
   GridScene scene;
   std::vector<std::int64_t> ids = std::vector<std::int64_t>(81);
   cv::Mat mask = cv::Mat(110, 110, CV_8UC1, cv::Scalar(255));
   MapPointBeliefFilter filter;
-  Context context;
+  FrameEvidence evidence;
 };
 
 }  // namespace
@@ -74,14 +74,14 @@ TEST_CASE("features without a map point are unknown, the mask's size and the ord
   points.mask = cv::Mat(11, 11, CV_8UC1, cv::Scalar(1));
   points.ids[points.scene.at(20, 20)] = -1;
   const FrameView frame = points.view(0, true);
-  const Votes votes = votes_of(points.filter, points.context, frame);
+  const Votes votes = votes_of(points.filter, points.evidence, frame);
   CHECK(votes.count(Vote::Dynamic) == 80);
   CHECK(votes[points.scene.at(20, 20)] == Vote::Unknown);
   for (const std::size_t n : {0U, 1U, 2U}) {
     Points few;
     few.scene.keypoints.resize(n);
     few.ids.resize(n);
-    CHECK(votes_of(few.filter, few.context, few.view(0, true)).count(Vote::Dynamic) == n);
+    CHECK(votes_of(few.filter, few.evidence, few.view(0, true)).count(Vote::Dynamic) == n);
   }
 }
 

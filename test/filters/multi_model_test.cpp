@@ -45,17 +45,17 @@ Pair two_motions() {
 
 Votes judged(const Pair& pair, const std::vector<std::int32_t>& reference) {
   MultiModelFilter filter;
-  Context context;
+  FrameEvidence evidence;
   Votes votes;
   for (const bool second : {false, true}) {
     FrameView view;
     view.id = second ? 1 : 0;
     view.keypoints = second ? pair.now : pair.then;
     if (second) view.matches = HostMatches{0, reference};
-    context.begin(view, CallPoint::BeforePose);
+    evidence.begin(view, CallPoint::BeforePose);
     votes.reset(view.size());
-    if (second) filter.apply(context, votes);
-    context.finish(false);
+    if (second) filter.apply(evidence, votes);
+    evidence.end(false);
   }
   return votes;
 }

@@ -12,17 +12,17 @@ using Scene = GridScene;
 
 namespace {
 
-Votes apply(const FrameView& frame, const SemanticBoxParams& params, Context& context) {
+Votes apply(const FrameView& frame, const SemanticBoxParams& params, FrameEvidence& evidence) {
   SemanticBoxFilter filter(params);
   Votes votes;
   votes.reset(frame.size());
-  context.begin(frame, CallPoint::BeforePose);
-  filter.apply(context, votes);
+  evidence.begin(frame, CallPoint::BeforePose);
+  filter.apply(evidence, votes);
   return votes;
 }
 Votes apply(const FrameView& frame, const SemanticBoxParams& params = {}) {
-  Context context;
-  return apply(frame, params, context);
+  FrameEvidence evidence;
+  return apply(frame, params, evidence);
 }
 SemanticBoxParams rejecting() {
   SemanticBoxParams params;
@@ -80,20 +80,20 @@ TEST_CASE("boxes of an older frame move with the features inside, or are dropped
   for (int i = 0; i < 81; ++i) index[static_cast<std::size_t>(i)] = i;
   index[now.at(20, 30)] = -1;  // one feature inside is not found: it moves with the others
 
-  Context context;
-  apply(before.view(0), rejecting(), context);
-  context.finish(false);
+  FrameEvidence evidence;
+  apply(before.view(0), rejecting(), evidence);
+  evidence.end(false);
   FrameView frame = now.view(1);
   frame.matches = HostMatches{0, index};
   frame.detections = DetectionInput{0, before.boxes};
-  const Votes votes = apply(frame, rejecting(), context);
+  const Votes votes = apply(frame, rejecting(), evidence);
   CHECK(votes.count(Vote::Dynamic) == 12);
   CHECK(votes[now.at(20, 30)] == Vote::Dynamic);
   CHECK(votes[now.at(60, 30)] == Vote::Unknown);
 
   SemanticBoxParams params = rejecting();
   params.max_age_frames = 0;
-  CHECK(apply(frame, params, context).count(Vote::Dynamic) == 0);
+  CHECK(apply(frame, params, evidence).count(Vote::Dynamic) == 0);
 }
 
 TEST_CASE("refine: depth keeps the wall behind a person") {

@@ -20,13 +20,13 @@ SemanticMaskParams rejecting(double dilate_px = 0) {
   params.dilate_px = dilate_px;
   return params;
 }
-Votes apply(const FrameView& frame, const SemanticMaskParams& params, Context& context) {
+Votes apply(const FrameView& frame, const SemanticMaskParams& params, FrameEvidence& evidence) {
   SemanticMaskFilter filter(params);
-  return votes_of(filter, context, frame);
+  return votes_of(filter, evidence, frame);
 }
 Votes apply(const FrameView& frame, const SemanticMaskParams& params) {
-  Context context;
-  return apply(frame, params, context);
+  FrameEvidence evidence;
+  return apply(frame, params, evidence);
 }
 /// 110 x 110 with `label` in a rectangle.
 cv::Mat mask_with(const cv::Rect& place, int label = 255) {
@@ -145,14 +145,14 @@ TEST_CASE("keypoints on the edge, beyond it, and nowhere read nothing out of bou
 
 TEST_CASE("masks of another type, empty ones and none at all leave everything unknown") {
   const GridScene scene;
-  Context context;
+  FrameEvidence evidence;
   const auto all_unknown = [&](const FrameView& frame, const SemanticMaskParams& params) {
-    return apply(frame, params, context).count(Vote::Unknown) == frame.size();
+    return apply(frame, params, evidence).count(Vote::Unknown) == frame.size();
   };
   SemanticMaskParams params = rejecting();
   params.off_mask = OffMask::Static;
   CHECK(all_unknown(with_mask(scene, cv::Mat(110, 110, CV_32FC1, cv::Scalar(1))), params));
-  CHECK(context.input_notes() == std::vector<std::string>{"mask cannot be used: wrong size or type"});
+  CHECK(evidence.input_notes() == std::vector<std::string>{"mask cannot be used: wrong size or type"});
   CHECK(all_unknown(with_mask(scene, cv::Mat(110, 110, CV_8UC3, cv::Scalar::all(1))), params));
   CHECK(all_unknown(with_mask(scene, cv::Mat()), params));
   FrameView frame = scene.view();
@@ -172,26 +172,27 @@ TEST_CASE("a late mask is held against where the features were, lost ones go wit
   std::vector<std::int32_t> index = GridScene::same();
   index[now.at(20, 30)] = -1;
   const cv::Mat mask = mask_with({20, 30, 31, 21});
-  Context context;
-  apply(with_mask(before, mask, 0), rejecting(), context);
-  context.finish(false);
+  FrameEvidence evidence;
+  apply(with_mask(before, mask, 0), rejecting(), evidence);
+  evidence.end(false);
   FrameView frame = with_mask(now, mask, 1);
   frame.matches = HostMatches{0, index};
   frame.mask->frame_id = 0;
-  const Votes votes = apply(frame, rejecting(), context);
+  const Votes votes = apply(frame, rejecting(), evidence);
   CHECK(votes.count(Vote::Dynamic) == 12);
   CHECK(votes[now.at(20, 30)] == Vote::Dynamic);
   CHECK(votes[now.at(60, 30)] == Vote::Unknown);
 
   SemanticMaskParams params = rejecting();
   params.max_age_frames = 0;
-  CHECK(apply(frame, params, context).count(Vote::Dynamic) == 0);
+  CHECK(apply(frame, params, evidence).count(Vote::Dynamic) == 0);
   frame.mask->frame_id = 7;  // in the future
-  CHECK(apply(frame, rejecting(), context).count(Vote::Dynamic) == 0);
+  CHECK(apply(frame, rejecting(), evidence).count(Vote::Dynamic) == 0);
   frame.mask->frame_id = 0;
-  context.reset();
-  CHECK(apply(frame, rejecting(), context).count(Vote::Dynamic) == 0);
-  CHECK(context.take_note() == "masks of frame 0, which is not kept");
+  evidence.reset();
+  const Votes forgotten = apply(frame, rejecting(), evidence);
+  CHECK(forgotten.count(Vote::Dynamic) == 0);
+  CHECK(forgotten.notes() == "masks of frame 0, which is not kept");
 }
 
 TEST_CASE("instance masks: classes, scores, and masks that are none") {

@@ -118,17 +118,17 @@ TEST_CASE("no depth, too far, no match, too few points: unknown") {
 TEST_CASE("zero, negative, NaN and infinite depths are none") {
   const synth::ExactScene scene = synth::ExactScene().points(100);
   TrajectoryConsistencyFilter filter;
-  Context context;
+  FrameEvidence evidence;
   Votes votes;
   constexpr float kOdd[] = {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN(),
                             std::numeric_limits<float>::infinity()};
   for (int k = 0; k < 2; ++k) {
     synth::ExactFrame frame = scene.frame(k);
     for (std::size_t i = 0; i < 4; ++i) frame.depth_m[i] = kOdd[i];
-    context.begin(frame.view(), CallPoint::BeforePose);
+    evidence.begin(frame.view(), CallPoint::BeforePose);
     votes.reset(frame.size());
-    filter.apply(context, votes);
-    context.finish(false);
+    filter.apply(evidence, votes);
+    evidence.end(false);
   }
   for (std::size_t i = 0; i < 4; ++i) CHECK(votes[i] == Vote::Unknown);
   CHECK(votes.count(Vote::Static) > 50);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <array>
 #include <dynfilter/filters/builtin.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <filesystem>
@@ -56,20 +56,20 @@ class Behind {
     view.id = id_++;
     view.keypoints = keypoints;
     if (view.id > 0) view.matches = HostMatches{view.id - 1, same};
-    context_.begin(view, CallPoint::BeforePose);
+    evidence_.begin(view, CallPoint::BeforePose);
     Votes earlier, votes;
     earlier.reset(features_), votes.reset(features_);
     for (const std::size_t i : dynamic) earlier.cast(i, Vote::Dynamic);
-    context_.learn(earlier);
-    filter_.apply(context_, votes);
-    context_.finish(false);
+    evidence_.stages().learn(earlier);
+    filter_.apply(evidence_, votes);
+    evidence_.end(false);
     return votes;
   }
 
  private:
   Filter& filter_;
   std::size_t features_;
-  Context context_;
+  FrameEvidence evidence_;
   std::int64_t id_ = 0;
 };
 
@@ -180,7 +180,7 @@ TEST_CASE("recipe 6: a match of unlike descriptors is rejected") {
 
 TEST_CASE("recipe 7: features that share a match are rejected") {
   recipes::SharedMatches filter;
-  Context context;
+  FrameEvidence evidence;
   const std::vector<cv::KeyPoint> keypoints{{10, 10, 31}, {50, 10, 31}, {90, 10, 31}, {130, 10, 31}};
   const std::vector<std::int32_t> matches{2, 0, 2, -1};
   Votes votes;
@@ -189,10 +189,10 @@ TEST_CASE("recipe 7: features that share a match are rejected") {
     view.id = id;
     view.keypoints = keypoints;
     if (id > 0) view.matches = HostMatches{0, matches};
-    context.begin(view, CallPoint::BeforePose);
+    evidence.begin(view, CallPoint::BeforePose);
     votes.reset(4);
-    filter.apply(context, votes);
-    context.finish(false);
+    filter.apply(evidence, votes);
+    evidence.end(false);
   }
   const Vote wanted[] = {Vote::Dynamic, Vote::Static, Vote::Dynamic, Vote::Unknown};
   for (std::size_t i = 0; i < 4; ++i) CHECK(votes[i] == wanted[i]);
@@ -201,19 +201,19 @@ TEST_CASE("recipe 7: features that share a match are rejected") {
 TEST_CASE("recipe 8: against the last keyframe, once there is one") {
   const synth::ExactScene scene = synth::preset(synth::Preset::General).pixel_noise(0.2).gap(6);
   recipes::AgainstTheKeyframe filter;
-  Context context;
-  context.set_history(1);
+  FrameEvidence evidence;
+  evidence.set_history(1);
   Votes votes;
   synth::ExactFrame frame;
   for (int k = 0; k <= 6; ++k) {
     frame = scene.frame(k);
     FrameView view = frame.view();
     if (k < 6) view.matches.reset();
-    context.begin(view, CallPoint::BeforePose);
+    evidence.begin(view, CallPoint::BeforePose);
     votes.reset(frame.size());
-    filter.apply(context, votes);
-    if (k == 0) CHECK(context.take_note() == "no keyframe yet");
-    context.finish(k == 0);  // the first frame is the keyframe
+    filter.apply(evidence, votes);
+    if (k == 0) CHECK(votes.notes() == "no keyframe yet");
+    evidence.end(k == 0);  // the first frame is the keyframe
   }
   const synth::Score score(votes, frame);
   CHECK(score.recall() > 0.9);

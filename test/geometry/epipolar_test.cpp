@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/geometry/epipolar.hpp>
+#include <dynfilter/geometry/epipolar_distance.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <opencv2/calib3d.hpp>
 

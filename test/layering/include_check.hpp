@@ -13,31 +13,30 @@
 namespace layering {
 
 /// What each folder of include/dynfilter may include besides itself. Data flows one way:
-/// core -> correspondence, geometry, cluster -> context -> filters -> pipeline
+/// core -> correspondence, geometry, cluster -> late -> evidence -> filters -> pipeline
 /// -> semantic, keyframe, mapping -> adapters.
 /// io, eval and synth are separate. Only semantic, mapping and adapters read and write files.
 inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
-  static const std::set<std::string> below_context{"core", "correspondence", "geometry", "cluster"};
-  static const std::set<std::string> below_filters{"core", "correspondence", "geometry", "cluster",
-                                                   "context"};
-  static const std::set<std::string> below_pipeline{"core",    "correspondence", "geometry",
-                                                    "cluster", "context",        "filters"};
+  using Folders = std::set<std::string>;
+  const auto and_also = [](Folders folders, const Folders& more) {
+    folders.insert(more.begin(), more.end());
+    return folders;
+  };
+  static const Folders measures{"core", "correspondence", "geometry", "cluster"};
+  static const Folders below_filters = and_also(measures, {"late", "evidence"});
+  static const Folders below_pipeline = and_also(below_filters, {"filters"});
   // Plugins also add providers: of semantic/, only headers that need no more than core/.
-  static const std::set<std::string> below_plugin{"core",    "correspondence", "geometry", "cluster",
-                                                  "context", "filters",        "semantic"};
-  static const std::set<std::string> all_below{"core",    "correspondence", "geometry", "cluster",
-                                               "context", "filters",        "pipeline"};
-  static const std::set<std::string> all_below_and_files{"core",    "correspondence", "geometry", "cluster",
-                                                         "context", "filters",        "pipeline", "io"};
-  static const std::set<std::string> below_adapters{"core",     "correspondence", "geometry", "cluster",
-                                                    "context",  "filters",        "pipeline", "io",
-                                                    "semantic", "plugin"};
+  static const Folders below_plugin = and_also(below_pipeline, {"semantic"});
+  static const Folders all_below = and_also(below_pipeline, {"pipeline"});
+  static const Folders all_below_and_files = and_also(all_below, {"io"});
+  static const Folders below_adapters = and_also(all_below_and_files, {"semantic", "plugin"});
   static const std::map<std::string, std::set<std::string>> table{
       {"core", {}},
       {"correspondence", {"core"}},
       {"geometry", {"core"}},
       {"cluster", {"core"}},
-      {"context", below_context},
+      {"late", {"core", "correspondence", "geometry"}},
+      {"evidence", and_also(measures, {"late"})},
       {"filters", below_filters},
       {"pipeline", below_pipeline},
       {"plugin", below_plugin},
@@ -48,8 +47,8 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
       {"facade", {}},  // C++11 and C: not even core/
       {"io", {"core"}},
       {"eval", {"core", "io"}},
-      {"synth", {"core", "correspondence", "geometry", "context", "io"}},
-      {"", {"core", "correspondence", "geometry", "cluster", "context", "filters", "pipeline", "plugin"}},
+      {"synth", {"core", "correspondence", "geometry", "evidence", "io"}},
+      {"", and_also(all_below, {"plugin"})},
   };
   return table;
 }

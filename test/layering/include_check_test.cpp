@@ -49,7 +49,7 @@ TEST_CASE("an include that points back is found, one that follows the flow is no
   CHECK(complaints("core/x.hpp", "#include <dynfilter/filters/y.hpp>\n") == 1);
   CHECK(complaints("core/x.hpp", "  #  include \"dynfilter/pipeline/y.hpp\"\n") == 1);
   CHECK(complaints("geometry/x.hpp", "#include <dynfilter/correspondence/y.hpp>\n") == 1);
-  CHECK(complaints("context/x.hpp", "#include <dynfilter/filters/y.hpp>\n") == 1);
+  CHECK(complaints("evidence/x.hpp", "#include <dynfilter/filters/y.hpp>\n") == 1);
   CHECK(complaints("filters/x.hpp", "#include <dynfilter/io/tum.hpp>\n#include <dynfilter/synth/s.hpp>\n") ==
         2);
   CHECK(complaints("core/x.hpp", "// #include <dynfilter/filters/y.hpp>\n") == 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/filters/builtin.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <odometry/odometry.hpp>
 #include <pipeline_judge.hpp>
 

@@ -24,10 +24,10 @@ Verdict judge(StagePtr root, std::size_t n = 9) {
 }
 
 StagePtr watch(std::vector<std::string>& log, const std::string& vote = "") {
-  return stage(std::make_unique<Scripted>("watch", [&log, vote](Context& context, Votes& votes) {
+  return stage(std::make_unique<Scripted>("watch", [&log, vote](const Evidence& evidence, Votes& votes) {
     std::string seen;
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      seen += !context.judged(i) ? '-' : context.prior(i) ? 'P' : context.seed(i) ? 's' : 'x';
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      seen += !evidence.judged(i) ? '-' : evidence.prior(i) ? 'P' : evidence.seed(i) ? 's' : 'x';
       if (i < vote.size() && vote[i] == 'D') votes.cast(i, Vote::Dynamic);
       if (i < vote.size() && vote[i] == 'S') votes.cast(i, Vote::Static);
     }
@@ -125,7 +125,8 @@ TEST_CASE("reasons name the leaves that said dynamic, and only where the verdict
 TEST_CASE("a member without its inputs takes no part in any, is passed over in a sequence, blocks all") {
   const auto blind = [] {
     return stage(std::make_unique<Scripted>(
-        "blind", [](Context&, Votes& v) { v.cast(0, Vote::Dynamic); }, Needs{Input::Depth, Input::None, 0}));
+        "blind", [](const Evidence&, Votes& v) { v.cast(0, Vote::Dynamic); },
+        Needs{Input::Depth, Input::None, 0}));
   };
   const Verdict in_any = judge(any(blind(), stage(says("a", "SUD"))), 3);
   CHECK(letters_of(in_any) == "SUD");
@@ -142,7 +143,7 @@ TEST_CASE("a member without its inputs takes no part in any, is passed over in a
 
 TEST_CASE("a stage that throws is named and reported, and the frame goes on") {
   const auto thrower = [] {
-    return stage(std::make_unique<Scripted>("thrower", [](Context&, Votes& votes) {
+    return stage(std::make_unique<Scripted>("thrower", [](const Evidence&, Votes& votes) {
       votes.cast(0, Vote::Dynamic);
       throw std::runtime_error("out of luck");
     }));
@@ -156,10 +157,10 @@ TEST_CASE("a stage that throws is named and reported, and the frame goes on") {
 }
 
 TEST_CASE("a filter that changes the number of votes is reported as failed") {
-  const Verdict verdict =
-      judge(sequence(stage(std::make_unique<Scripted>("resizer", [](Context&, Votes& v) { v.reset(1); })),
-                     stage(says("a", "SUD"))),
-            3);
+  const Verdict verdict = judge(
+      sequence(stage(std::make_unique<Scripted>("resizer", [](const Evidence&, Votes& v) { v.reset(1); })),
+               stage(says("a", "SUD"))),
+      3);
   CHECK(letters_of(verdict) == "SUD");
   CHECK(verdict.report.stages[1].failed);
 }
@@ -190,7 +191,7 @@ struct Story {
     PipelineConfig result;
     result.floor.min_features = 0;
     result.before_pose =
-        temporal(params, stage(std::make_unique<Scripted>("told", [this](Context&, Votes& votes) {
+        temporal(params, stage(std::make_unique<Scripted>("told", [this](const Evidence&, Votes& votes) {
                    for (std::size_t i = 0; i < letters.size(); ++i) {
                      if (letters[i] == 'S') votes.cast(i, Vote::Static);
                      if (letters[i] == 'D') votes.cast(i, Vote::Dynamic);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/registry.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,12 +15,12 @@ using namespace dynfilter;
 /// A filter that runs a given function.
 class Scripted final : public Filter {
  public:
-  using Apply = std::function<void(Context&, Votes&)>;
+  using Apply = std::function<void(const Evidence&, Votes&)>;
   Scripted(std::string name, Apply apply, Needs needs = {})
       : name_(std::move(name)), apply_(std::move(apply)), needs_(needs) {}
   std::string name() const override { return name_; }
   Needs needs() const override { return needs_; }
-  void apply(Context& context, Votes& votes) override { apply_(context, votes); }
+  void apply(const Evidence& evidence, Votes& votes) override { apply_(evidence, votes); }
 
  private:
   std::string name_;
@@ -30,7 +30,7 @@ class Scripted final : public Filter {
 
 /// Casts one letter per feature: S, D, U, and P for a prior suspect.
 inline std::unique_ptr<Filter> says(const std::string& name, const std::string& letters) {
-  return std::make_unique<Scripted>(name, [letters](Context&, Votes& votes) {
+  return std::make_unique<Scripted>(name, [letters](const Evidence&, Votes& votes) {
     for (std::size_t i = 0; i < letters.size(); ++i) {
       if (letters[i] == 'S') votes.cast(i, Vote::Static);
       if (letters[i] == 'D') votes.cast(i, Vote::Dynamic);

@@ -34,7 +34,7 @@ TEST_CASE("the least suspicious come back first, as unknown, and just enough of 
   FloorParams params = nothing();
   params.min_features = 2;
   Verdict verdict = all_dynamic({0.9F, 0.6F, 1.0F, 0.7F});
-  Floor(params).apply(Features(4).view(), verdict);
+  Floor(params).apply(Features(4).view(), 0, verdict);
   CHECK(letters_of(verdict) == "DUDU");
   CHECK(verdict.report.restored == 2);
   CHECK(verdict.restored == std::vector<std::uint8_t>{0, 1, 0, 1});
@@ -46,7 +46,7 @@ TEST_CASE("the floor does nothing where enough is kept") {
   params.min_features = 1;
   Verdict verdict = all_dynamic({0.9F, 0.6F});
   verdict.decision[0] = Vote::Unknown;
-  Floor(params).apply(Features(2).view(), verdict);
+  Floor(params).apply(Features(2).view(), 0, verdict);
   CHECK(letters_of(verdict) == "UD");
   CHECK(verdict.report.notes.empty());
 }
@@ -55,11 +55,11 @@ TEST_CASE("a share is rounded up, and more than there is cannot be restored") {
   FloorParams params = nothing();
   params.min_share = 0.3;
   Verdict verdict = all_dynamic({0.9F, 0.6F, 0.8F, 0.7F});  // 0.3 * 4 = 1.2
-  Floor(params).apply(Features(4).view(), verdict);
+  Floor(params).apply(Features(4).view(), 0, verdict);
   CHECK(verdict.kept() == 2);
   params.min_features = 100;
   verdict = all_dynamic({0.9F, 0.6F});
-  Floor(params).apply(Features(2).view(), verdict);
+  Floor(params).apply(Features(2).view(), 0, verdict);
   CHECK(verdict.kept() == 2);
 }
 
@@ -68,7 +68,7 @@ TEST_CASE("restore_all brings everything back once the floor is reached") {
   params.min_features = 1;
   params.restore_all = true;
   Verdict verdict = all_dynamic({0.9F, 0.6F, 0.8F});
-  Floor(params).apply(Features(3).view(), verdict);
+  Floor(params).apply(Features(3).view(), 0, verdict);
   CHECK(verdict.kept() == 3);
 }
 
@@ -80,7 +80,7 @@ TEST_CASE("coverage: each grid cell that holds features gets its least suspiciou
   FrameView frame = features.view();
   frame.grey = cv::Mat::zeros(40, 40, CV_8UC1);
   Verdict verdict = all_dynamic({0.9F, 0.6F, 0.7F, 0.8F});
-  Floor(params).apply(frame, verdict);
+  Floor(params).apply(frame, 0, verdict);
   CHECK(letters_of(verdict) == "DUUD");
 }
 
@@ -89,7 +89,7 @@ TEST_CASE("no features, NaN positions and features outside of the image are no t
   params.min_features = 5;
   params.min_grid_coverage = 1;
   Verdict none = all_dynamic({});
-  Floor(params).apply(Features(0).view(), none);
+  Floor(params).apply(Features(0).view(), 0, none);
   CHECK(none.size() == 0);
   Features odd(3);
   odd.keypoints[0].pt = {std::nanf(""), -5};
@@ -97,7 +97,7 @@ TEST_CASE("no features, NaN positions and features outside of the image are no t
   FrameView frame = odd.view();
   frame.grey = cv::Mat::zeros(40, 40, CV_8UC1);
   Verdict verdict = all_dynamic({0.9F, 0.6F, 0.7F});
-  Floor(params).apply(frame, verdict);
+  Floor(params).apply(frame, 0, verdict);
   CHECK(verdict.kept() == 3);
 }
 

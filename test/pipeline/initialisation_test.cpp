@@ -2,7 +2,7 @@
 #include <cmath>
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/compose.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <memory>
 
@@ -21,8 +21,8 @@ Pipeline scripted(std::vector<std::string> script, const InitialisationParams& p
   config.initialisation = params;
   config.floor.min_features = floor;
   config.before_pose =
-      stage(std::make_unique<fakes::Scripted>("scripted", [script](Context& context, Votes& votes) {
-        const auto k = std::min(static_cast<std::size_t>(context.frame().id), script.size() - 1);
+      stage(std::make_unique<fakes::Scripted>("scripted", [script](const Evidence& evidence, Votes& votes) {
+        const auto k = std::min(static_cast<std::size_t>(evidence.frame().id), script.size() - 1);
         for (std::size_t i = 0; i < script[k].size(); ++i) {
           if (script[k][i] == 'S') votes.cast(i, Vote::Static);
           if (script[k][i] == 'D') votes.cast(i, Vote::Dynamic);

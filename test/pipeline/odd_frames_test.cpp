@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/filters/builtin.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <filesystem>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -145,18 +145,18 @@ TEST_CASE("filters see places within a million pixels, or NaN and not to be judg
                                             {static_cast<float>(kInf), 5, 1},
                                             {5, static_cast<float>(kNan), 1},
                                             {-3, 999999, 1}};
-  Context context;
-  context.begin(with_places(keypoints), CallPoint::BeforePose);
+  FrameEvidence evidence;
+  evidence.begin(with_places(keypoints), CallPoint::BeforePose);
   for (std::size_t i = 0; i < 5; ++i) {
     const bool there = i == 0 || i == 4;
-    CHECK(context.judged(i) == there);
-    CHECK(context.seed(i) == there);
-    CHECK(std::isnan(context.pixels()[i].x) != there);
-    CHECK(std::isnan(context.frame().keypoints[i].pt.y) != there);
+    CHECK(evidence.judged(i) == there);
+    CHECK(evidence.seed(i) == there);
+    CHECK(std::isnan(evidence.pixels()[i].x) != there);
+    CHECK(std::isnan(evidence.frame().keypoints[i].pt.y) != there);
   }
-  CHECK(context.input_notes() == std::vector<std::string>{"3 keypoints are in no image: not judged"});
+  CHECK(evidence.input_notes() == std::vector<std::string>{"3 keypoints are in no image: not judged"});
   CHECK(keypoints[1].pt.x == 1e30F);  // the host's own arrays do not change
-  context.finish(false);
+  evidence.end(false);
 }
 
 TEST_CASE("boxes are clipped, those that are none are left out, sound ones are not even copied") {
@@ -170,21 +170,21 @@ TEST_CASE("boxes are clipped, those that are none are left out, sound ones are n
                                      {{10, 10, 20, 30}, 5, "person", nan, -1, {}}};
   FrameView frame;
   frame.detections = DetectionInput{-1, boxes};
-  Context context;
-  context.begin(frame, CallPoint::BeforePose);
-  const Span<const Detection> seen = context.frame().detections->detections;
+  FrameEvidence evidence;
+  evidence.begin(frame, CallPoint::BeforePose);
+  const Span<const Detection> seen = evidence.frame().detections->detections;
   REQUIRE(seen.size() == 3);
   CHECK(seen[0].box == cv::Rect2f(10, 10, 20, 30));
   CHECK(seen[0].mask.empty());
   CHECK(seen[1].box.tl() == cv::Point2f(-10, 10));
   CHECK(seen[1].box.contains({5000, 20}));
   CHECK(seen[2].box.contains({0, 0}));
-  CHECK(context.input_notes() == std::vector<std::string>{"3 of 6 boxes cannot be used"});
+  CHECK(evidence.input_notes() == std::vector<std::string>{"3 of 6 boxes cannot be used"});
   const std::vector<Detection> sound(1, Detection{{10, 10, 20, 30}, 0, "person", 0.9F, -1, {}});
   frame.detections = DetectionInput{-1, sound};
-  context.begin(frame, CallPoint::BeforePose);
-  CHECK(context.frame().detections->detections.data() == sound.data());
-  CHECK(context.input_notes().empty());
+  evidence.begin(frame, CallPoint::BeforePose);
+  CHECK(evidence.frame().detections->detections.data() == sound.data());
+  CHECK(evidence.input_notes().empty());
 }
 
 TEST_CASE("cameras and units of depth that are none are left out") {
@@ -195,9 +195,9 @@ TEST_CASE("cameras and units of depth that are none are left out") {
     frame.camera->fx_px = fx, frame.camera->fy_px = 500;
     frame.camera->distortion[0] = k1, frame.camera->width_px = width;
     frame.depth = depth, frame.depth_unit_m = unit;
-    Context context;
-    context.begin(frame, CallPoint::BeforePose);
-    return context.inputs() & (Input::Camera | Input::Depth);
+    FrameEvidence evidence;
+    evidence.begin(frame, CallPoint::BeforePose);
+    return evidence.inputs() & (Input::Camera | Input::Depth);
   };
   CHECK(inputs(500, 0.1, 640, 1e-3) == (Input::Camera | Input::Depth));
   for (const double fx : {0.0, -500.0, 1e-300, 1e300, kInf, kNan})
@@ -211,15 +211,15 @@ TEST_CASE("a camera of which only the image's size is known keeps it, without a 
   FrameView frame;
   frame.camera.emplace();
   frame.camera->width_px = 640, frame.camera->height_px = 480;
-  Context context;
-  context.begin(frame, CallPoint::BeforePose);
-  REQUIRE(context.frame().camera.has_value());
-  CHECK(context.frame().camera->width_px == 640);
-  CHECK(context.inputs() == Input::None);
-  CHECK(context.input_notes().empty());
+  FrameEvidence evidence;
+  evidence.begin(frame, CallPoint::BeforePose);
+  REQUIRE(evidence.frame().camera.has_value());
+  CHECK(evidence.frame().camera->width_px == 640);
+  CHECK(evidence.inputs() == Input::None);
+  CHECK(evidence.input_notes().empty());
   frame.camera->distortion[0] = 0.1;
-  context.begin(frame, CallPoint::BeforePose);
-  CHECK_FALSE(context.frame().camera.has_value());
+  evidence.begin(frame, CallPoint::BeforePose);
+  CHECK_FALSE(evidence.frame().camera.has_value());
 }
 
 }  // namespace odd_frames_test

@@ -21,10 +21,10 @@ PipelineConfig config_with(StagePtr before) {
   return config;
 }
 
-/// Records how many earlier frames the context keeps.
+/// Records how many earlier frames are kept.
 StagePtr count_history(std::vector<std::size_t>& log, int frames = 3) {
   return stage(std::make_unique<Scripted>(
-      "count", [&log](Context& context, Votes&) { log.push_back(context.history().size() - 1); },
+      "count", [&log](const Evidence& evidence, Votes&) { log.push_back(evidence.history().size() - 1); },
       Needs{Input::None, Input::None, frames}));
 }
 
@@ -32,7 +32,7 @@ StagePtr count_history(std::vector<std::size_t>& log, int frames = 3) {
 StagePtr semantic(const std::string& letters) {
   return stage(std::make_unique<Scripted>(
       "boxes",
-      [letters](Context&, Votes& votes) {
+      [letters](const Evidence&, Votes& votes) {
         for (std::size_t i = 0; i < letters.size(); ++i) {
           if (letters[i] == 'P') votes.mark_prior(i);
           if (letters[i] == 'D') votes.cast(i, Vote::Dynamic);
@@ -44,8 +44,8 @@ StagePtr semantic(const std::string& letters) {
 StagePtr with_history(const std::string& letters) {
   return stage(std::make_unique<Scripted>(
       "moves",
-      [letters](Context& context, Votes& votes) {
-        if (context.match({}).reference == nullptr) return;
+      [letters](const Evidence& evidence, Votes& votes) {
+        if (evidence.match({}).reference == nullptr) return;
         for (std::size_t i = 0; i < letters.size(); ++i)
           votes.cast(i, letters[i] == 'D' ? Vote::Dynamic : Vote::Static);
       },
@@ -137,8 +137,8 @@ TEST_CASE("reset and a time jump forget the earlier frames; a filter that learns
 
 TEST_CASE("arrays of another length and images of another size or type are left out, with a note") {
   Input seen = Input::None;
-  Pipeline pipeline(config_with(
-      stage(std::make_unique<Scripted>("look", [&](Context& context, Votes&) { seen = context.inputs(); }))));
+  Pipeline pipeline(config_with(stage(std::make_unique<Scripted>(
+      "look", [&](const Evidence& evidence, Votes&) { seen = evidence.inputs(); }))));
   const Features features(3);
   FrameView frame = features.view();
   const std::vector<float> two_depths{1, 2};
@@ -159,7 +159,8 @@ TEST_CASE("arrays of another length and images of another size or type are left 
 TEST_CASE("frames of changing size and without features are judged like any other") {
   std::vector<std::size_t> log;
   PipelineConfig config = config_with(stage(std::make_unique<Scripted>(
-      "flow", [&](Context& context, Votes&) { log.push_back(context.match({}).correspondences.count()); },
+      "flow",
+      [&](const Evidence& evidence, Votes&) { log.push_back(evidence.match({}).correspondences.count()); },
       Needs{Input::Correspondence, Input::None, 1})));
   Pipeline pipeline(std::move(config));
   const std::size_t counts[] = {3, 0, 5, 2};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One hand-made case for each rule of each published preset.
 #include <dynfilter/filters/builtin.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/random.hpp>
 #include <limits>

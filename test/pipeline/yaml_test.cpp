@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cstdlib>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <fstream>
 #include <sstream>
 
@@ -32,10 +32,10 @@ class Limit final : public Filter {
   explicit Limit(Params params = Params()) : params_(params) {}
   std::string name() const override { return kName; }
   Needs needs() const override { return {}; }
-  void apply(Context& context, Votes& votes) override {
-    for (std::size_t i = 0; i < context.size(); ++i)
+  void apply(const Evidence& evidence, Votes& votes) override {
+    for (std::size_t i = 0; i < evidence.size(); ++i)
       votes.cast(
-          i, static_cast<double>(context.pixels()[i].x) > params_.limit_px ? Vote::Dynamic : Vote::Static);
+          i, static_cast<double>(evidence.pixels()[i].x) > params_.limit_px ? Vote::Dynamic : Vote::Static);
   }
 
  private:
@@ -98,8 +98,8 @@ TEST_CASE("a pipeline is a map among others, as in a settings file of ORB-SLAM")
       "  before_pose: []\n  at_keyframe:\n    - limit\n");
   CHECK(config.name == "mine");
   CHECK(config.params.max_time_gap_s == 3.0);
-  CHECK(config.context.source == CorrespondenceSource::Flow);
-  CHECK(config.context.flow.window_px == 15);
+  CHECK(config.correspondence.source == CorrespondenceSource::Flow);
+  CHECK(config.correspondence.flow.window_px == 15);
   CHECK(config.floor.min_share == 0.2);
   CHECK(config.before_pose == nullptr);
   CHECK(config.after_pose == nullptr);
@@ -217,7 +217,7 @@ TEST_CASE("docs/reference/pipelines.md has the keys of a pipeline") {
   dynfilter_test::check_parameter_tables("docs/reference/pipelines.md",
                                          {{"pipeline", parameter_table<PipelineParams>()},
                                           {"floor", parameter_table<FloorParams>()},
-                                          {"correspondence", parameter_table<ContextParams>()},
+                                          {"correspondence", parameter_table<CorrespondenceParams>()},
                                           {"flow", parameter_table<FlowParams>()},
                                           {"descriptors", parameter_table<DescriptorMatchParams>()},
                                           {"initialisation", parameter_table<InitialisationParams>()}});

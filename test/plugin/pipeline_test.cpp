@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 

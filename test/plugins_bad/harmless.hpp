@@ -24,7 +24,7 @@ class Harmless : public dynfilter::Filter {
   explicit Harmless(const Params& params) : params_(params) {}
   std::string name() const override { return kName; }
   dynfilter::Needs needs() const override { return {}; }
-  void apply(dynfilter::Context& /*context*/, dynfilter::Votes& /*votes*/) override {}
+  void apply(const dynfilter::Evidence& /*evidence*/, dynfilter::Votes& /*votes*/) override {}
 
  private:
   Params params_;

@@ -9,7 +9,7 @@ class Throwing : public bad::Harmless {
   static constexpr const char* kName = "throws_in_apply";
   using Harmless::Harmless;
   std::string name() const override { return kName; }
-  void apply(dynfilter::Context& /*context*/, dynfilter::Votes& votes) override {
+  void apply(const dynfilter::Evidence& /*evidence*/, dynfilter::Votes& votes) override {
     if (votes.size() > 0) votes.cast(0, dynfilter::Vote::Dynamic);
     throw std::runtime_error("the sensor melted");
   }

@@ -21,12 +21,12 @@ class PictureMotion : public Filter {
  public:
   std::string name() const override { return "picture_motion"; }
   Needs needs() const override { return {Input::Correspondence, Input::None, history_frames}; }
-  void apply(Context& context, Votes& votes) override {
-    frames.push_back(context.frame().id);
-    const Match& match = context.match({false, 1});
+  void apply(const Evidence& evidence, Votes& votes) override {
+    frames.push_back(evidence.frame().id);
+    const Match& match = evidence.match({false, 1});
     for (std::size_t i = 0; i < votes.size(); ++i) {
       if (!match.found(i)) continue;
-      const cv::Point2f moved = context.pixels()[i] - match.correspondences.reference_px[i];
+      const cv::Point2f moved = evidence.pixels()[i] - match.correspondences.reference_px[i];
       votes.cast(i, std::hypot(moved.x, moved.y) > 0.5F ? Vote::Dynamic : Vote::Static);
     }
   }

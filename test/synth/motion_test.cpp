@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/synth/camera_motion.hpp>
+#include <dynfilter/synth/camera_path.hpp>
 #include <dynfilter/synth/motion.hpp>
 
 #include "doctest/doctest.h"

@@ -9,6 +9,7 @@
 #include <dynfilter/adapters/orb_slam/settings.hpp>
 #include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
@@ -101,7 +102,7 @@ class MaskedHost {
   static constexpr int kMaxCorners = 1000;
 
   void watch() {
-    watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected);
+    watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected + verdict_.report.restored);
     const std::string missing = watch_.take_warning(), trouble = semantics_.take_trouble();
     if (!missing.empty()) warning_ = "dynfilter: warning: " + missing;
     if (!trouble.empty()) warning_ = "dynfilter: warning: the detector failed: " + trouble;
@@ -131,9 +132,9 @@ class MaskedHost {
     if (camera_.valid()) view.camera = camera_;
     semantics_.begin({view.id, timestamp_s, image.channels() == 4 ? grey_ : image, depth, depth_unit_m_});
     semantics_.add_to(view);
-    verdict_ = pipeline_.before_pose(view);
+    const bool keep_all = first_frame_ && params_.keep_first_frame;
+    verdict_ = pipeline_.before_pose(view, {keep_all ? std::numeric_limits<int>::max() : 0});
     watch();
-    if (first_frame_ && params_.keep_first_frame) verdict_.decision.assign(verdict_.size(), Vote::Unknown);
     first_frame_ = false;
   }
 

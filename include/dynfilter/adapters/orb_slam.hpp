@@ -62,10 +62,7 @@ class OrbSlam {
         pipeline_file_(std::move(settings.pipeline_file)),
         semantics_(std::move(settings.semantics)),
         pipeline_(configured_pipeline(settings)),
-        watch_(pipeline_),
-        running_floor_(floor_of(params_.min_features)),
-        floor_before_map_(floor_of(params_.floor_before_map(sensor))),
-        first_frame_floor_(floor_of(std::numeric_limits<int>::max())) {
+        watch_(pipeline_) {
     check_parameters(params_, "DynFilter");
   }
 
@@ -109,9 +106,7 @@ class OrbSlam {
   template <class Frame>
   const Verdict& after_pose(Frame& frame) {
     if (!params_.enabled) return nothing_judged();
-    judge(view_of_known(frame), CallPoint::AfterPose);
-    running_floor_.apply(view_, verdict_);
-    finish();
+    judge(view_of_known(frame), CallPoint::AfterPose, params_.min_features);
     orb_slam::compact_frame(frame, verdict_);
     return verdict_;
   }
@@ -127,9 +122,7 @@ class OrbSlam {
     FrameView view = view_of_known(frame);
     if (!orb_slam::is_fisheye(frame))
       view.covisible_keyframes = keyframe_reader_.read(keyframes, params_.covisible_keyframes);
-    judge(view, CallPoint::AtKeyframe);
-    running_floor_.apply(view_, verdict_);
-    finish();
+    judge(view, CallPoint::AtKeyframe, params_.min_features);
     for (std::size_t i = 0; i < verdict_.size() && i < frame.mvpMapPoints.size(); ++i)
       if (!verdict_.keep(i) && frame.mvpMapPoints[i] != nullptr) moved.push_back(frame.mvpMapPoints[i]);
     orb_slam::compact_frame(frame, verdict_);
@@ -193,10 +186,11 @@ class OrbSlam {
     return given | semantic_inputs(params_);
   }
 
-  static FloorParams floor_of(int min_features) {
-    FloorParams params;
-    params.min_features = min_features;
-    return params;
+  /// Features that the host's tracker needs, more while it has no map.
+  int min_features(bool map_exists) const {
+    if (map_exists) return params_.min_features;
+    return first_frame_ && params_.keep_first_frame ? std::numeric_limits<int>::max()
+                                                    : params_.floor_before_map(sensor_);
   }
 
   template <class Frame>
@@ -217,13 +211,8 @@ class OrbSlam {
       view.T_world_camera = pose.predicted_T_world_camera, view.pose_provenance = PoseProvenance::Predicted;
     ask_detector(view);
     semantics_.add_to(view);
-    judge(view, CallPoint::BeforePose);
-    Floor& floor = map_exists                                 ? running_floor_
-                   : first_frame_ && params_.keep_first_frame ? first_frame_floor_
-                                                              : floor_before_map_;
-    floor.apply(view_, verdict_);
+    judge(view, CallPoint::BeforePose, min_features(map_exists));
     first_frame_ = false;
-    finish();
     return true;
   }
 
@@ -259,16 +248,11 @@ class OrbSlam {
     return view;
   }
 
-  void judge(const FrameView& view, CallPoint point) {
-    view_ = view;
+  void judge(const FrameView& view, CallPoint point, int min_features) {
     keypoints_.assign(view.keypoints.begin(), view.keypoints.end());
-    verdict_ = pipeline_.process(view, point);
-    watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected);
+    verdict_ = pipeline_.process(view, point, {min_features});
+    watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected + verdict_.report.restored);
     warn(watch_.take_warning());
-  }
-  void finish() {
-    verdict_.report.rejected = verdict_.size() - verdict_.kept();
-    view_ = FrameView();  // the host's memory is not looked at after the call
   }
   const Verdict& nothing_judged() {
     verdict_ = Verdict();
@@ -283,10 +267,8 @@ class OrbSlam {
   HostSemantics semantics_;
   Pipeline pipeline_;
   InputWatch watch_;
-  Floor running_floor_, floor_before_map_, first_frame_floor_;
   orb_slam::FrameReader reader_;
   orb_slam::KeyframeReader keyframe_reader_;
-  FrameView view_;
   Verdict verdict_;
   std::vector<cv::KeyPoint> keypoints_;
   cv::Mat grey_, depth_;  ///< the host's, for the later call points of the same frame

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/cluster/clusters.hpp>
-#include <dynfilter/cluster/dbscan.hpp>
+#include <dynfilter/cluster/density_clusters.hpp>
 #include <dynfilter/core/span.hpp>
 #include <memory>
 #include <opencv2/core.hpp>

@@ -7,7 +7,7 @@
 
 namespace dynfilter {
 
-class Context;
+class Evidence;
 
 /// Base of rejectors and combinators.
 /// A filter has no global state. Use one object per camera stream, from one thread at a time.
@@ -24,7 +24,7 @@ class Filter {
   /// Casts votes for the features of the current frame.
   /// `votes` has one entry per feature, all Unknown on entry.
   /// Leave a feature Unknown if it cannot be judged. Unusual data must not throw.
-  virtual void apply(Context& context, Votes& votes) = 0;
+  virtual void apply(const Evidence& evidence, Votes& votes) = 0;
 
   /// Clears the state from earlier frames.
   /// Called on loss of tracking, after relocalisation and when time jumps.

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/span.hpp>
+#include <string>
 #include <vector>
 
 namespace dynfilter {
@@ -31,6 +32,7 @@ class Votes {
     vote_.assign(n, Vote::Unknown);
     score_.assign(n, kNoIdea);
     prior_.assign(n, 0);
+    note_.clear();
   }
   void cast(std::size_t i, Vote vote, float score) {
     vote_[i] = vote;
@@ -40,6 +42,9 @@ class Votes {
     cast(i, vote, vote == Vote::Dynamic ? 1.0F : vote == Vote::Static ? 0.0F : kNoIdea);
   }
   void mark_prior(std::size_t i) { prior_[i] = 1; }
+  /// Text for the stage's report, e.g. which model was used or why the filter abstained.
+  void note(const std::string& text) { note_ += (note_.empty() ? "" : "; ") + text; }
+  const std::string& notes() const { return note_; }
   /// Marks the prior suspects of `other`, which has the same number of features.
   void add_priors(const Votes& other) {
     for (std::size_t i = 0; i < prior_.size(); ++i) prior_[i] |= other.prior_[i];
@@ -71,6 +76,7 @@ class Votes {
   std::vector<Vote> vote_;
   std::vector<float> score_;
   std::vector<std::uint8_t> prior_;
+  std::string note_;
 };
 
 /// Suspicion of a measured distance with respect to its limit:

@@ -10,34 +10,12 @@
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
+#include <dynfilter/correspondence/descriptor_match_params.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <vector>
 
 namespace dynfilter {
-
-struct DescriptorMatchParams {
-  double search_radius_px = 50;
-  int max_octave_difference = 1;
-  int max_distance_bits = 64;
-  double max_ratio = 0.9;
-  bool mutual = true;
-
-  static const FieldTable<DescriptorMatchParams>& fields() {
-    using P = DescriptorMatchParams;
-    static const FieldTable<P> table{
-        real("search_radius_px", &P::search_radius_px, "px", {0.5, 10000},
-             "radius around the expected position that is searched"),
-        integer("max_octave_difference", &P::max_octave_difference, "", {0, 100},
-                "largest octave difference of the two features"),
-        integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536},
-                "largest Hamming distance of a match"),
-        real("max_ratio", &P::max_ratio, "", {0, 1}, "largest ratio of the best to the second-best distance"),
-        flag("mutual", &P::mutual, "accept only matches that are the best in both directions"),
-    };
-    return table;
-  }
-};
 
 namespace detail {
 

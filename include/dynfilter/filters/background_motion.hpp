@@ -5,17 +5,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/context/context.hpp>
-#include <dynfilter/context/feature_tracks.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/filters/neighbour_field.hpp>
 #include <dynfilter/geometry/moving_odds.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_background.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
+#include <dynfilter/geometry/undistort.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -91,7 +92,6 @@ class BackgroundMotionFilter final : public Filter {
   }
   void reset() override {
     trail_.clear();
-    tracks_.reset();
     belief_.clear();
     mobility_.clear();
     moved_.clear();
@@ -102,22 +102,22 @@ class BackgroundMotionFilter final : public Filter {
     track_ratio_ = kFirstTrackRatio;
   }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({});
-    tracks_.follow(context.frame().id, match, context.pixels(), context.undistorted_pixels(),
-                   context.depths_m());
-    keep_time(context.frame().timestamp_s);
-    recall(context, match);
-    judge(context, match, votes);
-    remember_mobility(context);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({});
+    tracks_ = &evidence.tracks(kTracks);
+    keep_time(evidence.frame().timestamp_s);
+    recall(evidence, match);
+    judge(evidence, match, votes);
+    remember_mobility(evidence);
   }
 
  private:
-  static constexpr std::size_t kMaxFrames = 12;                ///< that a track goes back, at most ...
-  static constexpr double kWindow_s = 0.2;                     ///< ... and in time
-  static constexpr double kUnknownStep_s = 1.0 / 30;           ///< where stamps do not increase
-  static constexpr float kLeastOdds = -3, kMostOdds = 6;       ///< of one frame [nats]
-  static constexpr float kLeastBelief = -4, kMostBelief = 10;  ///< [nats]
+  static constexpr std::size_t kMaxFrames = 12;  ///< that a track goes back, at most ...
+  static constexpr TrackOptions kTracks{static_cast<int>(kMaxFrames), 3.0, true};
+  static constexpr double kWindow_s = 0.2;                              ///< ... and in time
+  static constexpr double kUnknownStep_s = 1.0 / 30;                    ///< where stamps do not increase
+  static constexpr float kLeastOdds = -3, kMostOdds = 6;                ///< of one frame [nats]
+  static constexpr float kLeastBelief = -4, kMostBelief = 10;           ///< [nats]
   static constexpr double kFirstStepRatio = 1.5, kFirstTrackRatio = 3;  ///< before any was measured
   static constexpr double kLeastRatio = 1.0, kMostStepRatio = 4, kMostTrackRatio = 8;
   static constexpr double kRatioSlack = 1.5;  ///< a frame may exceed what is usual by this factor
@@ -138,25 +138,25 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr int kMinSeeds = 30;
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
 
-  void judge(Context& context, const Match& match, Votes& votes) {
-    if (match.reference == nullptr) return context.note("no earlier frame");
-    if (!follow_background(context, match)) return;
-    measure_misses(context, match);
-    measure_noise(context);
-    weigh_misses(context);
-    add_neighbours(context);
+  void judge(const Evidence& evidence, const Match& match, Votes& votes) {
+    if (match.reference == nullptr) return votes.note("no earlier frame");
+    if (!follow_background(evidence, match, votes)) return;
+    measure_misses(evidence, match);
+    measure_noise(evidence);
+    weigh_misses(evidence);
+    add_neighbours(evidence);
     set_certainty();
-    find_cores(context);
-    if (estimator_.confidence() < kLeastConfidence) return abstain(context, votes);
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (context.judged(i)) cast(context, i, votes);
+    find_cores(evidence);
+    if (estimator_.confidence() < kLeastConfidence) return abstain(evidence, votes);
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (evidence.judged(i)) cast(evidence, i, votes);
   }
 
   /// Nothing is rejected against a background that is probably a mover.
-  void abstain(Context& context, Votes& votes) const {
-    context.note("background uncertain");
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (context.judged(i)) votes.cast(i, Vote::Unknown, score(i));
+  void abstain(const Evidence& evidence, Votes& votes) const {
+    votes.note("background uncertain");
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (evidence.judged(i)) votes.cast(i, Vote::Unknown, score(i));
   }
   float score(std::size_t i) const { return 1 / (1 + std::exp(-belief_[i] / 2)); }
 
@@ -171,18 +171,18 @@ class BackgroundMotionFilter final : public Filter {
   }
 
   // ---- what is known from earlier frames
-  void recall(Context& context, const Match& match) {
+  void recall(const Evidence& evidence, const Match& match) {
     std::swap(last_belief_, belief_);
     std::swap(last_mobility_, mobility_);
-    const std::size_t n = tracks_.size();
+    const std::size_t n = tracks_->size();
     remembered_.assign(n, 0);
     mobility_.resize(n);
     static_belief_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
-      const auto from = static_cast<std::size_t>(tracks_.previous(i));
-      const bool known = tracks_.previous(i) >= 0 && from < last_belief_.size();
+      const auto from = static_cast<std::size_t>(tracks_->previous(i));
+      const bool known = tracks_->previous(i) >= 0 && from < last_belief_.size();
       if (known) remembered_[i] = last_belief_[from];
-      mobility_[i] = known ? last_mobility_[from] : mobility_around(context, match, i);
+      mobility_[i] = known ? last_mobility_[from] : mobility_around(evidence, match, i);
       const float still = 1 - mobility_[i];
       static_belief_[i] = still * still / (1 + std::exp(sure() * remembered_[i] / 2));
     }
@@ -193,44 +193,44 @@ class BackgroundMotionFilter final : public Filter {
   float sure() const { return static_cast<float>(std::max(0.0, 2 * estimator_.confidence() - 1)); }
 
   /// A feature without a past takes that of the features around the place where it was.
-  float mobility_around(Context& context, const Match& match, std::size_t i) const {
+  float mobility_around(const Evidence& evidence, const Match& match, std::size_t i) const {
     const bool found = match.reference != nullptr && match.found(i);
     const NeighbourField::Sum sum = moved_.around(
-        found ? match.correspondences.reference_px[i] : context.pixels()[i],
-        found && match.has_depth(i) ? match.reference_points_m[i].z : context.depths_m()[i],
+        found ? match.correspondences.reference_px[i] : evidence.pixels()[i],
+        found && match.has_depth(i) ? match.reference_points_m[i].z : evidence.depths_m()[i],
         kMobilityReach * static_cast<float>(params_.neighbour_px), static_cast<float>(params_.neighbour_m));
     return sum.weights > 0 ? sum.values / sum.weights : 0;
   }
 
-  void remember_mobility(Context& context) {
+  void remember_mobility(const Evidence& evidence) {
     moved_.clear();
     const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.mobility_s));
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const float now = belief_[i] > 0 ? sure() * (1 - std::exp(-belief_[i])) : 0.0F;
       mobility_[i] = std::max(kept * mobility_[i], now);
-      moved_.add(context.pixels()[i], context.depths_m()[i], mobility_[i]);
+      moved_.add(evidence.pixels()[i], evidence.depths_m()[i], mobility_[i]);
     }
     moved_.build(static_cast<float>(params_.neighbour_px));
   }
 
   // ---- the background's motion
-  bool follow_background(Context& context, const Match& match) {
+  bool follow_background(const Evidence& evidence, const Match& match, Votes& votes) {
     RigidBackgroundScene scene;
-    scene.camera = *context.frame().camera;
+    scene.camera = *evidence.frame().camera;
     scene.reference_m = match.reference_points_m;
-    scene.current_m = context.points_m();
-    scene.pixels = context.pixels();
+    scene.current_m = evidence.points_m();
+    scene.pixels = evidence.pixels();
     scene.static_belief = static_belief_;
     scene.mobility = mobility_;
     const bool known = trail_.size() >= 2;  // what the camera does: then suspects take part
-    context.collect_seeds(match, known, seeds_);
-    if (static_cast<int>(seeds_.size()) < kMinSeeds) context.collect_seeds(match, true, seeds_);
+    evidence.collect_seeds(match, known, seeds_);
+    if (static_cast<int>(seeds_.size()) < kMinSeeds) evidence.collect_seeds(match, true, seeds_);
     scene.seeds = seeds_;
-    scene.predicted = context.host_motion(match);
+    scene.predicted = evidence.host_motion(match);
     if (known) scene.expected = usual_step();
     scene.noise_ratio = step_ratio_;
     motion_ = estimator_.estimate(scene);
-    note_motion(context);
+    note_motion(votes);
     if (!motion_.ok) {
       trail_.clear();
       match_noise_px_.clear();
@@ -240,15 +240,15 @@ class BackgroundMotionFilter final : public Filter {
     return true;
   }
 
-  void note_motion(Context& context) const {
-    if (!motion_.ok) return context.note("background: none of the motions explains enough");
+  void note_motion(Votes& votes) const {
+    if (!motion_.ok) return votes.note("background: none of the motions explains enough");
     const MotionProposal& p = estimator_.proposals()[estimator_.chosen()];
-    context.note("background: " + std::to_string(motion_.inliers) + " of " +
-                 std::to_string(estimator_.points()) + " points, motion " +
-                 (p.from == MotionProposal::From::Expected    ? "as expected"
-                  : p.from == MotionProposal::From::Predicted ? "as the host predicts"
-                                                              : "by support") +
-                 ", one of " + std::to_string(estimator_.proposals().size()));
+    votes.note("background: " + std::to_string(motion_.inliers) + " of " +
+               std::to_string(estimator_.points()) + " points, motion " +
+               (p.from == MotionProposal::From::Expected    ? "as expected"
+                : p.from == MotionProposal::From::Predicted ? "as the host predicts"
+                                                            : "by support") +
+               ", one of " + std::to_string(estimator_.proposals().size()));
   }
 
   /// T_world_camera of the last frames, newest first; the world is the first camera.
@@ -285,32 +285,32 @@ class BackgroundMotionFilter final : public Filter {
     cv::Point3f then_m;
     float image_px = 0;
   };
-  void measure_misses(Context& context, const Match& match) {
-    const Camera& camera = *context.frame().camera;
+  void measure_misses(const Evidence& evidence, const Match& match) {
+    const Camera& camera = *evidence.frame().camera;
     models_.clear();
     for (std::size_t gap = 1; gap < trail_.size(); ++gap)
       models_.emplace_back(camera, between(0, gap), noise(chained_noise_px(gap)));
-    step_.assign(context.size(), {});
-    track_.assign(context.size(), {});
+    step_.assign(evidence.size(), {});
+    track_.assign(evidence.size(), {});
     track_misses_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       if (!match.found(i)) continue;
-      measure(context, i, 1, match.reference_points_m[i], step_[i], nullptr);
-      const int longest = std::min(tracks_.length(i), static_cast<int>(models_.size()));
+      measure(evidence, i, 1, match.reference_points_m[i], step_[i], nullptr);
+      const int longest = std::min(tracks_->length(i), static_cast<int>(models_.size()));
       if (longest > 1)
-        measure(context, i, longest,
-                back_project(camera, tracks_.at(i, longest), tracks_.depth_m(i, longest)), track_[i],
+        measure(evidence, i, longest,
+                back_project(camera, tracks_->at(i, longest), tracks_->depth_m(i, longest)), track_[i],
                 &track_misses_);
     }
   }
-  void measure(Context& context, std::size_t i, int gap, const cv::Point3f& then_m, Measured& out,
+  void measure(const Evidence& evidence, std::size_t i, int gap, const cv::Point3f& then_m, Measured& out,
                std::vector<Miss>* misses) {
-    const cv::Point3f& now_m = context.points_m()[i];
+    const cv::Point3f& now_m = evidence.points_m()[i];
     const RigidResidual r = models_[static_cast<std::size_t>(gap - 1)](then_m, now_m);
     if (!r.valid) return;
     out = {gap, then_m, r.image_px};
     if (misses == nullptr) return;
-    misses->push_back({context.pixels()[i], now_m.z, context.undistorted_pixels()[i] - r.predicted_px,
+    misses->push_back({evidence.pixels()[i], now_m.z, evidence.undistorted_pixels()[i] - r.predicted_px,
                        static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
   }
   /// Noise that neighbours do not share, summed over the frames of a track.
@@ -331,10 +331,10 @@ class BackgroundMotionFilter final : public Filter {
 
   // ---- noise
   /// What a static feature's miss is, in units of chained_noise_px(): over one frame, and over a track.
-  void measure_noise(Context& context) {
+  void measure_noise(const Evidence& evidence) {
     ratios_.clear();
     const double noise_px = chained_noise_px(1);
-    for (std::size_t i = 0; i < context.size(); ++i)
+    for (std::size_t i = 0; i < evidence.size(); ++i)
       if (step_[i].gap > 0 && calm(i) &&
           static_cast<double>(step_[i].image_px) < 3 * kMostStepRatio * noise_px)
         ratios_.push_back(static_cast<float>(static_cast<double>(step_[i].image_px) / noise_px));
@@ -342,7 +342,7 @@ class BackgroundMotionFilter final : public Filter {
     const double shared = std::clamp(neighbour_noise_.scale(track_misses_, kNoiseReach_px).value_or(1),
                                      kLeastTrackScale, kMostTrackScale);
     ratios_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i)
+    for (std::size_t i = 0; i < evidence.size(); ++i)
       if (track_[i].gap > 0 && step_[i].gap > 0 && calm(i) &&
           static_cast<double>(step_[i].image_px) < 2 * step_scale_ * noise_px)
         ratios_.push_back(static_cast<float>(static_cast<double>(track_[i].image_px) /
@@ -362,29 +362,30 @@ class BackgroundMotionFilter final : public Filter {
   }
 
   // ---- evidence
-  void weigh_misses(Context& context) {
-    const Camera& camera = *context.frame().camera;
+  void weigh_misses(const Evidence& evidence) {
+    const Camera& camera = *evidence.frame().camera;
     models_.clear();
     for (std::size_t gap = 1; gap < trail_.size(); ++gap)
       models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
     const MovingOdds odds({params_.slow_mps, params_.fast_mps, params_.moving_share});
     const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.memory_s));
-    seen_.assign(context.size(), 0);
-    own_.resize(context.size());
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    seen_.assign(evidence.size(), 0);
+    own_.resize(evidence.size());
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       own_[i] = kept * remembered_[i];
       if (step_[i].gap == 0 && track_[i].gap == 0) continue;
       seen_[i] = 1;
-      const float now = std::max(odds_of(context, i, step_[i], odds), odds_of(context, i, track_[i], odds));
+      const float now = std::max(odds_of(evidence, i, step_[i], odds), odds_of(evidence, i, track_[i], odds));
       own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
     }
   }
   double sigma_px(int gap) const {
     return (gap == 1 ? step_scale_ : track_scale_) * chained_noise_px(static_cast<std::size_t>(gap));
   }
-  float odds_of(Context& context, std::size_t i, const Measured& measured, const MovingOdds& odds) const {
+  float odds_of(const Evidence& evidence, std::size_t i, const Measured& measured,
+                const MovingOdds& odds) const {
     if (measured.gap == 0) return kLeastOdds;
-    const cv::Point3f& now_m = context.points_m()[i];
+    const cv::Point3f& now_m = evidence.points_m()[i];
     const RigidResidual r = models_[static_cast<std::size_t>(measured.gap - 1)](measured.then_m, now_m);
     if (!r.valid) return kLeastOdds;
     MovingOddsInput in;
@@ -392,26 +393,26 @@ class BackgroundMotionFilter final : public Filter {
     in.miss_px = static_cast<double>(r.image_px);
     in.sigma_px = sigma_px(measured.gap);
     in.sigma_depth_m = noise(1).depth_noise.sigma_m(static_cast<double>(now_m.z));
-    in.px_per_m = context.frame().camera->fx_px / static_cast<double>(now_m.z);
+    in.px_per_m = evidence.frame().camera->fx_px / static_cast<double>(now_m.z);
     in.elapsed_s = elapsed_s(static_cast<std::size_t>(measured.gap));
     return std::clamp(static_cast<float>(odds(in)), kLeastOdds, kMostOdds);
   }
 
   // ---- neighbours
-  void add_neighbours(Context& context) {
+  void add_neighbours(const Evidence& evidence) {
     evidence_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (seen_[i] != 0) evidence_.add(context.pixels()[i], context.depths_m()[i], own_[i]);
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (seen_[i] != 0) evidence_.add(evidence.pixels()[i], evidence.depths_m()[i], own_[i]);
     evidence_.build(static_cast<float>(params_.neighbour_px));
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      belief_[i] = own_[i] + mean_around(context, i);
-      if (context.prior(i)) belief_[i] += static_cast<float>(params_.prior_suspicion);
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      belief_[i] = own_[i] + mean_around(evidence, i);
+      if (evidence.prior(i)) belief_[i] += static_cast<float>(params_.prior_suspicion);
     }
   }
   /// Mean evidence of the neighbours, near ones first.
-  float mean_around(Context& context, std::size_t i) const {
-    const cv::Point2f& px = context.pixels()[i];
-    const float depth_m = context.depths_m()[i];
+  float mean_around(const Evidence& evidence, std::size_t i) const {
+    const cv::Point2f& px = evidence.pixels()[i];
+    const float depth_m = evidence.depths_m()[i];
     const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : kUnseenReach);
     NeighbourField::Sum sum = evidence_.around(px, depth_m, reach, static_cast<float>(params_.neighbour_m));
     if (seen_[i] != 0 && PointGrid::usable(px)) sum.values -= own_[i], sum.weights -= 1;  // itself
@@ -420,31 +421,32 @@ class BackgroundMotionFilter final : public Filter {
   }
 
   /// A core moves, and so do most of its neighbours: a mismatch is alone.
-  void find_cores(Context& context) {
+  void find_cores(const Evidence& evidence) {
     moving_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (seen_[i] != 0) moving_.add(context.pixels()[i], context.depths_m()[i], own_[i] > 0 ? 1.0F : 0.0F);
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (seen_[i] != 0) moving_.add(evidence.pixels()[i], evidence.depths_m()[i], own_[i] > 0 ? 1.0F : 0.0F);
     moving_.build(kSupportReach_px);
     cores_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (seen_[i] != 0 && belief_[i] > 0 && supported(context, i))
-        cores_.add(context.pixels()[i], context.depths_m()[i], 1);
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (seen_[i] != 0 && belief_[i] > 0 && supported(evidence, i))
+        cores_.add(evidence.pixels()[i], evidence.depths_m()[i], 1);
     cores_.build(kCoreReach_px);
   }
-  bool supported(Context& context, std::size_t i) const {
+  bool supported(const Evidence& evidence, std::size_t i) const {
     const NeighbourField::Sum sum =
-        moving_.around(context.pixels()[i], context.depths_m()[i], kSupportReach_px, kSupportReach_m);
+        moving_.around(evidence.pixels()[i], evidence.depths_m()[i], kSupportReach_px, kSupportReach_m);
     const float moving = sum.values - (own_[i] > 0 ? 1.0F : 0.0F), all = sum.weights - 1;  // without itself
     return moving >= kMinSupport && moving >= kMinSupportShare * all;
   }
-  bool near_core(Context& context, std::size_t i) const {
-    return cores_.around(context.pixels()[i], context.depths_m()[i], kCoreReach_px, kCoreReach_m).weights > 0;
+  bool near_core(const Evidence& evidence, std::size_t i) const {
+    return cores_.around(evidence.pixels()[i], evidence.depths_m()[i], kCoreReach_px, kCoreReach_m).weights >
+           0;
   }
 
-  void cast(Context& context, std::size_t i, Votes& votes) const {
-    const float limit = seen_[i] != 0 ? certainty(context, i) : doubt(context, i);
+  void cast(const Evidence& evidence, std::size_t i, Votes& votes) const {
+    const float limit = seen_[i] != 0 ? certainty(evidence, i) : doubt(evidence, i);
     if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score(i));
-    const bool accused = context.prior(i) || near_core(context, i);
+    const bool accused = evidence.prior(i) || near_core(evidence, i);
     votes.cast(i, accused ? Vote::Dynamic : Vote::Unknown, score(i));
   }
 
@@ -458,16 +460,18 @@ class BackgroundMotionFilter final : public Filter {
     certainty_ = static_cast<float>(std::log((1 - share) / share));
   }
   /// A detector's word is enough beside any evidence.
-  float certainty(Context& context, std::size_t i) const { return context.prior(i) ? 0 : certainty_; }
+  float certainty(const Evidence& evidence, std::size_t i) const {
+    return evidence.prior(i) ? 0 : certainty_;
+  }
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
   /// suspects it can look at; without one the neighbours must speak for motion.
-  float doubt(Context& context, std::size_t i) const {
-    if (!context.prior(i)) return kUnseenDoubt;
-    return std::isnan(context.depths_m()[i]) ? static_cast<float>(params_.prior_suspicion) : 0.0F;
+  float doubt(const Evidence& evidence, std::size_t i) const {
+    if (!evidence.prior(i)) return kUnseenDoubt;
+    return std::isnan(evidence.depths_m()[i]) ? static_cast<float>(params_.prior_suspicion) : 0.0F;
   }
 
   Params params_;
-  FeatureTracks tracks_{static_cast<int>(kMaxFrames), 3.0};
+  const FeatureTracks* tracks_ = nullptr;  ///< of the current frame
   RigidBackgroundEstimator estimator_;
   NeighbourNoise neighbour_noise_;
   RigidMotion motion_;

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/filters/box_foreground.hpp>
-#include <dynfilter/filters/semantic_input.hpp>
+#include <dynfilter/evidence/box_foreground.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/evidence/semantic_input.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -66,14 +66,14 @@ class BoxBlurFilter final : public Filter {
             LateResult::history_frames(params_.max_age_frames)};
   }
 
-  void apply(Context& context, Votes& votes) override {
-    const LateResult late = LateResult::boxes(context, params_.max_age_frames);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes);
     if (!late.usable()) return;
-    collect(context, late);
+    collect(evidence, late);
     if (boxes_.empty()) return;
-    const cv::Mat& grey = context.frame().grey;
+    const cv::Mat& grey = evidence.frame().grey;
     const Sharpness rest = sharpness(grey, cv::Rect(0, 0, grey.cols, grey.rows), true);
-    if (!(rest.along_x > 0 && rest.along_y > 0)) return context.note("no textured image outside the boxes");
+    if (!(rest.along_x > 0 && rest.along_y > 0)) return votes.note("no textured image outside the boxes");
     for (const Box& box : boxes_) judge(grey, box, rest, votes);
   }
 
@@ -94,14 +94,14 @@ class BoxBlurFilter final : public Filter {
     double variance() const { return n > 0 ? std::max(0.0, squares / n - sum / n * (sum / n)) : 0; }
   };
 
-  void collect(Context& context, const LateResult& late) {
+  void collect(const Evidence& evidence, const LateResult& late) {
     boxes_.clear();
     const DetectionFilter filter{params_.classes, {}, params_.min_score};
-    const cv::Rect2d image(0, 0, context.frame().grey.cols, context.frame().grey.rows);
+    const cv::Rect2d image(0, 0, evidence.frame().grey.cols, evidence.frame().grey.rows);
     for (const Detection& detection : late.detections()) {
       if (!filter.wants(detection)) continue;
       Box box;
-      const cv::Rect2f now = features_in_box(context, detection.box, 0, late, scratch_, box.inside);
+      const cv::Rect2f now = features_in_box(evidence, detection.box, 0, late, scratch_, box.inside);
       box.place = cv::Rect(cv::Rect2d(now) & image);
       if (!box.place.empty()) boxes_.push_back(std::move(box));
     }

@@ -3,12 +3,12 @@
 
 #include <cmath>
 #include <dynfilter/cluster/adaptive_dbscan.hpp>
-#include <dynfilter/cluster/dbscan.hpp>
+#include <dynfilter/cluster/density_clusters.hpp>
 #include <dynfilter/cluster/kd_tree.hpp>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,20 +74,20 @@ class DbscanFilter final : public Filter {
   std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Depth | Input::Camera, Input::None, 0}; }
 
-  void apply(Context& context, Votes& votes) override {
-    collect(context);
-    if (seeds_.empty()) return context.note("no dynamic feature with depth");
-    const DbscanParams params = parameters(context);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    collect(evidence);
+    if (seeds_.empty()) return votes.note("no dynamic feature with depth");
+    const DbscanParams params = parameters(votes);
     dbscan_.run(seeds_, params, clusters_);
     core_.clear();
     for (std::size_t k = 0; k < seeds_.size(); ++k)
       if (clusters_.core[k] != 0) core_.push_back(seeds_[k]);
-    note(context, params);
+    note(params, votes);
     if (core_.empty()) return;
     tree_.build(core_);
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!context.judged(i)) continue;
-      const KdTree::Neighbour core = tree_.nearest_within(context.points_m()[i], params.eps_m);
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!evidence.judged(i)) continue;
+      const KdTree::Neighbour core = tree_.nearest_within(evidence.points_m()[i], params.eps_m);
       if (core.index < 0) continue;
       // 1 at a core point, 0.5 at distance Eps.
       const double away = std::sqrt(static_cast<double>(core.squared_distance)) / params.eps_m;
@@ -103,31 +103,31 @@ class DbscanFilter final : public Filter {
  private:
   static constexpr int kMaxPoints = 2000;
 
-  void collect(Context& context) {
+  void collect(const Evidence& evidence) {
     seeds_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (context.called_dynamic(i) && detail::finite(context.points_m()[i]))
-        seeds_.push_back(context.points_m()[i]);
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (evidence.called_dynamic(i) && detail::finite(evidence.points_m()[i]))
+        seeds_.push_back(evidence.points_m()[i]);
   }
 
-  DbscanParams parameters(Context& context) {
+  DbscanParams parameters(Votes& votes) {
     if (params_.adaptive && !chosen_ &&
         seeds_.size() >= static_cast<std::size_t>(params_.adaptive_min_points))
-      choose(context);
+      choose(votes);
     return chosen_.value_or(DbscanParams{params_.eps_m, params_.min_points});
   }
-  void choose(Context& context) {
+  void choose(Votes& votes) {
     const AdaptiveDbscanChoice& choice = adaptive_.choose(seeds_);
     if (choice.found && choice.params.eps_m <= params_.adaptive_max_eps_m)
       chosen_ = choice.params;
     else
-      context.note(choice.found ? "adaptive: the points are too far apart" : "adaptive: no stable count");
+      votes.note(choice.found ? "adaptive: the points are too far apart" : "adaptive: no stable count");
   }
 
-  void note(Context& context, const DbscanParams& params) const {
-    context.note(std::to_string(clusters_.count) + " objects of " + std::to_string(seeds_.size()) +
-                 " features, eps " + fixed_text(params.eps_m, 3) + " m, min_points " +
-                 std::to_string(params.min_points));
+  void note(const DbscanParams& params, Votes& votes) const {
+    votes.note(std::to_string(clusters_.count) + " objects of " + std::to_string(seeds_.size()) +
+               " features, eps " + fixed_text(params.eps_m, 3) + " m, min_points " +
+               std::to_string(params.min_points));
   }
 
   Params params_;

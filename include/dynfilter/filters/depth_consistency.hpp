@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/filters/camera_motion.hpp>
-#include <dynfilter/filters/depth_view.hpp>
+#include <dynfilter/evidence/camera_motion.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/evidence/seen_depth.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -95,7 +95,7 @@ struct DepthConsistencyParams {
 /// Blind to: motion across the line of sight (match);
 ///           motion inside the outline of a large mover (view).
 ///           Motion below the threshold, which is 0.36 m at 3 m for 12 %.
-/// State:    none; the context keeps gap_frames frames.
+/// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.1 ms for 1000 features, with motion, without flow.
 class DepthConsistencyFilter final : public Filter {
  public:
@@ -116,12 +116,12 @@ class DepthConsistencyFilter final : public Filter {
     return {always | Input::Correspondence, Input::Pose, params_.gap_frames};
   }
 
-  void apply(Context& context, Votes& votes) override {
-    if (params_.against == DepthReference::Covisible) return judge_by_keyframes(context, votes);
-    const Match& match = context.match({params_.against == DepthReference::Keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return context.note("no earlier frame");
-    const std::optional<RigidMotion> motion = camera_motion(context, match, params_.motion, seeds_);
-    if (motion) judge_by_frame(context, match, motion->T_current_reference, votes);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    if (params_.against == DepthReference::Covisible) return judge_by_keyframes(evidence, votes);
+    const Match& match = evidence.match({params_.against == DepthReference::Keyframe, params_.gap_frames});
+    if (match.reference == nullptr) return votes.note("no earlier frame");
+    const std::optional<RigidMotion> motion = camera_motion(evidence, match, params_.motion, votes, seeds_);
+    if (motion) judge_by_frame(evidence, match, motion->T_current_reference, votes);
   }
 
  private:
@@ -154,20 +154,21 @@ class DepthConsistencyFilter final : public Filter {
     const double difference_m = predicted_m - measured_m;
     return params_.form == DepthForm::Relative ? difference_m / of_m : difference_m;
   }
-  bool judgeable(Context& context, std::size_t i) const {
-    const float z = context.points_m()[i].z;
-    return context.judged(i) && valid_depth(z) && static_cast<double>(z) <= params_.max_depth_m;
+  bool judgeable(const Evidence& evidence, std::size_t i) const {
+    const float z = evidence.points_m()[i].z;
+    return evidence.judged(i) && valid_depth(z) && static_cast<double>(z) <= params_.max_depth_m;
   }
 
   // ---- against one earlier frame
-  void judge_by_frame(Context& context, const Match& match, const Pose& T_current_reference, Votes& votes) {
+  void judge_by_frame(const Evidence& evidence, const Match& match, const Pose& T_current_reference,
+                      Votes& votes) {
     const Eigen::Matrix3d R = T_current_reference.R();
     const Eigen::Vector3d t = T_current_reference.t();
     if (by_view()) view_.from(*match.reference);
-    if (by_match()) here_.from(*context.history().find(context.frame().id));
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!judgeable(context, i)) continue;
-      const cv::Point3f& p = context.points_m()[i];
+    if (by_match()) here_.from(*evidence.kept_frame(evidence.frame().id));
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!judgeable(evidence, i)) continue;
+      const cv::Point3f& p = evidence.points_m()[i];
       const Eigen::Vector3d now(p.x, p.y, p.z);
       Opinion opinion;
       if (by_match() && match.found(i) && match.has_depth(i)) {
@@ -218,40 +219,40 @@ class DepthConsistencyFilter final : public Filter {
   }
 
   // ---- against the covisible keyframes
-  void judge_by_keyframes(Context& context, Votes& votes) {
-    tallies_.assign(context.size(), Tally());
+  void judge_by_keyframes(const Evidence& evidence, Votes& votes) {
+    tallies_.assign(evidence.size(), Tally());
     int used = 0;
-    for (const KeyframeView& keyframe : context.frame().covisible_keyframes) {
+    for (const KeyframeView& keyframe : evidence.frame().covisible_keyframes) {
       if (!is_rigid(keyframe.T_world_camera)) {
-        context.note("a keyframe's pose is not rigid");
+        votes.note("a keyframe's pose is not rigid");
         continue;
       }
       ++used;
-      judge_by_keyframe(context, keyframe);
+      judge_by_keyframe(evidence, keyframe);
     }
-    context.note(std::to_string(used) + " keyframes");
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    votes.note(std::to_string(used) + " keyframes");
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const Tally& tally = tallies_[i];
       if (tally.dynamic == tally.fixed) continue;  // no view decides, or they contradict each other
       votes.cast(i, tally.dynamic > tally.fixed ? Vote::Dynamic : Vote::Static, tally.score);
     }
   }
 
-  void judge_by_keyframe(Context& context, const KeyframeView& keyframe) {
+  void judge_by_keyframe(const Evidence& evidence, const KeyframeView& keyframe) {
     const Pose T_keyframe_world = inverse(keyframe.T_world_camera);
-    const Pose T_keyframe_current = T_keyframe_world * context.frame().T_world_camera;
+    const Pose T_keyframe_current = T_keyframe_world * evidence.frame().T_world_camera;
     const Eigen::Matrix3d R = T_keyframe_current.R();
     const Eigen::Vector3d t = T_keyframe_current.t(), centre_m = -(R.transpose() * t);
-    const bool use_matches = by_match() && learn_points(context, keyframe);
-    if (by_view()) view_.from(keyframe, *context.frame().camera);
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!judgeable(context, i)) continue;
-      const cv::Point3f& p = context.points_m()[i];
+    const bool use_matches = by_match() && learn_points(evidence, keyframe);
+    if (by_view()) view_.from(keyframe, *evidence.frame().camera);
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!judgeable(evidence, i)) continue;
+      const cv::Point3f& p = evidence.points_m()[i];
       const Eigen::Vector3d now(p.x, p.y, p.z), there = R * now + t;
       if (!(there.z() > 0) || !parallax_fits(now, centre_m)) continue;
       Opinion opinion;
-      if (use_matches && seen_by_keyframe(context.frame().map_point_ids[i]))
-        add_map_point(T_keyframe_world, context.frame().map_points_world_m[i], there.z(), opinion);
+      if (use_matches && seen_by_keyframe(evidence.frame().map_point_ids[i]))
+        add_map_point(T_keyframe_world, evidence.frame().map_points_world_m[i], there.z(), opinion);
       if (by_view()) add_view(there, opinion);
       tallies_[i].dynamic += opinion.vote() == Vote::Dynamic ? 1 : 0;
       tallies_[i].fixed += opinion.vote() == Vote::Static ? 1 : 0;
@@ -271,8 +272,8 @@ class DepthConsistencyFilter final : public Filter {
     opinion.add(std::abs(off) > limit() ? Vote::Dynamic : Vote::Static, off, limit());
   }
 
-  bool learn_points(const Context& context, const KeyframeView& keyframe) {
-    const FrameView& frame = context.frame();
+  bool learn_points(const Evidence& evidence, const KeyframeView& keyframe) {
+    const FrameView& frame = evidence.frame();
     keyframe_points_.assign(keyframe.map_point_ids.begin(), keyframe.map_point_ids.end());
     std::sort(keyframe_points_.begin(), keyframe_points_.end());
     return frame.map_point_ids.size() == frame.size() && frame.map_points_world_m.size() == frame.size();
@@ -284,7 +285,7 @@ class DepthConsistencyFilter final : public Filter {
 
   Params params_;
   std::vector<int> seeds_;
-  DepthView view_, here_;
+  SeenDepth view_, here_;
   std::vector<Tally> tallies_;
   std::vector<std::int64_t> keyframe_points_;
 };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <string>
 
 namespace dynfilter {
@@ -38,7 +38,7 @@ struct DescriptorDistanceParams {
 /// Abstains: without a match, and if descriptor lengths differ.
 ///           With flow: if the earlier frame has no feature at the end of the flow.
 /// Blind to: everything except appearance.
-/// State:    none; the context keeps gap_frames frames.
+/// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.03 ms for 1000 matches.
 class DescriptorDistanceFilter final : public Filter {
  public:
@@ -56,14 +56,14 @@ class DescriptorDistanceFilter final : public Filter {
     return {Input::Descriptors | Input::Correspondence, Input::None, params_.gap_frames};
   }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({params_.keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return context.note("no earlier frame");
-    const MatchedFeatures& matched = context.matched_features(match, params_.max_offset_px);
-    if (!matched.has_descriptors()) return context.note("the earlier frame has no descriptors like these");
-    for (std::size_t i = 0; i < context.size(); ++i) {
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+    if (match.reference == nullptr) return votes.note("no earlier frame");
+    const MatchedFeatures& matched = evidence.matched_features(match, params_.max_offset_px);
+    if (!matched.has_descriptors()) return votes.note("the earlier frame has no descriptors like these");
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const std::int32_t bits = matched.distance_bits(i);
-      if (!context.judged(i) || bits < 0) continue;
+      if (!evidence.judged(i) || bits < 0) continue;
       const float score = 1 - suspicion(bits, params_.max_distance_bits);
       votes.cast(i, bits <= params_.max_distance_bits ? Vote::Dynamic : Vote::Static, score);
     }

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cmath>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/two_view.hpp>
 #include <string>
 #include <vector>
@@ -66,7 +66,7 @@ struct EpipolarParams {
 /// Abstains: without correspondence, without model,
 ///           and where static parallax and motion cannot be separated.
 /// Blind to: motion along the epipolar line; everything if the model was fitted on movers.
-/// State:    none; the context keeps gap_frames frames.
+/// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.3 ms for 1000 features with 30 % outliers, with model, without flow.
 class EpipolarFilter final : public Filter {
  public:
@@ -79,39 +79,40 @@ class EpipolarFilter final : public Filter {
   std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, params_.gap_frames}; }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({params_.keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return context.note("no earlier frame");
-    if (!collect_seeds(context, match)) return context.note("model: none, too few seeds");
-    const TwoViewModel& model = context.two_view(match, seeds_);
-    note_model(context, model);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+    if (match.reference == nullptr) return votes.note("no earlier frame");
+    if (!collect_seeds(evidence, match)) return votes.note("model: none, too few seeds");
+    const TwoViewModel& model = evidence.two_view(match, seeds_);
+    note_model(model, votes);
     if (params_.model == EpipolarModel::Auto && params_.distance == EpipolarDistance::Line)
-      judge_by_model(context, match, model, votes);
+      judge_by_model(evidence, match, model, votes);
     else if (has_fundamental(model))
-      judge_by_fundamental(context, match, model, votes);
+      judge_by_fundamental(evidence, match, model, votes);
   }
 
  private:
   /// Algorithm 1, lines 3-13. False if no model is to be fitted.
-  bool collect_seeds(const Context& context, const Match& match) {
-    context.collect_seeds(match, false, seeds_);
+  bool collect_seeds(const Evidence& evidence, const Match& match) {
+    evidence.collect_seeds(match, false, seeds_);
     if (static_cast<int>(seeds_.size()) > params_.min_seeds) return true;
-    if (!context.any_prior()) return false;
-    context.collect_seeds(match, true, seeds_);
+    if (!evidence.any_prior()) return false;
+    evidence.collect_seeds(match, true, seeds_);
     return static_cast<int>(seeds_.size()) > params_.min_seeds;
   }
 
   static bool has_fundamental(const TwoViewModel& model) { return model.F != Matrix9{}; }
 
-  static void note_model(Context& context, const TwoViewModel& model) {
-    context.note(std::string("model: ") + to_string(model.kind) + " (" + to_string(model.reason) + "), " +
-                 std::to_string(model.inliers) + " of " + std::to_string(model.seeds) + " seeds");
+  static void note_model(const TwoViewModel& model, Votes& votes) {
+    votes.note(std::string("model: ") + to_string(model.kind) + " (" + to_string(model.reason) + "), " +
+               std::to_string(model.inliers) + " of " + std::to_string(model.seeds) + " seeds");
   }
 
-  void judge_by_model(Context& context, const Match& match, const TwoViewModel& model, Votes& votes) const {
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!context.judged(i) || !match.found(i)) continue;
-      const cv::Point2f &then = match.reference_undistorted_px[i], &now = context.undistorted_pixels()[i];
+  void judge_by_model(const Evidence& evidence, const Match& match, const TwoViewModel& model,
+                      Votes& votes) const {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!evidence.judged(i) || !match.found(i)) continue;
+      const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
       const TwoViewVerdict verdict = judge(model, then, now, params_.max_distance_px);
       if (verdict == TwoViewVerdict::CannotSay) continue;
       votes.cast(i, verdict == TwoViewVerdict::Inconsistent ? Vote::Dynamic : Vote::Static,
@@ -119,11 +120,11 @@ class EpipolarFilter final : public Filter {
     }
   }
 
-  void judge_by_fundamental(Context& context, const Match& match, const TwoViewModel& model,
+  void judge_by_fundamental(const Evidence& evidence, const Match& match, const TwoViewModel& model,
                             Votes& votes) const {
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!context.judged(i) || !match.found(i)) continue;
-      const cv::Point2f &then = match.reference_undistorted_px[i], &now = context.undistorted_pixels()[i];
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!evidence.judged(i) || !match.found(i)) continue;
+      const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
       const double d = params_.distance == EpipolarDistance::Line ? epipolar_distance_px(model.F, then, now)
                                                                   : sampson_distance_px(model.F, then, now);
       if (std::isnan(d)) continue;

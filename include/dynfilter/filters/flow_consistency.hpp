@@ -3,14 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/context/context.hpp>
-#include <dynfilter/context/feature_tracks.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/geometry/background_motion.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/geometry/flow_groups.hpp>
 #include <dynfilter/geometry/ground_plane.hpp>
 #include <dynfilter/geometry/view_motion.hpp>
+#include <dynfilter/geometry/view_motion_search.hpp>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -58,7 +58,7 @@ struct FlowConsistencyParams {
 /// Needs no depth. docs/reference/filters/flow_consistency.md has the derivation.
 ///
 /// Formula:  The camera's rotation and direction over a gap are estimated from flow,
-///           as the motion that covers most of the image (geometry/background_motion.hpp).
+///           as the motion that covers most of the image (geometry/view_motion_search.hpp).
 ///           Per feature, two medians are taken over itself and its neighbours with similar flow.
 ///           One is of the distance from the epipolar line.
 ///           The other is of the flow against the direction of static points.
@@ -74,7 +74,7 @@ struct FlowConsistencyParams {
 ///           a mover that covers more of the image than the background does.
 /// State:    own tracks over up to gap_frames frames and their evidence;
 ///           the last motion and ground.
-///           The context keeps one earlier frame.
+///           The pipeline keeps one earlier frame.
 /// Cost:     about 1.1 ms for 320 features, 3.3 ms for 1280, without flow.
 class FlowConsistencyFilter final : public Filter {
  public:
@@ -82,33 +82,32 @@ class FlowConsistencyFilter final : public Filter {
   static constexpr const char* kName = "flow_consistency";
   static constexpr const char* kSummary = "features whose flow differs from that of the static scene (mono)";
 
-  explicit FlowConsistencyFilter(Params params = Params()) : params_(params), tracks_(params.gap_frames) {
+  explicit FlowConsistencyFilter(Params params = Params()) : params_(params) {
     check_parameters(params_, kName);
-    BackgroundMotionOptions options;
+    ViewMotionOptions options;
     options.max_distance_px = params_.max_distance_px;
-    estimator_ = BackgroundMotionEstimator(options);
+    estimator_ = ViewMotionEstimator(options);
   }
 
   std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, 1}; }
 
-  void apply(Context& context, Votes& votes) override {
-    follow(context);
-    set_view(context);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    follow(evidence);
+    set_view(evidence);
     choose_gaps();
     sort_features();
     for (const int gap : gaps_) {
-      if (!somebody_needs(gap) || !measure(context, gap)) continue;
+      if (!somebody_needs(gap) || !measure(evidence, gap, votes)) continue;
       group();
       weigh_flows();
       weigh_groups();
       if (gap == ground_gap_) weigh_ground();
     }
-    vote(context, votes);
+    vote(evidence, votes);
   }
 
   void reset() override {
-    tracks_.reset();
     evidence_.clear();
     ages_s_.clear();
     motion_.reset();
@@ -119,7 +118,7 @@ class FlowConsistencyFilter final : public Filter {
 
  private:
   /// Evidence of a track: exponential averages for its flow and for its height above the ground.
-  struct Evidence {
+  struct TrackEvidence {
     double flow = 0, hanging = 0;
     bool flow_known = false, hanging_known = false;
   };
@@ -160,10 +159,10 @@ class FlowConsistencyFilter final : public Filter {
   static constexpr double kAlike_px = 0.4, kAlikeOfFlow = 0.06;
   static constexpr std::size_t kGroup = 4;  ///< smallest number of points
 
-  void follow(Context& context) {
-    const Match& match = context.match({false, 1});
-    tracks_.follow(context.frame().id, match, context.pixels(), context.undistorted_pixels());
-    double passed_s = match.reference ? context.frame().timestamp_s - match.reference->timestamp_s : 0;
+  void follow(const Evidence& evidence) {
+    const Match& match = evidence.match({false, 1});
+    tracks_ = &evidence.tracks({params_.gap_frames});
+    double passed_s = match.reference ? evidence.frame().timestamp_s - match.reference->timestamp_s : 0;
     if (!(passed_s > 0)) passed_s = kUnknown_s;
     for (double& age_s : ages_s_) age_s += passed_s;
     ages_s_.insert(ages_s_.begin(), 0);
@@ -174,10 +173,10 @@ class FlowConsistencyFilter final : public Filter {
 
   void take_over_evidence() {
     std::swap(evidence_, last_evidence_);
-    const std::size_t n = tracks_.size();
-    evidence_.assign(n, Evidence());
+    const std::size_t n = tracks_->size();
+    evidence_.assign(n, TrackEvidence());
     for (std::size_t i = 0; i < n; ++i) {
-      const int previous = tracks_.previous(i);
+      const int previous = tracks_->previous(i);
       if (previous >= 0 && static_cast<std::size_t>(previous) < last_evidence_.size())
         evidence_[i] = last_evidence_[static_cast<std::size_t>(previous)];
     }
@@ -191,8 +190,8 @@ class FlowConsistencyFilter final : public Filter {
   /// and the gap for the ground. Longest first.
   void choose_gaps() {
     counts_.assign(ages_s_.size() + 1, 0);
-    for (std::size_t i = 0; i < tracks_.size(); ++i)
-      for (int k = 1; k <= tracks_.length(i) && k < static_cast<int>(ages_s_.size()); ++k)
+    for (std::size_t i = 0; i < tracks_->size(); ++i)
+      for (int k = 1; k <= tracks_->length(i) && k < static_cast<int>(ages_s_.size()); ++k)
         ++counts_[static_cast<std::size_t>(k)];
     gaps_.clear();
     ground_gap_ = 0;
@@ -215,16 +214,16 @@ class FlowConsistencyFilter final : public Filter {
 
   bool somebody_needs(int gap) const {
     if (gap == gaps_.front() || gap == ground_gap_) return true;
-    for (std::size_t i = 0; i < tracks_.size(); ++i)
-      if (!judged_[i] && tracks_.length(i) >= gap) return true;
+    for (std::size_t i = 0; i < tracks_->size(); ++i)
+      if (!judged_[i] && tracks_->length(i) >= gap) return true;
     return false;
   }
 
   /// Estimates the camera's motion over the gap, and each flow relative to it.
   /// False if there is no motion.
-  bool measure(Context& context, int gap) {
+  bool measure(const Evidence& evidence, int gap, Votes& votes) {
     gap_s_ = gap_s(gap);
-    collect_points(context, gap);
+    collect_points(evidence, gap);
     seeds_.clear();
     pairs_.clear();
     for (std::size_t k = 0; k < points_.size(); ++k) {
@@ -239,7 +238,7 @@ class FlowConsistencyFilter final : public Filter {
     if (main) {
       main_motion_.reset();
       if (found) main_motion_ = TimedMotion{*found, gap_s_};
-      note(context, gap, found);
+      note(gap, found, votes);
     }
     if (!found) return false;
     motion_ = TimedMotion{*found, gap_s_};
@@ -252,23 +251,22 @@ class FlowConsistencyFilter final : public Filter {
     return true;
   }
 
-  void note(Context& context, int gap, const std::optional<ViewMotion>& found) const {
-    context.note(!found
-                     ? "model: none, " + std::to_string(seeds_.size()) + " seeds with a track"
-                     : std::string("model: ") +
-                           (found->has_baseline() ? "rotation and direction" : "rotation") + " over " +
-                           std::to_string(gap) + " frames, " + std::to_string(points_.size()) + " features");
+  void note(int gap, const std::optional<ViewMotion>& found, Votes& votes) const {
+    votes.note(!found ? "model: none, " + std::to_string(seeds_.size()) + " seeds with a track"
+                      : std::string("model: ") +
+                            (found->has_baseline() ? "rotation and direction" : "rotation") + " over " +
+                            std::to_string(gap) + " frames, " + std::to_string(points_.size()) + " features");
   }
 
   /// Sets principal point, focal length and image size.
   /// Without a camera or an image, uses the extent of the features.
-  void set_view(Context& context) {
-    for (const cv::Point2f& px : context.pixels()) {
+  void set_view(const Evidence& evidence) {
+    for (const cv::Point2f& px : evidence.pixels()) {
       if (!within(px)) continue;
       extent_.width = std::max(extent_.width, static_cast<double>(px.x));
       extent_.height = std::max(extent_.height, static_cast<double>(px.y));
     }
-    const FrameView& frame = context.frame();
+    const FrameView& frame = evidence.frame();
     cv::Size2d size = extent_;
     if (!frame.grey.empty())
       size = {static_cast<double>(frame.grey.cols), static_cast<double>(frame.grey.rows)};
@@ -294,19 +292,20 @@ class FlowConsistencyFilter final : public Filter {
   /// Sorts by current position, so that the result does not depend on the features' order.
   void sort_features() {
     order_.clear();
-    for (std::size_t i = 0; i < tracks_.size(); ++i)
-      if (tracks_.length(i) > 0 && within(tracks_.at(i, 0))) order_.push_back({centred(tracks_.at(i, 0)), i});
+    for (std::size_t i = 0; i < tracks_->size(); ++i)
+      if (tracks_->length(i) > 0 && within(tracks_->at(i, 0)))
+        order_.push_back({centred(tracks_->at(i, 0)), i});
     std::sort(order_.begin(), order_.end(), [](const PlacedFeature& a, const PlacedFeature& b) {
       return std::tie(a.now.x, a.now.y, a.feature) < std::tie(b.now.x, b.now.y, b.feature);
     });
   }
 
-  void collect_points(const Context& context, int gap) {
+  void collect_points(const Evidence& evidence, int gap) {
     points_.clear();
     for (const auto& [now, i] : order_) {
-      if (tracks_.length(i) < gap || !within(tracks_.at(i, gap))) continue;
-      const ImageNeighbours::Point then = centred(tracks_.at(i, gap));
-      points_.push_back({static_cast<int>(i), {then.x, then.y, now.x, now.y}, {}, 0, context.seed(i)});
+      if (tracks_->length(i) < gap || !within(tracks_->at(i, gap))) continue;
+      const ImageNeighbours::Point then = centred(tracks_->at(i, gap));
+      points_.push_back({static_cast<int>(i), {then.x, then.y, now.x, now.y}, {}, 0, evidence.seed(i)});
     }
     const auto before = [](const Point& p, const Point& q) {
       return std::tie(p.pair.x, p.pair.y, p.pair.reference_x, p.pair.reference_y) <
@@ -366,13 +365,15 @@ class FlowConsistencyFilter final : public Filter {
       double wrong_way = median_of(along_);
       if (motion_->motion.has_baseline()) wrong_way = std::min(0.0, wrong_way);
       const double sigma_px = std::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
-      Evidence& evidence = evidence_of(k);
+      TrackEvidence& evidence = evidence_of(k);
       remember(std::min(std::hypot(across, wrong_way) / sigma_px, kMaxSigmas), evidence.flow,
                evidence.flow_known);
     }
   }
 
-  Evidence& evidence_of(std::size_t k) { return evidence_[static_cast<std::size_t>(points_[k].feature)]; }
+  TrackEvidence& evidence_of(std::size_t k) {
+    return evidence_[static_cast<std::size_t>(points_[k].feature)];
+  }
   bool judged(std::size_t k) const { return judged_[static_cast<std::size_t>(points_[k].feature)]; }
 
   void remember(double sigmas, double& mean, bool& known) const {
@@ -459,7 +460,7 @@ class FlowConsistencyFilter final : public Filter {
       const std::optional<double> hanging = hanging_sigmas(groups_.group(g));
       if (!hanging) continue;
       for (const int m : groups_.group(g)) {
-        Evidence& evidence = evidence_of(static_cast<std::size_t>(m));
+        TrackEvidence& evidence = evidence_of(static_cast<std::size_t>(m));
         remember(*hanging, evidence.hanging, evidence.hanging_known);
       }
     }
@@ -502,17 +503,17 @@ class FlowConsistencyFilter final : public Filter {
     return std::clamp(params_.limit + std::log(ratio / limit) / kRatioSigma, 0.0, kMaxSigmas);
   }
 
-  void vote(const Context& context, Votes& votes) const {
+  void vote(const Evidence& evidence, Votes& votes) const {
     for (std::size_t i = 0; i < judged_.size(); ++i) {
-      if (!judged_[i] || !context.judged(i)) continue;
+      if (!judged_[i] || !evidence.judged(i)) continue;
       const double sigmas = std::hypot(suspicion_[i], evidence_[i].hanging);
       votes.cast(i, sigmas > params_.limit ? Vote::Dynamic : Vote::Static, suspicion(sigmas, params_.limit));
     }
   }
 
   Params params_;
-  FeatureTracks tracks_;
-  BackgroundMotionEstimator estimator_;
+  const FeatureTracks* tracks_ = nullptr;  ///< of the current frame
+  ViewMotionEstimator estimator_;
   FlowGroups groups_;
   GroundPlaneFinder ground_finder_;
   /// Over the current gap; over the last frame's longest gap.
@@ -527,7 +528,7 @@ class FlowConsistencyFilter final : public Filter {
   ImageCells cells_;
   cv::Point2d centre_, focus_;
   double focal_px_ = 1, y_scale_ = 1;
-  std::vector<Evidence> evidence_, last_evidence_;
+  std::vector<TrackEvidence> evidence_, last_evidence_;
   std::vector<PlacedFeature> order_;
   std::vector<Point> points_;
   std::vector<ViewPair> pairs_;

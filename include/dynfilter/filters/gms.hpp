@@ -2,10 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/correspondence/gms.hpp>
+#include <dynfilter/correspondence/grid_motion_statistics.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <string>
 #include <vector>
 
@@ -61,11 +61,11 @@ struct GmsFilterParams {
 /// Formula:  kept if S >= factor * sqrt(n).
 ///           S is the number of matches from the surrounding 3 x 3 cells
 ///           to the 3 x 3 cells around the target.
-///           The mean number of matches in these cells is n (correspondence/gms.hpp).
+///           The mean number of matches in these cells is n (correspondence/grid_motion_statistics.hpp).
 /// Needs:    correspondences of any kind.
 /// Abstains: without a match, and with fewer than min_matches.
 /// Blind to: large movers, whose matches support each other; motion within a cell.
-/// State:    none; the context keeps gap_frames frames.
+/// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.05 ms for 1000 matches, 8 times that with rotation, 5 times with scale.
 class GmsFilter final : public Filter {
  public:
@@ -81,27 +81,27 @@ class GmsFilter final : public Filter {
   std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::None, params_.gap_frames}; }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({params_.keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return context.note("no earlier frame");
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+    if (match.reference == nullptr) return votes.note("no earlier frame");
     const std::size_t matches = match.correspondences.count();
     if (matches < static_cast<std::size_t>(params_.min_matches))
-      return context.note("too few matches: " + std::to_string(matches));
+      return votes.note("too few matches: " + std::to_string(matches));
     const std::vector<cv::Point2f>& then = match.correspondences.reference_px;
-    const cv::Size size = image_size(context.frame(), context.pixels(), then);
+    const cv::Size size = image_size(evidence.frame(), evidence.pixels(), then);
     const std::size_t kept =
-        statistics_.run(context.pixels(), size, then, size, match.correspondences.found, kept_);
+        statistics_.run(evidence.pixels(), size, then, size, match.correspondences.found, kept_);
     const std::string cells = std::to_string(statistics_.cells_for(matches));
-    context.note("kept " + std::to_string(kept) + " of " + std::to_string(matches) + " matches, " + cells +
-                 " x " + cells + " cells");
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (context.judged(i) && usable(context, match, i))
+    votes.note("kept " + std::to_string(kept) + " of " + std::to_string(matches) + " matches, " + cells +
+               " x " + cells + " cells");
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (evidence.judged(i) && usable(evidence, match, i))
         votes.cast(i, kept_[i] != 0 ? Vote::Static : Vote::Dynamic);
   }
 
  private:
-  static bool usable(const Context& context, const Match& match, std::size_t i) {
-    return match.found(i) && detail::finite(context.pixels()[i]) &&
+  static bool usable(const Evidence& evidence, const Match& match, std::size_t i) {
+    return match.found(i) && detail::finite(evidence.pixels()[i]) &&
            detail::finite(match.correspondences.reference_px[i]);
   }
 

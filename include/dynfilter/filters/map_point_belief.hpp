@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/filters/mask_lookup.hpp>
-#include <dynfilter/filters/semantic_input.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/evidence/mask_lookup.hpp>
+#include <dynfilter/evidence/semantic_input.hpp>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -59,7 +59,7 @@ struct MapPointBeliefParams {
 /// Abstains: on features without a map point, and at a belief of exactly `threshold`.
 /// Blind to: classes that the network does not detect; whether the object moves at all.
 /// State:    one belief per map point observed in the last forget_frames.
-///           The context keeps max_age_frames frames for late masks.
+///           The pipeline keeps max_age_frames frames for late masks.
 /// Cost:     about 0.1 us per feature; 10 us with a mask for 1000 features.
 class MapPointBeliefFilter final : public Filter {
  public:
@@ -81,11 +81,11 @@ class MapPointBeliefFilter final : public Filter {
     last_mask_.reset();
   }
 
-  void apply(Context& context, Votes& votes) override {
-    const FrameView& frame = context.frame();
-    if (frame.mask) learn(context, *frame.mask);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const FrameView& frame = evidence.frame();
+    if (frame.mask) learn(evidence, *frame.mask, votes);
     const double limit = log_odds(std::clamp(params_.threshold, 1e-9, 1 - 1e-9));
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const auto known = beliefs_.find(frame.map_point_ids[i]);
       if (known == beliefs_.end()) continue;
       known->second.seen = frame.id;
@@ -105,22 +105,22 @@ class MapPointBeliefFilter final : public Filter {
   };
   static double log_odds(double p) { return std::log(p / (1 - p)); }
 
-  void learn(Context& context, const MaskInput& mask) {
-    const std::int64_t id = mask.frame_id < 0 ? context.frame().id : mask.frame_id;
+  void learn(const Evidence& evidence, const MaskInput& mask, Votes& votes) {
+    const std::int64_t id = mask.frame_id < 0 ? evidence.frame().id : mask.frame_id;
     if (last_mask_ == id) return;
-    const LateResult late = LateResult::matched_mask(context, id, params_.max_age_frames);
+    const LateResult late = LateResult::matched_mask(evidence, id, params_.max_age_frames, votes);
     if (!late.usable()) return;
     last_mask_ = id;
-    const MaskLookup lookup(mask.labels, image_size(context.frame()), params_.labels);
+    const MaskLookup lookup(mask.labels, image_size(evidence.frame()), params_.labels);
     const double step = log_odds(params_.hit);
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      const std::int64_t point = context.frame().map_point_ids[i];
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      const std::int64_t point = evidence.frame().map_point_ids[i];
       if (point < 0 || !late.found(i)) continue;
       Belief& belief =
-          beliefs_.try_emplace(point, Belief{log_odds(params_.initial), context.frame().id}).first->second;
+          beliefs_.try_emplace(point, Belief{log_odds(params_.initial), evidence.frame().id}).first->second;
       const bool on = lookup.near(late.then_px(i), params_.dilate_px);
       belief.log_odds = std::clamp(belief.log_odds + (on ? step : -step), -kMaxLogOdds, kMaxLogOdds);
-      belief.seen = context.frame().id;
+      belief.seen = evidence.frame().id;
     }
   }
 

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/sequential_homographies.hpp>
 #include <string>
 #include <vector>
@@ -47,7 +47,7 @@ struct MultiModelParams {
 /// Needs:    correspondences.
 /// Abstains: without correspondence, and if no homography has support.
 /// Blind to: movers, by design; mismatches that agree with each other (repeated texture).
-/// State:    none; the context keeps gap_frames frames.
+/// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 3 ms for 300 matches, a third of them wrong.
 class MultiModelFilter final : public Filter {
  public:
@@ -62,20 +62,20 @@ class MultiModelFilter final : public Filter {
   std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, params_.gap_frames}; }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({params_.keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return context.note("no earlier frame");
-    collect(context, match);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+    if (match.reference == nullptr) return votes.note("no earlier frame");
+    collect(evidence, match);
     matches_.clear();
     for (const Entry& e : entries_) matches_.push_back(e.match);
     models_.fit(matches_);
     const double limit_px = models_.max_distance_px();
-    context.note(std::to_string(models_.models()) + " homographies for " + std::to_string(matches_.size()) +
-                 " matches, within " + std::to_string(std::lround(limit_px)) + " px");
+    votes.note(std::to_string(models_.models()) + " homographies for " + std::to_string(matches_.size()) +
+               " matches, within " + std::to_string(std::lround(limit_px)) + " px");
     if (models_.models() == 0) return;
     for (std::size_t k = 0; k < entries_.size(); ++k) {
       const double distance = models_.distance_px(k);
-      if (context.judged(entries_[k].feature))
+      if (evidence.judged(entries_[k].feature))
         votes.cast(entries_[k].feature, distance > limit_px ? Vote::Dynamic : Vote::Static,
                    std::isfinite(distance) ? suspicion(distance, limit_px) : 1.0F);
     }
@@ -97,12 +97,12 @@ class MultiModelFilter final : public Filter {
   }
 
   /// Sorts by position, so that the result does not depend on the features' order.
-  void collect(Context& context, const Match& match) {
+  void collect(const Evidence& evidence, const Match& match) {
     constexpr double kMost = 1e6;
     entries_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       if (!match.found(i)) continue;
-      const cv::Point2f &now = context.undistorted_pixels()[i], &then = match.reference_undistorted_px[i];
+      const cv::Point2f &now = evidence.undistorted_pixels()[i], &then = match.reference_undistorted_px[i];
       const ImageMatch m{static_cast<double>(now.x), static_cast<double>(now.y), static_cast<double>(then.x),
                          static_cast<double>(then.y)};
       const double size = std::abs(m.x) + std::abs(m.y) + std::abs(m.rx) + std::abs(m.ry);

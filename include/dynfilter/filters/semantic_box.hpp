@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/filters/box_foreground.hpp>
-#include <dynfilter/filters/semantic_input.hpp>
+#include <dynfilter/evidence/box_foreground.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/evidence/semantic_input.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,7 +48,7 @@ struct SemanticBoxParams {
 ///           Never Static, because detectors miss objects.
 /// Abstains: without boxes, and if they are older than max_age_frames.
 /// Blind to: classes that the detector does not detect; whether the object moves at all.
-/// State:    none; the context carries late boxes.
+/// State:    none; the pipeline carries late boxes.
 /// Cost:     one comparison per box and feature, about 5 us.
 class SemanticBoxFilter final : public Filter {
  public:
@@ -66,22 +66,22 @@ class SemanticBoxFilter final : public Filter {
             LateResult::history_frames(params_.max_age_frames)};
   }
 
-  void apply(Context& context, Votes& votes) override {
-    const LateResult late = LateResult::boxes(context, params_.max_age_frames);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes);
     if (!late.usable()) return;
     const DetectionFilter filter{params_.classes, {}, params_.min_score};
     for (const Detection& detection : late.detections())
-      if (filter.wants(detection)) judge(context, detection, late, votes);
+      if (filter.wants(detection)) judge(evidence, detection, late, votes);
   }
 
  private:
-  void judge(Context& context, const Detection& detection, const LateResult& late, Votes& votes) {
+  void judge(const Evidence& evidence, const Detection& detection, const LateResult& late, Votes& votes) {
     const cv::Rect2f box =
-        features_in_box(context, detection.box, params_.expand_px, late, scratch_, inside_);
+        features_in_box(evidence, detection.box, params_.expand_px, late, scratch_, inside_);
     const double farthest_m =
-        box_foreground_m(context, box, inside_, params_.refine, params_.foreground_margin_m);
+        box_foreground_m(evidence, box, inside_, params_.refine, params_.foreground_margin_m);
     for (const std::size_t i : inside_) {
-      if (static_cast<double>(context.depths_m()[i]) > farthest_m) continue;
+      if (static_cast<double>(evidence.depths_m()[i]) > farthest_m) continue;
       if (params_.role == SemanticRole::Reject)
         votes.cast(i, Vote::Dynamic, detection.score);
       else

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/filters/mask_lookup.hpp>
-#include <dynfilter/filters/semantic_input.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/evidence/mask_lookup.hpp>
+#include <dynfilter/evidence/semantic_input.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,7 +63,7 @@ struct SemanticMaskParams {
 ///           Static only with `off_mask: static`, because networks miss objects.
 /// Abstains: without a mask, if it is unusable, and if it is older than max_age_frames.
 /// Blind to: classes that the network does not detect; whether the object moves at all.
-/// State:    none; the context carries late masks.
+/// State:    none; the pipeline carries late masks.
 /// Cost:     about 0.1 us per feature without dilation and 1 us with 15 px.
 ///           Only the mask around each feature is read.
 class SemanticMaskFilter final : public Filter {
@@ -82,49 +82,50 @@ class SemanticMaskFilter final : public Filter {
             LateResult::history_frames(params_.max_age_frames)};
   }
 
-  void apply(Context& context, Votes& votes) override {
+  void apply(const Evidence& evidence, Votes& votes) override {
     if (params_.source == MaskSource::Mask) {
-      const LateResult late = LateResult::mask(context, params_.max_age_frames);
+      const LateResult late = LateResult::mask(evidence, params_.max_age_frames, votes);
       if (!late.usable()) return;
-      clear(context, late, votes);
-      judge(context, MaskLookup(late.labels(), image_size(context.frame()), params_.labels), late, 1, votes);
+      clear(evidence, late, votes);
+      judge(evidence, MaskLookup(late.labels(), image_size(evidence.frame()), params_.labels), late, 1,
+            votes);
     } else {
-      judge_instances(context, votes);
+      judge_instances(evidence, votes);
     }
   }
 
  private:
   static constexpr float kMarginScore = 0.75F;
 
-  void judge_instances(Context& context, Votes& votes) {
-    const LateResult late = LateResult::boxes(context, params_.max_age_frames, "masks");
+  void judge_instances(const Evidence& evidence, Votes& votes) {
+    const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes, "masks");
     if (!late.usable()) return;
     const DetectionFilter filter{params_.classes, {}, params_.min_score};
     bool any = late.detections().empty();
     for (const Detection& detection : late.detections()) any = any || !detection.mask.empty();
-    if (!any) return context.note("the detections have no masks");
-    clear(context, late, votes);
+    if (!any) return votes.note("the detections have no masks");
+    clear(evidence, late, votes);
     for (const Detection& detection : late.detections()) {
       if (!filter.wants(detection)) continue;
-      const MaskLookup mask(detection.mask, image_size(context.frame()));
+      const MaskLookup mask(detection.mask, image_size(evidence.frame()));
       if (!mask.empty())
-        judge(context, mask, late, detection.score, votes);
+        judge(evidence, mask, late, detection.score, votes);
       else
-        context.note("a detection without a usable mask");
+        votes.note("a detection without a usable mask");
     }
   }
 
-  void clear(const Context& context, const LateResult& late, Votes& votes) const {
+  void clear(const Evidence& evidence, const LateResult& late, Votes& votes) const {
     if (params_.off_mask == OffMask::Unknown) return;
-    for (std::size_t i = 0; i < context.size(); ++i)
+    for (std::size_t i = 0; i < evidence.size(); ++i)
       if (late.found(i)) votes.cast(i, Vote::Static);
   }
 
-  void judge(const Context& context, const MaskLookup& mask, const LateResult& late, float score,
+  void judge(const Evidence& evidence, const MaskLookup& mask, const LateResult& late, float score,
              Votes& votes) {
     const cv::Point2f flow =
         late.median_flow([&](const cv::Point2f& px) { return mask.at(px); }, flow_x_, flow_y_);
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const cv::Point2f then = late.then_px(i, flow);
       const bool on = mask.at(then);
       if (!on && !mask.near(then, params_.dilate_px)) continue;

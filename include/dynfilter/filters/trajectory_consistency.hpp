@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/filters/camera_motion.hpp>
+#include <dynfilter/evidence/camera_motion.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <optional>
 #include <string>
@@ -87,7 +87,7 @@ struct TrajectoryConsistencyParams {
 /// Abstains: without depth or correspondence, beyond max_depth_m, and without a camera motion.
 /// Blind to: motion below the depth camera's noise over the gap;
 ///           everything if the motion was fitted on movers.
-/// State:    none; the context keeps gap_frames frames.
+/// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.1 ms for 1000 features, with motion, without flow.
 class TrajectoryConsistencyFilter final : public Filter {
  public:
@@ -104,21 +104,21 @@ class TrajectoryConsistencyFilter final : public Filter {
     return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, params_.gap_frames};
   }
 
-  void apply(Context& context, Votes& votes) override {
-    const Match& match = context.match({params_.keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return context.note("no earlier frame");
-    const std::optional<RigidMotion> motion = camera_motion(context, match, params_.motion, seeds_);
+  void apply(const Evidence& evidence, Votes& votes) override {
+    const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+    if (match.reference == nullptr) return votes.note("no earlier frame");
+    const std::optional<RigidMotion> motion = camera_motion(evidence, match, params_.motion, votes, seeds_);
     if (!motion) return;
     if (params_.mode == TrajectoryMode::Displacement)
-      judge_displacement(context, match, *motion, votes);
+      judge_displacement(evidence, match, *motion, votes);
     else
-      judge_rigid(context, match, *motion, votes);
+      judge_rigid(evidence, match, *motion, votes);
   }
 
  private:
-  bool judgeable(Context& context, const Match& match, std::size_t i) const {
-    if (!context.judged(i) || !match.found(i) || !match.has_depth(i)) return false;
-    const double z = static_cast<double>(context.points_m()[i].z);
+  bool judgeable(const Evidence& evidence, const Match& match, std::size_t i) const {
+    if (!evidence.judged(i) || !match.found(i) || !match.has_depth(i)) return false;
+    const double z = static_cast<double>(evidence.points_m()[i].z);
     return z <= params_.max_depth_m && static_cast<double>(match.reference_depth_m[i]) <= params_.max_depth_m;
   }
 
@@ -126,47 +126,49 @@ class TrajectoryConsistencyFilter final : public Filter {
     return params_.alpha_m + params_.beta * static_cast<double>(std::min(match.reference_depth_m[i], now.z));
   }
 
-  void judge_displacement(Context& context, const Match& match, const RigidMotion& motion,
+  void judge_displacement(const Evidence& evidence, const Match& match, const RigidMotion& motion,
                           Votes& votes) const {
     const double camera_m = motion.T_current_reference.t().norm();
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!judgeable(context, match, i)) continue;
-      const cv::Point3f& now = context.points_m()[i];
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!judgeable(evidence, match, i)) continue;
+      const cv::Point3f& now = evidence.points_m()[i];
       const double point_m = cv::norm(now - match.reference_points_m[i]);
       cast(votes, i, std::abs(point_m - camera_m), limit_m(match, now, i));
     }
   }
 
-  void judge_rigid(Context& context, const Match& match, const RigidMotion& motion, Votes& votes) const {
-    if (params_.threshold == TrajectoryThreshold::Metric) return judge_metric(context, match, motion, votes);
+  void judge_rigid(const Evidence& evidence, const Match& match, const RigidMotion& motion,
+                   Votes& votes) const {
+    if (params_.threshold == TrajectoryThreshold::Metric) return judge_metric(evidence, match, motion, votes);
     RigidResidualNoise noise;
     noise.pixel_sigma_px = params_.pixel_sigma_px;
     noise.depth_noise.base_m *= params_.depth_sigma_factor;
     noise.depth_noise.quadratic_per_m *= params_.depth_sigma_factor;
     const bool fitted = motion.inliers > 0;
-    const RigidResidualModel residual(*context.frame().camera, motion.T_current_reference, noise,
+    const RigidResidualModel residual(*evidence.frame().camera, motion.T_current_reference, noise,
                                       fitted ? motion.covariance.data() : nullptr);
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!judgeable(context, match, i)) continue;
-      const RigidResidual r = residual(match.reference_points_m[i], context.points_m()[i]);
-      if (r.valid && possible(displacement_m(motion, match, context, i), votes, i))
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!judgeable(evidence, match, i)) continue;
+      const RigidResidual r = residual(match.reference_points_m[i], evidence.points_m()[i]);
+      if (r.valid && possible(displacement_m(motion, match, evidence, i), votes, i))
         cast(votes, i, static_cast<double>(r.chi2), params_.max_chi2);
     }
   }
 
-  void judge_metric(Context& context, const Match& match, const RigidMotion& motion, Votes& votes) const {
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      if (!judgeable(context, match, i)) continue;
-      const double moved_m = displacement_m(motion, match, context, i);
-      if (possible(moved_m, votes, i)) cast(votes, i, moved_m, limit_m(match, context.points_m()[i], i));
+  void judge_metric(const Evidence& evidence, const Match& match, const RigidMotion& motion,
+                    Votes& votes) const {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!judgeable(evidence, match, i)) continue;
+      const double moved_m = displacement_m(motion, match, evidence, i);
+      if (possible(moved_m, votes, i)) cast(votes, i, moved_m, limit_m(match, evidence.points_m()[i], i));
     }
   }
 
   /// d_D = |R P_r + t - P_t|.
-  static double displacement_m(const RigidMotion& motion, const Match& match, Context& context,
+  static double displacement_m(const RigidMotion& motion, const Match& match, const Evidence& evidence,
                                std::size_t i) {
     const Pose& T = motion.T_current_reference;
-    const cv::Point3f &then = match.reference_points_m[i], &now = context.points_m()[i];
+    const cv::Point3f &then = match.reference_points_m[i], &now = evidence.points_m()[i];
     return (T.R() * Eigen::Vector3d(then.x, then.y, then.z) + T.t() - Eigen::Vector3d(now.x, now.y, now.z))
         .norm();
   }

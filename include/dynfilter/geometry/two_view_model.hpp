@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/geometry/epipolar.hpp>
+#include <dynfilter/geometry/epipolar_distance.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 

@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/geometry/epipolar.hpp>
+#include <dynfilter/geometry/epipolar_distance.hpp>
 #include <utility>
 
 namespace dynfilter::detail {

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/cluster/cell_grid.hpp>
-#include <dynfilter/cluster/dbscan.hpp>
+#include <dynfilter/cluster/density_clusters.hpp>
 #include <dynfilter/cluster/depth_growth.hpp>
 #include <dynfilter/mapping/box_body.hpp>
 #include <dynfilter/mapping/depth_jump.hpp>

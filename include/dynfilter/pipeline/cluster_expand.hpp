@@ -80,15 +80,15 @@ class ClusterExpandStage final : public Combinator {
   }
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
               Judgement& out) override {
-    children_[0]->judge(context, reports, out);
+    children_[0]->judge(evidence, reports, out);
     const std::size_t before = out.votes.count(Vote::Dynamic);
     if (before == 0) return;
     if (params_.space == ExpandSpace::Depth)
-      grow_over_depth(context, own_reason(self), out);
+      grow_over_depth(evidence, own_reason(self), out);
     else
-      grow_by_neighbours(context, own_reason(self), out);
+      grow_by_neighbours(evidence, own_reason(self), out);
     reports[self].note = std::to_string(out.votes.count(Vote::Dynamic) - before) + " features added";
   }
 
@@ -97,14 +97,14 @@ class ClusterExpandStage final : public Combinator {
     set(out, i, Vote::Dynamic, std::max(out.votes.score(i), 0.75F), out.reasons[i] | reason);
   }
 
-  void grow_over_depth(const Context& context, std::uint64_t reason, Judgement& out) {
-    const FrameView& frame = context.frame();
+  void grow_over_depth(const FrameEvidence& evidence, std::uint64_t reason, Judgement& out) {
+    const FrameView& frame = evidence.frame();
     seeds_px_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (out.votes[i] == Vote::Dynamic) seeds_px_.push_back(context.pixels()[i]);
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (out.votes[i] == Vote::Dynamic) seeds_px_.push_back(evidence.pixels()[i]);
     growth_.grow(frame.depth, frame.depth_unit_m, frame.camera.value_or(Camera()), seeds_px_, grown_);
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (out.votes[i] != Vote::Dynamic && context.judged(i) && is_grown(context.pixels()[i]))
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (out.votes[i] != Vote::Dynamic && evidence.judged(i) && is_grown(evidence.pixels()[i]))
         add(i, reason, out);
   }
   bool is_grown(const cv::Point2f& px) const {
@@ -115,18 +115,18 @@ class ClusterExpandStage final : public Combinator {
     return grown_.at<std::uint8_t>(y, x) != 0;
   }
 
-  void grow_by_neighbours(Context& context, std::uint64_t reason, Judgement& out) {
-    find_pairs(context);
+  void grow_by_neighbours(FrameEvidence& evidence, std::uint64_t reason, Judgement& out) {
+    find_pairs(evidence);
     for (int round = 0; round < params_.rounds; ++round) {
-      dynamic_.assign(context.size(), 0);
-      known_.assign(context.size(), 0);
+      dynamic_.assign(evidence.size(), 0);
+      known_.assign(evidence.size(), 0);
       for (const auto& [a, b] : pairs_) {
         count(out.votes[b], a);
         count(out.votes[a], b);
       }
       bool grew = false;
-      for (std::size_t i = 0; i < context.size(); ++i) {
-        if (out.votes[i] == Vote::Dynamic || !context.judged(i) || dynamic_[i] < params_.min_neighbours ||
+      for (std::size_t i = 0; i < evidence.size(); ++i) {
+        if (out.votes[i] == Vote::Dynamic || !evidence.judged(i) || dynamic_[i] < params_.min_neighbours ||
             dynamic_[i] < params_.min_share * known_[i])
           continue;
         add(i, reason, out);
@@ -139,15 +139,15 @@ class ClusterExpandStage final : public Combinator {
     dynamic_[i] += neighbour == Vote::Dynamic ? 1 : 0;
     known_[i] += neighbour != Vote::Unknown ? 1 : 0;
   }
-  void find_pairs(Context& context) {
+  void find_pairs(FrameEvidence& evidence) {
     const bool image = params_.space == ExpandSpace::Image;
     const double radius = image ? params_.radius_px : params_.radius_m;
     if (image) {
       flat_.clear();
-      for (const cv::Point2f& px : context.pixels()) flat_.emplace_back(px.x, px.y, 0.0F);
+      for (const cv::Point2f& px : evidence.pixels()) flat_.emplace_back(px.x, px.y, 0.0F);
     }
     pairs_.clear();
-    grid_.build(image ? flat_ : context.points_m(), radius, 1);
+    grid_.build(image ? flat_ : evidence.points_m(), radius, 1);
     grid_.for_each_pair(detail::squared_radius(radius), [&](std::uint32_t a, std::uint32_t b) {
       pairs_.emplace_back(grid_.index(a), grid_.index(b));
     });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/stage.hpp>
 #include <memory>
 #include <string>
@@ -10,7 +11,7 @@
 
 namespace dynfilter {
 
-using Stages = std::vector<std::unique_ptr<Stage>>;
+using Stages = std::vector<StagePtr>;
 
 /// Base of combinators: owns the children, merges their needs and passes on resets.
 class Combinator : public Stage {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/filter.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 /// Pipelines in C++:
 ///
@@ -13,24 +16,33 @@
 ///     Pipeline pipeline(std::move(config));
 namespace dynfilter {
 
-using StagePtr = std::unique_ptr<Stage>;
+// Each is defined beside its stage: pipeline/vote_stage.hpp, object_vote.hpp, cluster_expand.hpp,
+// depth_layers.hpp, temporal_stage.hpp.
+struct VoteParams;
+struct ObjectVoteParams;
+struct ClusterExpandParams;
+struct DepthLayersParams;
+struct TemporalParams;
 
+/// Wraps a filter. `path` names it in errors and reports.
+StagePtr stage(std::unique_ptr<Filter> filter, std::string path);
+StagePtr stage(std::unique_ptr<Filter> filter);
 /// A stage with a new filter of type F. Throws ConfigError for invalid parameters.
 template <class F>
 StagePtr stage(typename F::Params params = typename F::Params()) {
-  return std::make_unique<FilterStage>(std::make_unique<F>(std::move(params)), F::kName);
-}
-/// Wraps an existing filter.
-inline StagePtr stage(std::unique_ptr<Filter> filter) {
-  std::string path = filter->name();
-  return std::make_unique<FilterStage>(std::move(filter), std::move(path));
+  return stage(std::make_unique<F>(std::move(params)), F::kName);
 }
 
 namespace detail {
 
+StagePtr sequence_of(std::vector<StagePtr> members);
+StagePtr any_of(std::vector<StagePtr> members);
+StagePtr all_of(std::vector<StagePtr> members);
+StagePtr vote_of(const VoteParams& params, std::vector<StagePtr> members);
+
 template <class... S>
-Stages stages(S&&... members) {
-  Stages result;
+std::vector<StagePtr> stages(S&&... members) {
+  std::vector<StagePtr> result;
   (result.push_back(std::forward<S>(members)), ...);
   return result;
 }
@@ -41,51 +53,33 @@ Stages stages(S&&... members) {
 /// `negate` is `not` in YAML; `condition` and `otherwise` are `if` and `else`.
 template <class... S>
 StagePtr sequence(S&&... members) {
-  return std::make_unique<SequenceStage>(SequenceStage::kName, detail::stages(std::forward<S>(members)...));
+  return detail::sequence_of(detail::stages(std::forward<S>(members)...));
 }
 template <class... S>
 StagePtr any(S&&... members) {
-  return std::make_unique<AnyStage>(AnyStage::kName, detail::stages(std::forward<S>(members)...));
+  return detail::any_of(detail::stages(std::forward<S>(members)...));
 }
 template <class... S>
 StagePtr all(S&&... members) {
-  return std::make_unique<AllStage>(AllStage::kName, detail::stages(std::forward<S>(members)...));
+  return detail::all_of(detail::stages(std::forward<S>(members)...));
 }
-inline StagePtr negate(StagePtr member) {
-  return std::make_unique<NotStage>(NotStage::kName, detail::stages(std::move(member)));
-}
-inline StagePtr strict(StagePtr member) {
-  return std::make_unique<StrictStage>(StrictStage::kName, detail::stages(std::move(member)));
-}
-inline StagePtr gate(StagePtr condition, StagePtr then) {
-  return std::make_unique<GateStage>(GateStage::kName, detail::stages(std::move(condition), std::move(then)));
-}
-inline StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise) {
-  return std::make_unique<GateStage>(
-      GateStage::kName, detail::stages(std::move(condition), std::move(then), std::move(otherwise)));
-}
-inline StagePtr by_region(StagePtr inside, StagePtr outside) {
-  return std::make_unique<ByRegionStage>(ByRegionStage::kName,
-                                         detail::stages(std::move(inside), std::move(outside)));
-}
+/// Throws ConfigError if weights are given, but not one per member.
 template <class... S>
-StagePtr vote(VoteParams params, S&&... members) {
-  return std::make_unique<VoteStage>(VoteStage::kName, detail::stages(std::forward<S>(members)...),
-                                     std::move(params));
+StagePtr vote(const VoteParams& params, S&&... members) {
+  return detail::vote_of(params, detail::stages(std::forward<S>(members)...));
 }
-inline StagePtr object_vote(ObjectVoteParams params, StagePtr of) {
-  return std::make_unique<ObjectVoteStage>(ObjectVoteStage::kName, detail::stages(std::move(of)),
-                                           std::move(params));
-}
-inline StagePtr cluster_expand(ClusterExpandParams params, StagePtr of) {
-  return std::make_unique<ClusterExpandStage>(ClusterExpandStage::kName, detail::stages(std::move(of)),
-                                              params);
-}
-inline StagePtr depth_layers(DepthLayersParams params, StagePtr of) {
-  return std::make_unique<DepthLayersStage>(DepthLayersStage::kName, detail::stages(std::move(of)), params);
-}
-inline StagePtr temporal(TemporalParams params, StagePtr of) {
-  return std::make_unique<TemporalStage>(TemporalStage::kName, detail::stages(std::move(of)), params);
-}
+StagePtr negate(StagePtr member);
+StagePtr strict(StagePtr member);
+StagePtr gate(StagePtr condition, StagePtr then);
+StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise);
+StagePtr by_region(StagePtr inside, StagePtr outside);
+StagePtr object_vote(const ObjectVoteParams& params, StagePtr of);
+StagePtr cluster_expand(const ClusterExpandParams& params, StagePtr of);
+StagePtr depth_layers(const DepthLayersParams& params, StagePtr of);
+StagePtr temporal(const TemporalParams& params, StagePtr of);
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/compose-inl.hpp>
+#endif

@@ -59,20 +59,20 @@ class DepthLayersStage final : public Combinator {
   }
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
               Judgement& out) override {
-    children_[0]->judge(context, reports, out);
-    if ((context.inputs() & Input::Depth) == Input::None) {
+    children_[0]->judge(evidence, reports, out);
+    if ((evidence.inputs() & Input::Depth) == Input::None) {
       reports[self].note = "no depth: the stage's votes are kept";
       return;
     }
-    find_layers(context, out.votes);
+    find_layers(evidence, out.votes);
     reports[self].note = std::to_string(layers_.size()) + " layers";
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      const float z = context.depths_m()[i];
-      if (!context.judged(i) || !valid_depth(z)) continue;
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      const float z = evidence.depths_m()[i];
+      if (!evidence.judged(i) || !valid_depth(z)) continue;
       const bool inside = std::any_of(layers_.begin(), layers_.end(),
-                                      [&](const Layer& l) { return l.holds(context.pixels()[i], z); });
+                                      [&](const Layer& l) { return l.holds(evidence.pixels()[i], z); });
       if (inside && out.votes[i] != Vote::Dynamic)
         set(out, i, Vote::Dynamic, std::max(out.votes.score(i), 0.75F), own_reason(self));
       if (!inside && out.votes[i] == Vote::Dynamic) set(out, i, Vote::Unknown, Votes::kNoIdea, 0);
@@ -94,12 +94,12 @@ class DepthLayersStage final : public Combinator {
     }
   };
 
-  void find_layers(Context& context, const Votes& votes) {
+  void find_layers(FrameEvidence& evidence, const Votes& votes) {
     layers_.clear();
     order_.clear();
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (votes[i] == Vote::Dynamic && valid_depth(context.depths_m()[i])) order_.push_back(i);
-    const std::vector<float>& z = context.depths_m();
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (votes[i] == Vote::Dynamic && valid_depth(evidence.depths_m()[i])) order_.push_back(i);
+    const std::vector<float>& z = evidence.depths_m();
     std::sort(order_.begin(), order_.end(),
               [&](std::size_t a, std::size_t b) { return z[a] < z[b] || (z[a] == z[b] && a < b); });
     for (std::size_t begin = 0, end = 0; begin < order_.size(); begin = end) {
@@ -110,16 +110,16 @@ class DepthLayersStage final : public Combinator {
       const auto points = static_cast<double>(end - begin);
       if (points < params_.min_points || points < params_.min_share * static_cast<double>(order_.size()))
         continue;
-      add_layer(context, begin, end);
+      add_layer(evidence, begin, end);
     }
   }
-  void add_layer(Context& context, std::size_t begin, std::size_t end) {
+  void add_layer(FrameEvidence& evidence, std::size_t begin, std::size_t end) {
     const auto px = static_cast<float>(params_.margin_px), m = static_cast<float>(params_.margin_m);
     Layer layer;
-    for (std::size_t k = begin; k < end; ++k) layer.add(context.pixels()[order_[k]]);
+    for (std::size_t k = begin; k < end; ++k) layer.add(evidence.pixels()[order_[k]]);
     layer.left -= px, layer.top -= px, layer.right += px, layer.bottom += px;
-    layer.nearest_m = context.depths_m()[order_[begin]] - m;
-    layer.farthest_m = context.depths_m()[order_[end - 1]] + m;
+    layer.nearest_m = evidence.depths_m()[order_[begin]] - m;
+    layer.farthest_m = evidence.depths_m()[order_[end - 1]] + m;
     layers_.push_back(layer);
   }
 

@@ -4,48 +4,24 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/pipeline/pipeline_params.hpp>
 #include <numeric>
 #include <string>
 #include <vector>
 
 namespace dynfilter {
 
-/// How many features must be kept, so that the tracker has enough.
-struct FloorParams {
-  int min_features = 50;         ///< absolute count
-  double min_share = 0;          ///< share of the frame's features
-  double min_grid_coverage = 0;  ///< share of the occupied grid cells that must keep a feature
-  int grid_columns = 8, grid_rows = 6;
-  /// Keep all features when the floor is reached, instead of just enough.
-  bool restore_all = false;
-
-  static const FieldTable<FloorParams>& fields() {
-    using P = FloorParams;
-    static const FieldTable<P> table{
-        integer("min_features", &P::min_features, "features", {0, 100000},
-                "smallest number of features to keep"),
-        real("min_share", &P::min_share, "", {0, 1}, "smallest share of the frame's features to keep"),
-        real("min_grid_coverage", &P::min_grid_coverage, "", {0, 1},
-             "smallest share of the occupied grid cells that keep a feature"),
-        integer("grid_columns", &P::grid_columns, "cells", {1, 64}, "columns of the grid"),
-        integer("grid_rows", &P::grid_rows, "cells", {1, 64}, "rows of the grid"),
-        flag("restore_all", &P::restore_all, "keep all features when the floor is reached, as SG-SLAM does"),
-    };
-    return table;
-  }
-};
-
 /// Restores rejected features, least suspicious first, until the floor is satisfied.
 class Floor {
  public:
   explicit Floor(const FloorParams& params = FloorParams()) : params_(params) {}
 
-  void apply(const FrameView& frame, Verdict& verdict) {
+  /// `host_min_features`: the tracker needs at least so many, whatever the parameters say.
+  void apply(const FrameView& frame, int host_min_features, Verdict& verdict) {
     ranked_.clear();
     const std::size_t restored_before = verdict.report.restored;
-    raise_count(frame, verdict);
+    raise_count(frame, host_min_features, verdict);
     raise_coverage(frame, verdict);
     const std::size_t restored = verdict.report.restored - restored_before;
     if (restored > 0)
@@ -73,15 +49,17 @@ class Floor {
     return std::isnan(pt.x) || std::isnan(pt.y) ? cv::Point2f() : pt;
   }
 
-  void raise_count(const FrameView& frame, Verdict& verdict) {
+  void raise_count(const FrameView& frame, int host_min_features, Verdict& verdict) {
     const auto by_share =
         static_cast<std::size_t>(std::ceil(params_.min_share * static_cast<double>(verdict.size())));
-    const std::size_t wanted = std::max(static_cast<std::size_t>(params_.min_features), by_share);
+    const std::size_t own = std::max(static_cast<std::size_t>(params_.min_features), by_share);
+    const std::size_t wanted = std::max(own, static_cast<std::size_t>(std::max(host_min_features, 0)));
     std::size_t kept = verdict.kept();
     if (kept >= wanted) return;
+    const bool all = params_.restore_all && kept < own;
     rank(frame, verdict);
     for (const std::size_t i : ranked_) {
-      if (kept >= wanted && !params_.restore_all) return;
+      if (kept >= wanted && !all) return;
       restore(verdict, i);
       ++kept;
     }

@@ -2,28 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/pipeline/pipeline_params.hpp>
 #include <optional>
 
 namespace dynfilter {
-
-/// When a host may create its first keyframe in a scene with moving objects.
-struct InitialisationParams {
-  double max_dynamic_share = 0.3;
-  int max_frames = 0;
-
-  static const FieldTable<InitialisationParams>& fields() {
-    using P = InitialisationParams;
-    static const FieldTable<P> table{
-        real("max_dynamic_share", &P::max_dynamic_share, "", {0, 1},
-             "largest share of dynamic features, among those judged, at which the first keyframe is created"),
-        integer("max_frames", &P::max_frames, "frames", {0, 100000},
-                "longest delay of the first keyframe; 0: no delay"),
-    };
-    return table;
-  }
-};
 
 /// Delays the first keyframe until few features are dynamic (Zhou et al. sec. 3.1.3).
 /// The first frames are judged too.

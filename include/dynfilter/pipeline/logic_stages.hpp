@@ -23,11 +23,12 @@ class SequenceStage final : public Combinator {
       : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
-    const Context::Scope scope(context);
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
+              Judgement& out) override {
+    const StageState::Scope scope(evidence.stages());
     for (auto& child : children_) {
-      child->judge(context, reports, child_);
-      for (std::size_t i = 0; i < context.size(); ++i) {
+      child->judge(evidence, reports, child_);
+      for (std::size_t i = 0; i < evidence.size(); ++i) {
         const Vote said = child_.votes[i];
         if (said == Vote::Unknown) continue;
         const bool first = out.votes[i] == Vote::Unknown;
@@ -36,7 +37,7 @@ class SequenceStage final : public Combinator {
         set(out, i, vote_then(out.votes[i], said), score, out.reasons[i] | child_.reasons[i]);
       }
       out.votes.add_priors(child_.votes);
-      context.learn(child_.votes);
+      evidence.stages().learn(child_.votes);
     }
   }
 };
@@ -50,14 +51,15 @@ class AnyStage final : public Combinator {
   AnyStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
+              Judgement& out) override {
     bool first = true;
     for (auto& child : children_) {
       const std::size_t place = reports.size();
-      child->judge(context, reports, child_);
+      child->judge(evidence, reports, child_);
       out.votes.add_priors(child_.votes);
       if (reports[place].skipped || reports[place].failed) continue;
-      for (std::size_t i = 0; i < context.size(); ++i) {
+      for (std::size_t i = 0; i < evidence.size(); ++i) {
         const Vote vote = first ? child_.votes[i] : vote_or(out.votes[i], child_.votes[i]);
         const float score =
             first ? child_.votes.score(i) : std::max(out.votes.score(i), child_.votes.score(i));
@@ -81,13 +83,14 @@ class AllStage final : public Combinator {
   AllStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
-    const Context::Scope scope(context);
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
+              Judgement& out) override {
+    const StageState::Scope scope(evidence.stages());
     bool first = true;
     for (auto& child : children_) {
-      child->judge(context, reports, child_);
+      child->judge(evidence, reports, child_);
       out.votes.add_priors(child_.votes);
-      for (std::size_t i = 0; i < context.size(); ++i) {
+      for (std::size_t i = 0; i < evidence.size(); ++i) {
         const Vote said = child_.votes[i];
         const bool was_static = !first && out.votes[i] == Vote::Static;
         if (was_static) continue;
@@ -95,8 +98,8 @@ class AllStage final : public Combinator {
         const float score =
             first ? child_.votes.score(i) : std::min(out.votes.score(i), child_.votes.score(i));
         set(out, i, vote, score, out.reasons[i] | child_.reasons[i]);
-        if (said == Vote::Dynamic || child_.votes.prior(i)) context.mark_prior(i);
-        if (vote == Vote::Static) context.excuse(i);
+        if (said == Vote::Dynamic || child_.votes.prior(i)) evidence.stages().mark_prior(i);
+        if (vote == Vote::Static) evidence.stages().excuse(i);
       }
       first = false;
     }
@@ -112,11 +115,11 @@ class NotStage final : public Combinator {
   NotStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
               Judgement& out) override {
-    children_[0]->judge(context, reports, child_);
+    children_[0]->judge(evidence, reports, child_);
     const std::uint64_t reason = own_reason(self);
-    for (std::size_t i = 0; i < context.size(); ++i)
+    for (std::size_t i = 0; i < evidence.size(); ++i)
       set(out, i, vote_not(child_.votes[i]), 1.0F - child_.votes.score(i), reason);
   }
 };
@@ -133,12 +136,12 @@ class StrictStage final : public Combinator {
   StrictStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
               Judgement& out) override {
-    children_[0]->judge(context, reports, child_);
+    children_[0]->judge(evidence, reports, child_);
     out.votes.add_priors(child_.votes);
     const std::uint64_t reason = own_reason(self);
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const bool said = child_.votes[i] == Vote::Dynamic;
       set(out, i, vote_strict(child_.votes[i]), child_.votes.score(i), said ? child_.reasons[i] : reason);
     }

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/filters/object_regions.hpp>
+#include <dynfilter/evidence/object_regions.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <string>
 #include <utility>
@@ -65,20 +65,20 @@ class ObjectVoteStage final : public Combinator {
   }
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
               Judgement& out) override {
-    children_[0]->judge(context, reports, out);
-    context.take_note();
-    const std::vector<ObjectRegion>& objects = regions_.find(context, params_.region);
-    reports[self].note = context.take_note();
-    verdict_.assign(context.size(), Vote::Unknown);
-    share_.assign(context.size(), 0);
+    children_[0]->judge(evidence, reports, out);
+    found_.reset(0);
+    const std::vector<ObjectRegion>& objects = regions_.find(evidence, params_.region, found_);
+    reports[self].note = joined_notes(evidence.take_match_note(), found_.notes());
+    verdict_.assign(evidence.size(), Vote::Unknown);
+    share_.assign(evidence.size(), 0);
     int moving = 0;
     for (const ObjectRegion& object : objects) moving += judge(object, out.votes) ? 1 : 0;
     if (!objects.empty())
       reports[self].note += (reports[self].note.empty() ? "" : "; ") + std::to_string(moving) + " of " +
                             std::to_string(objects.size()) + " objects move";
-    for (std::size_t i = 0; i < context.size(); ++i) follow(i, own_reason(self), out);
+    for (std::size_t i = 0; i < evidence.size(); ++i) follow(i, own_reason(self), out);
   }
 
  private:
@@ -110,6 +110,7 @@ class ObjectVoteStage final : public Combinator {
 
   Params params_;
   ObjectRegions regions_;
+  Votes found_;  ///< only its notes are used
   std::vector<Vote> verdict_;
   std::vector<float> share_;
 };

@@ -1,17 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cstdlib>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/registry.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 #include <filesystem>
-#include <sstream>
 #include <string>
-#include <system_error>
 #include <vector>
 
 namespace dynfilter {
@@ -30,110 +23,27 @@ struct PresetFolders {
   std::vector<std::filesystem::path> installed;  ///< found from the place of a program or a library
 };
 
-namespace detail {
-
-/// The pipelines that come with the headers: installed ones, or those of the source tree. CMake's targets
-/// say where.
-inline std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind) {
-#ifdef DYNFILTER_PIPELINES_DIR
-  if (std::string(kind.folder) == kPipelinePresets.folder) return {DYNFILTER_PIPELINES_DIR};
-#endif
-  static_cast<void>(kind);
-  return {};
-}
-
-/// Of DYNFILTER_PRESETS, a list with `:` between: a folder like share/dynfilter, with a folder for each kind
-/// in it, or one that holds pipelines.
-inline std::vector<std::filesystem::path> environment_presets(const PresetKind& kind) {
-  const char* list = std::getenv("DYNFILTER_PRESETS");
-  std::vector<std::filesystem::path> folders;
-  std::istringstream words(list == nullptr ? "" : list);
-  for (std::string word; std::getline(words, word, ':');) {
-    if (word.empty()) continue;
-    std::error_code error;
-    const std::filesystem::path of_kind = std::filesystem::path(word) / kind.folder;
-    if (std::filesystem::is_directory(of_kind, error))
-      folders.push_back(of_kind);
-    else if (std::string(kind.folder) == kPipelinePresets.folder)
-      folders.emplace_back(word);
-  }
-  return folders;
-}
-
-/// YAML itself, not a name and not a path.
-inline bool is_yaml_text(const std::string& source) {
-  return source.find_first_of("\n{") != std::string::npos;
-}
-
-}  // namespace detail
-
 /// The folders that are searched for a name, in this order; some may not exist.
-inline std::vector<std::filesystem::path> preset_folders(const PresetFolders& folders = {},
-                                                         const PresetKind& kind = kPipelinePresets) {
-  std::vector<std::filesystem::path> all = folders.first;
-  const auto append = [&](const std::vector<std::filesystem::path>& more) {
-    all.insert(all.end(), more.begin(), more.end());
-  };
-  append(detail::environment_presets(kind));
-  append(folders.installed);
-  append(detail::built_in_presets(kind));
-  return all;
-}
+std::vector<std::filesystem::path> preset_folders(const PresetFolders& folders = {},
+                                                  const PresetKind& kind = kPipelinePresets);
 
 /// The names in all these folders, sorted.
-inline std::vector<std::string> preset_names(const PresetFolders& folders = {},
-                                             const PresetKind& kind = kPipelinePresets) {
-  std::vector<std::string> names;
-  for (const std::filesystem::path& folder : preset_folders(folders, kind)) {
-    std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
-      if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  return names;
-}
+std::vector<std::string> preset_names(const PresetFolders& folders = {},
+                                      const PresetKind& kind = kPipelinePresets);
 
 /// The file of a preset's name, with `.yaml` or without, or of a path. A relative path is looked for in
 /// `folders.first`, then in the working directory. A bare name prefers the presets over a file of that name
 /// in the working directory. Throws ConfigError that lists the names known.
-inline std::filesystem::path find_preset(const std::string& name, const PresetFolders& folders = {},
-                                         const PresetKind& kind = kPipelinePresets) {
-  namespace fs = std::filesystem;
-  const bool has_folder = name.find('/') != std::string::npos,
-             is_path = has_folder || fs::path(name).has_extension();
-  std::vector<fs::path> candidates;
-  if (is_path) {
-    for (const fs::path& folder : folders.first) candidates.push_back(folder / name);
-    candidates.emplace_back(name);
-  }
-  if (!has_folder && !name.empty())
-    for (const fs::path& folder : preset_folders(folders, kind))
-      candidates.push_back(folder / (is_path ? name : name + ".yaml"));
-  if (!is_path) candidates.emplace_back(name);
-  std::error_code error;
-  for (const fs::path& candidate : candidates)
-    if (fs::is_regular_file(candidate, error)) return candidate.lexically_normal();
-
-  const std::vector<std::string> known = preset_names(folders, kind);
-  const std::string meant = did_you_mean(fs::path(name).stem().string(), known);
-  if (is_path) throw ConfigError(name, std::string("no such ") + kind.what + " file" + meant);
-  throw ConfigError(name,
-                    "neither a file nor a preset" + meant +
-                        (known.empty() ? "; no presets are installed: set DYNFILTER_PRESETS to their folder"
-                                       : "; presets: " + detail::joined(known)));
-}
+std::filesystem::path find_preset(const std::string& name, const PresetFolders& folders = {},
+                                  const PresetKind& kind = kPipelinePresets);
 
 /// A pipeline by a preset's name ("dynfilter"), by the path of a file, or from YAML text, which is told by a
 /// line break or a `{` in it. Throws ConfigError.
-inline PipelineConfig load_pipeline(const std::string& source, const Registry& registry,
-                                    const PresetFolders& folders = {}) {
-  if (detail::is_yaml_text(source)) return pipeline_from_text(source, registry);
-  const std::filesystem::path file = find_preset(source, folders);
-  if (file.stem() == "oracle" && registry.find("oracle") == nullptr)
-    throw ConfigError(
-        source, "`oracle` knows the labels of a synthetic sequence: only the command `dynfilter` can run it");
-  return pipeline_from_file(file.string(), registry);
-}
+PipelineConfig load_pipeline(const std::string& source, const Registry& registry,
+                             const PresetFolders& folders = {});
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/presets-inl.hpp>
+#endif

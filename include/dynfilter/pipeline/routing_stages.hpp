@@ -21,17 +21,18 @@ class GateStage final : public Combinator {
       : Combinator(kName, std::move(path), std::move(if_then_else)) {}
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
-    children_[0]->judge(context, reports, gate_);
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
+              Judgement& out) override {
+    children_[0]->judge(evidence, reports, gate_);
     out.votes.add_priors(gate_.votes);
     for (std::size_t branch = 1; branch < children_.size(); ++branch) {
       const Vote wanted = branch == 1 ? Vote::Dynamic : Vote::Static;
-      const Context::Scope scope(context);
-      for (std::size_t i = 0; i < context.size(); ++i)
-        if (gate_.votes[i] != wanted) context.excuse(i);
-      children_[branch]->judge(context, reports, child_);
+      const StageState::Scope scope(evidence.stages());
+      for (std::size_t i = 0; i < evidence.size(); ++i)
+        if (gate_.votes[i] != wanted) evidence.stages().excuse(i);
+      children_[branch]->judge(evidence, reports, child_);
       out.votes.add_priors(child_.votes);
-      for (std::size_t i = 0; i < context.size(); ++i)
+      for (std::size_t i = 0; i < evidence.size(); ++i)
         if (gate_.votes[i] == wanted) set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);
     }
   }
@@ -53,15 +54,16 @@ class ByRegionStage final : public Combinator {
       : Combinator(kName, std::move(path), std::move(inside_outside)) {}
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
+              Judgement& out) override {
     for (std::size_t side = 0; side < 2; ++side) {
       const bool inside = side == 0;
-      const Context::Scope scope(context);
-      context.keep_side(inside);
-      children_[side]->judge(context, reports, child_);
+      const StageState::Scope scope(evidence.stages());
+      evidence.stages().keep_side(inside);
+      children_[side]->judge(evidence, reports, child_);
       out.votes.add_priors(child_.votes);
-      for (std::size_t i = 0; i < context.size(); ++i)
-        if (context.prior(i) == inside)
+      for (std::size_t i = 0; i < evidence.size(); ++i)
+        if (evidence.prior(i) == inside)
           set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);
     }
   }

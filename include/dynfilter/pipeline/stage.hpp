@@ -3,9 +3,9 @@
 
 #include <chrono>
 #include <cstdint>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <exception>
 #include <functional>
@@ -36,17 +36,17 @@ class Stage {
     visit(*this, depth);
   }
 
-  void judge(Context& context, std::vector<StageReport>& reports, Judgement& out) {
+  void judge(FrameEvidence& evidence, std::vector<StageReport>& reports, Judgement& out) {
     const auto start = std::chrono::steady_clock::now();
     const std::size_t self = reports.size();
     reports.emplace_back();
     reports[self].name = name_;
     reports[self].path = path_;
-    out.reset(context.size());
-    run(context, reports, self, out);
+    out.reset(evidence.size());
+    run(evidence, reports, self, out);
     StageReport& report = reports[self];
-    report.judged = context.count_judged();
-    if (report.judged < context.size()) drop_unasked(context, out);
+    report.judged = evidence.stages().count_judged();
+    if (report.judged < evidence.size()) drop_unasked(evidence, out);
     report.dynamic = out.votes.count(Vote::Dynamic);
     report.unknown = out.votes.count(Vote::Unknown) - (out.votes.size() - report.judged);
     report.prior = out.votes.count_prior();
@@ -56,23 +56,23 @@ class Stage {
 
  protected:
   /// Fills `out`, which is all Unknown on entry. `self` is the index of this node in `reports`.
-  virtual void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+  virtual void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
                       Judgement& out) = 0;
 
  private:
-  void run(Context& context, std::vector<StageReport>& reports, std::size_t self, Judgement& out) {
-    const Input missing = without(needs().required, context.inputs());
+  void run(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self, Judgement& out) {
+    const Input missing = without(needs().required, evidence.inputs());
     if (missing != Input::None) {
       reports[self].skipped = true;
       reports[self].note = "skipped: no " + to_string(missing);
       return;
     }
     try {
-      decide(context, reports, self, out);
+      decide(evidence, reports, self, out);
     } catch (const std::exception& error) {
-      fail(reports[self], error.what(), context.size(), out);
+      fail(reports[self], error.what(), evidence.size(), out);
     } catch (...) {
-      fail(reports[self], "an unknown exception", context.size(), out);
+      fail(reports[self], "an unknown exception", evidence.size(), out);
     }
   }
   static void fail(StageReport& report, const std::string& what, std::size_t n, Judgement& out) {
@@ -80,14 +80,18 @@ class Stage {
     report.note = "failed: " + what;
     out.reset(n);
   }
-  static void drop_unasked(const Context& context, Judgement& out) {
-    const Span<const std::uint8_t> judged = context.judged();
+  static void drop_unasked(const FrameEvidence& evidence, Judgement& out) {
+    const Span<const std::uint8_t> judged = evidence.judged();
     out.votes.keep_only(judged);
     for (std::size_t i = 0; i < judged.size(); ++i) out.reasons[i] = judged[i] != 0 ? out.reasons[i] : 0;
   }
 
   std::string name_, path_;
 };
+
+inline std::string joined_notes(const std::string& first, const std::string& second) {
+  return first + (first.empty() || second.empty() ? "" : "; ") + second;
+}
 
 /// A leaf: one filter.
 class FilterStage final : public Stage {
@@ -100,26 +104,27 @@ class FilterStage final : public Stage {
   const Filter& filter() const { return *filter_; }
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
               Judgement& out) override {
-    context.take_note();
-    filter_->apply(context, out.votes);
-    reports[self].note = context.take_note();
-    if (out.votes.size() != context.size()) throw Error("the filter changed the number of votes");
+    filter_->apply(evidence, out.votes);
+    reports[self].note = joined_notes(evidence.take_match_note(), out.votes.notes());
+    if (out.votes.size() != evidence.size()) throw Error("the filter changed the number of votes");
     if (self >= 64) return;
     const std::uint64_t reason = std::uint64_t{1} << self;
-    for (std::size_t i = 0; i < context.size(); ++i)
+    for (std::size_t i = 0; i < evidence.size(); ++i)
       out.reasons[i] = out.votes[i] == Vote::Dynamic ? reason : 0;
-    if (context.collects_suspicions() && is_semantic()) tell_suspicions(context, out.votes, reason);
+    if (evidence.stages().collects_suspicions() && is_semantic())
+      tell_suspicions(evidence, out.votes, reason);
   }
 
  private:
   bool is_semantic() const {
     return (filter_->needs().required & (Input::Detections | Input::Mask)) != Input::None;
   }
-  static void tell_suspicions(Context& context, const Votes& votes, std::uint64_t reason) {
-    for (std::size_t i = 0; i < context.size(); ++i)
-      if (context.judged(i) && (votes.prior(i) || votes[i] == Vote::Dynamic)) context.suspect(i, reason);
+  static void tell_suspicions(FrameEvidence& evidence, const Votes& votes, std::uint64_t reason) {
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (evidence.judged(i) && (votes.prior(i) || votes[i] == Vote::Dynamic))
+        evidence.stages().suspect(i, reason);
   }
 
   std::unique_ptr<Filter> filter_;

@@ -27,7 +27,7 @@ struct CombinatorCard {
 /// A combinator that a pipeline file may name.
 struct CombinatorEntry {
   CombinatorCard card;
-  std::function<std::unique_ptr<Stage>(const YamlNode& value, const StageReader& reader)> make;
+  std::function<StagePtr(const YamlNode& value, const StageReader& reader)> make;
 };
 
 /// Builds the tree of stages that a YAML node describes. Every error names its path.
@@ -40,7 +40,7 @@ class StageReader {
       : registry_(registry), combinators_(combinators) {}
 
   /// `name`, `name: parameters`, or a list (a sequence).
-  std::unique_ptr<Stage> stage(const YamlNode& node) const {
+  StagePtr stage(const YamlNode& node) const {
     if (node.is_sequence()) return named("sequence", node);
     if (node.is_text()) return named(node.text(), YamlNode(node.path()));
     const auto entries = node.entries();
@@ -86,7 +86,7 @@ class StageReader {
     return std::nullopt;
   }
 
-  std::unique_ptr<Stage> named(const std::string& name, const YamlNode& value) const {
+  StagePtr named(const std::string& name, const YamlNode& value) const {
     if (++stages_ > kMaxStages)
       value.fail("expected at most " + std::to_string(kMaxStages) + " stages, combinators counted");
     for (const CombinatorEntry& combinator : combinators_)

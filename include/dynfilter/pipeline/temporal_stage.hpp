@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/context/feature_tracks.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <iterator>
@@ -36,7 +35,7 @@ struct TemporalParams {
 };
 
 /// `temporal`: a belief per map point if the host provides them,
-/// else per track (context/feature_tracks.hpp).
+/// else per track (evidence/feature_tracks.hpp).
 /// The stage's votes update it with Bayes' rule:
 ///   log b/(1-b) <- memory * log b/(1-b) +- log r/(1-r).
 /// The last term is added for dynamic, subtracted for static and omitted for unknown.
@@ -64,19 +63,18 @@ class TemporalStage final : public Combinator {
   }
   void reset() override {
     Combinator::reset();
-    tracks_.reset();
     points_.clear();
     odds_.clear();
   }
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t self,
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
               Judgement& out) override {
-    children_[0]->judge(context, reports, child_);
+    children_[0]->judge(evidence, reports, child_);
     out.votes.add_priors(child_.votes);
-    recall(context);
+    recall(evidence);
     const double step = log_odds(params_.reliability), limit = log_odds(params_.threshold);
-    for (std::size_t i = 0; i < context.size(); ++i) {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
       const Vote said = child_.votes[i];
       odds_[i] += said == Vote::Dynamic ? step : said == Vote::Static ? -step : 0;
       odds_[i] = std::clamp(odds_[i], -kMostLogOdds, kMostLogOdds);
@@ -87,7 +85,7 @@ class TemporalStage final : public Combinator {
       const auto belief = static_cast<float>(1 / (1 + std::exp(-odds_[i])));
       set(out, i, vote, belief, said == Vote::Dynamic ? child_.reasons[i] : own_reason(self));
     }
-    remember(context);
+    remember(evidence);
   }
 
  private:
@@ -99,25 +97,25 @@ class TemporalStage final : public Combinator {
   };
   static double log_odds(double p) { return std::log(p / (1 - p)); }
 
-  void recall(Context& context) {
+  void recall(FrameEvidence& evidence) {
     std::swap(odds_, last_odds_);
-    odds_.assign(context.size(), 0);
-    if (!context.frame().map_point_ids.empty()) {
-      for (std::size_t i = 0; i < context.size(); ++i) {
-        const auto known = points_.find(context.frame().map_point_ids[i]);
+    odds_.assign(evidence.size(), 0);
+    if (!evidence.frame().map_point_ids.empty()) {
+      for (std::size_t i = 0; i < evidence.size(); ++i) {
+        const auto known = points_.find(evidence.frame().map_point_ids[i]);
         if (known != points_.end()) odds_[i] = params_.memory * known->second.odds;
       }
       return;
     }
-    tracks_.follow(context.frame().id, context.match({}), context.pixels(), context.undistorted_pixels());
-    for (std::size_t i = 0; i < context.size(); ++i) {
-      const auto from = static_cast<std::size_t>(tracks_.previous(i));
-      if (tracks_.previous(i) >= 0 && from < last_odds_.size()) odds_[i] = params_.memory * last_odds_[from];
+    const FeatureTracks& tracks = evidence.tracks(TrackOptions());
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      const auto from = static_cast<std::size_t>(tracks.previous(i));
+      if (tracks.previous(i) >= 0 && from < last_odds_.size()) odds_[i] = params_.memory * last_odds_[from];
     }
   }
 
-  void remember(const Context& context) {
-    const FrameView& frame = context.frame();
+  void remember(const FrameEvidence& evidence) {
+    const FrameView& frame = evidence.frame();
     for (std::size_t i = 0; i < frame.map_point_ids.size(); ++i)
       if (frame.map_point_ids[i] >= 0 && odds_[i] != 0)
         points_[frame.map_point_ids[i]] = {odds_[i], frame.id};
@@ -127,7 +125,6 @@ class TemporalStage final : public Combinator {
   }
 
   Params params_;
-  FeatureTracks tracks_{1};
   std::vector<double> odds_, last_odds_;
   std::unordered_map<std::int64_t, Point> points_;
 };

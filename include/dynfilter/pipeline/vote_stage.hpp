@@ -54,15 +54,16 @@ class VoteStage final : public Combinator {
   }
 
  protected:
-  void decide(Context& context, std::vector<StageReport>& reports, std::size_t, Judgement& out) override {
-    const std::size_t n = context.size();
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
+              Judgement& out) override {
+    const std::size_t n = evidence.size();
     dynamic_.assign(n, 0);
     unknown_.assign(n, 0);
     score_.assign(n, 0);
     double taking_part = 0;
     for (std::size_t k = 0; k < children_.size(); ++k) {
       const std::size_t place = reports.size();
-      children_[k]->judge(context, reports, child_);
+      children_[k]->judge(evidence, reports, child_);
       out.votes.add_priors(child_.votes);
       const bool absent = reports[place].skipped || reports[place].failed;
       if (absent && params_.min_votes <= 0) continue;

@@ -4,12 +4,14 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/core/yaml.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/geometry/two_view.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <opencv2/core/version.hpp>
 #include <string>
@@ -17,7 +19,7 @@
 namespace dynfilter {
 
 /// Grows by one whenever a boundary type or the meaning of a call changes, even where no size does.
-inline constexpr std::uint32_t kAbiNumber = 3;
+inline constexpr std::uint32_t kAbiNumber = 4;
 
 /// What the host and a plugin must agree on before they call each other's C++ code.
 /// Plain 32-bit numbers are readable regardless of how the other side was built.
@@ -35,7 +37,8 @@ struct AbiTag {
   std::uint32_t votes_bytes, needs_bytes, filter_bytes, yaml_node_bytes, registry_entry_bytes, registry_bytes;
   std::uint32_t semantic_image_bytes, semantic_result_bytes, provider_bytes, provider_files_bytes;
   std::uint32_t provider_entry_bytes, provider_registry_bytes;
-  std::uint32_t context_bytes, match_bytes, stored_frame_bytes, two_view_model_bytes, rigid_motion_bytes;
+  std::uint32_t match_bytes, past_frame_bytes, matched_features_bytes, feature_tracks_bytes;
+  std::uint32_t two_view_model_bytes, rigid_motion_bytes;
 };
 
 namespace detail {
@@ -87,9 +90,10 @@ constexpr AbiTag abi_tag() {
   tag.provider_files_bytes = bytes_of<ProviderFiles>();
   tag.provider_entry_bytes = bytes_of<ProviderRegistry::Entry>();
   tag.provider_registry_bytes = bytes_of<ProviderRegistry>();
-  tag.context_bytes = bytes_of<Context>();
   tag.match_bytes = bytes_of<Match>();
-  tag.stored_frame_bytes = bytes_of<StoredFrame>();
+  tag.past_frame_bytes = bytes_of<PastFrame>();
+  tag.matched_features_bytes = bytes_of<MatchedFeatures>();
+  tag.feature_tracks_bytes = bytes_of<FeatureTracks>();
   tag.two_view_model_bytes = bytes_of<TwoViewModel>();
   tag.rigid_motion_bytes = bytes_of<RigidMotion>();
   return tag;
@@ -137,9 +141,10 @@ inline constexpr AbiField kAbiFields[] = {
     {"size of ProviderFiles", &AbiTag::provider_files_bytes},
     {"size of ProviderRegistry::Entry", &AbiTag::provider_entry_bytes},
     {"size of ProviderRegistry", &AbiTag::provider_registry_bytes},
-    {"size of Context", &AbiTag::context_bytes},
     {"size of Match", &AbiTag::match_bytes},
-    {"size of StoredFrame", &AbiTag::stored_frame_bytes},
+    {"size of PastFrame", &AbiTag::past_frame_bytes},
+    {"size of MatchedFeatures", &AbiTag::matched_features_bytes},
+    {"size of FeatureTracks", &AbiTag::feature_tracks_bytes},
     {"size of TwoViewModel", &AbiTag::two_view_model_bytes},
     {"size of RigidMotion", &AbiTag::rigid_motion_bytes},
 };

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <algorithm>
-#include <dynfilter/context/context.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/synth/exact_scene.hpp>
 #include <string>
 
@@ -21,23 +21,23 @@ namespace dynfilter::synth {
 ///   CHECK(score.recall() > 0.9);
 ///   CHECK(score.static_kept() > 0.9);
 inline Votes judge(Filter& filter, const ExactScene& scene, int frame,
-                   const ContextParams& params = ContextParams()) {
+                   const CorrespondenceParams& params = CorrespondenceParams()) {
   const Needs needs = filter.needs();
-  Context context(params);
-  context.set_history(std::max(needs.history_frames, scene.gap()));
+  FrameEvidence evidence(params);
+  evidence.set_history(std::max(needs.history_frames, scene.gap()));
   filter.reset();
   Votes votes;
   for (int k = 0; k <= frame; ++k) {
-    const ExactFrame now = scene.frame(k);  // must outlive the context's use of its view
-    context.begin(now.view(), CallPoint::BeforePose);
+    const ExactFrame now = scene.frame(k);  // must outlive the use of its view
+    evidence.begin(now.view(), CallPoint::BeforePose);
     votes.reset(now.size());
-    const Input missing = without(needs.required, context.inputs());
+    const Input missing = without(needs.required, evidence.inputs());
     if (missing == Input::None)
-      filter.apply(context, votes);
+      filter.apply(evidence, votes);
     else if (k == frame)
       throw ConfigError(filter.name(),
                         "frame " + std::to_string(k) + " of the scene has no " + to_string(missing));
-    context.finish(false);
+    evidence.end(false);
   }
   return votes;
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/synth/camera_motion.hpp>
+#include <dynfilter/synth/camera_path.hpp>
 #include <dynfilter/synth/cart.hpp>
 #include <dynfilter/synth/person.hpp>
 #include <dynfilter/synth/room.hpp>

@@ -9,8 +9,8 @@
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
-#include <dynfilter/pipeline/yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <filesystem>
 #include <memory>

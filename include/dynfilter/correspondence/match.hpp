@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <dynfilter/correspondence/correspondences.hpp>
+#include <dynfilter/correspondence/past_frame.hpp>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// The earlier frame that the current one is compared with.
+struct Reference {
+  bool keyframe = false;  ///< use the last keyframe
+  int gap_frames = 1;     ///< otherwise this many frames back, or the oldest frame kept
+};
+
+/// Positions of the current features in a reference frame, with the depth there.
+/// One entry per current feature. NaN if not found.
+struct Match {
+  bool valid = false;                    ///< belongs to the current frame (bookkeeping of FrameMatches)
+  const PastFrame* reference = nullptr;  ///< null: there is no such frame
+  Correspondences correspondences;
+  std::vector<cv::Point2f> reference_undistorted_px;
+  std::vector<float> reference_depth_m;
+  std::vector<cv::Point3f> reference_points_m;  ///< in the frame of the reference camera
+
+  bool found(std::size_t i) const { return correspondences.found[i] != 0; }
+  bool has_depth(std::size_t i) const { return std::isfinite(reference_points_m[i].z); }
+};
+
+}  // namespace dynfilter

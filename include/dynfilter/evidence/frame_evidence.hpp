@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/evidence/correspondence_params.hpp>
+#include <dynfilter/evidence/current_frame.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/evidence/frame_matches.hpp>
+#include <dynfilter/evidence/frame_models.hpp>
+#include <dynfilter/evidence/frame_tracks.hpp>
+#include <dynfilter/evidence/late_results.hpp>
+#include <dynfilter/evidence/stage_state.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace dynfilter {
+
+/// The evidence of one camera stream, frame after frame. A pipeline owns one; so may a test of a filter:
+///
+///     FrameEvidence evidence;
+///     evidence.set_history(filter.needs().history_frames);
+///     evidence.begin(frame, CallPoint::BeforePose);
+///     votes.reset(evidence.size());
+///     filter.apply(evidence, votes);
+///     evidence.end(false);
+///
+/// The frame, its matches, models, tracks and late results have one owner each; this joins them.
+class FrameEvidence final : public Evidence {
+ public:
+  /// Throws ConfigError.
+  explicit FrameEvidence(const CorrespondenceParams& params = CorrespondenceParams())
+      : params_(checked(params)),
+        current_(params.max_depth_m, params.max_depth_edge),
+        matches_(params_, current_),
+        models_(current_),
+        tracks_(current_, matches_),
+        late_(current_, matches_) {}
+  FrameEvidence(const FrameEvidence&) = delete;
+  FrameEvidence& operator=(const FrameEvidence&) = delete;
+
+  /// How many earlier frames to keep.
+  void set_history(int frames) { matches_.history().set_capacity(frames); }
+  /// Set if a stage reads boxes or masks. The motion that late ones are carried along is then recorded.
+  void set_semantics(bool used) { late_.set_used(used); }
+
+  void begin(const FrameView& frame, CallPoint call_point) {
+    call_point_ = call_point;
+    current_.begin(frame);
+    stages_.begin(current_.pixels());
+    models_.begin();
+    late_.begin(matches_.begin());
+  }
+  /// The frame's memory is not read after this.
+  void end(bool keyframe) {
+    late_.end();
+    if (keyframe) matches_.history().mark_keyframe();
+    current_.end();
+  }
+  /// Forgets all earlier frames.
+  void reset() {
+    matches_.reset();
+    tracks_.reset();
+    late_.reset();
+  }
+  /// Sets the pose of an earlier frame. Ignored if it is no longer kept, or not rigid.
+  void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) {
+    StoredFrame* stored = matches_.history().find(frame_id);
+    if (stored == nullptr || !is_rigid(T_world_camera)) return;
+    stored->T_world_camera = T_world_camera;
+    stored->pose_provenance = provenance;
+  }
+
+  /// For combinators.
+  StageState& stages() { return stages_; }
+  const StageState& stages() const { return stages_; }
+  double correspondence_ms() const { return matches_.correspondence_ms(); }
+  /// Inputs that were present but unusable, e.g. "depth_m cannot be used: wrong size or type".
+  const std::vector<std::string>& input_notes() const { return current_.notes(); }
+  /// What was odd about the host's matches. Empty: nothing.
+  std::string take_match_note() { return matches_.take_note(); }
+
+  const FrameView& frame() const override { return current_.frame(); }
+  CallPoint call_point() const override { return call_point_; }
+  Input inputs() const override { return current_.inputs(); }
+  std::size_t size() const override { return current_.size(); }
+  const std::vector<cv::Point2f>& pixels() const override { return current_.pixels(); }
+  const std::vector<cv::Point2f>& undistorted_pixels() const override {
+    return current_.undistorted_pixels();
+  }
+  const std::vector<float>& depths_m() const override { return current_.depths_m(); }
+  const std::vector<cv::Point3f>& points_m() const override { return current_.points_m(); }
+
+  using Evidence::called_dynamic;
+  using Evidence::judged;
+  using Evidence::prior;
+  using Evidence::seed;
+  Span<const std::uint8_t> judged() const override { return stages_.judged(); }
+  Span<const std::uint8_t> prior() const override { return stages_.prior(); }
+  Span<const std::uint8_t> seed() const override { return stages_.seed(); }
+  Span<const std::uint8_t> called_dynamic() const override { return stages_.called_dynamic(); }
+
+  const Match& match(const Reference& reference) const override { return matches_.match(reference); }
+  const Match& match_with(std::int64_t frame_id) const override { return matches_.match_with(frame_id); }
+  const MatchedFeatures& matched_features(const Match& match, double max_offset_px) const override {
+    return matches_.matched_features(match, max_offset_px);
+  }
+  const FeatureTracks& tracks(const TrackOptions& options) const override { return tracks_.tracks(options); }
+  const PastFrame* kept_frame(std::int64_t frame_id) const override {
+    return matches_.history().find(frame_id);
+  }
+
+  void collect_seeds(const Match& match, bool all, std::vector<int>& seeds) const override {
+    seeds.clear();
+    const Span<const std::uint8_t> seed = stages_.seed();
+    for (std::size_t i = 0; i < size(); ++i)
+      if (match.found(i) && (all || seed[i] != 0)) seeds.push_back(static_cast<int>(i));
+  }
+  const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds) const override {
+    return models_.two_view(match, seeds);
+  }
+  const RigidMotion& rigid_motion(const Match& match, const std::vector<int>& seeds) const override {
+    return models_.rigid_motion(match, seeds, host_motion(match));
+  }
+  std::optional<Pose> host_motion(const Match& match) const override {
+    const FrameView& now = frame();
+    if (match.reference == nullptr || now.pose_provenance == PoseProvenance::None ||
+        match.reference->pose_provenance == PoseProvenance::None)
+      return std::nullopt;
+    return inverse(now.T_world_camera) * match.reference->T_world_camera;
+  }
+
+  const std::vector<Detection>* carried_boxes(int max_age_frames) const override {
+    return late_.boxes(max_age_frames);
+  }
+  const cv::Mat* carried_labels() const override { return late_.labels(); }
+
+ private:
+  static const CorrespondenceParams& checked(const CorrespondenceParams& params) {
+    check_parameters(params, "correspondence");
+    return params;
+  }
+
+  CorrespondenceParams params_;
+  CallPoint call_point_ = CallPoint::BeforePose;
+  StageState stages_;
+  // Computed on first use, which a reader of evidence does not see as a change.
+  mutable CurrentFrame current_;
+  mutable FrameMatches matches_;
+  mutable FrameModels models_;
+  mutable FrameTracks tracks_;
+  mutable LateResults late_;
+};
+
+}  // namespace dynfilter

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/pipeline/floor.hpp>
+#include <dynfilter/pipeline/initialisation.hpp>
+#include <dynfilter/pipeline/judgement.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/stage.hpp>
+#include <optional>
+#include <utility>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE void StageDeleter::operator()(Stage* stage) const noexcept {
+  delete stage;
+}
+
+class Pipeline::Impl {
+ public:
+  explicit Impl(PipelineConfig config)
+      : config_(std::move(config)),
+        evidence_(config_.correspondence),
+        floor_(config_.floor),
+        initialisation_(config_.initialisation) {
+    check_parameters(config_.params, "pipeline");
+    check_parameters(config_.floor, "floor");
+    check_parameters(config_.initialisation, "initialisation");
+    evidence_.set_history(needs().history_frames);
+    evidence_.set_semantics((needs().optional & (Input::Detections | Input::Mask)) != Input::None);
+  }
+
+  const Verdict& process(const FrameView& frame, CallPoint call_point, const HostLimits& limits) {
+    const auto start = std::chrono::steady_clock::now();
+    begin(frame, call_point);
+    if (Stage* root = stage_at(call_point)) {
+      root->judge(evidence_, verdict_.report.stages, judgement_);
+      take_verdict();
+      if (evidence_.stages().collects_suspicions()) reject_suspects();
+      floor_.apply(evidence_.frame(), limits.min_features, verdict_);
+      initialisation_.apply(verdict_);
+    }
+    finish(call_point);
+    verdict_.report.total_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return verdict_;
+  }
+
+  void reset() {
+    evidence_.reset();
+    for (const CallPoint point : kCallPoints)
+      if (Stage* root = stage_at(point)) root->reset();
+    initialisation_.reset();
+    last_id_.reset();
+  }
+
+  Needs needs() const {
+    Needs all;
+    for (const CallPoint point : kCallPoints) {
+      const Stage* root = stage_at(point);
+      if (root == nullptr) continue;
+      all.optional = all.optional | root->needs().required | root->needs().optional;
+      all.history_frames = std::max(all.history_frames, root->needs().history_frames);
+    }
+    return all;
+  }
+
+  Stage* stage_at(CallPoint point) const {
+    return (point == CallPoint::BeforePose  ? config_.before_pose
+            : point == CallPoint::AfterPose ? config_.after_pose
+                                            : config_.at_keyframe)
+        .get();
+  }
+  const PipelineConfig& config() const { return config_; }
+  FrameEvidence& evidence() { return evidence_; }
+
+ private:
+  static constexpr std::array<CallPoint, 3> kCallPoints{CallPoint::BeforePose, CallPoint::AfterPose,
+                                                        CallPoint::AtKeyframe};
+
+  /// An empty verdict; its memory is that of the last one.
+  void begin(const FrameView& frame, CallPoint call_point) {
+    verdict_.report = FrameReport();
+    verdict_.report.frame_id = frame.id;
+    verdict_.report.call_point = call_point;
+    if (time_jumped(frame)) {
+      reset();
+      verdict_.report.notes.emplace_back("time jump: history forgotten");
+    }
+    if (!last_id_) first_id_ = frame.id;
+    last_id_ = frame.id;
+    last_timestamp_s_ = frame.timestamp_s;
+    evidence_.begin(frame, call_point);
+    evidence_.stages().collect_suspicions(config_.params.first_frame_suspects == FirstFrameSuspects::Reject &&
+                                          frame.id == first_id_);
+    for (const std::string& note : evidence_.input_notes()) verdict_.report.notes.push_back(note);
+    const std::size_t n = frame.size();
+    verdict_.report.features = n;
+    verdict_.decision.assign(n, Vote::Unknown);
+    verdict_.suspicion.assign(n, Votes::kNoIdea);
+    verdict_.prior.assign(n, 0);
+    verdict_.restored.assign(n, 0);
+    verdict_.reasons.assign(n, 0);
+    verdict_.map_points.clear();
+  }
+
+  void take_verdict() {
+    for (std::size_t i = 0; i < verdict_.size(); ++i) {
+      verdict_.decision[i] = judgement_.votes[i];
+      verdict_.suspicion[i] = judgement_.votes.score(i);
+      verdict_.prior[i] = judgement_.votes.prior(i) ? 1 : 0;
+      verdict_.reasons[i] = judgement_.reasons[i];
+    }
+  }
+
+  /// The reasons are the stages that suspect it.
+  void reject_suspects() {
+    std::size_t rejected = 0;
+    for (std::size_t i = 0; i < verdict_.size(); ++i) {
+      const std::uint64_t suspected_by = evidence_.stages().suspected_by(i);
+      if (verdict_.decision[i] != Vote::Unknown || suspected_by == 0) continue;
+      verdict_.decision[i] = Vote::Dynamic;
+      verdict_.reasons[i] = suspected_by;
+      ++rejected;
+    }
+    if (rejected > 0)
+      verdict_.report.notes.push_back("first frame: " + std::to_string(rejected) +
+                                      " features on boxes or masks rejected");
+  }
+
+  void finish(CallPoint call_point) {
+    verdict_.report.rejected = verdict_.size() - verdict_.kept();
+    verdict_.report.correspondence_ms = evidence_.correspondence_ms();
+    if (call_point == CallPoint::AtKeyframe) {
+      judge_map_points();
+      initialisation_.keyframe_made();
+      verdict_.report.wait_for_keyframe = false;
+    }
+    evidence_.end(call_point == CallPoint::AtKeyframe);
+  }
+  void judge_map_points() {
+    const Span<const std::int64_t> ids = evidence_.frame().map_point_ids;
+    for (std::size_t i = 0; i < ids.size(); ++i)
+      if (ids[i] >= 0) verdict_.map_points.push_back({ids[i], verdict_.decision[i], verdict_.suspicion[i]});
+  }
+
+  bool time_jumped(const FrameView& frame) const {
+    if (!last_id_ || *last_id_ == frame.id) return false;
+    const double step_s = frame.timestamp_s - last_timestamp_s_;
+    return !(step_s >= 0 && step_s <= config_.params.max_time_gap_s);
+  }
+
+  PipelineConfig config_;
+  FrameEvidence evidence_;
+  Floor floor_;
+  Initialisation initialisation_;
+  Judgement judgement_;
+  Verdict verdict_;
+  std::optional<std::int64_t> last_id_;
+  std::int64_t first_id_ = -1;  ///< since the last reset
+  double last_timestamp_s_ = 0;
+};
+
+DYNFILTER_INLINE Pipeline::Pipeline(PipelineConfig config)
+    : impl_(std::make_unique<Impl>(std::move(config))) {}
+DYNFILTER_INLINE Pipeline::Pipeline(Pipeline&&) noexcept = default;
+DYNFILTER_INLINE Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
+DYNFILTER_INLINE Pipeline::~Pipeline() = default;
+
+DYNFILTER_INLINE const Verdict& Pipeline::process(const FrameView& frame, CallPoint call_point,
+                                                  const HostLimits& limits) {
+  return impl_->process(frame, call_point, limits);
+}
+DYNFILTER_INLINE void Pipeline::reset() {
+  impl_->reset();
+}
+DYNFILTER_INLINE void Pipeline::update_pose(std::int64_t frame_id, const Pose& T_world_camera,
+                                            PoseProvenance provenance) {
+  impl_->evidence().update_pose(frame_id, T_world_camera, provenance);
+}
+DYNFILTER_INLINE const std::string& Pipeline::name() const {
+  return impl_->config().name;
+}
+DYNFILTER_INLINE Input Pipeline::inputs() const {
+  return impl_->evidence().inputs();
+}
+DYNFILTER_INLINE const Stage* Pipeline::stages(CallPoint point) const {
+  return impl_->stage_at(point);
+}
+DYNFILTER_INLINE Needs Pipeline::needs() const {
+  return impl_->needs();
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/synth/exact_scene_presets.hpp>
+
+#include "doctest/doctest.h"
+
+namespace frame_evidence_test {
+
+using namespace dynfilter;
+
+namespace {
+
+void show(FrameEvidence& evidence, const synth::ExactFrame& frame) {
+  evidence.begin(frame.view(), CallPoint::BeforePose);
+}
+
+}  // namespace
+
+TEST_CASE("evidence is computed once per frame and seed set") {
+  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  FrameEvidence evidence;
+  show(evidence, scene.frame(0));
+  evidence.end(false);
+  const synth::ExactFrame frame = scene.frame(1);
+  show(evidence, frame);
+  const Match& match = evidence.match({});
+  CHECK(&match == &evidence.match({}));
+  CHECK(match.correspondences.count() > 200);
+  std::vector<int> seeds, fewer;
+  evidence.collect_seeds(match, false, seeds);
+  const RigidMotion& motion = evidence.rigid_motion(match, seeds);
+  CHECK(&motion == &evidence.rigid_motion(match, seeds));
+  fewer.assign(seeds.begin(), seeds.begin() + static_cast<std::ptrdiff_t>(seeds.size() / 2));
+  CHECK(&motion != &evidence.rigid_motion(match, fewer));
+  CHECK(&evidence.two_view(match, seeds) == &evidence.two_view(match, seeds));
+  CHECK(motion.ok);
+  // The true motion, from the scene's poses.
+  const Pose truth = inverse(scene.T_world_camera(1)) * scene.T_world_camera(0);
+  CHECK((motion.T_current_reference.t() - truth.t()).norm() < 1e-4);
+}
+
+TEST_CASE("a late mask is carried with the depth image, whether semantics were announced or not") {
+  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  cv::Mat depth(480, 640, CV_32FC1, cv::Scalar(4.0)), labels = cv::Mat::zeros(480, 640, CV_8UC1);
+  depth(cv::Rect(200, 100, 200, 300)).setTo(cv::Scalar(2.0));
+  labels(cv::Rect(180, 80, 240, 340)).setTo(cv::Scalar(1));  // with some background
+  const auto carried = [&](bool told, const cv::Mat& image) {
+    FrameEvidence evidence;
+    evidence.set_semantics(told);
+    cv::Mat result;
+    for (int k = 0; k < 3; ++k) {
+      const synth::ExactFrame exact = scene.frame(k);
+      FrameView frame = exact.view();
+      frame.depth = image;
+      if (k > 0) frame.mask = MaskInput{exact.id - 1, labels};
+      evidence.begin(frame, CallPoint::BeforePose);
+      evidence.match({});
+      if (k > 0)
+        if (const cv::Mat* now = evidence.carried_labels()) result = now->clone();
+      evidence.end(false);
+    }
+    return result;
+  };
+  const cv::Mat told = carried(true, depth), not_told = carried(false, depth),
+                flat = carried(true, cv::Mat());
+  REQUIRE_FALSE(told.empty());
+  REQUIRE(not_told.size() == told.size());
+  CHECK(cv::norm(told, not_told, cv::NORM_INF) == 0);
+  CHECK((flat.empty() || cv::norm(told, flat, cv::NORM_INF) > 0));  // the depth image has an effect
+}
+
+TEST_CASE("what is kept does not depend on the host's buffers") {
+  FrameEvidence evidence;
+  evidence.set_history(1);
+  std::vector<cv::KeyPoint> keypoints{{{20, 20}, 1.0F}};
+  std::vector<float> depths{2.0F};
+  cv::Mat grey(64, 64, CV_8UC1), depth(64, 64, CV_16UC1, cv::Scalar(10000));
+  cv::randu(grey, 0, 255);
+  const cv::Mat first_image = grey.clone();
+  FrameView frame;
+  frame.keypoints = keypoints;
+  frame.depth_m = depths;
+  frame.grey = grey;
+  frame.depth = depth;
+  frame.depth_unit_m = 1.0 / 5000;
+  evidence.begin(frame, CallPoint::BeforePose);
+  evidence.end(false);
+  grey.setTo(0);
+  depth.setTo(0);
+  keypoints[0].pt = {1, 1};
+  depths[0] = 9;
+  frame.id = 1;
+  evidence.begin(frame, CallPoint::BeforePose);
+  const PastFrame* stored = evidence.match({}).reference;
+  REQUIRE(stored != nullptr);
+  CHECK(stored->keypoints[0].pt.x == 20.0F);
+  CHECK(stored->depth_m[0] == 2.0F);
+  CHECK(cv::countNonZero(stored->depth != 10000) == 0);
+  CHECK(cv::countNonZero(stored->pyramid.image() != first_image) == 0);
+  evidence.end(false);
+}
+
+TEST_CASE(
+    "a depth image that was handed over is kept itself, and nobody else's memory is ever written into") {
+  FrameEvidence evidence;
+  evidence.set_history(1);
+  const std::vector<cv::KeyPoint> keypoints{{{20, 20}, 1.0F}};
+  std::vector<cv::Mat> given;
+  for (int k = 0; k < 12; ++k) {
+    given.emplace_back(64, 64, CV_32FC1, cv::Scalar(1 + k));
+    FrameView frame;
+    frame.id = k;
+    frame.keypoints = keypoints;
+    frame.depth = given.back();
+    frame.depth_handed_over = k % 3 != 1;  // in turn, so that slots see both
+    evidence.begin(frame, CallPoint::BeforePose);
+    evidence.end(false);
+    const PastFrame* stored = evidence.kept_frame(k);
+    REQUIRE(stored != nullptr);
+    CHECK((stored->depth.data == given.back().data) == frame.depth_handed_over);
+    CHECK(cv::countNonZero(stored->depth != 1 + k) == 0);
+    for (int j = 0; j <= k; ++j) CHECK(cv::countNonZero(given[static_cast<std::size_t>(j)] != 1 + j) == 0);
+  }
+}
+
+TEST_CASE("a depth image gives no depth on silhouettes and fills holes inside of one surface") {
+  cv::Mat depth(60, 60, CV_32FC1, cv::Scalar(3.0));
+  depth(cv::Rect(30, 0, 30, 60)).setTo(cv::Scalar(1.5));  // a step at x = 30
+  depth.at<float>(30, 10) = 0;                            // a hole in the wall
+  depth(cv::Rect(26, 40, 8, 3)).setTo(cv::Scalar(0));     // a hole across the step
+  const DepthSampler sampler(depth, 1.0, 0.06);
+  CHECK(sampler.at({10, 20}) == doctest::Approx(3.0));
+  CHECK(sampler.at({45, 20}) == doctest::Approx(1.5));
+  CHECK(std::isnan(sampler.at({29, 20})));
+  CHECK(std::isnan(sampler.at({31, 20})));
+  CHECK(sampler.at({10, 30}) == doctest::Approx(3.0));
+  CHECK(std::isnan(sampler.at({30, 41})));
+  for (const cv::Point2f& outside :
+       {cv::Point2f(-1, 5), cv::Point2f(5, -1), cv::Point2f(60, 5), cv::Point2f(5, 60),
+        cv::Point2f(std::nanf(""), 5), cv::Point2f(5, std::nanf(""))})
+    CHECK(std::isnan(sampler.at(outside)));
+  CHECK(sampler.at({59.4F, 59.4F}) == doctest::Approx(1.5));
+  CHECK(std::isnan(DepthSampler(cv::Mat(9, 9, CV_64FC1, cv::Scalar(1)), 1, 1).at({4, 4})));
+}
+
+TEST_CASE("references: k frames back, the oldest when there are fewer, the last keyframe, a frame by id") {
+  const synth::ExactScene scene = synth::preset(synth::Preset::Rigid).without_matches().with_descriptors();
+  FrameEvidence evidence;
+  evidence.set_history(3);
+  const auto reference_id = [&](const Reference& reference) {
+    const Match& match = evidence.match(reference);
+    return match.reference == nullptr ? -1 : match.reference->id;
+  };
+  for (int k = 0; k < 6; ++k) {
+    const synth::ExactFrame frame = scene.frame(k);
+    show(evidence, frame);
+    CHECK(reference_id({false, 1}) == k - 1);
+    CHECK(reference_id({false, 3}) == (k == 0 ? -1 : std::max(0, k - 3)));
+    CHECK(reference_id({false, 30}) == (k == 0 ? -1 : std::max(0, k - 3)));
+    CHECK(reference_id({true, 1}) == (k > 1 ? 1 : -1));
+    if (k == 5)
+      CHECK(evidence.match_with(1).reference != nullptr);  // no longer in the ring, kept as the keyframe
+    if (k == 5) CHECK(evidence.match_with(0).reference == nullptr);
+    if (k == 5)
+      CHECK(evidence.match({false, 1}).correspondences.count() > frame.size() / 2);  // by descriptors
+    evidence.end(k == 1);
+  }
+}
+
+TEST_CASE("the host's matches are used for the frame that they are about, and for no other") {
+  const synth::ExactScene scene = synth::preset(synth::Preset::Rigid).with_descriptors();
+  FrameEvidence evidence;
+  evidence.set_history(3);
+  for (int k = 0; k < 4; ++k) {
+    const synth::ExactFrame frame = scene.frame(k);
+    show(evidence, frame);
+    if (k == 3) {
+      CHECK(evidence.match({false, 3}).reference->id == 2);  // independent of the requested gap
+      const synth::ExactFrame first = scene.frame(0);
+      const Match& late = evidence.match_with(0);
+      REQUIRE(late.reference != nullptr);
+      CHECK(late.correspondences.count() > frame.size() / 2);
+      for (std::size_t i = 0; i < frame.size(); ++i)
+        if (late.found(i))
+          CHECK(first.point[static_cast<std::size_t>(late.correspondences.reference_index[i])] ==
+                frame.point[i]);
+    }
+    evidence.end(false);
+  }
+}
+
+}  // namespace frame_evidence_test
