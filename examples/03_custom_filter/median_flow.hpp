@@ -5,7 +5,7 @@
 #include <cmath>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <string>
 #include <vector>
 
@@ -70,11 +70,11 @@ class MedianFlowFilter final : public dynfilter::Filter {
   }
 
  private:
-  static cv::Point2f flow(const const dynfilter::Evidence& evidence, const dynfilter::Match& match,
+  static cv::Point2f flow(const dynfilter::Evidence& evidence, const dynfilter::Match& match,
                           std::size_t i) {
     return evidence.pixels()[i] - match.correspondences.reference_px[i];
   }
-  float median(const const dynfilter::Evidence& evidence, const dynfilter::Match& match,
+  float median(const dynfilter::Evidence& evidence, const dynfilter::Match& match,
                float cv::Point2f::*axis) {
     values_.clear();
     for (const int i : seeds_) values_.push_back(flow(evidence, match, static_cast<std::size_t>(i)).*axis);

@@ -12,16 +12,18 @@
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/geometry/two_view.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace recipes {
 
+using dynfilter::Evidence;
 using dynfilter::Filter;
-using dynfilter::FrameEvidence;
 using dynfilter::Input;
 using dynfilter::Match;
 using dynfilter::Needs;
