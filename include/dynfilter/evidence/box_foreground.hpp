@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <dynfilter/cluster/depth_split.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/evidence/evidence.hpp>

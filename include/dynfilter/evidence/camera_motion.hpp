@@ -2,7 +2,9 @@
 #pragma once
 
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/votes.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <optional>

@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <string>

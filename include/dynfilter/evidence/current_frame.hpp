@@ -2,7 +2,11 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/evidence/clean_frame.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
 #include <dynfilter/geometry/undistort.hpp>

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <limits>
 #include <opencv2/core.hpp>

@@ -1,14 +1,30 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/frame_matches.hpp>
 #include <dynfilter/evidence/frame_models.hpp>
 #include <dynfilter/evidence/frame_tracks.hpp>
+#include <dynfilter/evidence/history.hpp>
 #include <dynfilter/evidence/late_results.hpp>
+#include <dynfilter/evidence/matched_features.hpp>
 #include <dynfilter/evidence/stage_state.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/geometry/two_view_model.hpp>
 #include <optional>
 #include <string>
 #include <vector>

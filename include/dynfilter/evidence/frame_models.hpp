@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/reused_slots.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view.hpp>
+#include <dynfilter/geometry/two_view_model.hpp>
 #include <list>
 #include <optional>
 #include <vector>

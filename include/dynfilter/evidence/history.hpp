@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {

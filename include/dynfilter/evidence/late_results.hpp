@@ -2,9 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/frame_matches.hpp>
+#include <dynfilter/late/carried_box.hpp>
+#include <dynfilter/late/carried_mask.hpp>
 #include <dynfilter/late/late_semantics.hpp>
+#include <dynfilter/late/motion_trail.hpp>
 #include <vector>
 
 namespace dynfilter {

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/correspondence/past_frame.hpp>
 #include <vector>
 
 namespace dynfilter {

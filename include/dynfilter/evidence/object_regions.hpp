@@ -2,7 +2,12 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/mask_components.hpp>

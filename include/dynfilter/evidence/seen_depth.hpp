@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/geometry/undistort.hpp>

@@ -3,9 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <string>
 #include <utility>

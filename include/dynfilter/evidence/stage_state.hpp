@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>

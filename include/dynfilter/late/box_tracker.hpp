@@ -2,9 +2,12 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/late/carried_box.hpp>
+#include <dynfilter/late/motion_trail.hpp>
 #include <tuple>
 #include <utility>
 #include <vector>

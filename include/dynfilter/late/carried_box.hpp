@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/late/motion_trail.hpp>

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/order_statistics.hpp>
+#include <dynfilter/geometry/depth_sampler.hpp>
 #include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/motion_trail.hpp>
 #include <opencv2/core.hpp>

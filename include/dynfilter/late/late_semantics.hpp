@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/late/box_tracker.hpp>
+#include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/carried_mask.hpp>
 #include <dynfilter/late/motion_trail.hpp>
 #include <optional>

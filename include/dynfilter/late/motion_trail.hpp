@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
 #include <opencv2/core.hpp>

@@ -2,10 +2,20 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <dynfilter/cluster/cell_grid.hpp>
+#include <dynfilter/cluster/clusters.hpp>
 #include <dynfilter/cluster/depth_growth.hpp>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
+#include <dynfilter/pipeline/judgement.hpp>
 #include <string>
 #include <utility>
 #include <vector>

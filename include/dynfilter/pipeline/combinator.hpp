@@ -2,8 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/pipeline/judgement.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/stage.hpp>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>

@@ -2,8 +2,15 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
+#include <dynfilter/pipeline/judgement.hpp>
 #include <limits>
 #include <string>
 #include <utility>

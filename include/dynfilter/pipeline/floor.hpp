@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
 #include <numeric>
 #include <string>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
 #include <optional>
 

@@ -2,9 +2,18 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/evidence/object_regions.hpp>
+#include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
+#include <dynfilter/pipeline/judgement.hpp>
+#include <dynfilter/pipeline/stage.hpp>
 #include <string>
 #include <utility>
 #include <vector>

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>

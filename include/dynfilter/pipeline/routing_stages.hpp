@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/evidence/stage_state.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
+#include <dynfilter/pipeline/judgement.hpp>
 #include <string>
 #include <utility>
 #include <vector>

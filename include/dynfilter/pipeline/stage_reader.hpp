@@ -2,11 +2,17 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <dynfilter/core/near_miss.hpp>
+#include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/yaml.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/stage.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>

@@ -2,8 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
+#include <dynfilter/pipeline/judgement.hpp>
 #include <string>
 #include <utility>
 #include <vector>

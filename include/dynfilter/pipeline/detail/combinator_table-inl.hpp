@@ -2,9 +2,19 @@
 #pragma once
 
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/pipeline/cluster_expand.hpp>
+#include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/combinators.hpp>
+#include <dynfilter/pipeline/depth_layers.hpp>
+#include <dynfilter/pipeline/logic_stages.hpp>
+#include <dynfilter/pipeline/object_vote.hpp>
+#include <dynfilter/pipeline/routing_stages.hpp>
 #include <dynfilter/pipeline/stage_reader.hpp>
+#include <dynfilter/pipeline/temporal_stage.hpp>
+#include <dynfilter/pipeline/vote_stage.hpp>
 #include <memory>
 #include <string>
 #include <utility>

@@ -4,14 +4,26 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/floor.hpp>
 #include <dynfilter/pipeline/initialisation.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/pipeline_params.hpp>
 #include <dynfilter/pipeline/stage.hpp>
+#include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 namespace dynfilter {

@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/pipeline_params.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/stage_reader.hpp>
+#include <string>
 #include <utility>
 
 namespace dynfilter {

@@ -7,10 +7,15 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
+#include <filesystem>
 #include <sstream>
+#include <string>
 #include <system_error>
+#include <vector>
 
 namespace dynfilter {
 
