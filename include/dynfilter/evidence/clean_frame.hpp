@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <limits>
-#include <opencv2/core.hpp>
+#include <opencv2/core/types.hpp>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 namespace dynfilter {
@@ -30,19 +26,7 @@ namespace dynfilter {
 /// An unusual array is replaced by a copy in this object, valid until the next call.
 class FrameCleaner {
  public:
-  void clean(FrameView& frame) {
-    notes_.clear();
-    drop_odd_arrays(frame);
-    drop_odd_images(frame);
-    clean_places(frame);
-    clean_boxes(frame);
-    drop(frame.camera && !sound(*frame.camera), "camera cannot be used: not finite or out of range",
-         frame.camera);
-    if (frame.pose_provenance != PoseProvenance::None && !is_rigid(frame.T_world_camera)) {
-      notes_.emplace_back("pose cannot be used: not rigid");
-      frame.pose_provenance = PoseProvenance::None;
-    }
-  }
+  void clean(FrameView& frame);
   /// What was removed from the last frame, e.g. "depth_m cannot be used: wrong size or type".
   const std::vector<std::string>& notes() const { return notes_; }
 
@@ -51,98 +35,24 @@ class FrameCleaner {
   static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
   template <class Member>
-  void drop(bool unusable, const std::string& note, Member& member) {
-    if (!unusable) return;
-    notes_.push_back(note);
-    member = Member();
-  }
+  void drop(bool unusable, const std::string& note, Member& member);
   template <class Member>
-  void drop_input(bool unusable, const char* what, Member& member) {
-    drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
-  }
+  void drop_input(bool unusable, const char* what, Member& member);
 
-  void drop_odd_arrays(FrameView& frame) {
-    const std::size_t n = frame.size();
-    const auto odd = [n](const auto& span) { return !span.empty() && span.size() != n; };
-    drop_input(odd(frame.depth_m), "depth_m", frame.depth_m);
-    drop_input(odd(frame.keypoints_undistorted), "keypoints_undistorted", frame.keypoints_undistorted);
-    drop_input(odd(frame.map_point_ids), "map_point_ids", frame.map_point_ids);
-    drop_input(odd(frame.map_points_world_m), "map_points_world_m", frame.map_points_world_m);
-    drop_input(!frame.descriptors.empty() && static_cast<std::size_t>(frame.descriptors.rows) != n,
-               "descriptors", frame.descriptors);
-    drop_input(frame.matches && frame.matches->reference_index.size() != n, "matches", frame.matches);
-  }
+  void drop_odd_arrays(FrameView& frame);
 
-  void drop_odd_images(FrameView& frame) {
-    cv::Mat &grey = frame.grey, &depth = frame.depth;
-    drop_input(!grey.empty() && grey.type() != CV_8UC1, "grey", grey);
-    drop_input(!depth.empty() && depth.type() != CV_16UC1 && depth.type() != CV_32FC1, "depth", depth);
-    drop_input(!depth.empty() && !grey.empty() && depth.size() != grey.size(), "depth", depth);
-    drop(!depth.empty() && !(frame.depth_unit_m > 0 && std::isfinite(frame.depth_unit_m)),
-         "depth cannot be used: its unit is not a positive length", depth);
-    drop_input(frame.mask && (frame.mask->labels.empty() || frame.mask->labels.type() != CV_8UC1), "mask",
-               frame.mask);
-  }
+  void drop_odd_images(FrameView& frame);
 
-  void clean_places(FrameView& frame) {
-    const std::size_t nowhere = clean_places(frame.keypoints, keypoints_);
-    if (nowhere > 0) notes_.push_back(std::to_string(nowhere) + " keypoints are in no image: not judged");
-    clean_places(frame.keypoints_undistorted, undistorted_);
-  }
+  void clean_places(FrameView& frame);
   /// Returns how many positions were set to NaN.
-  static std::size_t clean_places(Span<const cv::KeyPoint>& given, std::vector<cv::KeyPoint>& own) {
-    const auto odd = [](const cv::KeyPoint& keypoint) { return !PointGrid::usable(keypoint.pt); };
-    const auto n = static_cast<std::size_t>(std::count_if(given.begin(), given.end(), odd));
-    if (n == 0) return 0;
-    own.assign(given.begin(), given.end());
-    for (cv::KeyPoint& keypoint : own)
-      if (odd(keypoint)) keypoint.pt = {kNone, kNone};
-    given = own;
-    return n;
-  }
+  static std::size_t clean_places(Span<const cv::KeyPoint>& given, std::vector<cv::KeyPoint>& own);
 
-  void clean_boxes(FrameView& frame) {
-    if (!frame.detections) return;
-    Span<const Detection>& given = frame.detections->detections;
-    if (std::all_of(given.begin(), given.end(), [](const Detection& box) { return sound(box); })) return;
-    detections_.clear();
-    for (const Detection& detection : given) {
-      Detection box = detection;
-      if (!box.mask.empty() && box.mask.type() != CV_8UC1) box.mask = cv::Mat();
-      if (!sound(box)) box.box = clipped(box.box);
-      if (sound(box)) detections_.push_back(box);
-    }
-    if (detections_.size() < given.size())
-      notes_.push_back(std::to_string(given.size() - detections_.size()) + " of " +
-                       std::to_string(given.size()) + " boxes cannot be used");
-    given = detections_;
-  }
-  static bool sound(const Detection& detection) {
-    const cv::Rect2f& box = detection.box;
-    return box.width > 0 && box.height > 0 && PointGrid::usable(box.tl()) && PointGrid::usable(box.br()) &&
-           std::isfinite(detection.score) && (detection.mask.empty() || detection.mask.type() == CV_8UC1);
-  }
+  void clean_boxes(FrameView& frame);
+  static bool sound(const Detection& detection);
   /// Clips a box that reaches far beyond the image, so that its part in the image remains.
-  static cv::Rect2f clipped(const cv::Rect2f& box) {
-    const auto within = [](float px) {
-      constexpr float kMost = kMaxPixel / 2;
-      return std::isnan(px) ? px : std::clamp(px, -kMost, kMost);
-    };
-    const float x = within(box.x), y = within(box.y);
-    return {x, y, within(box.x + box.width) - x, within(box.y + box.height) - y};
-  }
+  static cv::Rect2f clipped(const cv::Rect2f& box);
 
-  static bool sound(const Camera& camera) {
-    const auto within = [](double value, double least) { return value >= least && value <= 1e6; };
-    const bool only_size = camera.fx_px == 0 && camera.fy_px == 0 && !camera.distorted();
-    // No image has a focal length below one pixel.
-    bool all = (only_size || (within(camera.fx_px, 1) && within(camera.fy_px, 1))) &&
-               within(camera.cx_px, -1e6) && within(camera.cy_px, -1e6) &&
-               within(camera.baseline_fx_px_m, -1e6) && within(camera.width_px, 0) &&
-               within(camera.height_px, 0);
-    for (const double k : camera.distortion) all = all && within(k, -1e6);
-    return all;
-  }
+  static bool sound(const Camera& camera);
 
   std::vector<std::string> notes_;
   std::vector<cv::KeyPoint> keypoints_, undistorted_;
@@ -150,3 +60,7 @@ class FrameCleaner {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/clean_frame-inl.hpp>
+#endif

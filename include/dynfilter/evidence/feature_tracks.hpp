@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <limits>
-#include <opencv2/core.hpp>
-#include <utility>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -50,26 +46,7 @@ class FeatureTracks {
   /// A depth is NaN if unknown; an empty array means no depth at all.
   /// Without a match to the last added frame, all tracks restart.
   void follow(std::int64_t frame_id, const Match& match, const std::vector<cv::Point2f>& px,
-              const std::vector<cv::Point2f>& undistorted_px, const std::vector<float>& depths_m = {}) {
-    const std::size_t n = px.size();
-    goes_on_ = match.reference != nullptr && has_last_ && match.reference->id == last_id_;
-    std::swap(past_, last_past_);
-    std::swap(length_, last_length_);
-    past_.resize(n * (max_length_ + 1));
-    length_.assign(n, 0);
-    previous_.assign(n, -1);
-    if (goes_on_) lay_out_last();
-    for (std::size_t i = 0; i < n; ++i) {
-      place(i, 0) = {undistorted_px[i], depths_m.empty() ? kNoDepth : depths_m[i]};
-      if (match.reference == nullptr || !match.found(i)) continue;
-      place(i, 1) = {match.reference_undistorted_px[i], reference_depth_m(match, i)};
-      length_[i] = 1;
-      if (goes_on_) take_over(i, previous_of(match, i));
-    }
-    last_px_ = px;
-    last_id_ = frame_id;
-    has_last_ = true;
-  }
+              const std::vector<cv::Point2f>& undistorted_px, const std::vector<float>& depths_m = {});
 
   void reset() { has_last_ = goes_on_ = false; }
 
@@ -102,26 +79,7 @@ class FeatureTracks {
   }
   Place& place(std::size_t i, int k) { return past_[i * (max_length_ + 1) + static_cast<std::size_t>(k)]; }
 
-  int previous_of(const Match& match, std::size_t i) const {
-    const int index = match.correspondences.reference_index[i];
-    if (index >= 0) return static_cast<std::size_t>(index) < last_px_.size() ? index : -1;
-    const cv::Point2f& px = match.correspondences.reference_px[i];
-    const float depth_m = reference_depth_m(match, i);
-    const LastFeature* best = nullptr;
-    float best2 = max_jump_px_ * max_jump_px_;
-    grid_.ranges_around(px, max_jump_px_, [&](std::size_t begin, std::size_t end) {
-      for (const LastFeature* last = &last_by_place_[begin]; last != last_by_place_.data() + end; ++last) {
-        const cv::Point2f d = last->px - px;
-        const float apart2 = d.dot(d);
-        if (apart2 > best2 || (best != nullptr && apart2 == best2 && !before(*last, *best))) continue;
-        // NaN compares false: a missing depth passes the check.
-        if (std::abs(last->depth_m - depth_m) > kDepthShare * depth_m) continue;
-        best2 = apart2;
-        best = last;
-      }
-    });
-    return best != nullptr ? best->index : -1;
-  }
+  int previous_of(const Match& match, std::size_t i) const;
   /// Order by position, so that the order of the features does not matter.
   static bool before(const LastFeature& a, const LastFeature& b) {
     return a.px.y != b.px.y ? a.px.y < b.px.y : a.px.x < b.px.x;
@@ -130,26 +88,9 @@ class FeatureTracks {
     return i < match.reference_depth_m.size() ? match.reference_depth_m[i] : kNoDepth;
   }
   /// Sorts by grid cell, so that a neighbourhood is contiguous in memory.
-  void lay_out_last() {
-    grid_.build(Span<const cv::Point2f>(last_px_), 4 * max_jump_px_);
-    last_by_place_.clear();
-    for (const std::int32_t j : grid_.entries()) {
-      const auto k = static_cast<std::size_t>(j);
-      last_by_place_.push_back({last_px_[k], last_past_[k * (max_length_ + 1)].depth_m, j});
-    }
-  }
+  void lay_out_last();
 
-  void take_over(std::size_t i, int previous) {
-    if (previous < 0) return;
-    const auto j = static_cast<std::size_t>(previous);
-    previous_[i] = previous;
-    const Place* past = &last_past_[j * (max_length_ + 1)];
-    const cv::Point2f shift = place(i, 1).undistorted_px - past[0].undistorted_px;
-    const float deeper_m = place(i, 1).depth_m - past[0].depth_m;
-    length_[i] = std::min(last_length_[j] + 1, static_cast<int>(max_length_));
-    for (int k = 2; k <= length_[i]; ++k)
-      place(i, k) = {past[k - 1].undistorted_px + shift, past[k - 1].depth_m + deeper_m};
-  }
+  void take_over(std::size_t i, int previous);
 
   TrackOptions options_;
   std::size_t max_length_;
@@ -164,3 +105,7 @@ class FeatureTracks {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/feature_tracks-inl.hpp>
+#endif

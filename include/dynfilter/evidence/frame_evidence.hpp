@@ -6,7 +6,6 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
@@ -19,12 +18,13 @@
 #include <dynfilter/evidence/frame_matches.hpp>
 #include <dynfilter/evidence/frame_models.hpp>
 #include <dynfilter/evidence/frame_tracks.hpp>
-#include <dynfilter/evidence/history.hpp>
 #include <dynfilter/evidence/late_results.hpp>
 #include <dynfilter/evidence/matched_features.hpp>
 #include <dynfilter/evidence/stage_state.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,13 +44,7 @@ namespace dynfilter {
 class FrameEvidence final : public Evidence {
  public:
   /// Throws ConfigError.
-  explicit FrameEvidence(const CorrespondenceParams& params = CorrespondenceParams())
-      : params_(checked(params)),
-        current_(params.max_depth_m, params.max_depth_edge),
-        matches_(params_, current_),
-        models_(current_),
-        tracks_(current_, matches_),
-        late_(current_, matches_) {}
+  explicit FrameEvidence(const CorrespondenceParams& params = CorrespondenceParams());
   FrameEvidence(const FrameEvidence&) = delete;
   FrameEvidence& operator=(const FrameEvidence&) = delete;
 
@@ -59,32 +53,13 @@ class FrameEvidence final : public Evidence {
   /// Set if a stage reads boxes or masks. The motion that late ones are carried along is then recorded.
   void set_semantics(bool used) { late_.set_used(used); }
 
-  void begin(const FrameView& frame, CallPoint call_point) {
-    call_point_ = call_point;
-    current_.begin(frame);
-    stages_.begin(current_.pixels());
-    models_.begin();
-    late_.begin(matches_.begin());
-  }
+  void begin(const FrameView& frame, CallPoint call_point);
   /// The frame's memory is not read after this.
-  void end(bool keyframe) {
-    late_.end();
-    if (keyframe) matches_.history().mark_keyframe();
-    current_.end();
-  }
+  void end(bool keyframe);
   /// Forgets all earlier frames.
-  void reset() {
-    matches_.reset();
-    tracks_.reset();
-    late_.reset();
-  }
+  void reset();
   /// Sets the pose of an earlier frame. Ignored if it is no longer kept, or not rigid.
-  void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) {
-    StoredFrame* stored = matches_.history().find(frame_id);
-    if (stored == nullptr || !is_rigid(T_world_camera)) return;
-    stored->T_world_camera = T_world_camera;
-    stored->pose_provenance = provenance;
-  }
+  void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance);
 
   /// For combinators.
   StageState& stages() { return stages_; }
@@ -125,25 +100,14 @@ class FrameEvidence final : public Evidence {
     return matches_.history().find(frame_id);
   }
 
-  void collect_seeds(const Match& match, bool all, std::vector<int>& seeds) const override {
-    seeds.clear();
-    const Span<const std::uint8_t> seed = stages_.seed();
-    for (std::size_t i = 0; i < size(); ++i)
-      if (match.found(i) && (all || seed[i] != 0)) seeds.push_back(static_cast<int>(i));
-  }
+  void collect_seeds(const Match& match, bool all, std::vector<int>& seeds) const override;
   const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds) const override {
     return models_.two_view(match, seeds);
   }
   const RigidMotion& rigid_motion(const Match& match, const std::vector<int>& seeds) const override {
     return models_.rigid_motion(match, seeds, host_motion(match));
   }
-  std::optional<Pose> host_motion(const Match& match) const override {
-    const FrameView& now = frame();
-    if (match.reference == nullptr || now.pose_provenance == PoseProvenance::None ||
-        match.reference->pose_provenance == PoseProvenance::None)
-      return std::nullopt;
-    return inverse(now.T_world_camera) * match.reference->T_world_camera;
-  }
+  std::optional<Pose> host_motion(const Match& match) const override;
 
   const std::vector<Detection>* carried_boxes(int max_age_frames) const override {
     return late_.boxes(max_age_frames);
@@ -151,10 +115,7 @@ class FrameEvidence final : public Evidence {
   const cv::Mat* carried_labels() const override { return late_.labels(); }
 
  private:
-  static const CorrespondenceParams& checked(const CorrespondenceParams& params) {
-    check_parameters(params, "correspondence");
-    return params;
-  }
+  static const CorrespondenceParams& checked(const CorrespondenceParams& params);
 
   CorrespondenceParams params_;
   CallPoint call_point_ = CallPoint::BeforePose;
@@ -168,3 +129,7 @@ class FrameEvidence final : public Evidence {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/frame_evidence-inl.hpp>
+#endif

@@ -1,30 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/flow.hpp>
 #include <dynfilter/correspondence/flow_params.hpp>
-#include <dynfilter/correspondence/host_match.hpp>
 #include <dynfilter/correspondence/match.hpp>
-#include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/history.hpp>
 #include <dynfilter/evidence/matched_features.hpp>
-#include <dynfilter/evidence/reused_slots.hpp>
-#include <dynfilter/geometry/depth_sampler.hpp>
-#include <dynfilter/geometry/undistort.hpp>
-#include <limits>
 #include <list>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,191 +37,57 @@ class FrameMatches {
   History& history() { return history_; }
 
   /// Stores the frame that begins. False if it is there already, from an earlier call point.
-  bool begin() {
-    const std::int64_t id = current_.frame().id;
-    if (std::exchange(last_begun_id_, id) != id) steps_shared_ = std::exchange(last_asked_for_, false);
-    correspondence_ms_ = 0;
-    note_.clear();
-    detail::free_slots(matches_);
-    detail::free_slots(matched_features_);
-    return keep(history_.current(id));
-  }
-  void reset() {
-    history_.clear();
-    steps_shared_ = last_asked_for_ = true;
-  }
+  bool begin();
+  void reset();
 
-  const Match& match(const Reference& reference) {
-    const StoredFrame* stored = resolve(reference);
-    last_asked_for_ = last_asked_for_ || stored == resolve(Reference());
-    return match_stored(stored);
-  }
+  const Match& match(const Reference& reference);
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
 
-  const MatchedFeatures& matched_features(const Match& match, double max_offset_px) {
-    for (const MatchedFeatures& known : matched_features_)
-      if (known.valid && known.is_of(match, max_offset_px)) return known;
-    MatchedFeatures& matched = detail::next_slot(matched_features_);
-    matched.assign(current_.frame(), match, max_offset_px);
-    return matched;
-  }
+  const MatchedFeatures& matched_features(const Match& match, double max_offset_px);
 
   /// The match with the last frame for late results: that of the stages if they compute one, otherwise a
   /// sparse one at a sixth of the cost.
-  const Match& step_match() {
-    const StoredFrame* last = resolve(Reference());
-    if (steps_shared_ || !uses_flow() || is_matched(last)) return match_stored(last);
-    sparse_px_ = current_.pixels();
-    for (cv::Point2f& px : sparse_px_)
-      if (!in_sparse_cell(px)) px.x = px.y = std::numeric_limits<float>::quiet_NaN();
-    fill_match(last, step_, [&](Correspondences& out) {
-      step_flow_.track(history_.find(current_.frame().id)->pyramid, last->pyramid, sparse_px_, {}, out);
-    });
-    return step_;
-  }
+  const Match& step_match();
   /// A match with the last frame costs nothing more, because there is one, or no such frame.
-  bool has_step() const {
-    const StoredFrame* last = resolve(Reference());
-    return last == nullptr || is_matched(last);
-  }
+  bool has_step() const;
 
   double correspondence_ms() const { return correspondence_ms_; }
   /// What was odd about the host's matches. Empty: nothing.
   std::string take_note() { return std::exchange(note_, {}); }
 
  private:
-  static FlowParams checked_once(FlowParams params) {
-    if (params.check == FlowCheck::ForwardBackward) params.check = FlowCheck::Residual;
-    return params;
-  }
+  static FlowParams checked_once(FlowParams params);
   /// True in one of four cells of 8 x 8 pixels.
   /// Selecting by position makes the result independent of the features' order.
   static bool in_sparse_cell(const cv::Point2f& px) {
     return std::fmod(std::floor(px.x / 8) + 2 * std::floor(px.y / 8), 4.0F) == 0;
   }
 
-  const StoredFrame* resolve(const Reference& reference) const {
-    if (uses_host_matches()) return history_.find(current_.frame().matches->reference_frame_id);
-    return reference.keyframe ? history_.keyframe() : history_.before(reference.gap_frames);
-  }
-  bool uses_host_matches() const {
-    if (!current_.frame().matches) return false;
-    return params_.source == CorrespondenceSource::Auto || params_.source == CorrespondenceSource::Host;
-  }
-  bool uses_flow() const {
-    const FrameView& frame = current_.frame();
-    return params_.source == CorrespondenceSource::Flow ||
-           (params_.source == CorrespondenceSource::Auto && !frame.matches && !frame.grey.empty());
-  }
-  bool is_matched(const StoredFrame* stored) const {
-    return std::any_of(matches_.begin(), matches_.end(),
-                       [stored](const Match& match) { return match.valid && match.reference == stored; });
-  }
+  const StoredFrame* resolve(const Reference& reference) const;
+  bool uses_host_matches() const;
+  bool uses_flow() const;
+  bool is_matched(const StoredFrame* stored) const;
 
-  const Match& match_stored(const StoredFrame* stored) {
-    for (const Match& known : matches_)
-      if (known.valid && known.reference == stored) return known;
-    current_.depths_m();  // before the flow evicts the depth image from the cache
-    Match& match = detail::next_slot(matches_);
-    fill_match(stored, match, [&](Correspondences& out) { correspond(*stored, out); });
-    return match;
-  }
+  const Match& match_stored(const StoredFrame* stored);
 
   // The host's matches refer to one frame.
   // Late boxes need another frame, which uses flow or descriptors instead.
-  void correspond(const StoredFrame& stored, Correspondences& out) {
-    const FrameView& frame = current_.frame();
-    if (uses_host_matches() && frame.matches->reference_frame_id == stored.id)
-      host_matches(stored, out);
-    else if (uses_flow())
-      flow_.track(history_.find(frame.id)->pyramid, stored.pyramid, current_.pixels(), {}, out);
-    else
-      descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {},
-                         out);
-  }
+  void correspond(const StoredFrame& stored, Correspondences& out);
 
-  void host_matches(const StoredFrame& stored, Correspondences& out) {
-    const std::size_t nowhere =
-        correspondences_from_host(*current_.frame().matches, stored.keypoints, current_.size(), out);
-    if (nowhere > 0)
-      note_ = std::to_string(nowhere) + " matches lead to features that frame " + std::to_string(stored.id) +
-              " does not have";
-    for (std::size_t i = 0; i < current_.size(); ++i)
-      if (std::isnan(current_.pixels()[i].x)) out.drop(i);
-  }
+  void host_matches(const StoredFrame& stored, Correspondences& out);
 
   template <class Correspond>
-  void fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond) {
-    const auto start = std::chrono::steady_clock::now();
-    match.reference = stored;
-    match.correspondences.reset(current_.size());
-    if (stored != nullptr) correspond(match.correspondences);
-    fill_reference_geometry(match);
-    add_time_since(start);
-  }
-  void add_time_since(std::chrono::steady_clock::time_point start) {
-    correspondence_ms_ +=
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  }
+  void fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond);
+  void add_time_since(std::chrono::steady_clock::time_point start);
 
-  void fill_reference_geometry(Match& match) const {
-    const std::size_t n = current_.size();
-    const auto& px = match.correspondences.reference_px;
-    const Camera camera = match.reference != nullptr ? match.reference->camera.value_or(Camera()) : Camera();
-    match.reference_undistorted_px.resize(n);
-    undistort_points(camera, px, match.reference_undistorted_px);
-    match.reference_depth_m.assign(n, DepthSampler::kNone);
-    if (match.reference != nullptr) {
-      const PastFrame& stored = *match.reference;
-      const DepthSampler image(stored.depth, stored.depth_unit_m, params_.max_depth_edge);
-      image.at_all(px, [&](std::size_t i, float in_image) {
-        if (match.correspondences.found[i] == 0) return;
-        const auto index = static_cast<std::size_t>(match.correspondences.reference_index[i]);
-        const bool by_feature =
-            match.correspondences.reference_index[i] >= 0 && index < stored.depth_m.size();
-        match.reference_depth_m[i] =
-            depth_within(by_feature ? stored.depth_m[index] : in_image, params_.max_depth_m);
-      });
-    }
-    match.reference_points_m.resize(n);
-    back_project(camera, match.reference_undistorted_px, match.reference_depth_m, match.reference_points_m);
-  }
+  void fill_reference_geometry(Match& match) const;
 
   /// Makes deep copies, because hosts reuse buffers. The pyramid is the copy of the grey image.
-  bool keep(StoredFrame& stored) {
-    const FrameView& frame = current_.frame();
-    const bool seen_before = !stored.pyramid.empty();
-    stored.timestamp_s = frame.timestamp_s;
-    stored.keypoints.assign(frame.keypoints.begin(), frame.keypoints.end());
-    stored.depth_m.assign(frame.depth_m.begin(), frame.depth_m.end());
-    stored.camera = frame.camera;
-    if (frame.pose_provenance != PoseProvenance::None) {
-      stored.T_world_camera = frame.T_world_camera;
-      stored.pose_provenance = frame.pose_provenance;
-    }
-    frame.descriptors.copyTo(stored.descriptors);
-    if (seen_before) return false;
-    if (uses_flow()) {
-      const auto start = std::chrono::steady_clock::now();
-      flow_.build(frame.grey, stored.pyramid);
-      add_time_since(start);
-    }
-    keep_depth(stored.depth);
-    stored.depth_unit_m = frame.depth_unit_m;
-    return true;
-  }
+  bool keep(StoredFrame& stored);
 
   /// Writes into the slot's image only if nothing else refers to it.
   /// The host may still hold an image that it handed over.
-  void keep_depth(cv::Mat& stored) const {
-    const FrameView& frame = current_.frame();
-    if (frame.depth_handed_over) {
-      stored = frame.depth;
-      return;
-    }
-    if (!has_sole_owner(stored)) stored.release();
-    frame.depth.copyTo(stored);
-  }
+  void keep_depth(cv::Mat& stored) const;
 
   const CorrespondenceParams& params_;
   CurrentFrame& current_;
@@ -248,3 +105,7 @@ class FrameMatches {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/frame_matches-inl.hpp>
+#endif

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
-#include <dynfilter/evidence/reused_slots.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
@@ -21,26 +18,12 @@ class FrameModels {
  public:
   explicit FrameModels(CurrentFrame& current) : current_(current) {}
 
-  void begin() {
-    detail::free_slots(two_views_);
-    detail::free_slots(rigid_motions_);
-  }
+  void begin();
 
-  const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds) {
-    return fitted(two_views_, match, seeds, [&] {
-      const FrameView& frame = current_.frame();
-      return two_view_.estimate(match.reference_undistorted_px, current_.undistorted_pixels(), seeds,
-                                frame.camera ? &*frame.camera : nullptr);
-    });
-  }
+  const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds);
   /// `prior`: a motion that competes as a hypothesis.
   const RigidMotion& rigid_motion(const Match& match, const std::vector<int>& seeds,
-                                  const std::optional<Pose>& prior) {
-    return fitted(rigid_motions_, match, seeds, [&] {
-      return rigid_motion_.estimate(current_.frame().camera.value_or(Camera()), match.reference_points_m,
-                                    current_.points_m(), seeds, prior);
-    });
-  }
+                                  const std::optional<Pose>& prior);
 
  private:
   template <class Model>
@@ -52,15 +35,7 @@ class FrameModels {
   };
   template <class Model, class Fit>
   static const Model& fitted(std::list<Fitted<Model>>& known, const Match& match,
-                             const std::vector<int>& seeds, const Fit& fit) {
-    for (const Fitted<Model>& slot : known)
-      if (slot.valid && slot.match == &match && slot.seeds == seeds) return slot.model;
-    Fitted<Model>& slot = detail::next_slot(known);
-    slot.match = &match;
-    slot.seeds = seeds;
-    slot.model = fit();
-    return slot.model;
-  }
+                             const std::vector<int>& seeds, const Fit& fit);
 
   CurrentFrame& current_;
   TwoViewEstimator two_view_;
@@ -70,3 +45,7 @@ class FrameModels {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/frame_models-inl.hpp>
+#endif

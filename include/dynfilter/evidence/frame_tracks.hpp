@@ -5,7 +5,6 @@
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/frame_matches.hpp>
 #include <list>
-#include <vector>
 
 namespace dynfilter {
 
@@ -14,25 +13,11 @@ class FrameTracks {
  public:
   FrameTracks(CurrentFrame& current, FrameMatches& matches) : current_(current), matches_(matches) {}
 
-  const FeatureTracks& tracks(const TrackOptions& options) {
-    FeatureTracks& tracks = with(options);
-    if (tracks.last_id() == current_.frame().id && tracks.size() == current_.size()) return tracks;
-    static const std::vector<float> kNoDepths;
-    tracks.follow(current_.frame().id, matches_.match({}), current_.pixels(), current_.undistorted_pixels(),
-                  options.use_depth ? current_.depths_m() : kNoDepths);
-    return tracks;
-  }
-  void reset() {
-    for (FeatureTracks& tracks : all_) tracks.reset();
-  }
+  const FeatureTracks& tracks(const TrackOptions& options);
+  void reset();
 
  private:
-  FeatureTracks& with(const TrackOptions& options) {
-    for (FeatureTracks& tracks : all_)
-      if (tracks.options() == options) return tracks;
-    all_.emplace_back(options);
-    return all_.back();
-  }
+  FeatureTracks& with(const TrackOptions& options);
 
   CurrentFrame& current_;
   FrameMatches& matches_;
@@ -40,3 +25,7 @@ class FrameTracks {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/frame_tracks-inl.hpp>
+#endif

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
 #include <memory>
@@ -24,48 +23,20 @@ class History {
   /// Sets how many earlier frames to keep in addition to the last keyframe.
   void set_capacity(int frames) { capacity_ = frames < 1 ? 1 : static_cast<std::size_t>(frames); }
 
-  void clear() {
-    for (FramePtr& frame : frames_) recycle(std::move(frame));
-    frames_.clear();
-    recycle(std::move(keyframe_));
-  }
+  void clear();
 
   /// The slot of the frame being judged. Call it with each view; a new id starts a new slot.
-  StoredFrame& current(std::int64_t id) {
-    if (!frames_.empty() && frames_.back()->id == id) return *frames_.back();
-    if (frames_.size() > capacity_) {
-      recycle(std::move(frames_.front()));
-      frames_.erase(frames_.begin());
-    }
-    frames_.push_back(take_spare());
-    StoredFrame& frame = *frames_.back();
-    frame.id = id;
-    frame.pyramid.clear();
-    frame.pose_provenance = PoseProvenance::None;
-    return frame;
-  }
+  StoredFrame& current(std::int64_t id);
 
   /// The frame `gap` frames before the current one, or the oldest one kept.
   /// Null without an earlier frame.
-  const StoredFrame* before(int gap) const {
-    const auto n = static_cast<int>(frames_.size());
-    if (n < 2 || gap < 1) return nullptr;
-    return frames_[static_cast<std::size_t>(gap < n ? n - 1 - gap : 0)].get();
-  }
-  StoredFrame* find(std::int64_t id) const {
-    for (const FramePtr& frame : frames_)
-      if (frame->id == id) return frame.get();
-    return keyframe_ && keyframe_->id == id ? keyframe_.get() : nullptr;
-  }
+  const StoredFrame* before(int gap) const;
+  StoredFrame* find(std::int64_t id) const;
   /// The last keyframe, unless it is the current frame.
   const StoredFrame* keyframe() const {
     return frames_.empty() || keyframe_ != frames_.back() ? keyframe_.get() : nullptr;
   }
-  void mark_keyframe() {
-    if (frames_.empty() || keyframe_ == frames_.back()) return;
-    recycle(std::move(keyframe_));
-    keyframe_ = frames_.back();
-  }
+  void mark_keyframe();
   std::size_t size() const { return frames_.size(); }
 
  private:
@@ -75,12 +46,7 @@ class History {
   void recycle(FramePtr frame) {
     if (frame && frame.use_count() == 1) spare_.push_back(std::move(frame));
   }
-  FramePtr take_spare() {
-    if (spare_.empty()) return std::make_shared<StoredFrame>();
-    FramePtr frame = std::move(spare_.back());
-    spare_.pop_back();
-    return frame;
-  }
+  FramePtr take_spare();
 
   std::size_t capacity_ = 1;
   std::vector<FramePtr> frames_;  ///< oldest first; the last one is the current frame
@@ -89,3 +55,7 @@ class History {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/history-inl.hpp>
+#endif

@@ -4,21 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <dynfilter/core/frame_view.hpp>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
 
 /// Size of the frame's images [px]. 0 x 0 if unknown.
-inline cv::Size image_size(const FrameView& frame) {
-  if (!frame.grey.empty()) return frame.grey.size();
-  if (!frame.depth.empty()) return frame.depth.size();
-  return frame.camera ? cv::Size(frame.camera->width_px, frame.camera->height_px) : cv::Size();
-}
+cv::Size image_size(const FrameView& frame);
 
 /// Point queries on a mask or label image of any size, in pixels of the frame's image.
 /// Copies and dilates nothing.
@@ -29,57 +24,22 @@ class MaskLookup {
   /// `labels`: CV_8UC1; any other type is an empty mask.
   /// `image`: size of the image that it covers; 0 x 0: its own size.
   /// `wanted`: labels that count; empty: all except 0.
-  MaskLookup(const cv::Mat& labels, cv::Size image, const std::vector<int>& wanted = {}) {
-    if (labels.empty() || labels.type() != CV_8UC1) return;
-    labels_ = labels;
-    if (image.width <= 0 || image.height <= 0) image = labels.size();
-    scale_x_ = static_cast<double>(labels.cols) / image.width;
-    scale_y_ = static_cast<double>(labels.rows) / image.height;
-    width_px_ = image.width;
-    height_px_ = image.height;
-    wanted_.fill(wanted.empty());
-    wanted_[0] = false;
-    for (const int label : wanted)
-      if (label >= 0 && label < 256) wanted_[static_cast<std::size_t>(label)] = true;
-  }
+  MaskLookup(const cv::Mat& labels, cv::Size image, const std::vector<int>& wanted = {});
 
   bool empty() const { return labels_.empty(); }
   bool counts(std::uint8_t label) const { return wanted_[label]; }
 
   /// True if this pixel is on the mask. False outside the image.
   /// A keypoint at x = width belongs to the last column.
-  bool at(const cv::Point2f& px) const {
-    if (!inside(px)) return false;
-    return counts(labels_.at<std::uint8_t>(row_of(std::round(px.y)), column_of(std::round(px.x))));
-  }
+  bool at(const cv::Point2f& px) const;
   /// True if the mask has a pixel within this distance.
   /// Equal to at() on a mask dilated with a disc.
-  bool near(const cv::Point2f& px, double radius_px) const {
-    return any_chord(px, radius_px, [&](int row, int from, int to) { return any(row, from, to); });
-  }
+  bool near(const cv::Point2f& px, double radius_px) const;
 
   /// Visits the parts of the mask's rows inside a disc around a pixel, starting at the pixel.
   /// Calls f(row, from, to) with inclusive columns until it returns true. Returns the last result.
   template <class F>
-  bool any_chord(const cv::Point2f& px, double radius_px, const F& f) const {
-    if (empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;
-    if (inside(px)) {
-      const int column = column_of(std::round(px.x));
-      if (f(row_of(std::round(px.y)), column, column)) return true;
-    }
-    if (!(radius_px > 0)) return false;
-    const double x = std::round(static_cast<double>(px.x)), y = std::round(static_cast<double>(px.y));
-    const int first = first_within((y - radius_px + 0.5) * scale_y_ - 0.5);
-    const int last = last_within((y + radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
-    for (int row = first; row <= last; ++row) {
-      const double dy = (row + 0.5) / scale_y_ - 0.5 - y;
-      const double half = std::sqrt(std::max(0.0, radius_px * radius_px - dy * dy));
-      const int from = first_within((x - half + 0.5) * scale_x_ - 0.5);
-      const int to = last_within((x + half + 0.5) * scale_x_ - 0.5, labels_.cols);
-      if (from <= to && f(row, from, to)) return true;
-    }
-    return false;
-  }
+  bool any_chord(const cv::Point2f& px, double radius_px, const F& f) const;
   const cv::Mat& labels() const { return labels_; }
 
  private:
@@ -102,22 +62,7 @@ class MaskLookup {
     return static_cast<int>(std::floor(std::clamp(at + kRounding, -1.0, size - 1.0)));
   }
 
-  bool any(int row, int from, int to) const {
-    const std::uint8_t* pixels = labels_.ptr<std::uint8_t>(row);
-    while (from <= to) {
-      if (from + 7 <= to) {
-        std::uint64_t eight = 0;
-        std::memcpy(&eight, pixels + from, sizeof(eight));
-        if (eight == 0) {
-          from += 8;
-          continue;
-        }
-      }
-      if (counts(pixels[from])) return true;
-      ++from;
-    }
-    return false;
-  }
+  bool any(int row, int from, int to) const;
 
   cv::Mat labels_;
   double scale_x_ = 1, scale_y_ = 1, width_px_ = 0, height_px_ = 0;
@@ -125,3 +70,7 @@ class MaskLookup {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/mask_lookup-inl.hpp>
+#endif

@@ -5,10 +5,11 @@
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -20,16 +21,7 @@ class MatchedFeatures {
  public:
   static constexpr double kMaxOffsetPx = 2.0;
 
-  void assign(const FrameView& frame, const Match& match, double max_offset_px) {
-    match_ = &match;
-    max_offset_px_ = max_offset_px;
-    index_.assign(frame.size(), -1);
-    distance_bits_.assign(frame.size(), -1);
-    has_descriptors_ = false;
-    if (match.reference == nullptr) return;
-    find_indices(match);
-    measure(frame.descriptors, *match.reference);
-  }
+  void assign(const FrameView& frame, const Match& match, double max_offset_px);
   bool is_of(const Match& match, double max_offset_px) const {
     return match_ == &match && max_offset_px_ == max_offset_px;
   }
@@ -46,47 +38,12 @@ class MatchedFeatures {
  private:
   static constexpr float kCellPx = 10;
 
-  void find_indices(const Match& match) {
-    const std::vector<cv::KeyPoint>& features = match.reference->keypoints;
-    bool grid_built = false;
-    for (std::size_t i = 0; i < index_.size(); ++i) {
-      if (!match.found(i)) continue;
-      const std::int32_t known = match.correspondences.reference_index[i];
-      if (known >= 0) {
-        index_[i] = static_cast<std::size_t>(known) < features.size() ? known : -1;
-        continue;
-      }
-      if (!grid_built) grid_.build(Span<const cv::KeyPoint>(features), kCellPx);
-      grid_built = true;
-      index_[i] = nearest(features, match.correspondences.reference_px[i]);
-    }
-  }
+  void find_indices(const Match& match);
 
   /// Of two that are as near, the first by its place: the order of the features does not matter.
-  std::int32_t nearest(const std::vector<cv::KeyPoint>& features, const cv::Point2f& px) const {
-    if (grid_.empty() || !PointGrid::usable(px)) return -1;
-    const auto radius = static_cast<float>(max_offset_px_);
-    std::int32_t best = -1;
-    float best2 = radius * radius;
-    grid_.around(px, radius, [&](std::int32_t j) {
-      const cv::Point2f step = features[static_cast<std::size_t>(j)].pt - px;
-      const float d2 = step.dot(step);
-      if (d2 > best2 || (d2 == best2 && best >= 0)) return;
-      best2 = d2;
-      best = j;
-    });
-    return best;
-  }
+  std::int32_t nearest(const std::vector<cv::KeyPoint>& features, const cv::Point2f& px) const;
 
-  void measure(const cv::Mat& descriptors, const PastFrame& then) {
-    has_descriptors_ = descriptors.cols == then.descriptors.cols && now_.assign(descriptors, index_.size()) &&
-                       then_.assign(then.descriptors, then.keypoints.size());
-    if (!has_descriptors_) return;
-    for (std::size_t i = 0; i < index_.size(); ++i)
-      if (index_[i] >= 0)
-        distance_bits_[i] =
-            detail::hamming(now_.row(i), then_.row(static_cast<std::size_t>(index_[i])), now_.stride());
-  }
+  void measure(const cv::Mat& descriptors, const PastFrame& then);
 
   const Match* match_ = nullptr;
   double max_offset_px_ = 0;
@@ -97,3 +54,7 @@ class MatchedFeatures {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/matched_features-inl.hpp>
+#endif

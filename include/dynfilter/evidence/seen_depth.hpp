@@ -2,19 +2,15 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
-#include <utility>
-#include <vector>
 
 namespace dynfilter {
 
@@ -32,21 +28,9 @@ class SeenDepth {
  public:
   static constexpr float kKeypointRadiusPx = 8;
 
-  void from(const PastFrame& frame) {
-    camera_ = frame.camera.value_or(Camera());
-    image_ = frame.depth;
-    unit_m_ = static_cast<float>(frame.depth_unit_m);
-    distorted_ = true;
-    set_keypoints(image_.empty() ? Span<const cv::KeyPoint>(frame.keypoints) : Span<const cv::KeyPoint>(),
-                  frame.depth_m);
-  }
+  void from(const PastFrame& frame);
   /// Uses keypoints only, on undistorted pixels of the current camera.
-  void from(const KeyframeView& keyframe, const Camera& camera) {
-    camera_ = camera;
-    image_ = cv::Mat();
-    distorted_ = false;
-    set_keypoints(keyframe.keypoints_undistorted, keyframe.depth_m);
-  }
+  void from(const KeyframeView& keyframe, const Camera& camera);
 
   bool has_image() const { return !image_.empty(); }
 
@@ -74,25 +58,11 @@ class SeenDepth {
     double limit, smallest;
     int known = 0, agreeing = 0, beyond = 0;
 
-    void add(double deviation) {
-      if (!std::isfinite(deviation)) return;
-      ++known;
-      agreeing += std::abs(deviation) <= limit ? 1 : 0;
-      beyond += deviation > limit ? 1 : 0;
-      if (std::abs(deviation) < std::abs(smallest)) smallest = deviation;
-    }
-    SeenThere verdict(int wanted) const {
-      if (agreeing > 0) return SeenThere::Surface;
-      if (known < wanted) return SeenThere::Nothing;
-      return beyond == known ? SeenThere::Beyond : SeenThere::Nearer;
-    }
+    void add(double deviation);
+    SeenThere verdict(int wanted) const;
   };
 
-  void set_keypoints(Span<const cv::KeyPoint> keypoints, Span<const float> depth_m) {
-    keypoints_ = keypoints.size() == depth_m.size() ? keypoints : Span<const cv::KeyPoint>();
-    keypoint_depth_m_ = depth_m;
-    grid_.build(keypoints_, 2 * kKeypointRadiusPx);
-  }
+  void set_keypoints(Span<const cv::KeyPoint> keypoints, Span<const float> depth_m);
 
   /// Both return how many depths an answer requires: half of the patch, or two keypoints.
   /// A single keypoint may be on the other side of an edge.
@@ -133,3 +103,7 @@ class SeenDepth {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/seen_depth-inl.hpp>
+#endif

@@ -2,19 +2,18 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -39,16 +38,7 @@ struct DetectionFilter {
 
   /// Also false for boxes that are empty, inverted or not finite,
   /// and for scores that are not finite.
-  bool wants(const Detection& detection) const {
-    const cv::Rect2f& box = detection.box;
-    if (!(box.width > 0) || !(box.height > 0) || !std::isfinite(box.x + box.width) ||
-        !std::isfinite(box.y + box.height) || !(static_cast<double>(detection.score) >= min_score))
-      return false;
-    const auto listed = [&](const std::vector<std::string>& names) {
-      return std::find(names.begin(), names.end(), detection.class_name) != names.end();
-    };
-    return (classes.empty() || listed(classes)) && !listed(except_classes);
-  }
+  bool wants(const Detection& detection) const;
 };
 
 /// Boxes or masks of the current frame or of an older one.
@@ -60,39 +50,12 @@ class LateResult {
  public:
   /// Boxes of the frame.
   static LateResult boxes(const Evidence& evidence, int max_age_frames, Votes& votes,
-                          const char* what = "boxes") {
-    const DetectionInput& input = *evidence.frame().detections;
-    LateResult late(evidence, votes);
-    late.detections_ = input.detections;
-    if (!late.of_older_frame(input.frame_id, max_age_frames, what)) return late;
-    const std::vector<Detection>* carried = evidence.carried_boxes(max_age_frames);
-    if (carried != nullptr)
-      late.use_carried(Span<const Detection>(*carried), late.detections_);
-    else
-      late.match_back(input.frame_id, what);
-    return late;
-  }
+                          const char* what = "boxes");
   /// The mask of the frame.
-  static LateResult mask(const Evidence& evidence, int max_age_frames, Votes& votes) {
-    const MaskInput& input = *evidence.frame().mask;
-    LateResult late(evidence, votes);
-    late.labels_ = input.labels;
-    if (!late.of_older_frame(input.frame_id, max_age_frames, "masks")) return late;
-    const cv::Mat* carried = evidence.carried_labels();
-    if (carried != nullptr)
-      late.use_carried(*carried, late.labels_);
-    else
-      late.match_back(input.frame_id, "masks");
-    return late;
-  }
+  static LateResult mask(const Evidence& evidence, int max_age_frames, Votes& votes);
   /// Matched back only, never carried. For filters that learn once from each result.
   static LateResult matched_mask(const Evidence& evidence, std::int64_t frame_id, int max_age_frames,
-                                 Votes& votes) {
-    LateResult late(evidence, votes);
-    late.labels_ = evidence.frame().mask->labels;
-    if (late.of_older_frame(frame_id, max_age_frames, "masks")) late.match_back(frame_id, "masks");
-    return late;
-  }
+                                 Votes& votes);
   /// Number of earlier frames kept for matching back. Carrying needs none.
   static int history_frames(int max_age_frames) { return std::min(max_age_frames, 5); }
 
@@ -104,10 +67,7 @@ class LateResult {
   bool found(std::size_t i) const { return match_ == nullptr || match_->found(i); }
   /// Position of feature i in the frame of the result.
   /// A feature without a match is moved back by `flow`, the flow of its neighbours.
-  cv::Point2f then_px(std::size_t i, const cv::Point2f& flow = {0, 0}) const {
-    if (match_ == nullptr) return evidence_.pixels()[i];
-    return match_->found(i) ? match_->correspondences.reference_px[i] : evidence_.pixels()[i] - flow;
-  }
+  cv::Point2f then_px(std::size_t i, const cv::Point2f& flow = {0, 0}) const;
   /// Median flow to this frame of the features for which `inside(position then)` is true.
   /// (0, 0) without any.
   template <class Inside>
@@ -128,26 +88,10 @@ class LateResult {
   LateResult(const Evidence& evidence, Votes& votes) : evidence_(evidence), votes_(votes) {}
 
   /// Also sets age_note_.
-  bool of_older_frame(std::int64_t frame_id, int max_age_frames, const char* what) {
-    if (frame_id < 0 || frame_id == evidence_.frame().id) return false;
-    const std::int64_t age = evidence_.frame().id - frame_id;
-    usable_ = age >= 0 && age <= max_age_frames;
-    if (!usable_) votes_.note(std::string(what) + " of frame " + std::to_string(frame_id) + " are too old");
-    age_note_ = std::string(what) + " are " + std::to_string(age) + " frames late";
-    return usable_;
-  }
-  void match_back(std::int64_t frame_id, const char* what) {
-    match_ = &evidence_.match_with(frame_id);
-    usable_ = match_->reference != nullptr;
-    votes_.note(usable_
-                    ? age_note_
-                    : std::string(what) + " of frame " + std::to_string(frame_id) + ", which is not kept");
-  }
+  bool of_older_frame(std::int64_t frame_id, int max_age_frames, const char* what);
+  void match_back(std::int64_t frame_id, const char* what);
   template <class T>
-  void use_carried(const T& carried, T& own) {
-    own = carried;
-    votes_.note(age_note_);
-  }
+  void use_carried(const T& carried, T& own);
 
   const Evidence& evidence_;
   Votes& votes_;
@@ -159,3 +103,7 @@ class LateResult {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/semantic_input-inl.hpp>
+#endif

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <opencv2/core.hpp>
+#include <opencv2/core/types.hpp>
 #include <utility>
 #include <vector>
 
@@ -21,26 +20,13 @@ class StageState {
 
  public:
   /// All features are judged and are seeds, except those in no image (NaN).
-  void begin(const std::vector<cv::Point2f>& pixels) {
-    const std::size_t n = pixels.size();
-    flags_.judged.assign(n, 1);
-    flags_.prior.assign(n, 0);
-    flags_.seed.assign(n, 1);
-    flags_.dynamic.assign(n, 0);
-    for (std::size_t i = 0; i < n; ++i)
-      if (std::isnan(pixels[i].x)) flags_.judged[i] = flags_.seed[i] = 0;
-    collect_suspicions(false);
-  }
+  void begin(const std::vector<cv::Point2f>& pixels);
 
   Span<const std::uint8_t> judged() const { return flags_.judged; }
   Span<const std::uint8_t> prior() const { return flags_.prior; }
   Span<const std::uint8_t> seed() const { return flags_.seed; }
   Span<const std::uint8_t> called_dynamic() const { return flags_.dynamic; }
-  std::size_t count_judged() const {
-    std::size_t n = 0;
-    for (const std::uint8_t j : flags_.judged) n += j;
-    return n;
-  }
+  std::size_t count_judged() const;
 
   void mark_prior(std::size_t i) { flags_.prior[i] = 1, flags_.seed[i] = 0; }
   /// Excludes feature i from judgement. It remains a seed.
@@ -48,31 +34,12 @@ class StageState {
   /// Applies the votes of an earlier stage. Its suspects are no longer seeds.
   /// Features that it rejected are neither judged again nor used for models.
   /// The loop has no branches because its conditions are unpredictable.
-  void learn(const Votes& said) {
-    const Vote* vote = said.votes().data();
-    const std::uint8_t* suspect = said.priors().data();
-    std::uint8_t *judged = flags_.judged.data(), *prior = flags_.prior.data(), *seed = flags_.seed.data(),
-                 *dynamic = flags_.dynamic.data();
-    for (std::size_t i = 0; i < flags_.judged.size(); ++i) {
-      const auto rejected = static_cast<std::uint8_t>(vote[i] == Vote::Dynamic);
-      prior[i] |= suspect[i];
-      dynamic[i] |= rejected;
-      judged[i] &= rejected ^ 1;
-      seed[i] &= (rejected | suspect[i]) ^ 1;
-    }
-  }
+  void learn(const Votes& said);
   /// Restricts judgement to the prior suspects, or to the other features.
-  void keep_side(bool priors) {
-    const std::uint8_t side = priors ? 1 : 0;
-    for (std::size_t i = 0; i < flags_.judged.size(); ++i)
-      flags_.judged[i] &= static_cast<std::uint8_t>(flags_.prior[i] == side);
-  }
+  void keep_side(bool priors);
 
   /// Which semantic stages suspect a feature, whatever becomes of it in the pipeline.
-  void collect_suspicions(bool collect) {
-    suspected_by_.assign(collect ? flags_.judged.size() : 0, 0);
-    collects_suspicions_ = collect;
-  }
+  void collect_suspicions(bool collect);
   bool collects_suspicions() const { return collects_suspicions_; }
   void suspect(std::size_t i, std::uint64_t stages) { suspected_by_[i] |= stages; }
   /// Bit k: stage k of the report. 0 unless they are collected.
@@ -98,3 +65,7 @@ class StageState {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/evidence/detail/stage_state-inl.hpp>
+#endif

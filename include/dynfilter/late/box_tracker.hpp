@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/motion_trail.hpp>
+#include <opencv2/core/types.hpp>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -27,62 +26,20 @@ class BoxTracker {
   const std::vector<CarriedBox>& boxes() const { return boxes_; }
 
   /// Moves all boxes to the next frame.
-  void carry(const TrailFrame& to) {
-    for (CarriedBox& box : boxes_) carrier_.carry(to, box);
-  }
+  void carry(const TrailFrame& to);
 
   /// Adds the boxes of a newer result, detected on frame `found_id`.
   /// They are carried along `path` to the frame of the old boxes.
   void take(Span<const Detection> detections, std::int64_t found_id,
-            const std::vector<const TrailFrame*>& path) {
-    new_.clear();
-    for (const Detection& detection : detections) {
-      new_.push_back(CarriedBox::from(detection, found_id));
-      for (const TrailFrame* frame : path) carrier_.carry(*frame, new_.back());
-    }
-    pair_up();
-    for (CarriedBox& box : new_)
-      if (box.detection.track_id < 0) box.detection.track_id = next_id_++;
-    for (CarriedBox& old : boxes_)
-      if (old.hits >= 2 && found_id - old.found_id <= kMaxBridged) new_.push_back(std::move(old));
-    std::swap(boxes_, new_);
-  }
+            const std::vector<const TrailFrame*>& path);
 
   void reset() { boxes_.clear(); }
 
  private:
-  static double overlap(const cv::Rect2f& a, const cv::Rect2f& b) {
-    const double both = static_cast<double>((a & b).area());
-    const double either = static_cast<double>(a.area()) + static_cast<double>(b.area()) - both;
-    return both > 0 && either > 0 ? both / either : 0;
-  }
+  static double overlap(const cv::Rect2f& a, const cv::Rect2f& b);
 
   /// Pairs new boxes with old ones. Paired old boxes are removed from boxes_.
-  void pair_up() {
-    pairs_.clear();
-    for (std::size_t n = 0; n < new_.size(); ++n)
-      for (std::size_t o = 0; o < boxes_.size(); ++o) {
-        const Detection &a = new_[n].detection, &b = boxes_[o].detection;
-        const double share = a.class_name == b.class_name ? overlap(a.box, b.box) : 0;
-        if (share >= kMinOverlap) pairs_.emplace_back(-share, n, o);
-      }
-    std::sort(pairs_.begin(), pairs_.end());
-    paired_new_.assign(new_.size(), 0);
-    paired_old_.assign(boxes_.size(), 0);
-    for (const auto& [share, n, o] : pairs_) {
-      if (paired_new_[n] != 0 || paired_old_[o] != 0) continue;
-      paired_new_[n] = paired_old_[o] = 1;
-      new_[n].hits = boxes_[o].hits + 1;
-      if (new_[n].detection.track_id < 0) new_[n].detection.track_id = boxes_[o].detection.track_id;
-    }
-    std::size_t left = 0;
-    for (std::size_t o = 0; o < boxes_.size(); ++o)
-      if (paired_old_[o] == 0) {
-        if (left != o) boxes_[left] = std::move(boxes_[o]);
-        ++left;
-      }
-    boxes_.resize(left);
-  }
+  void pair_up();
 
   BoxCarrier carrier_;
   std::vector<CarriedBox> boxes_, new_;
@@ -92,3 +49,7 @@ class BoxTracker {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/late/detail/box_tracker-inl.hpp>
+#endif

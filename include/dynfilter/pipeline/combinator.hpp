@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/needs.hpp>
@@ -10,7 +9,6 @@
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/stage.hpp>
 #include <functional>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,28 +24,12 @@ class Combinator : public Stage {
       : Stage(std::move(name), std::move(path)), children_(std::move(children)) {}
 
   /// A combinator itself requires nothing. A child without its input is skipped alone.
-  Needs needs() const override {
-    Needs all;
-    for (const auto& child : children_) {
-      const Needs needs = child->needs();
-      all.optional = all.optional | needs.required | needs.optional;
-      all.history_frames = std::max(all.history_frames, needs.history_frames);
-    }
-    return all;
-  }
-  void reset() override {
-    for (auto& child : children_) child->reset();
-  }
-  void for_each(const std::function<void(const Stage&, int)>& visit, int depth = 0) const override {
-    visit(*this, depth);
-    for (const auto& child : children_) child->for_each(visit, depth + 1);
-  }
+  Needs needs() const override;
+  void reset() override;
+  void for_each(const std::function<void(const Stage&, int)>& visit, int depth = 0) const override;
 
  protected:
-  static void set(Judgement& out, std::size_t i, Vote vote, float score, std::uint64_t reasons) {
-    out.votes.cast(i, vote, score);
-    out.reasons[i] = vote == Vote::Dynamic ? reasons : 0;
-  }
+  static void set(Judgement& out, std::size_t i, Vote vote, float score, std::uint64_t reasons);
   /// The bit of the combinator's own report, for decisions that come from no child.
   static std::uint64_t own_reason(std::size_t self) { return self < 64 ? std::uint64_t{1} << self : 0; }
 
@@ -56,3 +38,7 @@ class Combinator : public Stage {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/combinator-inl.hpp>
+#endif

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
-#include <dynfilter/evidence/stage_state.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <string>
@@ -31,22 +27,7 @@ class SequenceStage final : public Combinator {
 
  protected:
   void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override {
-    const StageState::Scope scope(evidence.stages());
-    for (auto& child : children_) {
-      child->judge(evidence, reports, child_);
-      for (std::size_t i = 0; i < evidence.size(); ++i) {
-        const Vote said = child_.votes[i];
-        if (said == Vote::Unknown) continue;
-        const bool first = out.votes[i] == Vote::Unknown;
-        const float score =
-            first ? child_.votes.score(i) : std::max(out.votes.score(i), child_.votes.score(i));
-        set(out, i, vote_then(out.votes[i], said), score, out.reasons[i] | child_.reasons[i]);
-      }
-      out.votes.add_priors(child_.votes);
-      evidence.stages().learn(child_.votes);
-    }
-  }
+              Judgement& out) override;
 };
 
 /// `any`: dynamic if one member votes dynamic (vote_or()). Skipped or failed members do not count.
@@ -59,22 +40,7 @@ class AnyStage final : public Combinator {
 
  protected:
   void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override {
-    bool first = true;
-    for (auto& child : children_) {
-      const std::size_t place = reports.size();
-      child->judge(evidence, reports, child_);
-      out.votes.add_priors(child_.votes);
-      if (reports[place].skipped || reports[place].failed) continue;
-      for (std::size_t i = 0; i < evidence.size(); ++i) {
-        const Vote vote = first ? child_.votes[i] : vote_or(out.votes[i], child_.votes[i]);
-        const float score =
-            first ? child_.votes.score(i) : std::max(out.votes.score(i), child_.votes.score(i));
-        set(out, i, vote, score, out.reasons[i] | child_.reasons[i]);
-      }
-      first = false;
-    }
-  }
+              Judgement& out) override;
 };
 
 /// `all`: dynamic if every member votes dynamic (vote_and()).
@@ -91,26 +57,7 @@ class AllStage final : public Combinator {
 
  protected:
   void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override {
-    const StageState::Scope scope(evidence.stages());
-    bool first = true;
-    for (auto& child : children_) {
-      child->judge(evidence, reports, child_);
-      out.votes.add_priors(child_.votes);
-      for (std::size_t i = 0; i < evidence.size(); ++i) {
-        const Vote said = child_.votes[i];
-        const bool was_static = !first && out.votes[i] == Vote::Static;
-        if (was_static) continue;
-        const Vote vote = first ? said : vote_and(out.votes[i], said);
-        const float score =
-            first ? child_.votes.score(i) : std::min(out.votes.score(i), child_.votes.score(i));
-        set(out, i, vote, score, out.reasons[i] | child_.reasons[i]);
-        if (said == Vote::Dynamic || child_.votes.prior(i)) evidence.stages().mark_prior(i);
-        if (vote == Vote::Static) evidence.stages().excuse(i);
-      }
-      first = false;
-    }
-  }
+              Judgement& out) override;
 };
 
 /// `not`: exchanges static and dynamic (vote_not()).
@@ -123,12 +70,7 @@ class NotStage final : public Combinator {
 
  protected:
   void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override {
-    children_[0]->judge(evidence, reports, child_);
-    const std::uint64_t reason = own_reason(self);
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      set(out, i, vote_not(child_.votes[i]), 1.0F - child_.votes.score(i), reason);
-  }
+              Judgement& out) override;
 };
 
 /// `strict`: turns unknown into dynamic (vote_strict()).
@@ -144,15 +86,11 @@ class StrictStage final : public Combinator {
 
  protected:
   void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override {
-    children_[0]->judge(evidence, reports, child_);
-    out.votes.add_priors(child_.votes);
-    const std::uint64_t reason = own_reason(self);
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      const bool said = child_.votes[i] == Vote::Dynamic;
-      set(out, i, vote_strict(child_.votes[i]), child_.votes.score(i), said ? child_.reasons[i] : reason);
-    }
-  }
+              Judgement& out) override;
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/logic_stages-inl.hpp>
+#endif

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/needs.hpp>
@@ -10,12 +9,9 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/evidence/object_regions.hpp>
-#include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
-#include <dynfilter/pipeline/stage.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -28,23 +24,7 @@ struct ObjectVoteParams {
   double min_share = 0.5;
   OtherFeatures others = OtherFeatures::Keep;
 
-  static const FieldTable<ObjectVoteParams>& fields() {
-    using P = ObjectVoteParams;
-    static const FieldTable<P> table = [] {
-      FieldTable<P> all;
-      include_fields(all, &P::region);
-      all.push_back(integer("min_count", &P::min_count, "features", {1, 100000},
-                            "smallest number of votes that judge an object"));
-      all.push_back(
-          real("min_share", &P::min_share, "", {0, 1},
-               "smallest share of dynamic votes, unknown ones excluded, that makes an object dynamic"));
-      all.push_back(
-          choice("others", &P::others, {{"keep", OtherFeatures::Keep}, {"drop", OtherFeatures::Drop}},
-                 "for features of no object, keep uses the stage's vote and drop makes it unknown"));
-      return all;
-    }();
-    return table;
-  }
+  static const FieldTable<ObjectVoteParams>& fields();
 };
 
 /// `object_vote`: decides for whole objects.
@@ -60,62 +40,18 @@ class ObjectVoteStage final : public Combinator {
   static constexpr const char* kDynamic =
       "if its object is: at least `min_count` votes, of which `min_share` are dynamic";
 
-  ObjectVoteStage(std::string path, Stages children, Params params = Params())
-      : Combinator(kName, std::move(path), std::move(children)), params_(std::move(params)) {
-    check_parameters(params_, this->path());
-  }
+  ObjectVoteStage(std::string path, Stages children, Params params = Params());
 
-  Needs needs() const override {
-    Needs all = Combinator::needs();
-    all.optional = all.optional | ObjectRegions::input(params_.region) | Input::Depth | Input::Correspondence;
-    all.history_frames =
-        std::max(all.history_frames, LateResult::history_frames(params_.region.max_age_frames));
-    return all;
-  }
+  Needs needs() const override;
 
  protected:
   void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override {
-    children_[0]->judge(evidence, reports, out);
-    found_.reset(0);
-    const std::vector<ObjectRegion>& objects = regions_.find(evidence, params_.region, found_);
-    reports[self].note = joined_notes(evidence.take_match_note(), found_.notes());
-    verdict_.assign(evidence.size(), Vote::Unknown);
-    share_.assign(evidence.size(), 0);
-    int moving = 0;
-    for (const ObjectRegion& object : objects) moving += judge(object, out.votes) ? 1 : 0;
-    if (!objects.empty())
-      reports[self].note += (reports[self].note.empty() ? "" : "; ") + std::to_string(moving) + " of " +
-                            std::to_string(objects.size()) + " objects move";
-    for (std::size_t i = 0; i < evidence.size(); ++i) follow(i, own_reason(self), out);
-  }
+              Judgement& out) override;
 
  private:
-  bool judge(const ObjectRegion& object, const Votes& votes) {
-    int dynamic = 0, fixed = 0;
-    for (const std::size_t i : object.near) {
-      dynamic += votes[i] == Vote::Dynamic ? 1 : 0;
-      fixed += votes[i] == Vote::Static ? 1 : 0;
-    }
-    const Vote vote = vote_object(dynamic, fixed, params_.min_count, params_.min_share);
-    const float share =
-        dynamic + fixed > 0 ? static_cast<float>(dynamic) / static_cast<float>(dynamic + fixed) : 0;
-    if (vote == Vote::Unknown) return false;
-    for (const std::size_t i : object.inside) {
-      if (verdict_[i] != Vote::Dynamic) verdict_[i] = vote;
-      share_[i] = std::max(share_[i], share);
-    }
-    return vote == Vote::Dynamic;
-  }
+  bool judge(const ObjectRegion& object, const Votes& votes);
 
-  void follow(std::size_t i, std::uint64_t reason, Judgement& out) const {
-    if (verdict_[i] == Vote::Dynamic)
-      set(out, i, Vote::Dynamic, 0.5F + 0.5F * share_[i], out.reasons[i] | reason);
-    else if (verdict_[i] == Vote::Static)
-      set(out, i, Vote::Static, 0.5F * share_[i], 0);
-    else if (params_.others == OtherFeatures::Drop)
-      set(out, i, Vote::Unknown, Votes::kNoIdea, 0);
-  }
+  void follow(std::size_t i, std::uint64_t reason, Judgement& out) const;
 
   Params params_;
   ObjectRegions regions_;
@@ -125,3 +61,7 @@ class ObjectVoteStage final : public Combinator {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/object_vote-inl.hpp>
+#endif

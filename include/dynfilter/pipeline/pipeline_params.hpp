@@ -15,16 +15,7 @@ struct PipelineParams {
   double max_time_gap_s = 2.0;
   FirstFrameSuspects first_frame_suspects = FirstFrameSuspects::Keep;
 
-  static const FieldTable<PipelineParams>& fields() {
-    static const FieldTable<PipelineParams> table{
-        real("max_time_gap_s", &PipelineParams::max_time_gap_s, "s", {0, 1e9},
-             "longest time between two frames; a longer gap, or time going backwards, resets the pipeline"),
-        choice("first_frame_suspects", &PipelineParams::first_frame_suspects,
-               {{"keep", FirstFrameSuspects::Keep}, {"reject", FirstFrameSuspects::Reject}},
-               "features on boxes and masks of the first frame, and of the first after a reset"),
-    };
-    return table;
-  }
+  static const FieldTable<PipelineParams>& fields();
 };
 
 /// How many features must be kept, so that the tracker has enough.
@@ -36,20 +27,7 @@ struct FloorParams {
   /// Keep all features when the floor is reached, instead of just enough.
   bool restore_all = false;
 
-  static const FieldTable<FloorParams>& fields() {
-    using P = FloorParams;
-    static const FieldTable<P> table{
-        integer("min_features", &P::min_features, "features", {0, 100000},
-                "smallest number of features to keep"),
-        real("min_share", &P::min_share, "", {0, 1}, "smallest share of the frame's features to keep"),
-        real("min_grid_coverage", &P::min_grid_coverage, "", {0, 1},
-             "smallest share of the occupied grid cells that keep a feature"),
-        integer("grid_columns", &P::grid_columns, "cells", {1, 64}, "columns of the grid"),
-        integer("grid_rows", &P::grid_rows, "cells", {1, 64}, "rows of the grid"),
-        flag("restore_all", &P::restore_all, "keep all features when the floor is reached, as SG-SLAM does"),
-    };
-    return table;
-  }
+  static const FieldTable<FloorParams>& fields();
 };
 
 /// When a host may create its first keyframe in a scene with moving objects.
@@ -57,16 +35,11 @@ struct InitialisationParams {
   double max_dynamic_share = 0.3;
   int max_frames = 0;
 
-  static const FieldTable<InitialisationParams>& fields() {
-    using P = InitialisationParams;
-    static const FieldTable<P> table{
-        real("max_dynamic_share", &P::max_dynamic_share, "", {0, 1},
-             "largest share of dynamic features, among those judged, at which the first keyframe is created"),
-        integer("max_frames", &P::max_frames, "frames", {0, 100000},
-                "longest delay of the first keyframe; 0: no delay"),
-    };
-    return table;
-  }
+  static const FieldTable<InitialisationParams>& fields();
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/pipeline_params-inl.hpp>
+#endif

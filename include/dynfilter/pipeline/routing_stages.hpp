@@ -3,9 +3,7 @@
 
 #include <cstddef>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
-#include <dynfilter/evidence/stage_state.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <string>
@@ -28,20 +26,7 @@ class GateStage final : public Combinator {
 
  protected:
   void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override {
-    children_[0]->judge(evidence, reports, gate_);
-    out.votes.add_priors(gate_.votes);
-    for (std::size_t branch = 1; branch < children_.size(); ++branch) {
-      const Vote wanted = branch == 1 ? Vote::Dynamic : Vote::Static;
-      const StageState::Scope scope(evidence.stages());
-      for (std::size_t i = 0; i < evidence.size(); ++i)
-        if (gate_.votes[i] != wanted) evidence.stages().excuse(i);
-      children_[branch]->judge(evidence, reports, child_);
-      out.votes.add_priors(child_.votes);
-      for (std::size_t i = 0; i < evidence.size(); ++i)
-        if (gate_.votes[i] == wanted) set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);
-    }
-  }
+              Judgement& out) override;
 
  private:
   Judgement gate_;
@@ -61,18 +46,11 @@ class ByRegionStage final : public Combinator {
 
  protected:
   void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override {
-    for (std::size_t side = 0; side < 2; ++side) {
-      const bool inside = side == 0;
-      const StageState::Scope scope(evidence.stages());
-      evidence.stages().keep_side(inside);
-      children_[side]->judge(evidence, reports, child_);
-      out.votes.add_priors(child_.votes);
-      for (std::size_t i = 0; i < evidence.size(); ++i)
-        if (evidence.prior(i) == inside)
-          set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);
-    }
-  }
+              Judgement& out) override;
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/routing_stages-inl.hpp>
+#endif

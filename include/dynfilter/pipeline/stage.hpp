@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
-#include <exception>
 #include <functional>
 #include <memory>
 #include <string>
@@ -41,23 +37,7 @@ class Stage {
     visit(*this, depth);
   }
 
-  void judge(FrameEvidence& evidence, std::vector<StageReport>& reports, Judgement& out) {
-    const auto start = std::chrono::steady_clock::now();
-    const std::size_t self = reports.size();
-    reports.emplace_back();
-    reports[self].name = name_;
-    reports[self].path = path_;
-    out.reset(evidence.size());
-    run(evidence, reports, self, out);
-    StageReport& report = reports[self];
-    report.judged = evidence.stages().count_judged();
-    if (report.judged < evidence.size()) drop_unasked(evidence, out);
-    report.dynamic = out.votes.count(Vote::Dynamic);
-    report.unknown = out.votes.count(Vote::Unknown) - (out.votes.size() - report.judged);
-    report.prior = out.votes.count_prior();
-    report.time_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  }
+  void judge(FrameEvidence& evidence, std::vector<StageReport>& reports, Judgement& out);
 
  protected:
   /// Fills `out`, which is all Unknown on entry. `self` is the index of this node in `reports`.
@@ -65,38 +45,14 @@ class Stage {
                       Judgement& out) = 0;
 
  private:
-  void run(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self, Judgement& out) {
-    const Input missing = without(needs().required, evidence.inputs());
-    if (missing != Input::None) {
-      reports[self].skipped = true;
-      reports[self].note = "skipped: no " + to_string(missing);
-      return;
-    }
-    try {
-      decide(evidence, reports, self, out);
-    } catch (const std::exception& error) {
-      fail(reports[self], error.what(), evidence.size(), out);
-    } catch (...) {
-      fail(reports[self], "an unknown exception", evidence.size(), out);
-    }
-  }
-  static void fail(StageReport& report, const std::string& what, std::size_t n, Judgement& out) {
-    report.failed = true;
-    report.note = "failed: " + what;
-    out.reset(n);
-  }
-  static void drop_unasked(const FrameEvidence& evidence, Judgement& out) {
-    const Span<const std::uint8_t> judged = evidence.judged();
-    out.votes.keep_only(judged);
-    for (std::size_t i = 0; i < judged.size(); ++i) out.reasons[i] = judged[i] != 0 ? out.reasons[i] : 0;
-  }
+  void run(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self, Judgement& out);
+  static void fail(StageReport& report, const std::string& what, std::size_t n, Judgement& out);
+  static void drop_unasked(const FrameEvidence& evidence, Judgement& out);
 
   std::string name_, path_;
 };
 
-inline std::string joined_notes(const std::string& first, const std::string& second) {
-  return first + (first.empty() || second.empty() ? "" : "; ") + second;
-}
+std::string joined_notes(const std::string& first, const std::string& second);
 
 /// A leaf: one filter.
 class FilterStage final : public Stage {
@@ -110,29 +66,19 @@ class FilterStage final : public Stage {
 
  protected:
   void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override {
-    filter_->apply(evidence, out.votes);
-    reports[self].note = joined_notes(evidence.take_match_note(), out.votes.notes());
-    if (out.votes.size() != evidence.size()) throw Error("the filter changed the number of votes");
-    if (self >= 64) return;
-    const std::uint64_t reason = std::uint64_t{1} << self;
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      out.reasons[i] = out.votes[i] == Vote::Dynamic ? reason : 0;
-    if (evidence.stages().collects_suspicions() && is_semantic())
-      tell_suspicions(evidence, out.votes, reason);
-  }
+              Judgement& out) override;
 
  private:
   bool is_semantic() const {
     return (filter_->needs().required & (Input::Detections | Input::Mask)) != Input::None;
   }
-  static void tell_suspicions(FrameEvidence& evidence, const Votes& votes, std::uint64_t reason) {
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (evidence.judged(i) && (votes.prior(i) || votes[i] == Vote::Dynamic))
-        evidence.stages().suspect(i, reason);
-  }
+  static void tell_suspicions(FrameEvidence& evidence, const Votes& votes, std::uint64_t reason);
 
   std::unique_ptr<Filter> filter_;
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/stage-inl.hpp>
+#endif

@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
-#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
-#include <dynfilter/pipeline/stage.hpp>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,66 +41,20 @@ class StageReader {
       : registry_(registry), combinators_(combinators) {}
 
   /// `name`, `name: parameters`, or a list (a sequence).
-  StagePtr stage(const YamlNode& node) const {
-    if (node.is_sequence()) return named("sequence", node);
-    if (node.is_text()) return named(node.text(), YamlNode(node.path()));
-    const auto entries = node.entries();
-    if (entries.size() != 1) node.fail("expected one stage, `name` or `name: { parameters }`");
-    return named(entries[0].first, entries[0].second);
-  }
+  StagePtr stage(const YamlNode& node) const;
   /// A list with at least one stage.
-  Stages stages(const YamlNode& node) const {
-    Stages result;
-    for (const YamlNode& item : node.items()) result.push_back(stage(item));
-    if (result.empty()) node.fail("expected at least one stage");
-    return result;
-  }
+  Stages stages(const YamlNode& node) const;
   /// The nodes under fixed keys, in the order of `keys`, then of `optional`.
   static std::vector<YamlNode> nodes(const YamlNode& node, const std::vector<std::string>& keys,
-                                     const std::vector<std::string>& optional = {}) {
-    std::vector<std::string> known = keys;
-    known.insert(known.end(), optional.begin(), optional.end());
-    const auto entries = node.entries();
-    for (const auto& [key, value] : entries)
-      if (std::find(known.begin(), known.end(), key) == known.end())
-        node.fail("unknown key `" + key + "`; known keys: " + detail::joined(known));
-    std::vector<YamlNode> result;
-    for (std::size_t k = 0; k < known.size(); ++k)
-      if (const auto value = find(entries, known[k]))
-        result.push_back(*value);
-      else if (k < keys.size())
-        node.fail("expected the key `" + known[k] + "`");
-    return result;
-  }
+                                     const std::vector<std::string>& optional = {});
   /// The value of a required key. Other keys are allowed.
-  static YamlNode required(const YamlNode& node, const std::string& key) {
-    const auto value = find(node.entries(), key);
-    if (!value) node.fail("expected the key `" + key + "`");
-    return *value;
-  }
+  static YamlNode required(const YamlNode& node, const std::string& key);
 
  private:
   using Entries = std::vector<std::pair<std::string, YamlNode>>;
-  static std::optional<YamlNode> find(const Entries& entries, const std::string& key) {
-    for (const auto& [name, value] : entries)
-      if (name == key) return value;
-    return std::nullopt;
-  }
+  static std::optional<YamlNode> find(const Entries& entries, const std::string& key);
 
-  StagePtr named(const std::string& name, const YamlNode& value) const {
-    if (++stages_ > kMaxStages)
-      value.fail("expected at most " + std::to_string(kMaxStages) + " stages, combinators counted");
-    for (const CombinatorEntry& combinator : combinators_)
-      if (combinator.card.name == name) return combinator.make(value, *this);
-    const Registry::Entry* entry = registry_.find(name);
-    if (entry == nullptr) {
-      std::vector<std::string> known = registry_.names();
-      for (const CombinatorEntry& combinator : combinators_) known.push_back(combinator.card.name);
-      value.fail("unknown filter `" + name + "`" + did_you_mean(name, known) +
-                 "; known: " + detail::joined(known));
-    }
-    return std::make_unique<FilterStage>(entry->make(value), value.path());
-  }
+  StagePtr named(const std::string& name, const YamlNode& value) const;
 
   const Registry& registry_;
   const std::vector<CombinatorEntry>& combinators_;
@@ -113,3 +62,7 @@ class StageReader {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/stage_reader-inl.hpp>
+#endif

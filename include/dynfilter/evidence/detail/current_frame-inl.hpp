@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/evidence/current_frame.hpp>
+
+#include <cmath>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/depth_sampler.hpp>
+#include <dynfilter/geometry/undistort.hpp>
+#include <opencv2/core.hpp>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE void CurrentFrame::begin(const FrameView& frame) {
+  frame_ = frame;
+  cleaner_.clean(frame_);
+  inputs_ = inputs_of(frame_);
+  pixels_.resize(frame_.size());
+  for (std::size_t i = 0; i < pixels_.size(); ++i) pixels_[i] = frame_.keypoints[i].pt;
+  undistorted_ready_ = depths_ready_ = points_ready_ = false;
+}
+
+DYNFILTER_INLINE const std::vector<cv::Point2f>& CurrentFrame::undistorted_pixels() {
+  if (!undistorted_ready_) fill_undistorted();
+  return undistorted_;
+}
+
+DYNFILTER_INLINE const std::vector<float>& CurrentFrame::depths_m() {
+  if (!depths_ready_) fill_depths();
+  return depths_m_;
+}
+
+DYNFILTER_INLINE const std::vector<cv::Point3f>& CurrentFrame::points_m() {
+  if (!points_ready_) {
+    points_m_.resize(size());
+    back_project(frame_.camera.value_or(Camera()), undistorted_pixels(), depths_m(), points_m_);
+    points_ready_ = true;
+  }
+  return points_m_;
+}
+
+DYNFILTER_INLINE cv::Size CurrentFrame::image_size_px() const {
+  if (!frame_.grey.empty()) return frame_.grey.size();
+  if (!frame_.depth.empty()) return frame_.depth.size();
+  return frame_.camera ? cv::Size(frame_.camera->width_px, frame_.camera->height_px) : cv::Size();
+}
+
+inline void CurrentFrame::fill_undistorted() {
+  undistorted_.resize(size());
+  if (!frame_.keypoints_undistorted.empty())
+    for (std::size_t i = 0; i < size(); ++i) undistorted_[i] = frame_.keypoints_undistorted[i].pt;
+  else
+    undistort_points(frame_.camera.value_or(Camera()), pixels_, undistorted_);
+  undistorted_ready_ = true;
+}
+
+inline void CurrentFrame::fill_depths() {
+  depths_m_.assign(size(), DepthSampler::kNone);
+  const DepthSampler image(frame_.depth, frame_.depth_unit_m, max_depth_edge_);
+  image.at_all(pixels_, [&](std::size_t i, float in_image) {
+    const float seen = frame_.depth.empty() ? 0.0F : in_image;
+    const float given = frame_.depth_m.empty() ? seen : frame_.depth_m[i];
+    depths_m_[i] = std::isnan(seen) ? DepthSampler::kNone : depth_within(given, max_depth_m_);
+  });
+  depths_ready_ = true;
+}
+
+}  // namespace dynfilter

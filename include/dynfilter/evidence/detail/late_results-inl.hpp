@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/evidence/late_results.hpp>
+
+#include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/late/carried_box.hpp>
+#include <dynfilter/late/carried_mask.hpp>
+#include <dynfilter/late/motion_trail.hpp>
+#include <opencv2/core.hpp>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE void LateResults::begin(bool first_call) {
+  thin_depth_ready_ = false;
+  if (first_call && used_) thin_depth();  // while the depth image is in the cache
+}
+
+DYNFILTER_INLINE const std::vector<Detection>* LateResults::boxes(int max_age_frames) {
+  const FrameView& frame = current_.frame();
+  record_step();
+  const std::vector<CarriedBox>* boxes = carrier_.boxes(*frame.detections, frame.id);
+  if (boxes == nullptr) return nullptr;
+  carried_.clear();
+  const TrailFrame& now = *carrier_.trail().find(frame.id);
+  for (const CarriedBox& box : *boxes) {
+    if (frame.id - box.found_id > max_age_frames) continue;
+    carried_.push_back(box.detection);
+    if (!box.detection.mask.empty()) carried_.back().mask = carried_instance(box, now.image_px);
+  }
+  return &carried_;
+}
+
+DYNFILTER_INLINE const cv::Mat* LateResults::labels() {
+  record_step();
+  CarriedMask* mask = carrier_.mask(*current_.frame().mask, current_.frame().id);
+  return mask == nullptr ? nullptr : &mask->labels();
+}
+
+DYNFILTER_INLINE void LateResults::record_step() {
+  const FrameView& frame = current_.frame();
+  seen_ = seen_ || is_late();
+  if (carrier_.trail().find(frame.id) != nullptr) return;
+  const Match& last = matches_.step_match();
+  carrier_.trail().add(frame.id, last, current_.pixels(), current_.depths_m(), thin_depth(),
+                       current_.image_size_px());
+}
+
+inline cv::Mat& LateResults::thin_depth() {
+  const FrameView& frame = current_.frame();
+  if (!thin_depth_ready_) MotionTrail::thin_depth(frame.depth, frame.depth_unit_m, thin_depth_m_);
+  thin_depth_ready_ = true;
+  return thin_depth_m_;
+}
+
+inline bool LateResults::is_late() const {
+  const FrameView& frame = current_.frame();
+  const auto older = [&](std::int64_t id) { return id >= 0 && id != frame.id; };
+  return (frame.detections && older(frame.detections->frame_id)) ||
+         (frame.mask && older(frame.mask->frame_id));
+}
+
+DYNFILTER_INLINE bool LateResults::may_come_late() const {
+  if (is_late()) return true;
+  if (current_.frame().detections || current_.frame().mask) return false;
+  return seen_ || matches_.has_step();
+}
+
+}  // namespace dynfilter

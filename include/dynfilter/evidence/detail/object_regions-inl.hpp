@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/evidence/object_regions.hpp>
+
+#include <algorithm>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/inline.hpp>
+#include <opencv2/core.hpp>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE const FieldTable<ObjectRegionParams>& ObjectRegionParams::fields() {
+  using P = ObjectRegionParams;
+  static const FieldTable<P> table{
+      choice("objects", &P::objects,
+             {{"boxes", ObjectSource::Boxes},
+              {"instances", ObjectSource::Instances},
+              {"mask", ObjectSource::Mask},
+              {"components", ObjectSource::Components}},
+             "boxes and instances use the detections, mask is one object, components uses its connected "
+             "components"),
+      words("classes", &P::classes,
+            "names of the classes that are used, for boxes and instances; empty: all classes"),
+      words("except_classes", &P::except_classes,
+            "names of the classes that are excluded, for boxes and instances"),
+      real("min_score", &P::min_score, "", {0, 1},
+           "smallest score of a detection that is used, for boxes and instances"),
+      integers("labels", &P::labels, {0, 255},
+               "labels that are used, for mask and components; empty: all except 0"),
+      real("near_px", &P::near_px, "px", {0, 200}, "distance from the object up to which votes count for it"),
+      box_refinement("refine", &P::refine),
+      real("foreground_margin_m", &P::foreground_margin_m, "m", {0, 10},
+           "depth margin behind the foreground's surface that still belongs to it"),
+      integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
+              "largest age of objects; objects of an older frame are carried to this one up to this age"),
+  };
+  return table;
+}
+
+DYNFILTER_INLINE const std::vector<ObjectRegion>& ObjectRegions::find(const Evidence& evidence,
+                                                                      const ObjectRegionParams& params,
+                                                                      Votes& votes) {
+  objects_.clear();
+  const FrameView& frame = evidence.frame();
+  const bool detections = input(params) == Input::Detections;
+  if (detections ? !frame.detections : !frame.mask) {
+    votes.note("no " + to_string(input(params)));
+    return objects_;
+  }
+  const LateResult late = detections ? LateResult::boxes(evidence, params.max_age_frames, votes)
+                                     : LateResult::mask(evidence, params.max_age_frames, votes);
+  if (!late.usable()) return objects_;
+  if (detections)
+    find_detections(evidence, params, late);
+  else
+    find_masks(evidence, params, late);
+  return objects_;
+}
+
+inline void ObjectRegions::find_detections(const Evidence& evidence, const ObjectRegionParams& params,
+                                           const LateResult& late) {
+  const DetectionFilter filter{params.classes, params.except_classes, params.min_score};
+  for (const Detection& detection : late.detections()) {
+    if (!filter.wants(detection)) continue;
+    objects_.emplace_back();
+    if (params.objects == ObjectSource::Boxes)
+      find_box(evidence, detection.box, params, late);
+    else
+      find_instance(evidence, MaskLookup(detection.mask, image_size(evidence.frame())), params, late);
+  }
+}
+
+inline void ObjectRegions::find_box(const Evidence& evidence, const cv::Rect2f& given,
+                                    const ObjectRegionParams& params, const LateResult& late) {
+  ObjectRegion& object = objects_.back();
+  const cv::Rect2f box = features_in_box(evidence, given, 0, late, scratch_, object.inside);
+  const double farthest_m =
+      box_foreground_m(evidence, box, object.inside, params.refine, params.foreground_margin_m);
+  const auto behind = [&](std::size_t i) { return static_cast<double>(evidence.depths_m()[i]) > farthest_m; };
+  object.inside.erase(std::remove_if(object.inside.begin(), object.inside.end(), behind),
+                      object.inside.end());
+  features_in_box(evidence, given, params.near_px, late, scratch_, object.near);
+  object.near.erase(std::remove_if(object.near.begin(), object.near.end(), behind), object.near.end());
+}
+
+inline void ObjectRegions::find_instance(const Evidence& evidence, const MaskLookup& mask,
+                                         const ObjectRegionParams& params, const LateResult& late) {
+  const cv::Point2f flow = flow_on(mask, late);
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    const cv::Point2f then = late.then_px(i, flow);
+    const bool inside = mask.at(then);
+    if (inside) objects_.back().inside.push_back(i);
+    if (inside || mask.near(then, params.near_px)) objects_.back().near.push_back(i);
+  }
+}
+
+inline void ObjectRegions::find_masks(const Evidence& evidence, const ObjectRegionParams& params,
+                                      const LateResult& late) {
+  const MaskLookup mask(late.labels(), image_size(evidence.frame()), params.labels);
+  if (params.objects == ObjectSource::Mask) {
+    objects_.emplace_back();
+    return find_instance(evidence, mask, params, late);
+  }
+  components_.build(mask);
+  objects_.resize(static_cast<std::size_t>(components_.count()));
+  const cv::Point2f flow = flow_on(mask, late);
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    const cv::Point2f then = late.then_px(i, flow);
+    const auto add = [i](std::vector<std::size_t>& features) {
+      if (features.empty() || features.back() != i) features.push_back(i);
+    };
+    components_.around(then, 0, [&](int c) { add(objects_[static_cast<std::size_t>(c)].inside); });
+    components_.around(then, params.near_px, [&](int c) { add(objects_[static_cast<std::size_t>(c)].near); });
+  }
+}
+
+inline cv::Point2f ObjectRegions::flow_on(const MaskLookup& mask, const LateResult& late) {
+  return late.median_flow([&](const cv::Point2f& px) { return mask.at(px); }, scratch_.x, scratch_.y);
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/late/box_tracker.hpp>
+
+#include <algorithm>
+#include <dynfilter/core/inline.hpp>
+#include <opencv2/core.hpp>
+#include <utility>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE void BoxTracker::carry(const TrailFrame& to) {
+  for (CarriedBox& box : boxes_) carrier_.carry(to, box);
+}
+
+DYNFILTER_INLINE void BoxTracker::take(Span<const Detection> detections, std::int64_t found_id,
+                                       const std::vector<const TrailFrame*>& path) {
+  new_.clear();
+  for (const Detection& detection : detections) {
+    new_.push_back(CarriedBox::from(detection, found_id));
+    for (const TrailFrame* frame : path) carrier_.carry(*frame, new_.back());
+  }
+  pair_up();
+  for (CarriedBox& box : new_)
+    if (box.detection.track_id < 0) box.detection.track_id = next_id_++;
+  for (CarriedBox& old : boxes_)
+    if (old.hits >= 2 && found_id - old.found_id <= kMaxBridged) new_.push_back(std::move(old));
+  std::swap(boxes_, new_);
+}
+
+inline double BoxTracker::overlap(const cv::Rect2f& a, const cv::Rect2f& b) {
+  const double both = static_cast<double>((a & b).area());
+  const double either = static_cast<double>(a.area()) + static_cast<double>(b.area()) - both;
+  return both > 0 && either > 0 ? both / either : 0;
+}
+
+inline void BoxTracker::pair_up() {
+  pairs_.clear();
+  for (std::size_t n = 0; n < new_.size(); ++n)
+    for (std::size_t o = 0; o < boxes_.size(); ++o) {
+      const Detection &a = new_[n].detection, &b = boxes_[o].detection;
+      const double share = a.class_name == b.class_name ? overlap(a.box, b.box) : 0;
+      if (share >= kMinOverlap) pairs_.emplace_back(-share, n, o);
+    }
+  std::sort(pairs_.begin(), pairs_.end());
+  paired_new_.assign(new_.size(), 0);
+  paired_old_.assign(boxes_.size(), 0);
+  for (const auto& [share, n, o] : pairs_) {
+    if (paired_new_[n] != 0 || paired_old_[o] != 0) continue;
+    paired_new_[n] = paired_old_[o] = 1;
+    new_[n].hits = boxes_[o].hits + 1;
+    if (new_[n].detection.track_id < 0) new_[n].detection.track_id = boxes_[o].detection.track_id;
+  }
+  std::size_t left = 0;
+  for (std::size_t o = 0; o < boxes_.size(); ++o)
+    if (paired_old_[o] == 0) {
+      if (left != o) boxes_[left] = std::move(boxes_[o]);
+      ++left;
+    }
+  boxes_.resize(left);
+}
+
+}  // namespace dynfilter
