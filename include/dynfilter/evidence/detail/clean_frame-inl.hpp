@@ -32,84 +32,8 @@ void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) 
   member = Member();
 }
 
-inline void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) {
-  if (!unusable) return;
-  notes_.push_back(note);
-  member = Member();
-}
-
-inline void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) {
-  if (!unusable) return;
-  notes_.push_back(note);
-  member = Member();
-}
-
-inline void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) {
-  if (!unusable) return;
-  notes_.push_back(note);
-  member = Member();
-}
-
-inline void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) {
-  if (!unusable) return;
-  notes_.push_back(note);
-  member = Member();
-}
-
-inline void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) {
-  if (!unusable) return;
-  notes_.push_back(note);
-  member = Member();
-}
-
-inline void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) {
-  if (!unusable) return;
-  notes_.push_back(note);
-  member = Member();
-}
-
-inline void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) {
-  if (!unusable) return;
-  notes_.push_back(note);
-  member = Member();
-}
-
-inline void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) {
-  if (!unusable) return;
-  notes_.push_back(note);
-  member = Member();
-}
-
 template <class Member>
 void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
-  drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
-}
-
-inline void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
-  drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
-}
-
-inline void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
-  drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
-}
-
-inline void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
-  drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
-}
-
-inline void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
-  drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
-}
-
-inline void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
-  drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
-}
-
-inline void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
-  drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
-}
-
-inline void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
   drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
 }
 

@@ -131,24 +131,6 @@ void FrameMatches::fill_match(const StoredFrame* stored, Match& match, const Cor
   add_time_since(start);
 }
 
-inline void FrameMatches::fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond) {
-  const auto start = std::chrono::steady_clock::now();
-  match.reference = stored;
-  match.correspondences.reset(current_.size());
-  if (stored != nullptr) correspond(match.correspondences);
-  fill_reference_geometry(match);
-  add_time_since(start);
-}
-
-inline void FrameMatches::fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond) {
-  const auto start = std::chrono::steady_clock::now();
-  match.reference = stored;
-  match.correspondences.reset(current_.size());
-  if (stored != nullptr) correspond(match.correspondences);
-  fill_reference_geometry(match);
-  add_time_since(start);
-}
-
 inline void FrameMatches::add_time_since(std::chrono::steady_clock::time_point start) {
   correspondence_ms_ +=
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

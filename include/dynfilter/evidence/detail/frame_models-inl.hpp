@@ -45,26 +45,4 @@ const Model& FrameModels::fitted(std::list<Fitted<Model>>& known, const Match& m
   return slot.model;
 }
 
-inline const Model& FrameModels::fitted(std::list<Fitted<Model>>& known, const Match& match,
-                                        const std::vector<int>& seeds, const Fit& fit) {
-  for (const Fitted<Model>& slot : known)
-    if (slot.valid && slot.match == &match && slot.seeds == seeds) return slot.model;
-  Fitted<Model>& slot = detail::next_slot(known);
-  slot.match = &match;
-  slot.seeds = seeds;
-  slot.model = fit();
-  return slot.model;
-}
-
-inline const Model& FrameModels::fitted(std::list<Fitted<Model>>& known, const Match& match,
-                                        const std::vector<int>& seeds, const Fit& fit) {
-  for (const Fitted<Model>& slot : known)
-    if (slot.valid && slot.match == &match && slot.seeds == seeds) return slot.model;
-  Fitted<Model>& slot = detail::next_slot(known);
-  slot.match = &match;
-  slot.seeds = seeds;
-  slot.model = fit();
-  return slot.model;
-}
-
 }  // namespace dynfilter

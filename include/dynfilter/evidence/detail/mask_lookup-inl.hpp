@@ -40,7 +40,8 @@ DYNFILTER_INLINE bool MaskLookup::near(const cv::Point2f& px, double radius_px) 
   return any_chord(px, radius_px, [&](int row, int from, int to) { return any(row, from, to); });
 }
 
-DYNFILTER_INLINE bool MaskLookup::any_chord(const cv::Point2f& px, double radius_px, const F& f) const {
+template <class F>
+bool MaskLookup::any_chord(const cv::Point2f& px, double radius_px, const F& f) const {
   if (empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;
   if (inside(px)) {
     const int column = column_of(std::round(px.x));

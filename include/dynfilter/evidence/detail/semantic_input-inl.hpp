@@ -83,14 +83,4 @@ void LateResult::use_carried(const T& carried, T& own) {
   votes_.note(age_note_);
 }
 
-inline void LateResult::use_carried(const T& carried, T& own) {
-  own = carried;
-  votes_.note(age_note_);
-}
-
-inline void LateResult::use_carried(const T& carried, T& own) {
-  own = carried;
-  votes_.note(age_note_);
-}
-
 }  // namespace dynfilter

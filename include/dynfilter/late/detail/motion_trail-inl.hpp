@@ -87,40 +87,4 @@ void MotionTrail::thin(const cv::Mat& depth, float unit_m, cv::Mat& out) {
   }
 }
 
-inline void MotionTrail::thin(const cv::Mat& depth, float unit_m, cv::Mat& out) {
-  out.create((depth.rows + kCellPx - 1) / kCellPx, (depth.cols + kCellPx - 1) / kCellPx, CV_32FC1);
-  const auto row = [&](int r) { return depth.ptr<T>(std::min(r * kCellPx + kCellPx / 2, depth.rows - 1)); };
-  constexpr int kLine = 64 / sizeof(T), kMiddle = kCellPx / 2;
-  for (int r = 0; r < out.rows; ++r) {
-    const T *from = row(r), *next = row(r + 1);
-    // The image is not in the cache, and three of four rows are skipped.
-    // Hardware prefetching therefore does not help.
-    for (int c = 0; c < depth.cols; c += kLine) __builtin_prefetch(next + c);
-    float* __restrict to = out.ptr<float>(r);
-    // Cells whose middle is inside the image.
-    const int whole = (depth.cols + kMiddle - 1) / kCellPx;
-    for (int c = 0; c < whole; ++c) to[c] = static_cast<float>(from[c * kCellPx + kMiddle]) * unit_m;
-    if (whole < out.cols) to[whole] = static_cast<float>(from[depth.cols - 1]) * unit_m;
-    for (int c = 0; c < out.cols; ++c) to[c] = valid_depth(to[c]) ? to[c] : DepthSampler::kNone;
-  }
-}
-
-inline void MotionTrail::thin(const cv::Mat& depth, float unit_m, cv::Mat& out) {
-  out.create((depth.rows + kCellPx - 1) / kCellPx, (depth.cols + kCellPx - 1) / kCellPx, CV_32FC1);
-  const auto row = [&](int r) { return depth.ptr<T>(std::min(r * kCellPx + kCellPx / 2, depth.rows - 1)); };
-  constexpr int kLine = 64 / sizeof(T), kMiddle = kCellPx / 2;
-  for (int r = 0; r < out.rows; ++r) {
-    const T *from = row(r), *next = row(r + 1);
-    // The image is not in the cache, and three of four rows are skipped.
-    // Hardware prefetching therefore does not help.
-    for (int c = 0; c < depth.cols; c += kLine) __builtin_prefetch(next + c);
-    float* __restrict to = out.ptr<float>(r);
-    // Cells whose middle is inside the image.
-    const int whole = (depth.cols + kMiddle - 1) / kCellPx;
-    for (int c = 0; c < whole; ++c) to[c] = static_cast<float>(from[c * kCellPx + kMiddle]) * unit_m;
-    if (whole < out.cols) to[whole] = static_cast<float>(from[depth.cols - 1]) * unit_m;
-    for (int c = 0; c < out.cols; ++c) to[c] = valid_depth(to[c]) ? to[c] : DepthSampler::kNone;
-  }
-}
-
 }  // namespace dynfilter
