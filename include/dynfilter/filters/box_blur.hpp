@@ -2,14 +2,18 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
+#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -20,18 +24,7 @@ struct BoxBlurParams {
   double min_sharpness = 0.5;
   int max_age_frames = 0;
 
-  static const FieldTable<BoxBlurParams>& fields() {
-    using P = BoxBlurParams;
-    static const FieldTable<P> table{
-        words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
-        real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that is used"),
-        real("min_sharpness", &P::min_sharpness, "", {0, 100},
-             "sharpness of a box relative to the rest of the image below which it counts as motion-blurred"),
-        integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "largest age of boxes; boxes of an older frame are carried to this one up to this age"),
-    };
-    return table;
-  }
+  static const FieldTable<BoxBlurParams>& fields();
 };
 
 /// Rejects features in boxes that are blurred while the rest of the image is sharp.
@@ -56,9 +49,7 @@ class BoxBlurFilter final : public Filter {
   static constexpr const char* kSummary =
       "features in boxes that are blurred while the rest of the image is sharp";
 
-  explicit BoxBlurFilter(Params params = Params()) : params_(std::move(params)) {
-    check_parameters(params_, kName);
-  }
+  explicit BoxBlurFilter(Params params = Params());
 
   std::string name() const override { return kName; }
   Needs needs() const override {
@@ -66,16 +57,7 @@ class BoxBlurFilter final : public Filter {
             LateResult::history_frames(params_.max_age_frames)};
   }
 
-  void apply(const Evidence& evidence, Votes& votes) override {
-    const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes);
-    if (!late.usable()) return;
-    collect(evidence, late);
-    if (boxes_.empty()) return;
-    const cv::Mat& grey = evidence.frame().grey;
-    const Sharpness rest = sharpness(grey, cv::Rect(0, 0, grey.cols, grey.rows), true);
-    if (!(rest.along_x > 0 && rest.along_y > 0)) return votes.note("no textured image outside the boxes");
-    for (const Box& box : boxes_) judge(grey, box, rest, votes);
-  }
+  void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
   static constexpr double kMinVariance = 25;  // of grey values: 5 grey levels of texture
@@ -94,49 +76,12 @@ class BoxBlurFilter final : public Filter {
     double variance() const { return n > 0 ? std::max(0.0, squares / n - sum / n * (sum / n)) : 0; }
   };
 
-  void collect(const Evidence& evidence, const LateResult& late) {
-    boxes_.clear();
-    const DetectionFilter filter{params_.classes, {}, params_.min_score};
-    const cv::Rect2d image(0, 0, evidence.frame().grey.cols, evidence.frame().grey.rows);
-    for (const Detection& detection : late.detections()) {
-      if (!filter.wants(detection)) continue;
-      Box box;
-      const cv::Rect2f now = features_in_box(evidence, detection.box, 0, late, scratch_, box.inside);
-      box.place = cv::Rect(cv::Rect2d(now) & image);
-      if (!box.place.empty()) boxes_.push_back(std::move(box));
-    }
-  }
+  void collect(const Evidence& evidence, const LateResult& late);
 
-  void judge(const cv::Mat& grey, const Box& box, const Sharpness& rest, Votes& votes) const {
-    const Sharpness own = sharpness(grey, box.place, false);
-    if (!own.known) return;
-    const double share = std::min(own.along_x / rest.along_x, own.along_y / rest.along_y);
-    for (const std::size_t i : box.inside) {
-      if (votes[i] == Vote::Dynamic) continue;
-      votes.cast(i, share < params_.min_sharpness ? Vote::Dynamic : Vote::Static,
-                 1.0F - suspicion(share, params_.min_sharpness));
-    }
-  }
+  void judge(const cv::Mat& grey, const Box& box, const Sharpness& rest, Votes& votes) const;
 
-  Sharpness sharpness(const cv::Mat& grey, const cv::Rect& area, bool outside_boxes) const {
-    Moments value, x2, y2;
-    for (int y = std::max(area.y, 1); y < std::min(area.br().y, grey.rows - 1); y += 2) {
-      const std::uint8_t *above = grey.ptr<std::uint8_t>(y - 1), *row = grey.ptr<std::uint8_t>(y),
-                         *below = grey.ptr<std::uint8_t>(y + 1);
-      for (int x = std::max(area.x, 1); x < std::min(area.br().x, grey.cols - 1); x += 2) {
-        if (outside_boxes && in_a_box(x, y)) continue;
-        value.add(row[x]);
-        x2.add(row[x - 1] + row[x + 1] - 2 * row[x]);
-        y2.add(above[x] + below[x] - 2 * row[x]);
-      }
-    }
-    if (value.n < kMinSamples || value.variance() < kMinVariance) return {};
-    return {true, x2.variance() / value.variance(), y2.variance() / value.variance()};
-  }
-  bool in_a_box(int x, int y) const {
-    return std::any_of(boxes_.begin(), boxes_.end(),
-                       [&](const Box& box) { return box.place.contains(cv::Point(x, y)); });
-  }
+  Sharpness sharpness(const cv::Mat& grey, const cv::Rect& area, bool outside_boxes) const;
+  bool in_a_box(int x, int y) const;
 
   Params params_;
   std::vector<Box> boxes_;
@@ -144,3 +89,7 @@ class BoxBlurFilter final : public Filter {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/filters/detail/box_blur-inl.hpp>
+#endif

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <string>
 
@@ -14,19 +16,7 @@ struct DescriptorDistanceParams {
   bool keyframe = false;
   int gap_frames = 1;
 
-  static const FieldTable<DescriptorDistanceParams>& fields() {
-    using P = DescriptorDistanceParams;
-    static const FieldTable<P> table{
-        integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536},
-                "largest Hamming distance of matched descriptors that counts as similar"),
-        real("max_offset_px", &P::max_offset_px, "px", {0, 100},
-             "flow: largest distance between the end of the flow and the feature of the earlier frame that "
-             "counts as its match"),
-        flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
-    };
-    return table;
-  }
+  static const FieldTable<DescriptorDistanceParams>& fields();
 };
 
 /// Marks matches with similar descriptors as candidates for movers (Zhou et al. sec. 3.1.2).
@@ -47,30 +37,21 @@ class DescriptorDistanceFilter final : public Filter {
   static constexpr const char* kSummary =
       "features whose match has a similar descriptor; for use inside `all`, with a geometric filter";
 
-  explicit DescriptorDistanceFilter(Params params = Params()) : params_(params) {
-    check_parameters(params_, kName);
-  }
+  explicit DescriptorDistanceFilter(Params params = Params());
 
   std::string name() const override { return kName; }
   Needs needs() const override {
     return {Input::Descriptors | Input::Correspondence, Input::None, params_.gap_frames};
   }
 
-  void apply(const Evidence& evidence, Votes& votes) override {
-    const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return votes.note("no earlier frame");
-    const MatchedFeatures& matched = evidence.matched_features(match, params_.max_offset_px);
-    if (!matched.has_descriptors()) return votes.note("the earlier frame has no descriptors like these");
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      const std::int32_t bits = matched.distance_bits(i);
-      if (!evidence.judged(i) || bits < 0) continue;
-      const float score = 1 - suspicion(bits, params_.max_distance_bits);
-      votes.cast(i, bits <= params_.max_distance_bits ? Vote::Dynamic : Vote::Static, score);
-    }
-  }
+  void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
   Params params_;
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/filters/detail/descriptor_distance-inl.hpp>
+#endif

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include <cstddef>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/sequential_homographies.hpp>
 #include <string>
@@ -20,20 +22,7 @@ struct MultiModelParams {
   bool keyframe = false;
   int gap_frames = 1;
 
-  static const FieldTable<MultiModelParams>& fields() {
-    using P = MultiModelParams;
-    static const FieldTable<P> table{
-        real("chance", &P::chance, "", {1e-6, 0.5},
-             "probability that a wrong match agrees with a homography by chance"),
-        integer("max_models", &P::max_models, "homographies", {1, 1000}, "largest number of homographies"),
-        integer("iterations", &P::iterations, "samples", {1, 1000000}, "RANSAC samples per homography"),
-        integer("neighbours", &P::neighbours, "matches", {2, 1000},
-                "a sample is a match and two of this many nearest matches"),
-        flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
-    };
-    return table;
-  }
+  static const FieldTable<MultiModelParams>& fields();
 };
 
 /// Rejects mismatches: matches that no surface explains, static or moving.
@@ -55,31 +44,12 @@ class MultiModelFilter final : public Filter {
   static constexpr const char* kName = "multi_model";
   static constexpr const char* kSummary = "mismatches: features whose match no homography explains";
 
-  explicit MultiModelFilter(Params params = Params()) : params_(params), models_(options(params)) {
-    check_parameters(params_, kName);
-  }
+  explicit MultiModelFilter(Params params = Params());
 
   std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, params_.gap_frames}; }
 
-  void apply(const Evidence& evidence, Votes& votes) override {
-    const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return votes.note("no earlier frame");
-    collect(evidence, match);
-    matches_.clear();
-    for (const Entry& e : entries_) matches_.push_back(e.match);
-    models_.fit(matches_);
-    const double limit_px = models_.max_distance_px();
-    votes.note(std::to_string(models_.models()) + " homographies for " + std::to_string(matches_.size()) +
-               " matches, within " + std::to_string(std::lround(limit_px)) + " px");
-    if (models_.models() == 0) return;
-    for (std::size_t k = 0; k < entries_.size(); ++k) {
-      const double distance = models_.distance_px(k);
-      if (evidence.judged(entries_[k].feature))
-        votes.cast(entries_[k].feature, distance > limit_px ? Vote::Dynamic : Vote::Static,
-                   std::isfinite(distance) ? suspicion(distance, limit_px) : 1.0F);
-    }
-  }
+  void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
   struct Entry {
@@ -87,34 +57,10 @@ class MultiModelFilter final : public Filter {
     ImageMatch match;
   };
 
-  static SequentialHomographiesOptions options(const Params& p) {
-    SequentialHomographiesOptions o;
-    o.chance = p.chance;
-    o.max_models = p.max_models;
-    o.iterations = p.iterations;
-    o.neighbours = p.neighbours;
-    return o;
-  }
+  static SequentialHomographiesOptions options(const Params& p);
 
   /// Sorts by position, so that the result does not depend on the features' order.
-  void collect(const Evidence& evidence, const Match& match) {
-    constexpr double kMost = 1e6;
-    entries_.clear();
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      if (!match.found(i)) continue;
-      const cv::Point2f &now = evidence.undistorted_pixels()[i], &then = match.reference_undistorted_px[i];
-      const ImageMatch m{static_cast<double>(now.x), static_cast<double>(now.y), static_cast<double>(then.x),
-                         static_cast<double>(then.y)};
-      const double size = std::abs(m.x) + std::abs(m.y) + std::abs(m.rx) + std::abs(m.ry);
-      if (size < kMost) entries_.push_back({i, m});  // false for NaN
-    }
-    std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-      if (a.match.x != b.match.x) return a.match.x < b.match.x;
-      if (a.match.y != b.match.y) return a.match.y < b.match.y;
-      if (a.match.rx != b.match.rx) return a.match.rx < b.match.rx;
-      return a.match.ry < b.match.ry;
-    });
-  }
+  void collect(const Evidence& evidence, const Match& match);
 
   Params params_;
   SequentialHomographies models_;
@@ -123,3 +69,7 @@ class MultiModelFilter final : public Filter {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/filters/detail/multi_model-inl.hpp>
+#endif

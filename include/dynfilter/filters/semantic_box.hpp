@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -21,21 +24,7 @@ struct SemanticBoxParams {
   BoxRefinement refine = BoxRefinement::None;
   double foreground_margin_m = 0.15;
 
-  static const FieldTable<SemanticBoxParams>& fields() {
-    using P = SemanticBoxParams;
-    static const FieldTable<P> table{
-        semantic_role("role", &P::role),
-        words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
-        real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that is used"),
-        real("expand_px", &P::expand_px, "px", {0, 1000}, "margin added to each side of a box"),
-        integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-                "largest age of boxes; boxes of an older frame are carried to this one up to this age"),
-        box_refinement("refine", &P::refine),
-        real("foreground_margin_m", &P::foreground_margin_m, "m", {0, 10},
-             "depth margin behind the foreground's surface that still belongs to it"),
-    };
-    return table;
-  }
+  static const FieldTable<SemanticBoxParams>& fields();
 };
 
 /// Rejects or marks features inside detector boxes of classes that may move
@@ -56,9 +45,7 @@ class SemanticBoxFilter final : public Filter {
   static constexpr const char* kName = "semantic_box";
   static constexpr const char* kSummary = "features inside detector boxes of classes that may move";
 
-  explicit SemanticBoxFilter(Params params = Params()) : params_(std::move(params)) {
-    check_parameters(params_, kName);
-  }
+  explicit SemanticBoxFilter(Params params = Params());
 
   std::string name() const override { return kName; }
   Needs needs() const override {
@@ -66,28 +53,10 @@ class SemanticBoxFilter final : public Filter {
             LateResult::history_frames(params_.max_age_frames)};
   }
 
-  void apply(const Evidence& evidence, Votes& votes) override {
-    const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes);
-    if (!late.usable()) return;
-    const DetectionFilter filter{params_.classes, {}, params_.min_score};
-    for (const Detection& detection : late.detections())
-      if (filter.wants(detection)) judge(evidence, detection, late, votes);
-  }
+  void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
-  void judge(const Evidence& evidence, const Detection& detection, const LateResult& late, Votes& votes) {
-    const cv::Rect2f box =
-        features_in_box(evidence, detection.box, params_.expand_px, late, scratch_, inside_);
-    const double farthest_m =
-        box_foreground_m(evidence, box, inside_, params_.refine, params_.foreground_margin_m);
-    for (const std::size_t i : inside_) {
-      if (static_cast<double>(evidence.depths_m()[i]) > farthest_m) continue;
-      if (params_.role == SemanticRole::Reject)
-        votes.cast(i, Vote::Dynamic, detection.score);
-      else
-        votes.mark_prior(i);
-    }
-  }
+  void judge(const Evidence& evidence, const Detection& detection, const LateResult& late, Votes& votes);
 
   Params params_;
   std::vector<std::size_t> inside_;
@@ -95,3 +64,7 @@ class SemanticBoxFilter final : public Filter {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/filters/detail/semantic_box-inl.hpp>
+#endif
