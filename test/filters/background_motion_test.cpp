@@ -74,7 +74,7 @@ std::size_t points_looked_at(const std::string& note) {
 /// Vote and score by the scene's point.
 std::map<int, std::pair<Vote, float>> by_point(const Votes& votes, const ExactFrame& frame) {
   std::map<int, std::pair<Vote, float>> out;
-  for (std::size_t i = 0; i < frame.size(); ++i) out[frame.point[i]] = {votes[i], votes.score(i)};
+  for (std::size_t i = 0; i < frame.size(); ++i) out[frame.point[i]] = {votes[i], votes.suspicion(i)};
   return out;
 }
 
@@ -275,7 +275,7 @@ TEST_CASE("background_motion: numbers that are none, and keypoints on and beyond
     if (k == 0) continue;
     for (const std::size_t i : {7, 8, 9}) CHECK(player.votes[i] == Vote::Unknown);
     for (std::size_t i = 0; i < 4; ++i) CHECK(player.votes[i] != Vote::Static);
-    for (std::size_t i = 0; i < frame.size(); ++i) CHECK_FALSE(std::isnan(player.votes.score(i)));
+    for (std::size_t i = 0; i < frame.size(); ++i) CHECK_FALSE(std::isnan(player.votes.suspicion(i)));
     int lost = 0, found = 0;
     for (std::size_t i = 10; i < frame.size(); ++i) {
       lost += frame.truth[i] == synth::Truth::Static && player.votes[i] == Vote::Dynamic ? 1 : 0;

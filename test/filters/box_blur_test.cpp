@@ -42,8 +42,8 @@ TEST_CASE("a box that is blurred moves, a sharp one does not, nothing is said el
   CHECK(votes[scene.at(30, 30)] == Vote::Dynamic);
   CHECK(votes[scene.at(80, 80)] == Vote::Static);
   CHECK(votes[scene.at(80, 20)] == Vote::Unknown);
-  CHECK(votes.score(scene.at(30, 30)) > 0.5F);
-  CHECK(votes.score(scene.at(80, 80)) < 0.5F);
+  CHECK(votes.suspicion(scene.at(30, 30)) > 0.5F);
+  CHECK(votes.suspicion(scene.at(80, 80)) < 0.5F);
   cv::blur(grey.clone(), grey, cv::Size(9, 9));  // the whole image is blurred
   CHECK(judge(scene, grey).count(Vote::Dynamic) == 0);
 }

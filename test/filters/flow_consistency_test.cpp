@@ -204,7 +204,7 @@ TEST_CASE("flow_consistency: the last frame's votes follow the features' order")
     REQUIRE(at != frame.point.end());
     const auto k = static_cast<std::size_t>(at - frame.point.begin());
     CHECK(permuted[i] == votes[k]);
-    CHECK(permuted.score(i) == votes.score(k));
+    CHECK(permuted.score(i) == votes.suspicion(k));
   }
 }
 

@@ -207,7 +207,7 @@ TEST_CASE("descriptor_distance: alike is a candidate, unlike is none") {
   CHECK(votes[1] == Vote::Dynamic);
   CHECK(votes[2] == Vote::Static);
   CHECK(votes[3] == Vote::Unknown);
-  CHECK(votes.score(0) > votes.score(1));
+  CHECK(votes.suspicion(0) > votes.suspicion(1));
 }
 
 TEST_CASE("descriptor_distance: rows that do not fit, another length, none: unknown") {
@@ -336,7 +336,7 @@ TEST_CASE("dbscan: what is within Eps of a core point goes, the rest is left unk
   CHECK(votes[8] == Vote::Unknown);
   CHECK(votes[9] == Vote::Unknown);
   CHECK(votes.count(Vote::Static) == 0);
-  CHECK(votes.score(5) == doctest::Approx(1 - 0.5 * 0.9).epsilon(0.01));
+  CHECK(votes.suspicion(5) == doctest::Approx(1 - 0.5 * 0.9).epsilon(0.01));
 }
 
 TEST_CASE("dbscan: without dynamic features, with one, with equal ones") {

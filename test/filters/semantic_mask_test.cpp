@@ -91,7 +91,7 @@ TEST_CASE("dilation reaches dilate_px from the mask, and the margin is less susp
   CHECK(votes[scene.at(50, 40)] == Vote::Dynamic);  // 6 px away
   CHECK(votes[scene.at(50, 50)] == Vote::Dynamic);  // 8.5
   CHECK(votes[scene.at(60, 40)] == Vote::Unknown);  // 16
-  CHECK(votes.score(scene.at(40, 40)) > votes.score(scene.at(50, 40)));
+  CHECK(votes.suspicion(scene.at(40, 40)) > votes.suspicion(scene.at(50, 40)));
   CHECK(votes.count(Vote::Dynamic) == 9);
 }
 

@@ -239,7 +239,7 @@ TEST_CASE("recipe 10: a track that was rejected four times stays rejected for a 
   for (int k = 0; k < 4; ++k) behind.next(pixels, {0});  // 1 - 0.8^4 = 0.59
   const Votes missed = behind.next(pixels, {});          // 0.47
   CHECK(missed[0] == Vote::Dynamic);
-  CHECK(missed.score(0) == doctest::Approx(0.8 * (1 - 0.8 * 0.8 * 0.8 * 0.8)));
+  CHECK(missed.suspicion(0) == doctest::Approx(0.8 * (1 - 0.8 * 0.8 * 0.8 * 0.8)));
   CHECK(missed[1] == Vote::Unknown);
   CHECK(behind.next(pixels, {})[0] == Vote::Unknown);  // 0.38
   for (int k = 0; k < 4; ++k) behind.next(pixels, {0});

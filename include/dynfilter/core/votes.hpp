@@ -18,9 +18,9 @@ constexpr const char* to_string(Vote vote) {
   return vote == Vote::Static ? "static" : vote == Vote::Dynamic ? "dynamic" : "unknown";
 }
 
-/// One vote per feature with a score in [0, 1], the suspicion.
+/// One vote per feature with a suspicion in [0, 1].
 /// 0 is certainly static, 1 certainly dynamic, 0.5 undecided.
-/// The floor restores the features with the lowest score first.
+/// The floor restores the least suspicious features first.
 /// A prior suspect is excluded from model fitting and judged more strictly,
 /// but it is not voted dynamic for that reason.
 class Votes {
@@ -30,13 +30,13 @@ class Votes {
   /// Resizes to n features, all Unknown.
   void reset(std::size_t n) {
     vote_.assign(n, Vote::Unknown);
-    score_.assign(n, kNoIdea);
+    suspicion_.assign(n, kNoIdea);
     prior_.assign(n, 0);
     note_.clear();
   }
-  void cast(std::size_t i, Vote vote, float score) {
+  void cast(std::size_t i, Vote vote, float suspicion) {
     vote_[i] = vote;
-    score_[i] = score >= 0 ? std::min(score, 1.0F) : score < 0 ? 0.0F : kNoIdea;
+    suspicion_[i] = suspicion >= 0 ? std::min(suspicion, 1.0F) : suspicion < 0 ? 0.0F : kNoIdea;
   }
   void cast(std::size_t i, Vote vote) {
     cast(i, vote, vote == Vote::Dynamic ? 1.0F : vote == Vote::Static ? 0.0F : kNoIdea);
@@ -50,14 +50,14 @@ class Votes {
     for (std::size_t i = 0; i < prior_.size(); ++i) prior_[i] |= other.prior_[i];
   }
   /// Sets votes to Unknown where `kept` is 0. `kept` has one entry per feature.
-  /// Scores do not change.
+  /// Suspicions do not change.
   void keep_only(Span<const std::uint8_t> kept) {
     for (std::size_t i = 0; i < vote_.size(); ++i) vote_[i] = kept[i] != 0 ? vote_[i] : Vote::Unknown;
   }
 
   std::size_t size() const { return vote_.size(); }
   Vote operator[](std::size_t i) const { return vote_[i]; }
-  float score(std::size_t i) const { return score_[i]; }
+  float suspicion(std::size_t i) const { return suspicion_[i]; }
   bool prior(std::size_t i) const { return prior_[i] != 0; }
   /// One entry per feature. A prior is 1 if it is marked, else 0.
   Span<const Vote> votes() const { return vote_; }
@@ -69,12 +69,12 @@ class Votes {
     return static_cast<std::size_t>(std::count(prior_.begin(), prior_.end(), std::uint8_t{1}));
   }
   bool operator==(const Votes& o) const {
-    return vote_ == o.vote_ && score_ == o.score_ && prior_ == o.prior_;
+    return vote_ == o.vote_ && suspicion_ == o.suspicion_ && prior_ == o.prior_;
   }
 
  private:
   std::vector<Vote> vote_;
-  std::vector<float> score_;
+  std::vector<float> suspicion_;
   std::vector<std::uint8_t> prior_;
   std::string note_;
 };

@@ -197,7 +197,7 @@ class BackgroundMotionFilter final : public Filter {
     const bool found = match.reference != nullptr && match.found(i);
     const NeighbourField::Sum sum = moved_.around(
         found ? match.correspondences.reference_px[i] : evidence.pixels()[i],
-        found && match.has_depth(i) ? match.reference_points_m[i].z : evidence.depths_m()[i],
+        found && match.valid_depth(i) ? match.reference_points_m[i].z : evidence.depths_m()[i],
         kMobilityReach * static_cast<float>(params_.neighbour_px), static_cast<float>(params_.neighbour_m));
     return sum.weights > 0 ? sum.values / sum.weights : 0;
   }

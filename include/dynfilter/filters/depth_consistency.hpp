@@ -91,7 +91,7 @@ class DepthConsistencyFilter final : public Filter {
   /// Result of one view for one feature.
   struct Opinion {
     bool dynamic = false, fixed = false;
-    float score = 0;
+    float suspicion = 0;
 
     void add(Vote vote, double deviation, double limit);
     Vote vote() const { return dynamic ? Vote::Dynamic : fixed ? Vote::Static : Vote::Unknown; }
@@ -99,7 +99,7 @@ class DepthConsistencyFilter final : public Filter {
   /// Votes of several views.
   struct Tally {
     int dynamic = 0, fixed = 0;
-    float score = 0;
+    float suspicion = 0;
   };
 
   bool by_match() const { return params_.prediction != DepthPrediction::View; }

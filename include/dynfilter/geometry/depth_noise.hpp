@@ -6,7 +6,7 @@
 namespace dynfilter {
 
 /// True for a usable depth. NaN, infinite, zero and negative all mean "no depth".
-inline bool has_depth(double depth_m) {
+inline bool valid_depth(double depth_m) {
   return depth_m > 0 && std::isfinite(depth_m);
 }
 

@@ -193,7 +193,7 @@ class RigidBackgroundEstimator {
     for (const Candidate& candidate : candidates_) points_.push_back(candidate.index);
   }
   static bool usable(const cv::Point3f& p) {
-    return has_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
+    return valid_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
   }
   bool farther(const Candidate& a, const Candidate& b) const {
     if (a.depth_m != b.depth_m) return a.depth_m > b.depth_m;

@@ -74,7 +74,7 @@ struct RigidPoints {
   }
 
   static bool usable(const cv::Point3f& p) {
-    return has_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
+    return valid_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
   }
 
   float& at(int r, std::size_t k) { return data[static_cast<std::size_t>(r) * stride + k]; }

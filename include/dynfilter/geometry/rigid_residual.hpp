@@ -61,7 +61,7 @@ class RigidResidualModel {
   /// If GCC 12 inlines this at -O3, vectorisation changes the last bits from file to file.
   [[gnu::noinline]] RigidResidual operator()(const cv::Point3f& reference, const cv::Point3f& current) const {
     RigidResidual out;
-    if (!has_depth(reference.z) || !has_depth(current.z)) return out;
+    if (!valid_depth(reference.z) || !valid_depth(current.z)) return out;
     const Eigen::Vector3d p(reference.x, reference.y, reference.z), q = R_ * p + t_;
     if (!(q.z() > 1e-3)) return out;
     const double inv_z = 1 / q.z(), x = q.x() * inv_z, y = q.y() * inv_z;

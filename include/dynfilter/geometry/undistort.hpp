@@ -83,7 +83,7 @@ inline void distort_points(const Camera& camera, Span<const cv::Point2f> in, Spa
 /// from an undistorted pixel and its depth z [m].
 /// All NaN if the depth is NaN, infinite, zero or negative.
 inline cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px, float depth_m) {
-  if (!has_depth(depth_m)) {
+  if (!valid_depth(depth_m)) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     return {nan, nan, nan};
   }

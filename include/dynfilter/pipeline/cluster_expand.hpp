@@ -64,7 +64,7 @@ class ClusterExpandStage final : public Combinator {
 
  private:
   void add(std::size_t i, std::uint64_t reason, Judgement& out) const {
-    set(out, i, Vote::Dynamic, std::max(out.votes.score(i), 0.75F), out.reasons[i] | reason);
+    set(out, i, Vote::Dynamic, std::max(out.votes.suspicion(i), 0.75F), out.reasons[i] | reason);
   }
 
   void grow_over_depth(const FrameEvidence& evidence, std::uint64_t reason, Judgement& out);

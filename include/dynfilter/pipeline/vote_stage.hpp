@@ -45,7 +45,7 @@ class VoteStage final : public Combinator {
   void count(double weight, Judgement& out);
 
   Params params_;
-  std::vector<double> dynamic_, unknown_, score_;
+  std::vector<double> dynamic_, unknown_, suspicion_;
 };
 
 }  // namespace dynfilter

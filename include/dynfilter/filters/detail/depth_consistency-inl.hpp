@@ -68,7 +68,7 @@ inline void DepthConsistencyFilter::Opinion::add(Vote vote, double deviation, do
   if (vote == Vote::Unknown) return;
   dynamic = dynamic || vote == Vote::Dynamic;
   fixed = fixed || vote == Vote::Static;
-  score = std::max(score, suspicion(std::abs(deviation), limit));
+  suspicion = std::max(suspicion, dynfilter::suspicion(std::abs(deviation), limit));
 }
 
 DYNFILTER_INLINE double DepthConsistencyFilter::deviation(double predicted_m, double measured_m,
@@ -93,12 +93,12 @@ inline void DepthConsistencyFilter::judge_by_frame(const Evidence& evidence, con
     const cv::Point3f& p = evidence.points_m()[i];
     const Eigen::Vector3d now(p.x, p.y, p.z);
     Opinion opinion;
-    if (by_match() && match.found(i) && match.has_depth(i)) {
+    if (by_match() && match.found(i) && match.valid_depth(i)) {
       const cv::Point3f& then = match.reference_points_m[i];
       add_match(p, R.row(2).dot(Eigen::Vector3d(then.x, then.y, then.z)) + t.z(), opinion);
     }
     if (by_view() && parallax_fits(now, t)) add_view(R.transpose() * (now - t), opinion);
-    if (opinion.vote() != Vote::Unknown) votes.cast(i, opinion.vote(), opinion.score);
+    if (opinion.vote() != Vote::Unknown) votes.cast(i, opinion.vote(), opinion.suspicion);
   }
 }
 
@@ -154,7 +154,7 @@ inline void DepthConsistencyFilter::judge_by_keyframes(const Evidence& evidence,
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const Tally& tally = tallies_[i];
     if (tally.dynamic == tally.fixed) continue;  // no view decides, or they contradict each other
-    votes.cast(i, tally.dynamic > tally.fixed ? Vote::Dynamic : Vote::Static, tally.score);
+    votes.cast(i, tally.dynamic > tally.fixed ? Vote::Dynamic : Vote::Static, tally.suspicion);
   }
 }
 
@@ -177,7 +177,7 @@ inline void DepthConsistencyFilter::judge_by_keyframe(const Evidence& evidence,
     if (by_view()) add_view(there, opinion);
     tallies_[i].dynamic += opinion.vote() == Vote::Dynamic ? 1 : 0;
     tallies_[i].fixed += opinion.vote() == Vote::Static ? 1 : 0;
-    tallies_[i].score = std::max(tallies_[i].score, opinion.score);
+    tallies_[i].suspicion = std::max(tallies_[i].suspicion, opinion.suspicion);
   }
 }
 

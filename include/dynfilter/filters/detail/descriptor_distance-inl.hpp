@@ -37,8 +37,8 @@ DYNFILTER_INLINE void DescriptorDistanceFilter::apply(const Evidence& evidence, 
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const std::int32_t bits = matched.distance_bits(i);
     if (!evidence.judged(i) || bits < 0) continue;
-    const float score = 1 - suspicion(bits, params_.max_distance_bits);
-    votes.cast(i, bits <= params_.max_distance_bits ? Vote::Dynamic : Vote::Static, score);
+    const float missed = 1 - suspicion(bits, params_.max_distance_bits);
+    votes.cast(i, bits <= params_.max_distance_bits ? Vote::Dynamic : Vote::Static, missed);
   }
 }
 

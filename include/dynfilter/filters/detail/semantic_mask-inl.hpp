@@ -81,7 +81,7 @@ inline void SemanticMaskFilter::judge(const Evidence& evidence, const MaskLookup
     if (params_.role == SemanticRole::Prior)
       votes.mark_prior(i);
     else if (const float suspicion = on ? score : score * kMarginScore;
-             votes[i] != Vote::Dynamic || votes.score(i) < suspicion)
+             votes[i] != Vote::Dynamic || votes.suspicion(i) < suspicion)
       votes.cast(i, Vote::Dynamic, suspicion);
   }
 }

@@ -28,9 +28,9 @@ DYNFILTER_INLINE void Combinator::for_each(const std::function<void(const Stage&
   for (const auto& child : children_) child->for_each(visit, depth + 1);
 }
 
-DYNFILTER_INLINE void Combinator::set(Judgement& out, std::size_t i, Vote vote, float score,
+DYNFILTER_INLINE void Combinator::set(Judgement& out, std::size_t i, Vote vote, float suspicion,
                                       std::uint64_t reasons) {
-  out.votes.cast(i, vote, score);
+  out.votes.cast(i, vote, suspicion);
   out.reasons[i] = vote == Vote::Dynamic ? reasons : 0;
 }
 

@@ -51,7 +51,7 @@ DYNFILTER_INLINE void DepthLayersStage::decide(FrameEvidence& evidence, std::vec
     const bool inside = std::any_of(layers_.begin(), layers_.end(),
                                     [&](const Layer& l) { return l.holds(evidence.pixels()[i], z); });
     if (inside && out.votes[i] != Vote::Dynamic)
-      set(out, i, Vote::Dynamic, std::max(out.votes.score(i), 0.75F), own_reason(self));
+      set(out, i, Vote::Dynamic, std::max(out.votes.suspicion(i), 0.75F), own_reason(self));
     if (!inside && out.votes[i] == Vote::Dynamic) set(out, i, Vote::Unknown, Votes::kNoIdea, 0);
   }
 }

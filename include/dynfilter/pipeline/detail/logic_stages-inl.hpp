@@ -20,8 +20,9 @@ DYNFILTER_INLINE void SequenceStage::decide(FrameEvidence& evidence, std::vector
       const Vote said = child_.votes[i];
       if (said == Vote::Unknown) continue;
       const bool first = out.votes[i] == Vote::Unknown;
-      const float score = first ? child_.votes.score(i) : std::max(out.votes.score(i), child_.votes.score(i));
-      set(out, i, vote_then(out.votes[i], said), score, out.reasons[i] | child_.reasons[i]);
+      const float suspicion =
+          first ? child_.votes.suspicion(i) : std::max(out.votes.suspicion(i), child_.votes.suspicion(i));
+      set(out, i, vote_then(out.votes[i], said), suspicion, out.reasons[i] | child_.reasons[i]);
     }
     out.votes.add_priors(child_.votes);
     evidence.stages().learn(child_.votes);
@@ -38,8 +39,9 @@ DYNFILTER_INLINE void AnyStage::decide(FrameEvidence& evidence, std::vector<Stag
     if (reports[place].skipped || reports[place].failed) continue;
     for (std::size_t i = 0; i < evidence.size(); ++i) {
       const Vote vote = first ? child_.votes[i] : vote_or(out.votes[i], child_.votes[i]);
-      const float score = first ? child_.votes.score(i) : std::max(out.votes.score(i), child_.votes.score(i));
-      set(out, i, vote, score, out.reasons[i] | child_.reasons[i]);
+      const float suspicion =
+          first ? child_.votes.suspicion(i) : std::max(out.votes.suspicion(i), child_.votes.suspicion(i));
+      set(out, i, vote, suspicion, out.reasons[i] | child_.reasons[i]);
     }
     first = false;
   }
@@ -57,8 +59,9 @@ DYNFILTER_INLINE void AllStage::decide(FrameEvidence& evidence, std::vector<Stag
       const bool was_static = !first && out.votes[i] == Vote::Static;
       if (was_static) continue;
       const Vote vote = first ? said : vote_and(out.votes[i], said);
-      const float score = first ? child_.votes.score(i) : std::min(out.votes.score(i), child_.votes.score(i));
-      set(out, i, vote, score, out.reasons[i] | child_.reasons[i]);
+      const float suspicion =
+          first ? child_.votes.suspicion(i) : std::min(out.votes.suspicion(i), child_.votes.suspicion(i));
+      set(out, i, vote, suspicion, out.reasons[i] | child_.reasons[i]);
       if (said == Vote::Dynamic || child_.votes.prior(i)) evidence.stages().mark_prior(i);
       if (vote == Vote::Static) evidence.stages().excuse(i);
     }
@@ -71,7 +74,7 @@ DYNFILTER_INLINE void NotStage::decide(FrameEvidence& evidence, std::vector<Stag
   children_[0]->judge(evidence, reports, child_);
   const std::uint64_t reason = own_reason(self);
   for (std::size_t i = 0; i < evidence.size(); ++i)
-    set(out, i, vote_not(child_.votes[i]), 1.0F - child_.votes.score(i), reason);
+    set(out, i, vote_not(child_.votes[i]), 1.0F - child_.votes.suspicion(i), reason);
 }
 
 DYNFILTER_INLINE void StrictStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
@@ -81,7 +84,7 @@ DYNFILTER_INLINE void StrictStage::decide(FrameEvidence& evidence, std::vector<S
   const std::uint64_t reason = own_reason(self);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const bool said = child_.votes[i] == Vote::Dynamic;
-    set(out, i, vote_strict(child_.votes[i]), child_.votes.score(i), said ? child_.reasons[i] : reason);
+    set(out, i, vote_strict(child_.votes[i]), child_.votes.suspicion(i), said ? child_.reasons[i] : reason);
   }
 }
 

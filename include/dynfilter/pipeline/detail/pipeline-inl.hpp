@@ -123,7 +123,7 @@ class Pipeline::Impl {
   void take_verdict() {
     for (std::size_t i = 0; i < verdict_.size(); ++i) {
       verdict_.decision[i] = judgement_.votes[i];
-      verdict_.suspicion[i] = judgement_.votes.score(i);
+      verdict_.suspicion[i] = judgement_.votes.suspicion(i);
       verdict_.prior[i] = judgement_.votes.prior(i) ? 1 : 0;
       verdict_.reasons[i] = judgement_.reasons[i];
     }

@@ -21,7 +21,8 @@ DYNFILTER_INLINE void GateStage::decide(FrameEvidence& evidence, std::vector<Sta
     children_[branch]->judge(evidence, reports, child_);
     out.votes.add_priors(child_.votes);
     for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (gate_.votes[i] == wanted) set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);
+      if (gate_.votes[i] == wanted)
+        set(out, i, child_.votes[i], child_.votes.suspicion(i), child_.reasons[i]);
   }
 }
 
@@ -34,7 +35,8 @@ DYNFILTER_INLINE void ByRegionStage::decide(FrameEvidence& evidence, std::vector
     children_[side]->judge(evidence, reports, child_);
     out.votes.add_priors(child_.votes);
     for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (evidence.prior(i) == inside) set(out, i, child_.votes[i], child_.votes.score(i), child_.reasons[i]);
+      if (evidence.prior(i) == inside)
+        set(out, i, child_.votes[i], child_.votes.suspicion(i), child_.reasons[i]);
   }
 }
 

@@ -37,7 +37,7 @@ DYNFILTER_INLINE void VoteStage::decide(FrameEvidence& evidence, std::vector<Sta
   const std::size_t n = evidence.size();
   dynamic_.assign(n, 0);
   unknown_.assign(n, 0);
-  score_.assign(n, 0);
+  suspicion_.assign(n, 0);
   double taking_part = 0;
   for (std::size_t k = 0; k < children_.size(); ++k) {
     const std::size_t place = reports.size();
@@ -50,7 +50,7 @@ DYNFILTER_INLINE void VoteStage::decide(FrameEvidence& evidence, std::vector<Sta
   }
   const double needed = params_.min_votes > 0 ? params_.min_votes : params_.min_share * taking_part;
   for (std::size_t i = 0; i < n && taking_part > 0; ++i)
-    set(out, i, vote_count(dynamic_[i], unknown_[i], needed), static_cast<float>(score_[i] / taking_part),
+    set(out, i, vote_count(dynamic_[i], unknown_[i], needed), static_cast<float>(suspicion_[i] / taking_part),
         out.reasons[i]);
 }
 
@@ -59,7 +59,7 @@ inline void VoteStage::count(double weight, Judgement& out) {
     const Vote said = child_.votes[i];
     if (said == Vote::Dynamic) dynamic_[i] += weight;
     if (said == Vote::Unknown) unknown_[i] += weight;
-    score_[i] += weight * static_cast<double>(child_.votes.score(i));
+    suspicion_[i] += weight * static_cast<double>(child_.votes.suspicion(i));
     out.reasons[i] |= child_.reasons[i];
   }
 }
