@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Every header declares; the bodies are in detail/*-inl.hpp. With DYNFILTER_HEADER_ONLY defined each header
-/// includes its bodies, otherwise the library dynfilter::dynfilter has them. One program uses one of the two.
+/// Headers declare, and `detail/NAME-inl.hpp` beside them contains their functions.
+/// The libraries of dynfilter's CMake targets are compiled from these.
+/// With DYNFILTER_HEADER_ONLY each header includes its functions, and no library is needed.
+/// All files of a program must be compiled the same way: with the libraries, or header-only.
 #ifdef DYNFILTER_HEADER_ONLY
 #define DYNFILTER_INLINE inline
 #else

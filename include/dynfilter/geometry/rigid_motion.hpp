@@ -3,7 +3,6 @@
 
 #include <array>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
@@ -87,5 +86,5 @@ class RigidMotionEstimator {
 }  // namespace dynfilter
 
 #ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/geometry/rigid_motion_search.hpp>
+#include <dynfilter/geometry/detail/rigid_motion-inl.hpp>
 #endif

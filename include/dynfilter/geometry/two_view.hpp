@@ -2,7 +2,6 @@
 #pragma once
 
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <memory>
@@ -52,5 +51,5 @@ class TwoViewEstimator {
 }  // namespace dynfilter
 
 #ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/geometry/two_view_search.hpp>
+#include <dynfilter/geometry/detail/two_view-inl.hpp>
 #endif

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/yaml.hpp>
-#include <dynfilter/pipeline/cluster_expand.hpp>
-#include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
+
+#include <dynfilter/core/inline.hpp>
 #include <dynfilter/pipeline/combinators.hpp>
 #include <dynfilter/pipeline/depth_layers.hpp>
 #include <dynfilter/pipeline/logic_stages.hpp>
