@@ -48,3 +48,15 @@ TEST_CASE("a static desk, real frames: nothing gets worse") {
   if (json.empty()) return;
   CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "none") + 0.001);
 }
+
+// The first turns at 40 to 110 deg/s and is blurred, the second does not.
+TEST_CASE("static desks, real frames: rts_slam with its measured noise does not take blur for motion") {
+  for (const char* sequence : {"tum_fr1_rpy", "tum_fr1_xyz"}) {
+    CAPTURE(sequence);
+    const std::string json = six_runs(sequence, "--pipelines none,rts_slam --no-detections");
+    if (json.empty()) return;
+    CHECK(number_in(json, "rts_slam", "tracked_frames") == number_in(json, "rts_slam", "frames"));
+    CHECK(median_ate_m(json, "rts_slam") <= 1.05 * median_ate_m(json, "none"));
+    CHECK(worst_ate_m(json, "rts_slam") <= 1.05 * worst_ate_m(json, "none"));
+  }
+}

@@ -42,6 +42,67 @@ TEST_CASE("degenerate scenes never cost static features in bulk, and movers are 
   }
 }
 
+namespace {
+EpipolarParams measured() {
+  EpipolarParams params;
+  params.measured_noise = true;
+  return params;
+}
+}  // namespace
+
+// Both keypoints of a match have 1.5 px of noise, as in a blurred frame. The distance from the line has about
+// 2.1 px, of which 64 % exceed 1 px; next to none exceed three standard deviations.
+TEST_CASE("blurred matches make a static scene dynamic by a fixed limit, not by the measured one") {
+  for (const Preset preset : {Preset::Rigid, Preset::PureRotation}) {
+    CAPTURE(synth::to_string(preset));
+    const synth::ExactScene scene = synth::preset(preset).points(800).pixel_noise(1.5);
+    CHECK(score(scene).static_kept() < 0.6);
+    const Score s = score(scene, measured());
+    CHECK(s.static_kept() >= 0.98);
+    CHECK(s.static_confirmed >= 0.95 * s.static_count);  // it does not abstain
+  }
+}
+
+// Limit: 3 times 2.1 px = 6.4 px. At 2.5 m the mover's 0.1 m per frame across the lines are 21 px.
+TEST_CASE("a mover well above the measured noise is still found") {
+  const synth::ExactScene scene = synth::ExactScene()
+                                      .points(800)
+                                      .pixel_noise(1.5)
+                                      .camera_motion(synth::CameraStep::Sideways)
+                                      .mover(synth::MovingBox(100).at({-0.3, -0.5, 2.5}).moving({0, 0.1, 0}));
+  const Score s = score(scene, measured(), 4);
+  REQUIRE(s.dynamic_count >= 50);
+  CHECK(s.recall() >= 0.95);
+  CHECK(s.static_kept() >= 0.97);
+}
+
+// The neighbours on a mover agree on where it moves, so its motion is no noise. Without depths, neighbours
+// count across a mover's outline, so most of the pairs must be on one object.
+TEST_CASE("movers do not raise the measured noise: sharp frames are judged as without the option") {
+  for (const Preset preset : synth::all_presets()) {
+    if (preset == Preset::Majority || preset == Preset::DelayedMajority) continue;
+    CAPTURE(synth::to_string(preset));
+    const synth::ExactScene scene = synth::preset(preset).pixel_noise(0.05);
+    EpipolarFilter a, b(measured());
+    const Votes without = judge(a, scene, 18), with = judge(b, scene, 18);
+    for (std::size_t i = 0; i < without.size(); ++i) {
+      CHECK(with[i] == without[i]);
+      CHECK(with.score(i) == without.score(i));
+    }
+  }
+}
+
+TEST_CASE("with fewer than 20 pairs of neighbours max_distance_px counts as it is") {
+  const synth::ExactScene scene = synth::ExactScene().points(30).pixel_noise(1.5);
+  EpipolarFilter a, b(measured());
+  const Votes without = judge(a, scene, 4), with = judge(b, scene, 4);
+  REQUIRE(without.count(Vote::Unknown) < without.size());
+  for (std::size_t i = 0; i < without.size(); ++i) {
+    CHECK(with[i] == without[i]);
+    CHECK(with.score(i) == without.score(i));
+  }
+}
+
 TEST_CASE("motion along the epipolar line is what it cannot see: the card says so") {
   CHECK(score(synth::preset(Preset::AlongEpipolar)).recall() < 0.5);
 }

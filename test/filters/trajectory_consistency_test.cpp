@@ -3,6 +3,8 @@
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <limits>
+#include <string>
+#include <utility>
 
 #include "doctest/doctest.h"
 
@@ -27,9 +29,18 @@ TrajectoryConsistencyParams metric() {
   params.threshold = TrajectoryThreshold::Metric;
   return params;
 }
+TrajectoryConsistencyParams measured() {
+  TrajectoryConsistencyParams params;
+  params.measured_noise = true;
+  return params;
+}
 Score score(const synth::ExactScene& scene, const TrajectoryConsistencyParams& params = {}, int frame = 8) {
   TrajectoryConsistencyFilter filter(params);
   return Score(judge(filter, scene, frame), scene.frame(frame));
+}
+/// Both keypoints of a match have 1.5 px of noise, so the match has 2.1 px, as in a blurred frame.
+synth::ExactScene blurred(synth::ExactScene scene) {
+  return scene.points(800).pixel_noise(1.5);
 }
 
 }  // namespace
@@ -101,6 +112,75 @@ TEST_CASE("a predicted motion of the host keeps most features on movers from tak
   const Score s = score(synth::preset(Preset::Majority).with_poses(PoseProvenance::Predicted), {}, 18);
   CHECK(s.recall() >= 0.9);
   CHECK(s.static_kept() >= 0.95);
+}
+
+// The assumed 0.6 px allow misses of up to sqrt(16) * 0.6 = 2.4 px, and depths that fit.
+// exp(-(2.4 / 2.12)^2 / 2) = 53 % of the static matches miss by more.
+TEST_CASE("blurred matches make a static scene dynamic under the assumed noise, not under the measured one") {
+  const synth::ExactScene scene = blurred(synth::preset(Preset::Rigid));
+  CHECK(score(scene).static_kept() < 0.55);
+  const Score s = score(scene, measured());
+  CHECK(s.static_kept() >= 0.99);
+  CHECK(s.static_confirmed >= 0.95 * s.static_count);  // it does not abstain
+}
+
+// 4 sigma = 8.5 px. At 2.5 m the mover's 0.14 m per frame are 30 px.
+TEST_CASE("a mover well above the measured noise is still found") {
+  const synth::ExactScene scene =
+      blurred(synth::ExactScene().mover(MovingBox(100).at({-0.6, -0.5, 2.5}).moving({0.1, 0.1, 0})));
+  const Score s = score(scene, measured(), 4);
+  REQUIRE(s.dynamic_count >= 50);
+  CHECK(s.recall() >= 0.95);
+  CHECK(s.static_kept() >= 0.98);
+}
+
+// The neighbours on a mover agree on where it moves, so its motion is no noise.
+TEST_CASE("movers do not raise the measured noise: sharp frames are judged as without the option") {
+  for (const Preset preset : synth::all_presets()) {
+    CAPTURE(synth::to_string(preset));
+    const synth::ExactScene scene = synth::preset(preset).pixel_noise(0.1).with_poses();
+    TrajectoryConsistencyParams fixed = measured(), option = measured();
+    fixed.motion = option.motion = MotionSource::Host;
+    fixed.measured_noise = false;
+    TrajectoryConsistencyFilter a(fixed), b(option);
+    const Votes without = judge(a, scene, 18), with = judge(b, scene, 18);
+    for (std::size_t i = 0; i < without.size(); ++i) CHECK(with[i] == without[i]);
+  }
+}
+
+TEST_CASE("errors of the depths alone raise the noise of the depths") {
+  // Both depths have 3 % of noise at 1 m and more behind: 15 times the model's, at 2 m.
+  const synth::ExactScene scene = synth::preset(Preset::Rigid).points(600).depth_noise(0.015);
+  CHECK(score(scene).static_kept() < 0.8);
+  CHECK(score(scene, measured()).static_kept() > score(scene).static_kept() + 0.1);
+}
+
+TEST_CASE("with fewer than 20 pairs of neighbours the assumed noise counts, and the report says so") {
+  const synth::ExactScene scene = synth::ExactScene().points(15).pixel_noise(0.1);
+  const synth::ExactFrame before = scene.frame(3), now = scene.frame(4);
+  const auto votes_and_note = [&](const TrajectoryConsistencyParams& params) {
+    TrajectoryConsistencyFilter filter(params);
+    FrameEvidence evidence;
+    Votes votes;
+    std::string note;
+    for (const synth::ExactFrame* frame : {&before, &now}) {
+      evidence.begin(frame->view(), CallPoint::BeforePose);
+      votes.reset(frame->size());
+      filter.apply(evidence, votes);
+      note = votes.notes();
+      evidence.end(false);
+    }
+    return std::make_pair(votes, note);
+  };
+  const auto [fixed, fixed_note] = votes_and_note({});
+  const auto [votes, note] = votes_and_note(measured());
+  REQUIRE(fixed.count(Vote::Static) >= 10);
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    CHECK(votes[i] == fixed[i]);
+    CHECK(votes.score(i) == fixed.score(i));
+  }
+  CHECK(fixed_note.find("noise") == std::string::npos);
+  CHECK(note.find("noise: not measured, too few neighbours") != std::string::npos);
 }
 
 TEST_CASE("no depth, too far, no match, too few points: unknown") {

@@ -34,6 +34,40 @@ TEST_CASE("neighbours' differences show the noise, whatever they share") {
   CHECK_FALSE(estimator.scale(std::vector<Miss>(10, Miss{{1, 1}, 2, {0, 0}, 1}), 40).has_value());
 }
 
+// Misses of variance s^2 per axis that patches of 40 px share, beside noise of 1 px of each: the whole has
+// sqrt(1 + s^2). Half of the pairs may be movers' without any change beyond the bound.
+TEST_CASE("the whole noise counts what neighbours share, up to a bound") {
+  const auto scene = [](double shared_px, MissAxes axes) {
+    Rng rng(7);
+    std::vector<cv::Point2f> patches;
+    const auto draw = [&](double sigma) {
+      return cv::Point2f(static_cast<float>(sigma * rng.normal()),
+                         axes == MissAxes::One ? 0 : static_cast<float>(sigma * rng.normal()));
+    };
+    for (int k = 0; k < 16 * 12; ++k) patches.push_back(draw(shared_px));
+    std::vector<Miss> misses;
+    for (int i = 0; i < 3000; ++i) {
+      const auto x = static_cast<float>(rng.uniform(0, 640)), y = static_cast<float>(rng.uniform(0, 480));
+      const auto patch = static_cast<std::size_t>(y / 40) * 16 + static_cast<std::size_t>(x / 40);
+      misses.push_back({{x, y}, 2, patches[patch] + draw(1), 1});
+    }
+    return misses;
+  };
+  NeighbourNoise estimator;
+  for (const MissAxes axes : {MissAxes::One, MissAxes::Two}) {
+    const double alone = estimator.whole_scale(scene(0, axes), 40, axes).value_or(0);
+    CHECK(alone == doctest::Approx(1).epsilon(0.07));
+    const double with = estimator.whole_scale(scene(2, axes), 40, axes).value_or(0);
+    CHECK(with == doctest::Approx(std::sqrt(5)).epsilon(0.15));
+    // Shared ones of 100 px are motion, not noise.
+    const double unshared = estimator.scale(scene(100, axes), 40, axes).value_or(0);
+    const double bounded = estimator.whole_scale(scene(100, axes), 40, axes).value_or(0);
+    CHECK(bounded == NeighbourNoise::kMostShared * unshared);
+    CHECK(unshared < 1.5);
+  }
+  CHECK_FALSE(estimator.whole_scale(std::vector<Miss>(10, Miss{{1, 1}, 2, {0, 0}, 1}), 40).has_value());
+}
+
 TEST_CASE("odds of motion: a large miss accuses, none acquits, noise beyond any motion says nothing") {
   const MovingOdds odds({0.05, 1.0, 0.5});  // no opinion beforehand
   MovingOddsInput in;

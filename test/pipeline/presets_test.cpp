@@ -4,6 +4,8 @@
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/sequence.hpp>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <opencv2/features2d.hpp>
 
 #include "doctest/doctest.h"
@@ -82,6 +84,18 @@ TEST_CASE("every preset loads, names itself as its file, and judges every exact 
     }
   }
   CHECK(presets >= 7);
+}
+
+// What is published keeps its fixed thresholds.
+TEST_CASE("rts_slam is the only preset whose thresholds follow the measured noise") {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines")) {
+    const std::string preset = entry.path().stem().string();
+    CAPTURE(preset);
+    std::ifstream file(entry.path());
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    CHECK((text.find("measured_noise: true") != std::string::npos) == (preset == "rts_slam"));
+  }
 }
 
 TEST_CASE(

@@ -119,7 +119,8 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr float kLeastOdds = -3, kMostOdds = 6;                ///< of one frame [nats]
   static constexpr float kLeastBelief = -4, kMostBelief = 10;           ///< [nats]
   static constexpr double kFirstStepRatio = 1.5, kFirstTrackRatio = 3;  ///< before any was measured
-  static constexpr double kLeastRatio = 1.0, kMostStepRatio = 4, kMostTrackRatio = 8;
+  static constexpr double kLeastRatio = 1.0, kMostStepRatio = NeighbourNoise::kMostShared,
+                          kMostTrackRatio = 8;
   static constexpr double kRatioSlack = 1.5;  ///< a frame may exceed what is usual by this factor
   static constexpr double kRatioFalls = 0.3, kRatioRises = 0.03;  ///< share learned per frame
   static constexpr double kLeastMatchNoise_px = 0.05;             ///< flow is not more exact
@@ -322,10 +323,8 @@ class BackgroundMotionFilter final : public Filter {
   }
   RigidResidualNoise noise(double pixel_sigma_px) const {
     RigidResidualNoise noise;
-    const double factor = std::max(kDepthFactor, estimator_.depth_factor());
     noise.pixel_sigma_px = pixel_sigma_px;
-    noise.depth_noise.base_m *= factor;
-    noise.depth_noise.quadratic_per_m *= factor;
+    noise.depth_noise = DepthNoise().scaled(std::max(kDepthFactor, estimator_.depth_factor()));
     return noise;
   }
 

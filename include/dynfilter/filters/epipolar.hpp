@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/two_view.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +29,7 @@ struct EpipolarParams {
   double max_distance_px = 1.0;
   EpipolarModel model = EpipolarModel::Auto;
   EpipolarDistance distance = EpipolarDistance::Line;
+  bool measured_noise = false;
   int min_seeds = 20;
   bool keyframe = false;
   int gap_frames = 1;
@@ -42,6 +46,9 @@ struct EpipolarParams {
                {{"line", EpipolarDistance::Line}, {"sampson", EpipolarDistance::Sampson}},
                "line is the distance from the epipolar line (eq. 4); sampson is the first-order distance in "
                "both images"),
+        flag("measured_noise", &P::measured_noise,
+             "raises max_distance_px in frames whose matches have more than 1/3 px of noise, in proportion "
+             "to it"),
         integer(
             "min_seeds", &P::min_seeds, "features", {7, 100000},
             "with this many seeds or fewer, and with suspects, the model is fitted on all features (N_th)"),
@@ -62,6 +69,8 @@ struct EpipolarParams {
 ///           A plane, a rotation, no motion or a tiny baseline leave F undetermined.
 ///           The distance from H p1 then counts (see geometry/two_view.hpp).
 ///           The report names the model that was used.
+///           With measured_noise, max_distance_px is multiplied by max(1, sigma / (1/3 px)).
+///           sigma is that of the seeds' misses in this frame (geometry/neighbour_noise.hpp).
 /// Needs:    correspondences; undistorted pixels, from a camera or from the host.
 /// Abstains: without correspondence, without model,
 ///           and where static parallax and motion cannot be separated.
@@ -85,7 +94,11 @@ class EpipolarFilter final : public Filter {
     if (!collect_seeds(evidence, match)) return votes.note("model: none, too few seeds");
     const TwoViewModel& model = evidence.two_view(match, seeds_);
     note_model(model, votes);
-    if (params_.model == EpipolarModel::Auto && params_.distance == EpipolarDistance::Line)
+    const bool by_model = params_.model == EpipolarModel::Auto && params_.distance == EpipolarDistance::Line;
+    const bool by_line = !by_model || model.kind == TwoViewKind::Fundamental;
+    limit_px_ = params_.max_distance_px;
+    if (params_.measured_noise) limit_px_ *= noise_factor(evidence, match, model, by_line, votes);
+    if (by_model)
       judge_by_model(evidence, match, model, votes);
     else if (has_fundamental(model))
       judge_by_fundamental(evidence, match, model, votes);
@@ -108,15 +121,38 @@ class EpipolarFilter final : public Filter {
                std::to_string(model.inliers) + " of " + std::to_string(model.seeds) + " seeds");
   }
 
+  /// What max_distance_px is multiplied by in this frame, at least 1.
+  double noise_factor(const Evidence& evidence, const Match& match, const TwoViewModel& model, bool by_line,
+                      Votes& votes) {
+    misses_.clear();
+    for (const int seed : seeds_) {
+      const auto i = static_cast<std::size_t>(seed);
+      const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
+      const cv::Point2f miss_px =
+          by_line ? across_line_px(model, then, now) : beside_point_px(model, then, now);
+      if (std::isfinite(miss_px.x + miss_px.y)) misses_.push_back({evidence.pixels()[i], 1, miss_px, 1});
+    }
+    const std::optional<double> noise_px =
+        neighbour_noise_.whole_scale(misses_, kNeighbours_px, by_line ? MissAxes::One : MissAxes::Two);
+    if (!noise_px) votes.note("noise: not measured, too few neighbours");
+    return std::max(1.0, noise_px.value_or(0) / kUsualNoise_px);
+  }
+  static cv::Point2f across_line_px(const TwoViewModel& model, cv::Point2f then, cv::Point2f now) {
+    return {static_cast<float>(epipolar_offset_px(model.F, then, now)), 0};
+  }
+  static cv::Point2f beside_point_px(const TwoViewModel& model, cv::Point2f then, cv::Point2f now) {
+    return now - cv::Point2f(transfer(model.H, then));
+  }
+
   void judge_by_model(const Evidence& evidence, const Match& match, const TwoViewModel& model,
                       Votes& votes) const {
     for (std::size_t i = 0; i < evidence.size(); ++i) {
       if (!evidence.judged(i) || !match.found(i)) continue;
       const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
-      const TwoViewVerdict verdict = judge(model, then, now, params_.max_distance_px);
+      const TwoViewVerdict verdict = judge(model, then, now, limit_px_);
       if (verdict == TwoViewVerdict::CannotSay) continue;
       votes.cast(i, verdict == TwoViewVerdict::Inconsistent ? Vote::Dynamic : Vote::Static,
-                 suspicion(distance_px(model, then, now), params_.max_distance_px));
+                 suspicion(distance_px(model, then, now), limit_px_));
     }
   }
 
@@ -128,13 +164,18 @@ class EpipolarFilter final : public Filter {
       const double d = params_.distance == EpipolarDistance::Line ? epipolar_distance_px(model.F, then, now)
                                                                   : sampson_distance_px(model.F, then, now);
       if (std::isnan(d)) continue;
-      votes.cast(i, d > params_.max_distance_px ? Vote::Dynamic : Vote::Static,
-                 suspicion(d, params_.max_distance_px));
+      votes.cast(i, d > limit_px_ ? Vote::Dynamic : Vote::Static, suspicion(d, limit_px_));
     }
   }
 
+  static constexpr float kNeighbours_px = 30;        ///< whose misses are compared
+  static constexpr double kUsualNoise_px = 1.0 / 3;  ///< then 1 px, xi of RTS-SLAM, is three deviations
+
   Params params_;
+  double limit_px_ = 0;  ///< of this frame
   std::vector<int> seeds_;
+  std::vector<Miss> misses_;
+  NeighbourNoise neighbour_noise_;
 };
 
 }  // namespace dynfilter

@@ -7,6 +7,9 @@
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/evidence/camera_motion.hpp>
 #include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/geometry/neighbour_noise.hpp>
+#include <dynfilter/geometry/rigid_misses.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <optional>
 #include <string>
@@ -31,6 +34,7 @@ struct TrajectoryConsistencyParams {
   double max_chi2 = 16.0;
   double pixel_sigma_px = 0.6;
   double depth_sigma_factor = 2.0;
+  bool measured_noise = false;
   double alpha_m = 0.015;
   double beta = 0.003;
   double min_displacement_m = 0;
@@ -57,6 +61,9 @@ struct TrajectoryConsistencyParams {
              "threshold noise: standard deviation of a correspondence, per axis"),
         real("depth_sigma_factor", &P::depth_sigma_factor, "", {0.01, 100},
              "threshold noise: factor on the standard deviation of the depth noise model"),
+        flag("measured_noise", &P::measured_noise,
+             "threshold noise: raises both to what this frame's matches show, and refits the motion with "
+             "them"),
         real("alpha_m", &P::alpha_m, "m", {0, 10}, "threshold metric: tolerance at depth 0"),
         real("beta", &P::beta, "m/m", {0, 10},
              "threshold metric: growth of the tolerance per metre of depth"),
@@ -81,6 +88,8 @@ struct TrajectoryConsistencyParams {
 ///           Mode rigid: |R P_r + t - P_t| against the same threshold.
 ///           Threshold noise replaces this by chi-square > max_chi2 of the residual (u, v, depth),
 ///           under flow noise, depth noise and the uncertainty of the motion.
+///           With measured_noise, the first two are at least those of this frame's seeds
+///           (geometry/neighbour_noise.hpp, geometry/rigid_misses.hpp), and the motion is refitted under them.
 ///           Mode rigid also limits |R P_r + t - P_t| to [min_displacement_m, max_displacement_m]
 ///           (Zhou et al. eq. 1-2).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses.
@@ -88,7 +97,7 @@ struct TrajectoryConsistencyParams {
 /// Blind to: motion below the depth camera's noise over the gap;
 ///           everything if the motion was fitted on movers.
 /// State:    none; the pipeline keeps gap_frames frames.
-/// Cost:     about 0.1 ms for 1000 features, with motion, without flow.
+/// Cost:     about 0.1 ms for 1000 features, with motion, without flow; measured_noise adds COST ms.
 class TrajectoryConsistencyFilter final : public Filter {
  public:
   using Params = TrajectoryConsistencyParams;
@@ -117,7 +126,7 @@ class TrajectoryConsistencyFilter final : public Filter {
 
  private:
   bool judgeable(const Evidence& evidence, const Match& match, std::size_t i) const {
-    if (!evidence.judged(i) || !match.found(i) || !match.valid_depth(i)) return false;
+    if (!evidence.judged(i) || !match.found(i) || !match.has_depth(i)) return false;
     const double z = static_cast<double>(evidence.points_m()[i].z);
     return z <= params_.max_depth_m && static_cast<double>(match.reference_depth_m[i]) <= params_.max_depth_m;
   }
@@ -137,13 +146,22 @@ class TrajectoryConsistencyFilter final : public Filter {
     }
   }
 
-  void judge_rigid(const Evidence& evidence, const Match& match, const RigidMotion& motion,
-                   Votes& votes) const {
+  void judge_rigid(const Evidence& evidence, const Match& match, const RigidMotion& motion, Votes& votes) {
     if (params_.threshold == TrajectoryThreshold::Metric) return judge_metric(evidence, match, motion, votes);
+    if (params_.measured_noise) return judge_measured(evidence, match, motion, votes);
+    judge_noise(evidence, match, motion, {params_.pixel_sigma_px, params_.depth_sigma_factor}, votes);
+  }
+
+  /// Standard deviations: of a correspondence, and of a depth in units of the sensor's model.
+  struct Noise {
+    double pixel_px, depth_factor;
+  };
+
+  void judge_noise(const Evidence& evidence, const Match& match, const RigidMotion& motion,
+                   const Noise& sigma, Votes& votes) const {
     RigidResidualNoise noise;
-    noise.pixel_sigma_px = params_.pixel_sigma_px;
-    noise.depth_noise.base_m *= params_.depth_sigma_factor;
-    noise.depth_noise.quadratic_per_m *= params_.depth_sigma_factor;
+    noise.pixel_sigma_px = sigma.pixel_px;
+    noise.depth_noise = DepthNoise().scaled(sigma.depth_factor);
     const bool fitted = motion.inliers > 0;
     const RigidResidualModel residual(*evidence.frame().camera, motion.T_current_reference, noise,
                                       fitted ? motion.covariance.data() : nullptr);
@@ -153,6 +171,45 @@ class TrajectoryConsistencyFilter final : public Filter {
       if (r.valid && possible(displacement_m(motion, match, evidence, i), votes, i))
         cast(votes, i, static_cast<double>(r.chi2), params_.max_chi2);
     }
+  }
+
+  /// Noise and motion depend on each other: a fit under too little noise follows the errors of the depths.
+  void judge_measured(const Evidence& evidence, const Match& match, RigidMotion motion, Votes& votes) {
+    collect_measured(evidence, match, motion);
+    std::optional<Noise> noise = measure(evidence, match, motion);
+    for (int k = 0; k < kRefits && noise && motion.inliers > 0; ++k) {
+      fit_under(*noise, evidence, match, motion);
+      noise = measure(evidence, match, motion);
+    }
+    if (!noise) votes.note("noise: not measured, too few neighbours");
+    Noise used = noise.value_or(Noise{0, 0});
+    used.pixel_px = std::max(used.pixel_px, params_.pixel_sigma_px);
+    used.depth_factor = std::max(used.depth_factor, params_.depth_sigma_factor);
+    judge_noise(evidence, match, motion, used, votes);
+  }
+  /// The features that the motion was fitted on, with depth in both frames.
+  void collect_measured(const Evidence& evidence, const Match& match, const RigidMotion& motion) {
+    if (motion.inliers == 0) evidence.collect_seeds(match, false, seeds_);  // the host's
+    const auto flat = [&](int seed) {
+      const auto i = static_cast<std::size_t>(seed);
+      return !has_depth(match.reference_points_m[i].z) || !has_depth(evidence.points_m()[i].z);
+    };
+    seeds_.erase(std::remove_if(seeds_.begin(), seeds_.end(), flat), seeds_.end());
+  }
+  std::optional<Noise> measure(const Evidence& evidence, const Match& match, const RigidMotion& motion) {
+    misses_.measure(*evidence.frame().camera, motion.T_current_reference,
+                    {match.reference_points_m, evidence.points_m(), evidence.pixels()}, seeds_);
+    const std::optional<double> pixel_px = neighbour_noise_.whole_scale(misses_.misses(), kNeighbours_px);
+    if (!pixel_px) return std::nullopt;
+    return Noise{*pixel_px, misses_.depth_factor()};
+  }
+  void fit_under(const Noise& noise, const Evidence& evidence, const Match& match, RigidMotion& motion) {
+    RigidMotionOptions& options = refit_.options();
+    options.pixel_sigma_px = std::max(noise.pixel_px, RigidMotionOptions().pixel_sigma_px);
+    options.depth_noise = DepthNoise().scaled(noise.depth_factor);
+    const RigidMotion finer = refit_.refine(*evidence.frame().camera, match.reference_points_m,
+                                            evidence.points_m(), seeds_, motion.T_current_reference);
+    if (finer.ok) motion = finer;
   }
 
   void judge_metric(const Evidence& evidence, const Match& match, const RigidMotion& motion,
@@ -185,8 +242,14 @@ class TrajectoryConsistencyFilter final : public Filter {
     votes.cast(i, distance > limit ? Vote::Dynamic : Vote::Static, suspicion(distance, limit));
   }
 
+  static constexpr float kNeighbours_px = 30;  ///< whose misses are compared
+  static constexpr int kRefits = 2;            ///< on TUM frames a third changes next to nothing
+
   Params params_;
   std::vector<int> seeds_;
+  RigidMisses misses_;
+  NeighbourNoise neighbour_noise_;
+  RigidMotionEstimator refit_;
 };
 
 }  // namespace dynfilter

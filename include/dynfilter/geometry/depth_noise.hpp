@@ -27,6 +27,8 @@ struct DepthNoise {
     const double d = depth_m - offset_m;
     return base_m + quadratic_per_m * d * d;
   }
+  /// The same sensor with `factor` times the standard deviation at every depth.
+  DepthNoise scaled(double factor) const { return {factor * base_m, factor * quadratic_per_m, offset_m}; }
 };
 
 }  // namespace dynfilter

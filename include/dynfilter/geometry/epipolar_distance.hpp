@@ -55,14 +55,21 @@ inline Eigen::Matrix3d camera_matrix(const Camera& camera) {
 
 }  // namespace detail
 
+/// Offset [px] of the current point from the epipolar line of the reference point. Its sign is the side of
+/// the line, which is the same for neighbours away from the epipole.
+/// Infinite if the line is undefined, with the reference point at the epipole.
+inline double epipolar_offset_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
+  const double x = reference.x, y = reference.y;
+  const double X = F[0] * x + F[1] * y + F[2], Y = F[3] * x + F[4] * y + F[5], Z = F[6] * x + F[7] * y + F[8];
+  const double norm = std::sqrt(X * X + Y * Y);
+  return norm > 0 ? (X * current.x + Y * current.y + Z) / norm : HUGE_VAL;
+}
+
 /// Distance [px] of the current point from the epipolar line of the reference point,
 ///   D = |p2' F p1| / sqrt(X^2 + Y^2),  (X, Y, Z) = F p1     (RTS-SLAM, eq. 4).
 /// Infinite if the line is undefined, with the reference point at the epipole.
 inline double epipolar_distance_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
-  const double x = reference.x, y = reference.y;
-  const double X = F[0] * x + F[1] * y + F[2], Y = F[3] * x + F[4] * y + F[5], Z = F[6] * x + F[7] * y + F[8];
-  const double norm = std::sqrt(X * X + Y * Y);
-  return norm > 0 ? std::abs(X * current.x + Y * current.y + Z) / norm : HUGE_VAL;
+  return std::abs(epipolar_offset_px(F, reference, current));
 }
 
 /// First-order distance [px] of the match to the epipolar variety in the joint image

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +13,12 @@
 #include <vector>
 
 namespace dynfilter {
+
+/// Coordinates of a miss that a model determines.
+enum class MissAxes {
+  One,  ///< across a line; the other coordinate is zero
+  Two   ///< of a point
+};
 
 /// What is left of a match after a motion was taken off.
 struct Miss {
@@ -27,14 +34,18 @@ struct Miss {
 /// majority of static points.
 ///
 /// The squared difference of two misses with variance s^2 per axis is exponential with mean 4 s^2, so its
-/// median is 4 s^2 ln 2. O(n), about 60 us for 1000 points. Owns its scratch.
+/// median is 4 s^2 ln 2. On one axis its median is 0.4549 times 2 s^2 (chi-square, one degree of freedom).
+/// O(n), about 60 us for 1000 points. Owns its scratch.
 class NeighbourNoise {
  public:
   static constexpr std::size_t kMinPairs = 20;
+  /// Whole error over the noise that neighbours do not share, at most. Larger misses that neighbours agree on
+  /// are motion.
+  static constexpr double kMostShared = 4;
 
   /// The noise in units of `predicted_px`: 1 where the prediction is right. None with fewer than kMinPairs
   /// pairs. Does not depend on the order of the misses.
-  std::optional<double> scale(Span<const Miss> misses, float reach_px) {
+  std::optional<double> scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two) {
     places_.clear();
     for (const Miss& miss : misses) places_.push_back(miss.place_px);
     grid_.build(Span<const cv::Point2f>(places_), reach_px);
@@ -43,12 +54,27 @@ class NeighbourNoise {
       if (const int other = nearest(misses, k, reach_px); other >= 0)
         compare(misses[k], misses[static_cast<std::size_t>(other)]);
     if (differences_.size() < kMinPairs) return std::nullopt;
-    return std::sqrt(static_cast<double>(median_in_place(differences_)) / (2 * std::log(2.0)));
+    return std::sqrt(static_cast<double>(median_in_place(differences_)) / median_chi2(axes));
+  }
+
+  /// The same with what neighbours share (calibration, clock, blur): the median miss, within
+  /// [1, kMostShared] times scale(). As long as less than half of the misses are those of movers it measures
+  /// the static ones; beyond that the bound holds.
+  std::optional<double> whole_scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two) {
+    const std::optional<double> unshared = scale(misses, reach_px, axes);
+    if (!unshared) return std::nullopt;
+    differences_.clear();
+    for (const Miss& miss : misses)
+      differences_.push_back(miss.miss_px.dot(miss.miss_px) / (miss.predicted_px * miss.predicted_px));
+    const double whole = std::sqrt(static_cast<double>(median_in_place(differences_)) / median_chi2(axes));
+    return std::clamp(whole, *unshared, kMostShared * *unshared);
   }
 
  private:
   static constexpr float kMinApart_px = 3;     ///< nearer ones are nearly the same patch
   static constexpr float kSameSurface = 0.1F;  ///< depths that differ by no more than this share
+
+  static double median_chi2(MissAxes axes) { return axes == MissAxes::One ? 0.4549 : 2 * std::log(2.0); }
 
   int nearest(Span<const Miss> misses, std::size_t k, float reach_px) const {
     const Miss& miss = misses[k];

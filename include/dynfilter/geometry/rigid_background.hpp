@@ -12,6 +12,7 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/motion_selection.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
+#include <dynfilter/geometry/rigid_misses.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -92,7 +93,7 @@ class RigidBackgroundEstimator {
   /// Noise of this frame's matches that neighbours do not share [px per axis].
   double match_noise_px() const { return match_noise_px_; }
   /// Error of this frame's depths in units of the sensor's model, at least 1.
-  double depth_factor() const { return depth_factor_; }
+  double depth_factor() const { return misses_.depth_factor(); }
   /// Forgets how smoothly the camera moves.
   void reset() {
     usual_miss_px_ = kUnknownMiss_px;
@@ -107,11 +108,10 @@ class RigidBackgroundEstimator {
   static constexpr double kMinShare = 0.04;      ///< of the points: what the background must explain
   static constexpr float kExplained = 0.1F;      ///< a fit from which on a point is explained: 3 fit widths
   static constexpr double kGraduated_px[] = {12, 5, 2, 1};  ///< noise assumed by one fit after the other
-  static constexpr double kLooseDepth = 10;                 ///< depth factor of these fits
-  static constexpr double kGraduatedReach_px = 3;  ///< misses below this tell how exact the depths are
-  static constexpr float kNeighbourReach_px = 40;  ///< a cell of the grid
-  static constexpr double kSupportWidth = 0.7;     ///< of the noise: RANSAC finds the sharper points
-  static constexpr float kPrice_nats = 15;         ///< of six parameters; fitted, see the filter's card
+  static constexpr double kLooseDepth = RigidMisses::kMostDepthFactor;  ///< depth factor of these fits
+  static constexpr float kNeighbourReach_px = 40;                       ///< a cell of the grid
+  static constexpr double kSupportWidth = 0.7;  ///< of the noise: RANSAC finds the sharper points
+  static constexpr float kPrice_nats = 15;      ///< of six parameters; fitted, see the filter's card
   static constexpr float kFirstPrice_nats =
       8;  ///< before anything was followed, that several things move is likely
   static constexpr double kFarShare = 0.4;          ///< of the points: those at the back
@@ -210,16 +210,16 @@ class RigidBackgroundEstimator {
   void measure_noise() {
     graduated_ = fit_gradually();
     const Pose start = graduated_.ok ? graduated_.T_current_reference : scene_->expected.value_or(Pose());
-    collect_misses(start);
-    rigid_.options().depth_noise = scaled(depth_factor_);
-    match_noise_px_ = neighbour_noise_.scale(misses_, kNeighbourReach_px).value_or(kFirstNoise_px);
+    misses_.measure(scene_->camera, start, {scene_->reference_m, scene_->current_m, scene_->pixels}, points_);
+    rigid_.options().depth_noise = DepthNoise().scaled(depth_factor());
+    match_noise_px_ = neighbour_noise_.scale(misses_.misses(), kNeighbourReach_px).value_or(kFirstNoise_px);
     noise_px_ = std::max(kNarrow_px, scene_->noise_ratio * match_noise_px_);
   }
   /// A fit to all points whose reach shrinks: it follows most of them, wherever it begins.
   RigidMotion fit_gradually() {
     RigidMotion motion;
     Pose start = scene_->expected.value_or(Pose());
-    rigid_.options().depth_noise = scaled(kLooseDepth);
+    rigid_.options().depth_noise = DepthNoise().scaled(kLooseDepth);
     for (const double sigma_px : kGraduated_px) {
       rigid_.options().pixel_sigma_px = sigma_px;
       const RigidMotion finer =
@@ -229,33 +229,6 @@ class RigidBackgroundEstimator {
       start = finer.T_current_reference;
     }
     return motion;
-  }
-  void collect_misses(const Pose& T) {
-    const Eigen::Matrix3d R = T.R();
-    const DepthNoise sensor;
-    misses_.clear();
-    depth_misses_.clear();
-    for (const int i : points_) {
-      const auto k = static_cast<std::size_t>(i);
-      const cv::Point3f &p = scene_->reference_m[k], &c = scene_->current_m[k];
-      const Eigen::Vector3d q = R * Eigen::Vector3d(p.x, p.y, p.z) + T.t();
-      const double x_px = scene_->camera.fx_px * (c.x / c.z - q.x() / q.z()),
-                   y_px = scene_->camera.fy_px * (c.y / c.z - q.y() / q.z());
-      misses_.push_back({scene_->pixels[k], c.z, {static_cast<float>(x_px), static_cast<float>(y_px)}, 1});
-      if (!(norm(x_px, y_px) < kGraduatedReach_px)) continue;
-      const double then_m = sensor.sigma_m(p.z), now_m = sensor.sigma_m(c.z);
-      depth_misses_.push_back(static_cast<float>(std::abs(q.z() - c.z) / norm(then_m, now_m)));
-    }
-    constexpr double kMedianOfSigma = 0.6745;
-    depth_factor_ = depth_misses_.size() < kMinSettled
-                        ? 1
-                        : std::clamp(median_in_place(depth_misses_) / kMedianOfSigma, 1.0, kLooseDepth);
-  }
-  static DepthNoise scaled(double factor) {
-    DepthNoise noise;
-    noise.base_m *= factor;
-    noise.quadratic_per_m *= factor;
-    return noise;
   }
   /// At first sight a motion between the background's and a mover's may explain both within the noise.
   double peel_px() const {
@@ -373,7 +346,7 @@ class RigidBackgroundEstimator {
     const Eigen::Matrix3f R = T.R().cast<float>();
     const Eigen::Vector3f t = T.t().cast<float>();
     const auto fx = static_cast<float>(scene_->camera.fx_px), fy = static_cast<float>(scene_->camera.fy_px);
-    const DepthNoise noise = scaled(depth_factor_);
+    const DepthNoise noise = DepthNoise().scaled(depth_factor());
     for (std::size_t k = 0; k < points.size(); ++k) {
       const cv::Point3f &p = scene_->reference_m[static_cast<std::size_t>(points[k])],
                         &c = scene_->current_m[static_cast<std::size_t>(points[k])];
@@ -599,8 +572,7 @@ class RigidBackgroundEstimator {
   RigidMotion graduated_;
   NeighbourNoise neighbour_noise_;
   MotionSelection selection_;
-  std::vector<Miss> misses_;
-  std::vector<float> depth_misses_;
+  RigidMisses misses_;
   std::vector<float> image2_px2_, depth2_, fit_;  ///< proposals x points
   std::vector<float> weights_, prices_;
   std::vector<std::size_t> selected_, owner_;
@@ -609,7 +581,7 @@ class RigidBackgroundEstimator {
   std::vector<cv::Point2f> places_;
   PointGrid grid_;
   std::size_t chosen_ = 0;
-  double match_noise_px_ = kFirstNoise_px, noise_px_ = kFirstNoise_px, depth_factor_ = 1;
+  double match_noise_px_ = kFirstNoise_px, noise_px_ = kFirstNoise_px;
   double usual_miss_px_ = kUnknownMiss_px, confidence_ = 1;
 };
 
