@@ -126,7 +126,7 @@ class TrajectoryConsistencyFilter final : public Filter {
 
  private:
   bool judgeable(const Evidence& evidence, const Match& match, std::size_t i) const {
-    if (!evidence.judged(i) || !match.found(i) || !match.has_depth(i)) return false;
+    if (!evidence.judged(i) || !match.found(i) || !match.valid_depth(i)) return false;
     const double z = static_cast<double>(evidence.points_m()[i].z);
     return z <= params_.max_depth_m && static_cast<double>(match.reference_depth_m[i]) <= params_.max_depth_m;
   }
@@ -192,7 +192,7 @@ class TrajectoryConsistencyFilter final : public Filter {
     if (motion.inliers == 0) evidence.collect_seeds(match, false, seeds_);  // the host's
     const auto flat = [&](int seed) {
       const auto i = static_cast<std::size_t>(seed);
-      return !has_depth(match.reference_points_m[i].z) || !has_depth(evidence.points_m()[i].z);
+      return !valid_depth(match.reference_points_m[i].z) || !valid_depth(evidence.points_m()[i].z);
     };
     seeds_.erase(std::remove_if(seeds_.begin(), seeds_.end(), flat), seeds_.end());
   }
