@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/geometry/two_view_model.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

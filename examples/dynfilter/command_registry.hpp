@@ -4,6 +4,7 @@
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
+#include <dynfilter/semantic/provider_registry.hpp>
 #include <memory>
 #include <string>
 #include <vector>

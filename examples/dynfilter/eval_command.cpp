@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/eval/statistics.hpp>
+#include <dynfilter/io/trajectory.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/registry.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

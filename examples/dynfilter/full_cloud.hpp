@@ -4,9 +4,12 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/io/ply.hpp>
 #include <dynfilter/mapping/depth_cut.hpp>
 #include <dynfilter/mapping/depth_points.hpp>
+#include <dynfilter/mapping/map_frame.hpp>
+#include <dynfilter/mapping/map_params.hpp>
 #include <filesystem>
 #include <string>
 #include <utility>

@@ -3,8 +3,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/io/pose_lookup.hpp>
+#include <dynfilter/io/trajectory.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/mapping/map_frame.hpp>
+#include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/static_map.hpp>
 #include <dynfilter/synth/map_truth.hpp>
 #include <dynfilter/synth/scene_file.hpp>

@@ -5,8 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/text_lines.hpp>
+#include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/keyframe/make_selector.hpp>
+#include <dynfilter/keyframe/pose_change.hpp>
+#include <dynfilter/keyframe/selector.hpp>
+#include <dynfilter/keyframe/vertex_cover_selector.hpp>
 #include <functional>
 #include <memory>
 #include <string>

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/mapping/map_frame.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -2,6 +2,17 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/io/trajectory.hpp>
+#include <dynfilter/keyframe/frame_summary.hpp>
+#include <dynfilter/mapping/map_frame.hpp>
+#include <dynfilter/mapping/map_params.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 
 #include <algorithm>
 #include <cstddef>

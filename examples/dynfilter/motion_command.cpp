@@ -1,5 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -4,7 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <memory>
 #include <opencv2/core.hpp>

@@ -4,7 +4,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/stage.hpp>
 #include <map>
 #include <numeric>
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/pipeline/presets.hpp>
 
 #include <CLI/CLI.hpp>
 #include <dynfilter/core/yaml.hpp>

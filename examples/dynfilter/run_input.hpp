@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/image_file.hpp>

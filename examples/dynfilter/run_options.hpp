@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <string>
 #include <vector>

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/io/atomic_file.hpp>
 
 #include <cstddef>
 #include <dynfilter/io/atomic_folder.hpp>

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/eval/ate.hpp>
 #include <dynfilter/eval/classification.hpp>
 #include <dynfilter/eval/rpe.hpp>

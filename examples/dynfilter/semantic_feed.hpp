@@ -2,6 +2,12 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/eval/statistics.hpp>
+#include <dynfilter/semantic/provider.hpp>
+#include <dynfilter/semantic/runner.hpp>
 
 #include <algorithm>
 #include <cstdint>

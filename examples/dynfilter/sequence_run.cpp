@@ -2,6 +2,14 @@
 #include "sequence_run.hpp"
 
 #include <fmt/format.h>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/eval/classification.hpp>
+#include <dynfilter/io/detections.hpp>
+#include <dynfilter/io/trajectory.hpp>
+#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/semantic/detector_yaml.hpp>
 
 #include <algorithm>
 #include <chrono>

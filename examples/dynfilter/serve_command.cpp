@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <unistd.h>
+#include <dynfilter/semantic/provider.hpp>
 
 #include <CLI/CLI.hpp>
 #include <dynfilter/semantic/process_protocol.hpp>

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <dynfilter/core/verdict.hpp>
 
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/stage.hpp>
 #include <map>
 #include <set>
 #include <string>

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/synth/scene_file.hpp>
+#include <dynfilter/synth/scenes.hpp>
+#include <dynfilter/synth/sequence.hpp>
 
 #include <CLI/CLI.hpp>
 #include <dynfilter/synth/sequence_writer.hpp>

@@ -1,5 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <dlfcn.h>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 
 #include <dynfilter/facade/facade.hpp>
 #include <dynfilter/filters/builtin.hpp>

@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/adapters/masked_host.hpp>
 #include <dynfilter/adapters/orb_slam.hpp>
+#include <dynfilter/adapters/orb_slam/host_detector.hpp>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/semantic/provider.hpp>
+#include <dynfilter/semantic/provider_registry.hpp>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/adapters/masked_image.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <limits>
 #include <opencv2/features2d.hpp>
 #include <random>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <vector>
 
@@ -41,7 +42,7 @@ class Frames {
   }
 
  private:
-  StoredFrame reference_;
+  PastFrame reference_;
 };
 
 Seen at(float x, float y, float depth_m = 2) {

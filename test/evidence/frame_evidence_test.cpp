@@ -1,5 +1,16 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/evidence/history.hpp>
+#include <dynfilter/geometry/depth_sampler.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 
 #include "doctest/doctest.h"
@@ -91,7 +102,7 @@ TEST_CASE("what is kept does not depend on the host's buffers") {
   depths[0] = 9;
   frame.id = 1;
   evidence.begin(frame, CallPoint::BeforePose);
-  const PastFrame* stored = evidence.match({}).reference;
+  const auto* stored = static_cast<const StoredFrame*>(evidence.match({}).reference);
   REQUIRE(stored != nullptr);
   CHECK(stored->keypoints[0].pt.x == 20.0F);
   CHECK(stored->depth_m[0] == 2.0F);

@@ -1,6 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <bitset>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/evidence/history.hpp>
+#include <dynfilter/evidence/matched_features.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <limits>
 
@@ -47,7 +55,7 @@ TEST_CASE("matched features: the host's index, and the distance as counted bit b
 }
 
 TEST_CASE("matched features: with flow, the feature nearest to where it ends") {
-  StoredFrame then;
+  PastFrame then;
   then.keypoints = {{10, 10, 31}, {20, 20, 31}, {23, 20, 31}};
   then.descriptors = (cv::Mat_<std::uint8_t>(3, 2) << 0, 0, 255, 0, 0, 3);
   Match match;

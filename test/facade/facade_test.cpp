@@ -1,5 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/facade/dynfilter.h>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
 
 #include <cmath>
 #include <cstdint>

@@ -1,7 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cstdlib>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/background_motion.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_camera.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
+#include <dynfilter/synth/exact_scene_motion.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <functional>

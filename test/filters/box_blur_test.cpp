@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/box_blur.hpp>
 #include <dynfilter/synth/random.hpp>
 #include <limits>

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cstdlib>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/registry.hpp>
 #include <dynfilter/filters/builtin.hpp>
 #include <fstream>
 #include <sstream>

@@ -1,5 +1,12 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/epipolar.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
+#include <dynfilter/synth/exact_scene_motion.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <limits>
@@ -87,7 +94,7 @@ TEST_CASE("movers do not raise the measured noise: sharp frames are judged as wi
     const Votes without = judge(a, scene, 18), with = judge(b, scene, 18);
     for (std::size_t i = 0; i < without.size(); ++i) {
       CHECK(with[i] == without[i]);
-      CHECK(with.score(i) == without.score(i));
+      CHECK(with.suspicion(i) == without.suspicion(i));
     }
   }
 }
@@ -99,7 +106,7 @@ TEST_CASE("with fewer than 20 pairs of neighbours max_distance_px counts as it i
   REQUIRE(without.count(Vote::Unknown) < without.size());
   for (std::size_t i = 0; i < without.size(); ++i) {
     CHECK(with[i] == without[i]);
-    CHECK(with.score(i) == without.score(i));
+    CHECK(with.suspicion(i) == without.suspicion(i));
   }
 }
 

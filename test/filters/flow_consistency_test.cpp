@@ -1,6 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/evidence/feature_tracks.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/evidence/history.hpp>
 #include <dynfilter/filters/flow_consistency.hpp>
+#include <dynfilter/geometry/sampling.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_motion.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <limits>
@@ -204,7 +217,7 @@ TEST_CASE("flow_consistency: the last frame's votes follow the features' order")
     REQUIRE(at != frame.point.end());
     const auto k = static_cast<std::size_t>(at - frame.point.begin());
     CHECK(permuted[i] == votes[k]);
-    CHECK(permuted.score(i) == votes.suspicion(k));
+    CHECK(permuted.suspicion(i) == votes.suspicion(k));
   }
 }
 
@@ -285,7 +298,7 @@ TEST_CASE("flow_consistency: all features in one place, on one line, on the edge
 }
 
 TEST_CASE("feature tracks: chained by the host's index, or by the nearest feature of the last frame") {
-  StoredFrame stored;
+  PastFrame stored;
   FeatureTracks tracks({4});
   Match match;
   const auto matched = [&](const cv::Point2f& px, int index) {

@@ -1,9 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <dynfilter/cluster/clusters.hpp>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/dbscan.hpp>
 #include <dynfilter/filters/descriptor_distance.hpp>
 #include <dynfilter/filters/gms.hpp>
 #include <dynfilter/filters/trajectory_consistency.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
+#include <dynfilter/synth/exact_scene_motion.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <limits>

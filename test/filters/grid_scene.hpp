@@ -2,7 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <utility>
 #include <vector>
@@ -42,7 +49,7 @@ struct GridScene {
 };
 
 /// Runs one filter on one frame like a pipeline.
-inline dynfilter::Votes votes_of(dynfilter::Filter& filter, const dynfilter::Evidence& evidence,
+inline dynfilter::Votes votes_of(dynfilter::Filter& filter, dynfilter::FrameEvidence& evidence,
                                  const dynfilter::FrameView& frame) {
   dynfilter::Votes votes;
   votes.reset(frame.size());

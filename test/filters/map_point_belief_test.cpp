@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/map_point_belief.hpp>
 
 #include "doctest/doctest.h"

@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/multi_model.hpp>
+#include <dynfilter/geometry/sampling.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <limits>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/filters/neighbour_field.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>

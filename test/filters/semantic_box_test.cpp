@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/box_foreground.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/filters/semantic_box.hpp>
 #include <limits>
 

@@ -1,4 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/evidence/mask_lookup.hpp>
+#include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/filters/semantic_mask.hpp>
 #include <limits>
 #include <opencv2/imgproc.hpp>

@@ -1,5 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/camera_motion.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/trajectory_consistency.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
+#include <dynfilter/synth/exact_scene_motion.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <limits>
@@ -177,7 +185,7 @@ TEST_CASE("with fewer than 20 pairs of neighbours the assumed noise counts, and 
   REQUIRE(fixed.count(Vote::Static) >= 10);
   for (std::size_t i = 0; i < fixed.size(); ++i) {
     CHECK(votes[i] == fixed[i]);
-    CHECK(votes.score(i) == fixed.score(i));
+    CHECK(votes.suspicion(i) == fixed.suspicion(i));
   }
   CHECK(fixed_note.find("noise") == std::string::npos);
   CHECK(note.find("noise: not measured, too few neighbours") != std::string::npos);

@@ -1,7 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include <array>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
+#include <dynfilter/synth/exact_scene_motion.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <filesystem>

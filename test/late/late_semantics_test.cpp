@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/late/carried_box.hpp>
+#include <dynfilter/late/carried_mask.hpp>
 #include <dynfilter/late/late_semantics.hpp>
+#include <dynfilter/late/motion_trail.hpp>
 #include <limits>
 
 #include "doctest/doctest.h"
@@ -27,7 +32,7 @@ struct Walk {
     return image;
   }
   void add(int k, MotionTrail& trail, std::int64_t from = -2) const {
-    StoredFrame last;
+    PastFrame last;
     last.id = from == -2 ? k - 1 : from;
     Match match;
     match.reference = k > 0 ? &last : nullptr;

@@ -1,5 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/pipeline/compose.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+
+#include <dynfilter/pipeline/combinators.hpp>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"

@@ -2,7 +2,13 @@
 #pragma once
 
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <functional>
 #include <string>

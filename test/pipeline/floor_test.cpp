@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/floor.hpp>
+#include <dynfilter/pipeline/pipeline_params.hpp>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"

@@ -1,8 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/compose.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/pipeline_params.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <memory>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 
 #include "doctest/doctest.h"

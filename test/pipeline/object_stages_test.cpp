@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <dynfilter/filters/mask_components.hpp>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/evidence/mask_components.hpp>
+#include <dynfilter/evidence/mask_lookup.hpp>
 #include <dynfilter/pipeline/compose.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/synth/random.hpp>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+
+#include <dynfilter/pipeline/combinators.hpp>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"

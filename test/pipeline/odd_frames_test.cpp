@@ -1,7 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <filesystem>
 #include <limits>

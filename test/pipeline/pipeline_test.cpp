@@ -1,5 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/pipeline/compose.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/pipeline_params.hpp>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"
@@ -24,7 +33,12 @@ PipelineConfig config_with(StagePtr before) {
 /// Records how many earlier frames are kept.
 StagePtr count_history(std::vector<std::size_t>& log, int frames = 3) {
   return stage(std::make_unique<Scripted>(
-      "count", [&log](const Evidence& evidence, Votes&) { log.push_back(evidence.history().size() - 1); },
+      "count",
+      [&log](const Evidence& evidence, Votes&) {
+        log.push_back(0);
+        for (std::int64_t id = 0; id < 100; ++id)
+          if (id != evidence.frame().id && evidence.kept_frame(id) != nullptr) ++log.back();
+      },
       Needs{Input::None, Input::None, frames}));
 }
 

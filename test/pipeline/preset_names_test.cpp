@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <unistd.h>
+#include <dynfilter/core/error.hpp>
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/yaml.hpp>
 #include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
+#include <dynfilter/synth/exact_scene_motion.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/sequence.hpp>
 #include <filesystem>

@@ -1,6 +1,14 @@
 // SPDX-License-Identifier: MIT
 // One hand-made case for each rule of each published preset.
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/random.hpp>

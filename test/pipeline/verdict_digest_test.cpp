@@ -4,7 +4,13 @@
 // what differs, and write the new numbers into verdict_digests.txt. No images: their filters come from OpenCV,
 // which decides by the processor.
 #include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/dynfilter.hpp>
+#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <filesystem>
 #include <fstream>
@@ -83,7 +89,8 @@ TEST_CASE("verdict digests of the presets are those on record") {
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().stem().string();
     if (entry.path().extension() != ".yaml" || name == "oracle") continue;
-    for (const synth::Preset scene : {synth::Preset::General, synth::Preset::Majority, synth::Preset::Rigid}) {
+    for (const synth::Preset scene :
+         {synth::Preset::General, synth::Preset::Majority, synth::Preset::Rigid}) {
       const std::string key = name + " " + to_string(scene);
       INFO(key, " ", digest_of(entry.path(), scene));
       CHECK(recorded[key] == digest_of(entry.path(), scene));

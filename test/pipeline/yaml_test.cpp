@@ -1,8 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include <cstdlib>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/correspondence/descriptor_match_params.hpp>
+#include <dynfilter/correspondence/flow_params.hpp>
+#include <dynfilter/evidence/correspondence_params.hpp>
+#include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/pipeline_params.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <fstream>
 #include <sstream>
+
+#include <dynfilter/pipeline/combinator_table.hpp>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <cstdlib>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/yaml.hpp>
+#include <dynfilter/plugin/abi.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
+#include <dynfilter/semantic/provider.hpp>
+#include <dynfilter/semantic/provider_registry.hpp>
 #include <fstream>
 
 #include "doctest/doctest.h"

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>
+#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/synth/exact_scene_frame.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 
 #include "doctest/doctest.h"

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 
 namespace dynfilter::odometry {

@@ -4,7 +4,10 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/io/trajectory.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
 #include <optional>
 #include <vector>

@@ -7,6 +7,7 @@
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/stage.hpp>
 #include <optional>
 #include <string>
 #include <utility>

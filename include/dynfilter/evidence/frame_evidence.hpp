@@ -92,7 +92,8 @@ class FrameEvidence final : public Evidence {
 
   const Match& match(const Reference& reference) const override { return matches_.match(reference); }
   const Match& match_with(std::int64_t frame_id) const override { return matches_.match_with(frame_id); }
-  const MatchedFeatures& matched_features(const Match& match, double max_offset_px) const override {
+  const MatchedFeatures& matched_features(
+      const Match& match, double max_offset_px = MatchedFeatures::kMaxOffsetPx) const override {
     return matches_.matched_features(match, max_offset_px);
   }
   const FeatureTracks& tracks(const TrackOptions& options) const override { return tracks_.tracks(options); }

@@ -40,27 +40,6 @@ DYNFILTER_INLINE bool MaskLookup::near(const cv::Point2f& px, double radius_px) 
   return any_chord(px, radius_px, [&](int row, int from, int to) { return any(row, from, to); });
 }
 
-template <class F>
-bool MaskLookup::any_chord(const cv::Point2f& px, double radius_px, const F& f) const {
-  if (empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;
-  if (inside(px)) {
-    const int column = column_of(std::round(px.x));
-    if (f(row_of(std::round(px.y)), column, column)) return true;
-  }
-  if (!(radius_px > 0)) return false;
-  const double x = std::round(static_cast<double>(px.x)), y = std::round(static_cast<double>(px.y));
-  const int first = first_within((y - radius_px + 0.5) * scale_y_ - 0.5);
-  const int last = last_within((y + radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
-  for (int row = first; row <= last; ++row) {
-    const double dy = (row + 0.5) / scale_y_ - 0.5 - y;
-    const double half = std::sqrt(std::max(0.0, radius_px * radius_px - dy * dy));
-    const int from = first_within((x - half + 0.5) * scale_x_ - 0.5);
-    const int to = last_within((x + half + 0.5) * scale_x_ - 0.5, labels_.cols);
-    if (from <= to && f(row, from, to)) return true;
-  }
-  return false;
-}
-
 inline bool MaskLookup::any(int row, int from, int to) const {
   const std::uint8_t* pixels = labels_.ptr<std::uint8_t>(row);
   while (from <= to) {
