@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <dynfilter/context/match.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/geometry/pack.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -38,7 +40,7 @@ class FeatureTracks {
     goes_on_ = match.reference != nullptr && has_last_ && match.reference->id == last_id_;
     std::swap(past_, last_past_);
     std::swap(length_, last_length_);
-    past_.resize(n * (max_length_ + 1));
+    past_.resize(n * row_places());
     length_.assign(n, 0);
     previous_.assign(n, -1);
     if (goes_on_) lay_out_last();
@@ -68,6 +70,7 @@ class FeatureTracks {
 
  private:
   static constexpr float kDepthShare = 0.04F;
+  static constexpr std::size_t kPadding = 3;  ///< places per feature that shift_places() may overwrite
 
   struct Place {
     cv::Point2f undistorted_px;
@@ -78,10 +81,11 @@ class FeatureTracks {
     float depth_m;
     std::int32_t index;
   };
+  std::size_t row_places() const { return max_length_ + 1 + kPadding; }
   const Place& place(std::size_t i, int k) const {
-    return past_[i * (max_length_ + 1) + static_cast<std::size_t>(k)];
+    return past_[i * row_places() + static_cast<std::size_t>(k)];
   }
-  Place& place(std::size_t i, int k) { return past_[i * (max_length_ + 1) + static_cast<std::size_t>(k)]; }
+  Place& place(std::size_t i, int k) { return past_[i * row_places() + static_cast<std::size_t>(k)]; }
 
   int previous_of(const Match& match, std::size_t i) const {
     const int index = match.correspondences.reference_index[i];
@@ -116,7 +120,21 @@ class FeatureTracks {
     last_by_place_.clear();
     for (const std::int32_t j : grid_.entries()) {
       const auto k = static_cast<std::size_t>(j);
-      last_by_place_.push_back({last_px_[k], last_past_[k * (max_length_ + 1)].depth_m, j});
+      last_by_place_.push_back({last_px_[k], last_past_[k * row_places()].depth_m, j});
+    }
+  }
+
+  /// Shifts four places at a time, and up to kPadding more than `count`.
+  static void shift_places(const Place* from, int count, const Place& shift, Place* to) {
+    static_assert(sizeof(Place) == 3 * sizeof(float));
+    using Four = detail::Pack::Four;
+    const float x = shift.undistorted_px.x, y = shift.undistorted_px.y, z = shift.depth_m;
+    const Four shifts[3] = {{x, y, z, x}, {y, z, x, y}, {z, x, y, z}};
+    for (int k = 0; k < count; k += 4, from += 4, to += 4) {
+      Four four[3];
+      std::memcpy(four, from, sizeof four);
+      for (int part = 0; part < 3; ++part) four[part] += shifts[part];
+      std::memcpy(static_cast<void*>(to), four, sizeof four);
     }
   }
 
@@ -124,19 +142,18 @@ class FeatureTracks {
     if (previous < 0) return;
     const auto j = static_cast<std::size_t>(previous);
     previous_[i] = previous;
-    const Place* past = &last_past_[j * (max_length_ + 1)];
+    const Place* past = &last_past_[j * row_places()];
     const cv::Point2f shift = place(i, 1).undistorted_px - past[0].undistorted_px;
     const float deeper_m = place(i, 1).depth_m - past[0].depth_m;
     length_[i] = std::min(last_length_[j] + 1, static_cast<int>(max_length_));
-    for (int k = 2; k <= length_[i]; ++k)
-      place(i, k) = {past[k - 1].undistorted_px + shift, past[k - 1].depth_m + deeper_m};
+    shift_places(past + 1, length_[i] - 1, {shift, deeper_m}, &place(i, 2));
   }
 
   std::size_t max_length_;
   float max_jump_px_;
   bool has_last_ = false, goes_on_ = false;
   std::int64_t last_id_ = 0;
-  std::vector<Place> past_, last_past_;  ///< max_length_ + 1 places per feature
+  std::vector<Place> past_, last_past_;  ///< row_places() per feature
   std::vector<cv::Point2f> last_px_;
   std::vector<LastFeature> last_by_place_;
   std::vector<int> length_, last_length_, previous_;

@@ -27,8 +27,8 @@ struct RigidBackgroundScene {
   Span<const float> static_belief;                 ///< [0, 1] from earlier frames; 0.5: unknown
   Span<const float> mobility;                      ///< [0, 1] moved recently; empty: none did
   Span<const int> seeds;                           ///< features that may be used, ascending
-  std::optional<Pose> expected;   ///< T_current_reference of a camera with constant velocity
-  std::optional<Pose> predicted;  ///< T_current_reference of the host
+  std::optional<Pose> expected;                    ///< T_current_reference of a camera with constant velocity
+  std::optional<Pose> predicted;                   ///< T_current_reference of the host
   /// Whole error of a static match over the noise that neighbours do not share.
   double noise_ratio = 1.5;
 };

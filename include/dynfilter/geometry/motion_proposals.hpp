@@ -44,8 +44,8 @@ class MotionProposals {
  public:
   using From = MotionProposal::From;
 
-  static constexpr float kMobile = 0.5F;    ///< mobility from which on a point counts as having moved
-  static constexpr double kMinShare = 0.04;  ///< of the points: support of a motion worth a search
+  static constexpr float kMobile = 0.5F;           ///< mobility from which on a point counts as having moved
+  static constexpr double kMinShare = 0.04;        ///< of the points: support of a motion worth a search
   static constexpr double kLeastRefined_px = 0.1;  ///< inlier noise; a narrower fit loses good points
 
   MotionProposals() : rigid_(rigid_options()) {}
@@ -89,12 +89,12 @@ class MotionProposals {
   static constexpr double kSupportWidth = 0.7;              ///< of the noise: RANSAC finds the sharper points
   static constexpr double kGraduated_px[] = {12, 5, 2, 1};  ///< noise assumed by one fit after the other
   static constexpr double kLooseDepth = RigidMisses::kMostDepthFactor;  ///< depth factor of these fits
-  static constexpr float kNeighbourReach_px = 40;  ///< a cell of the grid
-  static constexpr double kFarShare = 0.4;         ///< of the points, the farthest first
-  static constexpr int kFarSearch = 150;           ///< samples among the far points
-  static constexpr int kSearch = 100;              ///< samples among the points that no motion explains
-  static constexpr int kFirstMotions = 3;          ///< per inlier distance, while no motion is expected
-  static constexpr int kMostSearches = 4;          ///< more movers than that share a motion
+  static constexpr float kNeighbourReach_px = 40;                       ///< a cell of the grid
+  static constexpr double kFarShare = 0.4;                              ///< of the points, the farthest first
+  static constexpr int kFarSearch = 150;                                ///< samples among the far points
+  static constexpr int kSearch = 100;      ///< samples among the points that no motion explains
+  static constexpr int kFirstMotions = 3;  ///< per inlier distance, while no motion is expected
+  static constexpr int kMostSearches = 4;  ///< more movers than that share a motion
 
   static RigidMotionOptions rigid_options() {
     RigidMotionOptions options;

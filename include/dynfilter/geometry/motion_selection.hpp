@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/pack.hpp>
 #include <vector>
@@ -33,12 +32,12 @@ class MotionSelection {
   /// Squared residuals of every motion at every point, one row per motion.
   struct Input {
     std::size_t motions = 0, points = 0;
-    std::size_t stride = 0;             ///< from row to row, at least `points`
-    Span<const float> image2_px2;       ///< not negative
-    Span<const float> depth2;           ///< not negative
-    Span<const float> weights;          ///< one per point
-    Span<const float> prices;           ///< one per motion [nats]
-    double noise_px = 0.3;              ///< predicted, per axis
+    std::size_t stride = 0;        ///< from row to row, at least `points`
+    Span<const float> image2_px2;  ///< not negative
+    Span<const float> depth2;      ///< not negative
+    Span<const float> weights;     ///< one per point
+    Span<const float> prices;      ///< one per motion [nats]
+    double noise_px = 0.3;         ///< predicted, per axis
   };
 
   /// Indices of the selected motions, in the order of selection.
@@ -67,77 +66,90 @@ class MotionSelection {
   double noise_px() const { return noise_px_; }
 
  private:
-  using Pack = detail::Pack;
+  using Four = detail::Pack::Four;
+  static constexpr std::size_t kLanes = 4;
   static constexpr float kNu = 3;         ///< degrees of freedom: tails of real matches, as fitted
   static constexpr float kReach_px = 10;  ///< an outlier is found within this
   static constexpr double kNoiseFactors[] = {0.63, 1.0, 1.6, 2.5, 4.0};  ///< of the predicted noise
   static constexpr double kNoiseSpread = 0.5;      ///< standard deviation of log(noise / predicted) ...
   static constexpr double kPredictionWeight = 30;  ///< ... which counts as so many points
-  static constexpr float kFarthest = 1e12F;        ///< squared residuals are cut off, so that none is infinite
+  static constexpr float kFarthest = 1e12F;  ///< squared residuals are cut off, so that none is infinite
+
+  static Four load(const float* from) {
+    Four four;
+    std::memcpy(&four, from, sizeof four);
+    return four;
+  }
+  static void store(const Four& four, float* to) { std::memcpy(to, &four, sizeof four); }
 
   /// log(1 + x) for x >= 0, with an error of at most 3e-4: a polynomial in the mantissa.
   /// The standard library's function costs ten times as much.
-  DYNFILTER_AS_CALLER static float log1p_of(float x) {
-    const float y = 1 + x;
-    std::uint32_t bits = 0;
+  static Four log1p_of(const Four& x) {
+    using Bits = std::int32_t __attribute__((vector_size(16)));
+    const Four y = 1 + x;
+    Bits bits;
     std::memcpy(&bits, &y, sizeof bits);
-    const auto exponent = static_cast<float>(static_cast<std::int32_t>(bits >> 23) - 127);
-    bits = (bits & 0x007FFFFFU) | 0x3F800000U;
-    float m = 1;
+    const Four exponent = __builtin_convertvector((bits >> 23) - 127, Four);
+    bits = (bits & 0x007FFFFF) | 0x3F800000;
+    Four m;
     std::memcpy(&m, &bits, sizeof m);
     // log2(m) on [1, 2]: least-squares polynomial of degree 4 with exact ends.
-    const float t = m - 1;
-    const float log2m = t * (1.4419F + t * (-0.7096F + t * (0.4148F + t * (-0.1948F + t * 0.0477F))));
+    const Four t = m - 1;
+    const Four log2m = t * (1.4419F + t * (-0.7096F + t * (0.4148F + t * (-0.1948F + t * 0.0477F))));
     return 0.69314718F * (exponent + log2m);
   }
 
-  /// One row per point, so that one pack holds the residuals of eight motions at one point.
+  /// One row per point, so that four lanes hold the residuals of four motions at one point.
   /// Each motion's sum over the points keeps its order.
   void transpose() {
-    const std::size_t motions = in_->motions, points = in_->points;
-    stride_ = (motions + Pack::kWidth - 1) / Pack::kWidth * Pack::kWidth;
-    image2_px2_.resize(stride_ * points);
-    depth2_.resize(stride_ * points);
-    for (std::size_t k = 0; k < points; ++k)
-      for (std::size_t h = 0; h < stride_; ++h) {
-        const bool is_motion = h < motions;
-        image2_px2_[k * stride_ + h] = is_motion ? in_->image2_px2[h * in_->stride + k] : kFarthest;
-        depth2_[k * stride_ + h] = is_motion ? in_->depth2[h * in_->stride + k] : 0;
+    stride_ = (in_->motions + kLanes - 1) / kLanes * kLanes;
+    image2_px2_.assign(stride_ * in_->points, kFarthest);
+    depth2_.assign(stride_ * in_->points, 0);
+    for (std::size_t h = 0; h < in_->motions; ++h) {
+      const float *image2 = in_->image2_px2.data() + h * in_->stride,
+                  *depth2 = in_->depth2.data() + h * in_->stride;
+      for (std::size_t k = 0; k < in_->points; ++k) {
+        image2_px2_[k * stride_ + h] = image2[k];
+        depth2_[k * stride_ + h] = depth2[k];
       }
+    }
   }
 
   void measure_losses(double noise_px) {
-    const std::size_t n = image2_px2_.size();
-    loss_.resize(n);
+    loss_.resize(image2_px2_.size());
     const auto per_s2 = static_cast<float>(1 / (noise_px * noise_px));
     constexpr float kHalf = 0.5F * (kNu + 2);
-    worst_ = kHalf * log1p_of(kReach_px * kReach_px * per_s2 / kNu);
-    const float *image2 = image2_px2_.data(), *depth2 = depth2_.data();
-    float *loss = loss_.data(), worst = worst_;
-    detail::call_widest([=](auto) DYNFILTER_AS_CALLER {
-      for (std::size_t k = 0; k < n; ++k)
-        loss[k] =
-            std::min(worst, kHalf * log1p_of(std::min(kFarthest, image2[k] * per_s2 + depth2[k]) / kNu));
-    });
+    const Four worst = kHalf * log1p_of(Four{} + kReach_px * kReach_px * per_s2 / kNu),
+               farthest = Four{} + kFarthest;
+    for (std::size_t k = 0; k < loss_.size(); k += kLanes) {
+      const Four chi2 = load(image2_px2_.data() + k) * per_s2 + load(depth2_.data() + k);
+      const Four loss = kHalf * log1p_of((chi2 < farthest ? chi2 : farthest) / kNu);
+      store(loss < worst ? loss : worst, loss_.data() + k);
+    }
+    worst_ = worst[0];
   }
 
   /// What each motion saves beside those that explain the points now.
   void measure_savings() {
     savings_.resize(stride_);
     std::size_t h = 0;
-    for (; h + Pack::kWidth < stride_; h += 2 * Pack::kWidth) sum_savings<2>(h);
+    for (; h + 4 * kLanes <= stride_; h += 4 * kLanes) sum_savings<4>(h);
+    for (; h + 2 * kLanes <= stride_; h += 2 * kLanes) sum_savings<2>(h);
     if (h < stride_) sum_savings<1>(h);
     for (h = 0; h < in_->motions; ++h) savings_[h] -= in_->prices[h];
   }
-  template <int kPacks>
+  /// Several sums at once, because each waits for its last addition.
+  template <int kFours>
   void sum_savings(std::size_t first) {
-    Pack sum[kPacks];
-    for (Pack& s : sum) s = 0;
+    Four sum[kFours] = {};
+    const Four none{};
     const float *loss = loss_.data() + first, *weights = in_->weights.data();
     for (std::size_t k = 0; k < in_->points; ++k, loss += stride_)
-      for (int p = 0; p < kPacks; ++p)
-        sum[p] += weights[k] * max(least_loss_[k] - Pack::load(loss + p * Pack::kWidth), 0);
-    for (int p = 0; p < kPacks; ++p) sum[p].store(savings_.data() + first + p * Pack::kWidth);
+      for (int p = 0; p < kFours; ++p) {
+        const Four saved = least_loss_[k] - load(loss + p * kLanes);
+        sum[p] += weights[k] * (saved > none ? saved : none);
+      }
+    for (int p = 0; p < kFours; ++p) store(sum[p], savings_.data() + first + p * kLanes);
   }
 
   float loss(std::size_t h, std::size_t k) const { return loss_[k * stride_ + h]; }
@@ -201,8 +213,8 @@ class MotionSelection {
     return cost + 2 * std::log(noise_px) * weights;
   }
 
-  const Input* in_ = nullptr;  ///< during select() only
-  std::size_t stride_ = 0;     ///< motions, padded to whole packs
+  const Input* in_ = nullptr;                      ///< during select() only
+  std::size_t stride_ = 0;                         ///< motions, padded to whole packs
   std::vector<float> image2_px2_, depth2_, loss_;  ///< points x stride_
   std::vector<float> least_loss_;                  ///< per point
   std::vector<float> savings_;                     ///< per motion

@@ -69,15 +69,15 @@ class RigidBackgroundEstimator {
 
  private:
   using Points = detail::BackgroundPoints;
-  static constexpr double kFit_px = 0.3;         ///< least width of a fit
-  static constexpr float kExplained = 0.1F;      ///< fit from which on a point is explained: 3 fit widths
-  static constexpr float kPrice_nats = 15;       ///< of six parameters; fitted, see the filter's card
-  static constexpr float kFirstPrice_nats = 8;   ///< in the first frame, where several motions are likely
+  static constexpr double kFit_px = 0.3;            ///< least width of a fit
+  static constexpr float kExplained = 0.1F;         ///< fit from which on a point is explained: 3 fit widths
+  static constexpr float kPrice_nats = 15;          ///< of six parameters; fitted, see the filter's card
+  static constexpr float kFirstPrice_nats = 8;      ///< in the first frame, where several motions are likely
   static constexpr double kLeastCorrelation = 0.1;  ///< of the errors within a patch
   static constexpr double kDistinct = 2;            ///< of the noise: motions that differ by more
   static constexpr double kNeighbour_px = 50;       ///< distance of points whose depths are compared
   static constexpr float kDepthStep = 1.08F;        ///< a point farther by this factor is behind
-  static constexpr double kUnknownMiss_px = 3;  ///< usual distance from the expected motion, at first
+  static constexpr double kUnknownMiss_px = 3;      ///< usual distance from the expected motion, at first
   static constexpr double kLeastMiss_px = 0.15;
   static constexpr double kMostMiss_px = 20;  ///< a point's distance between motions, cut off
   static constexpr double kDepthCap_m = 4;    ///< farther, depths are too inexact to tell motions apart
@@ -146,7 +146,9 @@ class RigidBackgroundEstimator {
     return explained_[slot] >= detail::MotionProposals::kMinShare * static_cast<double>(points());
   }
   MotionProposal& proposal(std::size_t slot) { return search_.all()[selected_[slot]]; }
-  const Pose& motion_of(std::size_t slot) const { return proposals()[selected_[slot]].motion.T_current_reference; }
+  const Pose& motion_of(std::size_t slot) const {
+    return proposals()[selected_[slot]].motion.T_current_reference;
+  }
 
   // ---- which of them is the background
   void choose() {
@@ -168,9 +170,7 @@ class RigidBackgroundEstimator {
     chosen_ = selected_[chosen_slot_];
     measure_confidence();
   }
-  std::pair<bool, double> rank(std::size_t slot) {
-    return {explains_enough(slot), proposal(slot).score};
-  }
+  std::pair<bool, double> rank(std::size_t slot) { return {explains_enough(slot), proposal(slot).score}; }
   /// Motions that the noise cannot distinguish from the chosen one do not count against it.
   void measure_confidence() {
     double against = 0;
@@ -304,15 +304,15 @@ class RigidBackgroundEstimator {
   detail::MotionProposals search_;
   MotionSelection selection_;
   std::vector<float> weights_, prices_;
-  std::vector<std::size_t> selected_;    ///< indices of proposals
-  std::vector<std::uint32_t> owner_;     ///< slot per point
-  std::vector<float> best_fit_;          ///< per point, by its owner
-  std::vector<int> explained_;           ///< points per slot
+  std::vector<std::size_t> selected_;                      ///< indices of proposals
+  std::vector<std::uint32_t> owner_;                       ///< slot per point
+  std::vector<float> best_fit_;                            ///< per point, by its owner
+  std::vector<int> explained_;                             ///< points per slot
   std::vector<std::array<double, Points::kCells>> areas_;  ///< per slot
-  std::vector<Places> places_;           ///< of the points, per slot
-  Places expected_;                      ///< of the points under the expected motion
-  std::vector<char> distinct_;           ///< slots x slots
-  std::vector<int> behind_, front_;      ///< per slot
+  std::vector<Places> places_;                             ///< of the points, per slot
+  Places expected_;                                        ///< of the points under the expected motion
+  std::vector<char> distinct_;                             ///< slots x slots
+  std::vector<int> behind_, front_;                        ///< per slot
   std::vector<cv::Point2f> pixels_;
   std::vector<int> features_;
   PointGrid grid_;
