@@ -81,37 +81,31 @@ class DepthSampler {
   template <class T, bool kInside>
   float unless_edge(int x, int y, float centre) const {
     const float limit = max_edge_share_ * centre;
-    unsigned edge = 0;  // without branches: conditions on depths are unpredictable
+    bool edge = false;
     for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
       const float other = read<T, kInside>(x, y, dx * kEdgeRadiusPx, dy * kEdgeRadiusPx);
-      edge |= has_value(other) & static_cast<unsigned>(std::abs(other - centre) > limit);
+      edge |= valid_depth(other) && std::abs(other - centre) > limit;
     }
-    return edge != 0 ? kNone : centre;
+    return edge ? kNone : centre;
   }
 
   /// The mean of the ring around a hole, if most of the ring has depth and agrees.
   template <class T, bool kInside>
   float from_around(int x, int y) const {
     float sum = 0, nearest = std::numeric_limits<float>::infinity(), farthest = 0;
-    unsigned known = 0;
+    int known = 0;
     constexpr std::pair<int, int> kRing[] = {{-2, 0}, {2, 0}, {0, -2}, {0, 2}, {-3, -3}, {3, -3},
                                              {-3, 3}, {3, 3}, {-4, 0}, {4, 0}, {0, -4},  {0, 4}};
     for (const auto& [dx, dy] : kRing) {
       const float z = read<T, kInside>(x, y, dx, dy);
-      const unsigned valid = has_value(z);
-      sum += valid != 0 ? z : 0.0F;
-      nearest = valid != 0 ? std::min(nearest, z) : nearest;
-      farthest = valid != 0 ? std::max(farthest, z) : farthest;
-      known += valid;
+      if (!valid_depth(z)) continue;
+      sum += z;
+      nearest = std::min(nearest, z);
+      farthest = std::max(farthest, z);
+      ++known;
     }
     if (known < 5 || farthest - nearest > 0.5F * max_edge_share_ * nearest) return kNone;
     return sum / static_cast<float>(known);
-  }
-
-  /// valid_depth() as 1 or 0.
-  static unsigned has_value(float depth_m) {
-    return static_cast<unsigned>(depth_m > 0) &
-           static_cast<unsigned>(depth_m <= std::numeric_limits<float>::max());
   }
 
   template <class T, bool kInside>

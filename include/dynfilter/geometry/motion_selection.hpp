@@ -26,7 +26,7 @@ namespace dynfilter {
 /// many motions that each fit a part of it.
 ///
 /// The search is greedy with pruning, at each of five noise levels.
-/// Cost: O(motions * points * selected), about 20 us for 10 motions and 350 points. Owns its scratch.
+/// Cost: O(motions * points * selected). Owns its scratch.
 class MotionSelection {
  public:
   /// Squared residuals of every motion at every point, one row per motion.
