@@ -19,9 +19,9 @@ const std::vector<double> kFactors = {0.63, 1.0, 1.6, 2.5, 4.0};
 
 /// Squared residuals of several motions at points.
 struct Problem {
-  Problem(std::size_t motions, std::size_t points)
-      : motions(motions),
-        points(points),
+  Problem(std::size_t motion_count, std::size_t point_count)
+      : motions(motion_count),
+        points(point_count),
         image2_px2(motions * points, 0.0F),
         depth2(motions * points, 0.0F),
         weights(points, 1.0F),
