@@ -61,6 +61,11 @@ class Evidence {
   bool prior(std::size_t i) const { return prior()[i] != 0; }
   bool seed(std::size_t i) const { return seed()[i] != 0; }
   bool called_dynamic(std::size_t i) const { return called_dynamic()[i] != 0; }
+  std::size_t count_judged() const {
+    std::size_t n = 0;
+    for (const std::uint8_t j : judged()) n += j;
+    return n;
+  }
   bool any_prior() const {
     for (const std::uint8_t p : prior())
       if (p != 0) return true;

@@ -64,6 +64,7 @@ class FeatureTracks {
 
  private:
   static constexpr float kDepthShare = 0.04F;
+  static constexpr std::size_t kPadding = 3;  ///< places per feature that shift_places() may overwrite
 
   struct Place {
     cv::Point2f undistorted_px;
@@ -74,10 +75,11 @@ class FeatureTracks {
     float depth_m;
     std::int32_t index;
   };
+  std::size_t row_places() const { return max_length_ + 1 + kPadding; }
   const Place& place(std::size_t i, int k) const {
-    return past_[i * (max_length_ + 1) + static_cast<std::size_t>(k)];
+    return past_[i * row_places() + static_cast<std::size_t>(k)];
   }
-  Place& place(std::size_t i, int k) { return past_[i * (max_length_ + 1) + static_cast<std::size_t>(k)]; }
+  Place& place(std::size_t i, int k) { return past_[i * row_places() + static_cast<std::size_t>(k)]; }
 
   int previous_of(const Match& match, std::size_t i) const;
   /// Order by position, so that the order of the features does not matter.
@@ -90,6 +92,9 @@ class FeatureTracks {
   /// Sorts by grid cell, so that a neighbourhood is contiguous in memory.
   void lay_out_last();
 
+  /// Shifts four places at a time, and up to kPadding more than `count`.
+  static void shift_places(const Place* from, int count, const Place& shift, Place* to);
+
   void take_over(std::size_t i, int previous);
 
   TrackOptions options_;
@@ -97,7 +102,7 @@ class FeatureTracks {
   float max_jump_px_;
   bool has_last_ = false, goes_on_ = false;
   std::int64_t last_id_ = 0;
-  std::vector<Place> past_, last_past_;  ///< max_length_ + 1 places per feature
+  std::vector<Place> past_, last_past_;  ///< row_places() per feature
   std::vector<cv::Point2f> last_px_;
   std::vector<LastFeature> last_by_place_;
   std::vector<int> length_, last_length_, previous_;

@@ -26,7 +26,6 @@ class StageState {
   Span<const std::uint8_t> prior() const { return flags_.prior; }
   Span<const std::uint8_t> seed() const { return flags_.seed; }
   Span<const std::uint8_t> called_dynamic() const { return flags_.dynamic; }
-  std::size_t count_judged() const;
 
   void mark_prior(std::size_t i) { flags_.prior[i] = 1, flags_.seed[i] = 0; }
   /// Excludes feature i from judgement. It remains a seed.

@@ -54,24 +54,28 @@ struct BackgroundMotionParams {
   }
 };
 
-/// Features that do not follow the background. The default rejector: needs no detector.
+/// Features that do not follow the background. The default rejector. It needs no detector.
 ///
-/// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp); prior suspects
-///           take part once it is known what the camera does. Each feature's miss against it, in (u, v,
-///           depth), since the last frame and over its track (up to 0.2 s), gives log-odds of motion
-///           (geometry/moving_odds.hpp); the larger one counts. The noise is measured in every frame and for
-///           both gaps: from the differences between neighbours (geometry/neighbour_noise.hpp), times a ratio
-///           for errors that neighbours share (calibration, clock, blur), which is the median miss of the
-///           features that follow the background, within 1.5 times what is usual for this camera. Belief =
-///           odds + memory * belief in the last frame, plus the mean over neighbours at a like depth, plus
+/// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp). Prior suspects
+///           take part once the camera's motion is known. Each feature's residual against it in (u, v, depth)
+///           gives log-odds of motion (geometry/moving_odds.hpp), over one frame and over its track of up to
+///           0.2 s. The larger log-odds count. The noise is measured in every frame and for both gaps: the
+///           differences between neighbours (geometry/neighbour_noise.hpp), times a ratio for errors that
+///           neighbours share (calibration, clock, blur). The ratio is the median residual of the features
+///           that follow the background, at most 1.5 times what is usual for this camera. Belief = odds +
+///           memory * belief in the last frame, plus the mean over neighbours at a similar depth, plus
 ///           prior_suspicion for prior suspects. Dynamic above the log-odds against motion in this frame
 ///           (prior suspects: above 0), if a core is near: a feature with evidence of motion among others
 ///           with evidence of motion.
-/// Needs:    depth, camera, correspondences. Optional: the host's poses (a proposal more).
-/// Abstains: on the first frame, without any motion, on features with neither evidence nor neighbours with
-///           some, and on features that move alone: these are mismatches.
-/// Blind to: motion within the noise over 0.2 s; movers with fewer than three features; everything, when a
-///           mover is taken for the background: the report says what was chosen among what.
+/// Votes:    with a confidence, the probability that the chosen motion is the background's. It weighs what
+///           later frames take over. Below 1/3 every vote is Unknown: nothing is rejected against a
+///           background that may be a mover.
+/// Needs:    depth, camera, correspondences. Optional: the host's poses (one more candidate).
+/// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
+///           features without evidence of their own or of neighbours; on features that move alone, which are
+///           mismatches.
+/// Blind to: motion within the noise over 0.2 s; movers with fewer than three features; everything, if a
+///           mover is taken for the background. The report names the choice and the number of candidates.
 /// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. Cost: see the
 ///           card.
 class BackgroundMotionFilter final : public Filter {

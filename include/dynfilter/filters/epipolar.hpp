@@ -97,7 +97,8 @@ class EpipolarFilter final : public Filter {
     const bool by_model = params_.model == EpipolarModel::Auto && params_.distance == EpipolarDistance::Line;
     const bool by_line = !by_model || model.kind == TwoViewKind::Fundamental;
     limit_px_ = params_.max_distance_px;
-    if (params_.measured_noise) limit_px_ *= noise_factor(evidence, match, model, by_line, votes);
+    if (params_.measured_noise && evidence.count_judged() > 0)
+      limit_px_ *= noise_factor(evidence, match, model, by_line, votes);
     if (by_model)
       judge_by_model(evidence, match, model, votes);
     else if (has_fundamental(model))

@@ -7,43 +7,49 @@
 #include <cstdint>
 #include <cstring>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/pack.hpp>
 #include <vector>
 
 namespace dynfilter {
 
-/// Which of several motions are needed to explain the points, and how large the noise is: the shortest
-/// description (Rissanen, Automatica 1978).
+/// Selects the motions that explain the points, and the noise, by the shortest description
+/// (Rissanen, Automatica 1978).
 ///
 /// The cost of a set H of motions at a noise of s pixels, in nats:
 ///   sum_k w_k (min_h L(e_hk^2 / s^2 + d_hk^2) + 2 log s) + sum_h price_h + (log(s / s0) / spread)^2 / 2 * n0
-/// with L(c) = (nu + 2) / 2 log(1 + c / nu), a Student t density in the image, cut off where a point is an
-/// outlier that may be anywhere within `kReach_px`; e the miss in the image [px]; d the miss in depth, in its
-/// own standard deviations. w_k is the share of an independent point that a point counts as: the errors of real
-/// matches are correlated over tens of pixels.
-/// A second motion therefore has to save more than its six parameters cost, and a noise that is larger than
-/// predicted is cheaper than many motions that each fit a part of it.
+/// L(c) = (nu + 2) / 2 log(1 + c / nu) is a Student t density in the image. It is cut off where a point is an
+/// outlier, which may be anywhere within `kReach_px`.
+/// e is the residual in the image [px], d the residual in depth in its own standard deviations.
+/// w_k is the share of an independent point that point k counts as.
+/// The errors of real matches are correlated over tens of pixels.
+/// A second motion must save more than its six parameters cost. A noise larger than predicted is cheaper than
+/// many motions that each fit a part of it.
 ///
-/// Greedy with pruning, for each of five noise levels. Cost O(motions * points * selected), about 0.1 ms for
-/// 8 motions and 350 points. Owns its scratch.
+/// The search is greedy with pruning, at each of five noise levels.
+/// Cost: O(motions * points * selected). Owns its scratch.
 class MotionSelection {
  public:
-  /// Squared misses of every motion at every point, row by row; weights per point; prices per motion [nats].
+  /// Squared residuals of every motion at every point, one row per motion.
   struct Input {
     std::size_t motions = 0, points = 0;
-    Span<const float> image2_px2, depth2;
-    Span<const float> weights;
-    Span<const float> prices;
-    double noise_px = 0.3;  ///< what is predicted, per axis
+    std::size_t stride = 0;        ///< from row to row, at least `points`
+    Span<const float> image2_px2;  ///< not negative
+    Span<const float> depth2;      ///< not negative
+    Span<const float> weights;     ///< one per point
+    Span<const float> prices;      ///< one per motion [nats]
+    double noise_px = 0.3;         ///< predicted, per axis
   };
 
-  /// Indices of the motions, best first. Empty only without motions or points.
+  /// Indices of the selected motions, in the order of selection.
+  /// Empty only without motions or points.
   const std::vector<std::size_t>& select(const Input& input) {
     in_ = &input;
     best_.clear();
+    transpose();
     double least = 0;
     for (const double factor : kNoiseFactors) {
       const double noise_px = factor * input.noise_px;
-      measure(noise_px);
+      measure_losses(noise_px);
       grow();
       while (selected_.size() > 1 && prune()) {
       }
@@ -56,83 +62,142 @@ class MotionSelection {
     in_ = nullptr;
     return best_;
   }
-  /// The noise at which the description was shortest [px per axis].
+  /// The noise at which the description is shortest [px per axis].
   double noise_px() const { return noise_px_; }
 
  private:
+  using Four = detail::Pack::Four;
+  static constexpr std::size_t kLanes = 4;
   static constexpr float kNu = 3;         ///< degrees of freedom: tails of real matches, as fitted
   static constexpr float kReach_px = 10;  ///< an outlier is found within this
   static constexpr double kNoiseFactors[] = {0.63, 1.0, 1.6, 2.5, 4.0};  ///< of the predicted noise
   static constexpr double kNoiseSpread = 0.5;      ///< standard deviation of log(noise / predicted) ...
   static constexpr double kPredictionWeight = 30;  ///< ... which counts as so many points
+  static constexpr float kFarthest = 1e12F;  ///< squared residuals are cut off, so that none is infinite
 
-  /// log(1 + x) for x >= 0, to 3e-4: a polynomial in the mantissa. The
-  /// standard library's costs ten times as much.
-  static float log1p_of(float x) {
-    const float y = 1 + x;
-    std::uint32_t bits = 0;
+  static Four load(const float* from) {
+    Four four;
+    std::memcpy(&four, from, sizeof four);
+    return four;
+  }
+  static void store(const Four& four, float* to) { std::memcpy(to, &four, sizeof four); }
+
+  /// log(1 + x) for x >= 0, with an error of at most 3e-4: a polynomial in the mantissa.
+  /// The standard library's function costs ten times as much.
+  static Four log1p_of(const Four& x) {
+    using Bits = std::int32_t __attribute__((vector_size(16)));
+    const Four y = 1 + x;
+    Bits bits;
     std::memcpy(&bits, &y, sizeof bits);
-    const auto exponent = static_cast<float>(static_cast<std::int32_t>(bits >> 23) - 127);
-    bits = (bits & 0x007FFFFFU) | 0x3F800000U;
-    float m = 1;
+    const Four exponent = __builtin_convertvector((bits >> 23) - 127, Four);
+    bits = (bits & 0x007FFFFF) | 0x3F800000;
+    Four m;
     std::memcpy(&m, &bits, sizeof m);
     // log2(m) on [1, 2]: least-squares polynomial of degree 4 with exact ends.
-    const float t = m - 1;
-    const float log2m = t * (1.4419F + t * (-0.7096F + t * (0.4148F + t * (-0.1948F + t * 0.0477F))));
+    const Four t = m - 1;
+    const Four log2m = t * (1.4419F + t * (-0.7096F + t * (0.4148F + t * (-0.1948F + t * 0.0477F))));
     return 0.69314718F * (exponent + log2m);
   }
 
-  void measure(double noise_px) {
-    const std::size_t n = in_->motions * in_->points;
-    loss_.resize(n);
-    const auto per_s2 = static_cast<float>(1 / (noise_px * noise_px));
-    constexpr float kHalf = 0.5F * (kNu + 2);
-    worst_ = kHalf * log1p_of(kReach_px * kReach_px * per_s2 / kNu);
-    const float *image2 = in_->image2_px2.data(), *depth2 = in_->depth2.data();
-    for (std::size_t k = 0; k < n; ++k)
-      loss_[k] = std::min(worst_, kHalf * log1p_of(std::min(1e12F, image2[k] * per_s2 + depth2[k]) / kNu));
+  /// One row per point, so that four lanes hold the residuals of four motions at one point.
+  /// Each motion's sum over the points keeps its order.
+  void transpose() {
+    stride_ = (in_->motions + kLanes - 1) / kLanes * kLanes;
+    image2_px2_.assign(stride_ * in_->points, kFarthest);
+    depth2_.assign(stride_ * in_->points, 0);
+    for (std::size_t h = 0; h < in_->motions; ++h) {
+      const float *image2 = in_->image2_px2.data() + h * in_->stride,
+                  *depth2 = in_->depth2.data() + h * in_->stride;
+      for (std::size_t k = 0; k < in_->points; ++k) {
+        image2_px2_[k * stride_ + h] = image2[k];
+        depth2_[k * stride_ + h] = depth2[k];
+      }
+    }
   }
 
-  const float* row(std::size_t h) const { return loss_.data() + h * in_->points; }
-  /// What a motion saves beside those that explain the points now.
-  float saving(std::size_t h) const {
-    float sum = 0;
-    const float* loss = row(h);
-    for (std::size_t k = 0; k < in_->points; ++k)
-      sum += in_->weights[k] * std::max(0.0F, least_loss_[k] - loss[k]);
-    return sum - in_->prices[h];
+  void measure_losses(double noise_px) {
+    loss_.resize(image2_px2_.size());
+    const auto per_s2 = static_cast<float>(1 / (noise_px * noise_px));
+    constexpr float kHalf = 0.5F * (kNu + 2);
+    const Four worst = kHalf * log1p_of(Four{} + kReach_px * kReach_px * per_s2 / kNu),
+               farthest = Four{} + kFarthest;
+    for (std::size_t k = 0; k < loss_.size(); k += kLanes) {
+      const Four chi2 = load(image2_px2_.data() + k) * per_s2 + load(depth2_.data() + k);
+      const Four loss = kHalf * log1p_of((chi2 < farthest ? chi2 : farthest) / kNu);
+      store(loss < worst ? loss : worst, loss_.data() + k);
+    }
+    worst_ = worst[0];
   }
+
+  /// What each motion saves beside those that explain the points now.
+  void measure_savings() {
+    savings_.resize(stride_);
+    std::size_t h = 0;
+    for (; h + 4 * kLanes <= stride_; h += 4 * kLanes) sum_savings<4>(h);
+    for (; h + 2 * kLanes <= stride_; h += 2 * kLanes) sum_savings<2>(h);
+    if (h < stride_) sum_savings<1>(h);
+    for (h = 0; h < in_->motions; ++h) savings_[h] -= in_->prices[h];
+  }
+  /// Several sums at once, because each waits for its last addition.
+  template <int kFours>
+  void sum_savings(std::size_t first) {
+    Four sum[kFours] = {};
+    const Four none{};
+    const float *loss = loss_.data() + first, *weights = in_->weights.data();
+    for (std::size_t k = 0; k < in_->points; ++k, loss += stride_)
+      for (int p = 0; p < kFours; ++p) {
+        const Four saved = least_loss_[k] - load(loss + p * kLanes);
+        sum[p] += weights[k] * (saved > none ? saved : none);
+      }
+    for (int p = 0; p < kFours; ++p) store(sum[p], savings_.data() + first + p * kLanes);
+  }
+
+  float loss(std::size_t h, std::size_t k) const { return loss_[k * stride_ + h]; }
   void explain(std::size_t h) {
-    const float* loss = row(h);
-    for (std::size_t k = 0; k < in_->points; ++k) least_loss_[k] = std::min(least_loss_[k], loss[k]);
+    for (std::size_t k = 0; k < in_->points; ++k) least_loss_[k] = std::min(least_loss_[k], loss(h, k));
   }
+
+  /// Adds the motion that saves most, as long as one saves anything.
   void grow() {
     selected_.clear();
     least_loss_.assign(in_->points, worst_);
     while (selected_.size() < in_->motions) {
-      std::size_t best = 0;
-      float most = -1e30F;
-      for (std::size_t h = 0; h < in_->motions; ++h)
-        if (const float saved = saving(h); saved > most) most = saved, best = h;
-      if (!(most > 0) && !selected_.empty()) return;
-      selected_.push_back(best);
-      explain(best);
+      measure_savings();
+      const auto end = savings_.begin() + static_cast<std::ptrdiff_t>(in_->motions);
+      const auto best = std::max_element(savings_.begin(), end);
+      if (!(*best > 0) && !selected_.empty()) return;
+      selected_.push_back(static_cast<std::size_t>(best - savings_.begin()));
+      explain(selected_.back());
     }
   }
-  /// Drops the motion that is missed least, if that costs less than its price.
+
+  /// Drops the motion that saves least beside the others, if that is less than its price.
   bool prune() {
-    std::size_t worst = selected_.size();
-    float least = 0;
-    for (std::size_t s = 0; s < selected_.size(); ++s) {
-      least_loss_.assign(in_->points, worst_);
-      for (std::size_t other = 0; other < selected_.size(); ++other)
-        if (other != s) explain(selected_[other]);
-      if (const float saved = saving(selected_[s]); saved < least) least = saved, worst = s;
-    }
-    if (worst == selected_.size()) return false;
-    selected_.erase(selected_.begin() + static_cast<std::ptrdiff_t>(worst));
+    measure_savings_beside_others();
+    const auto worst = std::min_element(savings_.begin(), savings_.end());
+    if (!(*worst < 0)) return false;
+    selected_.erase(selected_.begin() + (worst - savings_.begin()));
     return true;
   }
+  /// A motion saves at the points that it explains best: there, the second best loss minus its own.
+  void measure_savings_beside_others() {
+    const std::size_t none = selected_.size();
+    savings_.assign(none + 1, 0);
+    for (std::size_t k = 0; k < in_->points; ++k) {
+      float least = worst_, second = worst_;
+      std::size_t owner = none;
+      for (std::size_t s = 0; s < none; ++s) {
+        const float now = loss(selected_[s], k);
+        second = std::min(second, std::max(least, now));
+        owner = now < least ? s : owner;
+        least = std::min(least, now);
+      }
+      savings_[owner] += in_->weights[k] * (second - least);
+    }
+    savings_.pop_back();
+    for (std::size_t s = 0; s < none; ++s) savings_[s] -= in_->prices[selected_[s]];
+  }
+
   double total_cost(double noise_px, double log_factor) {
     least_loss_.assign(in_->points, worst_);
     double cost = kPredictionWeight * log_factor * log_factor / (2 * kNoiseSpread * kNoiseSpread);
@@ -148,8 +213,11 @@ class MotionSelection {
     return cost + 2 * std::log(noise_px) * weights;
   }
 
-  const Input* in_ = nullptr;  ///< during select() only
-  std::vector<float> loss_, least_loss_;
+  const Input* in_ = nullptr;                      ///< during select() only
+  std::size_t stride_ = 0;                         ///< motions, padded to whole packs
+  std::vector<float> image2_px2_, depth2_, loss_;  ///< points x stride_
+  std::vector<float> least_loss_;                  ///< per point
+  std::vector<float> savings_;                     ///< per motion
   std::vector<std::size_t> selected_, best_;
   float worst_ = 0;
   double noise_px_ = 0;

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/pack.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -49,6 +51,7 @@ class NeighbourNoise {
     places_.clear();
     for (const Miss& miss : misses) places_.push_back(miss.place_px);
     grid_.build(Span<const cv::Point2f>(places_), reach_px);
+    lay_out(misses);
     differences_.clear();
     for (std::size_t k = 0; k < misses.size(); ++k)
       if (const int other = nearest(misses, k, reach_px); other >= 0)
@@ -76,7 +79,53 @@ class NeighbourNoise {
 
   static double median_chi2(MissAxes axes) { return axes == MissAxes::One ? 0.4549 : 2 * std::log(2.0); }
 
+  using Four = detail::Pack::Four;
+  using Mask = std::int32_t __attribute__((vector_size(16)));
+  static constexpr std::size_t kLanes = 4;
+  static constexpr Four kLane{0, 1, 2, 3};
+
+  /// One array per number, sorted by grid cell, so that nearest() reads four at once.
+  void lay_out(Span<const Miss> misses) {
+    const std::size_t n = grid_.entries().size();
+    for (std::vector<float>* column : {&x_, &y_, &depth_m_}) column->resize(n + kLanes);
+    for (std::size_t e = 0; e < n; ++e) {
+      const Miss& miss = misses[static_cast<std::size_t>(grid_.entries()[e])];
+      x_[e] = miss.place_px.x, y_[e] = miss.place_px.y, depth_m_[e] = miss.depth_m;
+    }
+  }
+  static Four load(const std::vector<float>& column, std::size_t at) {
+    Four four;
+    std::memcpy(&four, column.data() + at, sizeof four);
+    return four;
+  }
+
+  /// Index of the nearest neighbour on the same surface; -1: none.
   int nearest(Span<const Miss> misses, std::size_t k, float reach_px) const {
+    const Miss& miss = misses[k];
+    const float limit_m = kSameSurface * miss.depth_m;
+    Four best2 = Four{} + reach_px * reach_px, best = Four{} - 1;
+    Mask tie{};
+    grid_.ranges_around(miss.place_px, reach_px, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t e = begin; e < end; e += kLanes) {
+        const Four dx = load(x_, e) - miss.place_px.x, dy = load(y_, e) - miss.place_px.y;
+        const Four apart2 = dx * dx + dy * dy, deeper_m = load(depth_m_, e) - miss.depth_m;
+        const Mask off = (apart2 > best2) | (apart2 < kMinApart_px * kMinApart_px) | (deeper_m > limit_m) |
+                         (deeper_m < -limit_m) | (kLane >= static_cast<float>(end - e));
+        tie |= ~off & (apart2 == best2);
+        best2 = off ? best2 : apart2;
+        best = off ? best : kLane + static_cast<float>(e);
+      }
+    });
+    int lane = 0;
+    for (int other = 1; other < static_cast<int>(kLanes); ++other) {
+      if (best[other] >= 0 && best[lane] >= 0) tie[0] |= best2[other] == best2[lane] ? 1 : 0;
+      lane = best2[other] < best2[lane] ? other : lane;
+    }
+    if ((tie[0] | tie[1] | tie[2] | tie[3]) != 0) return nearest_of_equals(misses, k, reach_px);
+    return best[lane] < 0 ? -1 : grid_.entries()[static_cast<std::size_t>(best[lane])];
+  }
+  /// The same, one after the other, where equal distances occurred: the position decides.
+  int nearest_of_equals(Span<const Miss> misses, std::size_t k, float reach_px) const {
     const Miss& miss = misses[k];
     float best2 = reach_px * reach_px;
     int best = -1;
@@ -102,6 +151,7 @@ class NeighbourNoise {
   }
 
   PointGrid grid_;
+  std::vector<float> x_, y_, depth_m_;  ///< sorted by grid cell
   std::vector<cv::Point2f> places_;
   std::vector<float> differences_;
 };

@@ -78,6 +78,11 @@ inline Pack not_above(const Pack& a, const Pack& b) {
   const Pack::Four one = Pack::Four{} + 1.0F, none{};
   return {a.low <= b.low ? one : none, a.high <= b.high ? one : none};
 }
+/// `a` where x > 0, else `b`.
+inline Pack where_positive(const Pack& x, const Pack& a, const Pack& b) {
+  const Pack::Four none{};
+  return {x.low > none ? a.low : b.low, x.high > none ? a.high : b.high};
+}
 inline Pack sqrt(Pack a) {
   for (int k = 0; k < 4; ++k) a.low[k] = std::sqrt(a.low[k]), a.high[k] = std::sqrt(a.high[k]);
   return a;

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/pack.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 
@@ -20,7 +22,7 @@ DYNFILTER_INLINE void FeatureTracks::follow(std::int64_t frame_id, const Match& 
   goes_on_ = match.reference != nullptr && has_last_ && match.reference->id == last_id_;
   std::swap(past_, last_past_);
   std::swap(length_, last_length_);
-  past_.resize(n * (max_length_ + 1));
+  past_.resize(n * row_places());
   length_.assign(n, 0);
   previous_.assign(n, -1);
   if (goes_on_) lay_out_last();
@@ -62,7 +64,20 @@ inline void FeatureTracks::lay_out_last() {
   last_by_place_.clear();
   for (const std::int32_t j : grid_.entries()) {
     const auto k = static_cast<std::size_t>(j);
-    last_by_place_.push_back({last_px_[k], last_past_[k * (max_length_ + 1)].depth_m, j});
+    last_by_place_.push_back({last_px_[k], last_past_[k * row_places()].depth_m, j});
+  }
+}
+
+inline void FeatureTracks::shift_places(const Place* from, int count, const Place& shift, Place* to) {
+  static_assert(sizeof(Place) == 3 * sizeof(float));
+  using Four = detail::Pack::Four;
+  const float x = shift.undistorted_px.x, y = shift.undistorted_px.y, z = shift.depth_m;
+  const Four shifts[3] = {{x, y, z, x}, {y, z, x, y}, {z, x, y, z}};
+  for (int k = 0; k < count; k += 4, from += 4, to += 4) {
+    Four four[3];
+    std::memcpy(four, from, sizeof four);
+    for (int part = 0; part < 3; ++part) four[part] += shifts[part];
+    std::memcpy(static_cast<void*>(to), four, sizeof four);
   }
 }
 
@@ -70,12 +85,11 @@ inline void FeatureTracks::take_over(std::size_t i, int previous) {
   if (previous < 0) return;
   const auto j = static_cast<std::size_t>(previous);
   previous_[i] = previous;
-  const Place* past = &last_past_[j * (max_length_ + 1)];
+  const Place* past = &last_past_[j * row_places()];
   const cv::Point2f shift = place(i, 1).undistorted_px - past[0].undistorted_px;
   const float deeper_m = place(i, 1).depth_m - past[0].depth_m;
   length_[i] = std::min(last_length_[j] + 1, static_cast<int>(max_length_));
-  for (int k = 2; k <= length_[i]; ++k)
-    place(i, k) = {past[k - 1].undistorted_px + shift, past[k - 1].depth_m + deeper_m};
+  shift_places(past + 1, length_[i] - 1, {shift, deeper_m}, &place(i, 2));
 }
 
 }  // namespace dynfilter

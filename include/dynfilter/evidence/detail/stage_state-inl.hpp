@@ -20,12 +20,6 @@ DYNFILTER_INLINE void StageState::begin(const std::vector<cv::Point2f>& pixels) 
   collect_suspicions(false);
 }
 
-DYNFILTER_INLINE std::size_t StageState::count_judged() const {
-  std::size_t n = 0;
-  for (const std::uint8_t j : flags_.judged) n += j;
-  return n;
-}
-
 DYNFILTER_INLINE void StageState::learn(const Votes& said) {
   const Vote* vote = said.votes().data();
   const std::uint8_t* suspect = said.priors().data();

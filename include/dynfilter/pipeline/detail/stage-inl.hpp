@@ -21,7 +21,7 @@ DYNFILTER_INLINE void Stage::judge(FrameEvidence& evidence, std::vector<StageRep
   out.reset(evidence.size());
   run(evidence, reports, self, out);
   StageReport& report = reports[self];
-  report.judged = evidence.stages().count_judged();
+  report.judged = evidence.count_judged();
   if (report.judged < evidence.size()) drop_unasked(evidence, out);
   report.dynamic = out.votes.count(Vote::Dynamic);
   report.unknown = out.votes.count(Vote::Unknown) - (out.votes.size() - report.judged);
