@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/geometry/rigid_least_squares.hpp>
+#include <dynfilter/geometry/rigid_points.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/undistort.hpp>

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/pipeline/compose.hpp>
+
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/pipeline/cluster_expand.hpp>
 #include <dynfilter/pipeline/combinators.hpp>
-#include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/depth_layers.hpp>
 #include <dynfilter/pipeline/logic_stages.hpp>
 #include <dynfilter/pipeline/object_vote.hpp>

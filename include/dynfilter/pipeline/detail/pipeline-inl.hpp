@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/pipeline/pipeline.hpp>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -18,7 +20,6 @@
 #include <dynfilter/pipeline/floor.hpp>
 #include <dynfilter/pipeline/initialisation.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
 #include <dynfilter/pipeline/stage.hpp>
 #include <memory>

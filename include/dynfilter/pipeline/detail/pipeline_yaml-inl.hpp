@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
+
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/parameters.hpp>
@@ -10,7 +12,6 @@
 #include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
-#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/stage_reader.hpp>
 #include <string>
 #include <utility>

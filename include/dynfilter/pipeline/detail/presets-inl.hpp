@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/pipeline/presets.hpp>
+
 #include <algorithm>
 #include <cstdlib>
 #include <dynfilter/core/error.hpp>
@@ -10,7 +12,6 @@
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/pipeline/presets.hpp>
 #include <filesystem>
 #include <sstream>
 #include <string>
