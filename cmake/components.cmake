@@ -55,9 +55,14 @@ endif()
 dynfilter_component(context COMPONENTS correspondence geometry)
 dynfilter_component(filters COMPONENTS context)
 dynfilter_component(pipeline COMPONENTS filters)
-# Pipelines that come with dynfilter are found by their names.
+# Pipelines that come with dynfilter are found by their names. Programs of a build tree find those of the source tree.
+# Packaged programs must not name a folder of the machine that built them.
+set(DYNFILTER_BUILD_DATA "${PROJECT_SOURCE_DIR}/examples")
+if(DYNFILTER_DEBIAN)
+  set(DYNFILTER_BUILD_DATA "${CMAKE_INSTALL_PREFIX}/${DYNFILTER_DATA_DESTINATION}")
+endif()
 target_compile_definitions(dynfilter_pipeline INTERFACE
-  "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${PROJECT_SOURCE_DIR}/examples/pipelines\">"
+  "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${DYNFILTER_BUILD_DATA}/pipelines\">"
   "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
 dynfilter_component(keyframe COMPONENTS core)
 dynfilter_component(plugin COMPONENTS filters LINK ${CMAKE_DL_LIBS})

@@ -23,21 +23,21 @@ enum class TrajectoryFormat {
 struct TrajectoryFile {
   Trajectory trajectory;
   TrajectoryFormat format = TrajectoryFormat::Tum;
-  bool nanoseconds = false;  ///< a TUM file whose stamps are nanoseconds: they are seconds now
+  bool nanoseconds = false;  ///< a TUM file with stamps in nanoseconds, converted to seconds
 };
 
 namespace detail {
 
-/// The ground truth of EuRoC has 17 columns with commas between. TUM's files may have commas, too, but stamps
-/// of nanoseconds tell EuRoC's.
+/// True for the ground truth of EuRoC, which has 17 columns separated by commas.
+/// TUM files may also contain commas, so fewer columns must have stamps in nanoseconds.
 inline bool is_euroc(const TextLine& first) {
   const bool nanoseconds = parse_number(first.fields[0]).value_or(0) > 1e14;
   return first.has_commas && (first.fields.size() > 10 || nanoseconds);
 }
 
-/// ORB-SLAM3 writes TUM's fields in this order with EuRoC's stamps.
+/// True for stamps in nanoseconds. ORB-SLAM3 writes them into files in TUM's format.
 inline bool in_nanoseconds(const Trajectory& trajectory) {
-  constexpr double kLeastStep = 1e6;  // a millisecond; as seconds it would be eleven days
+  constexpr double kLeastStep = 1e6;  // 1 ms in nanoseconds; 1e6 s would be eleven days
   std::vector<double> steps;
   for (std::size_t i = 1; i < trajectory.size(); ++i)
     steps.push_back(trajectory[i].timestamp_s - trajectory[i - 1].timestamp_s);
@@ -65,7 +65,7 @@ inline Trajectory read_kitti(const std::filesystem::path& path, const std::vecto
     }
     if (!is_rigid(pose.T_world_camera, 0.01))
       throw IoError(at_line(path, lines[k].number) + ": is not a rotation and a translation");
-    const Eigen::Quaterniond q(pose.T_world_camera.R());  // the file's digits are few
+    const Eigen::Quaterniond q(pose.T_world_camera.R());  // files have few digits
     pose.T_world_camera = Pose::from(q.normalized().toRotationMatrix(), pose.T_world_camera.t());
     trajectory.push_back(pose);
   }
@@ -87,7 +87,7 @@ inline Trajectory read_euroc(const std::filesystem::path& path, const std::vecto
 
 }  // namespace detail
 
-/// A number per line, as KITTI's times.txt. Throws IoError.
+/// Reads one number per line, like KITTI's times.txt. Throws IoError.
 inline std::vector<double> read_times_s(const std::filesystem::path& path) {
   std::vector<double> times_s;
   for (const TextLine& line : read_text_lines(path)) times_s.push_back(number_at(line, 0, path));
@@ -95,9 +95,9 @@ inline std::vector<double> read_times_s(const std::filesystem::path& path) {
   return times_s;
 }
 
-/// A trajectory in one of the formats, by time; without `format` it is told from the first line: 12 fields
-/// are KITTI's; commas with more than 10 fields, or with nanoseconds, are EuRoC's; else it is TUM's.
-/// `times_s`: of KITTI's lines; empty: ten a second from 0. Throws IoError naming file and line.
+/// Reads a trajectory, sorted by time. Without `format`, the first line decides:
+/// 12 fields are KITTI; commas with more than 10 fields or with nanoseconds are EuRoC; all else is TUM.
+/// `times_s`: stamps of KITTI's lines; empty: 10 Hz from 0 s. Throws IoError with file and line.
 inline TrajectoryFile read_trajectory(const std::filesystem::path& path,
                                       std::optional<TrajectoryFormat> format = std::nullopt,
                                       const std::vector<double>& times_s = {}) {
