@@ -117,14 +117,19 @@ dynfilter_component(late COMPONENTS correspondence geometry)
 dynfilter_component(evidence COMPONENTS late cluster)
 dynfilter_component(filters COMPONENTS evidence)
 dynfilter_component(pipeline COMPONENTS filters)
-# Pipelines that come with dynfilter are found by their names.
+# Pipelines that come with dynfilter are found by their names. Programs of a build tree find those of the source tree.
+# Packaged programs must not name a folder of the machine that built them.
+set(DYNFILTER_BUILD_DATA "${PROJECT_SOURCE_DIR}/examples")
+if(DYNFILTER_DEBIAN)
+  set(DYNFILTER_BUILD_DATA "${CMAKE_INSTALL_PREFIX}/${DYNFILTER_DATA_DESTINATION}")
+endif()
 set(pipelines_scope INTERFACE)
 get_target_property(pipeline_type dynfilter_pipeline TYPE)
 if(NOT pipeline_type STREQUAL "INTERFACE_LIBRARY")
   set(pipelines_scope PUBLIC)
 endif()
 set(DYNFILTER_PIPELINES_DEFINITION
-  "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${PROJECT_SOURCE_DIR}/examples/pipelines\">"
+  "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${DYNFILTER_BUILD_DATA}/pipelines\">"
   "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
 target_compile_definitions(dynfilter_pipeline ${pipelines_scope} ${DYNFILTER_PIPELINES_DEFINITION})
 dynfilter_component(keyframe COMPONENTS core)

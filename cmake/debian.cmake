@@ -43,7 +43,6 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "dynfilter-data ${same}")
 set(CPACK_DEBIAN_RUNTIME_DESCRIPTION
   "${toolkit}.\nThis package contains the command that runs, compares and explains pipelines on\nrecorded sequences, and every rejector as a loadable module.")
 
-option(DYNFILTER_DEBIAN "Install the copyright and changelog files that Debian packages must have" OFF)
 if(NOT DYNFILTER_DEBIAN OR NOT DYNFILTER_INSTALL)
   return()
 endif()

@@ -4,7 +4,14 @@
 set(CPACK_PACKAGE_NAME dynfilter)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
-set(CPACK_PACKAGE_CONTACT "The dynfilter authors <dynfilter@noreply.invalid>" CACHE STRING "Maintainer of the packages")
+# Debian's own tools read these two variables. A package must name somebody who answers.
+if(NOT CPACK_PACKAGE_CONTACT AND DEFINED ENV{DEBFULLNAME} AND DEFINED ENV{DEBEMAIL})
+  set(CPACK_PACKAGE_CONTACT "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
+endif()
+if(DYNFILTER_DEBIAN AND NOT CPACK_PACKAGE_CONTACT)
+  message(FATAL_ERROR "dynfilter: the packages need a maintainer. Set the environment variables DEBFULLNAME and DEBEMAIL, "
+    "or give -DCPACK_PACKAGE_CONTACT=\"Name <address>\"")
+endif()
 set(CPACK_SOURCE_GENERATOR TGZ)
 set(CPACK_SOURCE_PACKAGE_FILE_NAME dynfilter-${PROJECT_VERSION})
 set(CPACK_SOURCE_IGNORE_FILES "/\\\\.git/" "/\\\\.git$" "/build[^/]*/" "^${PROJECT_SOURCE_DIR}/out/" "\\\\.swp$"

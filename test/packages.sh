@@ -10,8 +10,9 @@ choose_tools
 need_packages $build_packages dpkg-dev lintian
 
 # Explained in docs/how-to/install.md.
-explained=maintscript-calls-ldconfig,no-manual-page
+explained=maintscript-calls-ldconfig
 
+export DEBFULLNAME=${DEBFULLNAME:-Test} DEBEMAIL=${DEBEMAIL:-test@localhost.localdomain}
 build=build/deb
 packages=$PWD/$build/packages
 root=$PWD/$build/unpacked
@@ -32,4 +33,8 @@ $build/consumer/consumer
 cc test/consumer/project/plain_c.c -o $build/plain_c $(pkg-config --cflags --libs dynfilter-facade)
 $build/plain_c
 "$root/usr/bin/dynfilter" check dynfilter
+if grep -rlaF "$PWD" "$root/usr"; then
+  echo "these files name the build tree"
+  exit 1
+fi
 echo "packages: all right"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The ten filters of docs/tutorials/write_a_filter.md, which shows the parts between `//
-// recipe` and `// end` word for word.
+// The ten filters of docs/tutorials/write_a_filter.md.
+// The page shows the parts between "recipe" and "end" word for word.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -151,8 +151,7 @@ class OffTheHostsPose final : public Filter {
   }
 
   void apply(const Evidence& evidence, Votes& votes) override {
-    const Match& match =
-        evidence.match({false, 5});  // five frames back: slow movers show
+    const Match& match = evidence.match({false, 5});  // detects slow movers
     const std::optional<dynfilter::Pose> T_now_then = evidence.host_motion(match);
     if (!T_now_then) return votes.note("the host gave no pose of that frame");
     for (std::size_t i = 0; i < evidence.size(); ++i) {

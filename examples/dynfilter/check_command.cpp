@@ -112,7 +112,7 @@ void print_json(const Pipeline& pipeline, const std::string& file) {
 void add_check(CLI::App& app, Action& action) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* command = app.add_subcommand(
-      "check", "Says what is wrong with a pipeline, or prints its stages and the inputs that they need.");
+      "check", "Prints the mistake in a pipeline, or its stages and the inputs that they need.");
   command->add_option("PIPELINE", options->pipeline, "a YAML file, or a preset's name (`dynfilter presets`)")
       ->required()
       ->type_name("PIPELINE");

@@ -45,7 +45,7 @@ DetectorConfig load_detector(const std::string& name, const std::string& network
   std::error_code error;
   if (!network_dir.empty() && !std::filesystem::is_directory(network_dir, error))
     throw IoError("--network-dir " + network_dir + ": no such folder of networks");
-  // What OpenCV would write of a network that it cannot load comes as an error of one line.
+  // OpenCV would print its own errors about the network. They are returned as one line instead.
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   DetectorConfig config =
       detector_from_file(find_preset(name, kDetectors), command_providers(plugins), network_dir);

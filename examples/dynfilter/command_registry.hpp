@@ -26,7 +26,7 @@ ProviderRegistry command_providers(const std::vector<std::string>& plugins);
 DetectorConfig load_detector(const std::string& name, const std::string& network_dir,
                              const std::vector<std::string>& plugins);
 
-/// A pipeline by a preset's name or by its file, made of these filters.
+/// Loads a pipeline by preset name or file, made of these filters.
 PipelineConfig named_pipeline(const std::string& name, const Registry& registry);
 
 }  // namespace dynfilter::command

@@ -34,7 +34,7 @@ struct Row {
   std::string variant;  ///< "" unless variants were requested
 };
 
-/// A pipeline over all its runs of one scene.
+/// Results of one pipeline over all its runs of one scene.
 struct Medians {
   std::string scene, pipeline;
   std::size_t runs = 0, frames = 0, tracked_frames = 0;
@@ -113,8 +113,8 @@ Medians medians_of(const std::vector<Row>& rows) {
   return m;
 }
 
-/// In the order in which scenes and pipelines first appear. Different scenes are never pooled: an error of
-/// 1 cm is much in one and little in another.
+/// In the order in which scenes and pipelines first appear.
+/// Different scenes are never pooled, because their errors differ in scale.
 std::vector<Medians> all_medians(const std::vector<Row>& rows) {
   std::vector<std::vector<Row>> groups;
   for (const Row& row : rows) {
@@ -157,7 +157,7 @@ void print_json(const std::vector<Row>& rows) {
   fmt::print("{}", json_text(json));
 }
 
-// Each note once, with the pipelines that it is about unless it is about all.
+// Prints each note once, with its pipelines unless it applies to all.
 void print_row_notes(const std::vector<Row>& rows, bool wide) {
   std::vector<std::pair<std::string, std::set<std::string>>> notes;
   std::set<std::string> pipelines;
@@ -214,7 +214,7 @@ std::vector<std::string> cells_of(const Row& row) {
           cell(s.filters_ms, 2)};
 }
 
-/// One table, for programs as well; or one for each sequence, whose name may be long.
+/// One table for all sequences, or one per sequence, because names of sequences may be long.
 void print_rows(const std::vector<Row>& rows, bool wide) {
   if (wide) {
     Table table(row_columns());
@@ -278,7 +278,7 @@ void add_compare(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("compare",
                          "Runs several pipelines on one or more sequences and prints a table. "
-                         "Where a scene has several runs (seeds of a rendered scene, "
+                         "If a scene has several runs (seeds of a rendered scene, or "
                          "--variants), also the median of its runs. Different scenes are never "
                          "pooled.");
   command->add_option("SEQUENCE", options->sequences, "folders, as `run` takes them")

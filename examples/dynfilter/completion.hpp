@@ -12,7 +12,7 @@
 
 namespace dynfilter::command {
 
-/// Options under all their names, and the positional arguments, of a subcommand.
+/// All names of a subcommand's options, and its positional arguments.
 struct Arguments {
   std::vector<const CLI::Option*> options, positionals;
 
@@ -26,7 +26,7 @@ struct Arguments {
   }
 };
 
-/// "--camera", "-p", ... without the dashes left out.
+/// All names of an option with their dashes: "--camera", "-p".
 inline std::vector<std::string> dashed_names(const CLI::Option& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.get_snames()) names.push_back("-" + name);
@@ -36,14 +36,14 @@ inline std::vector<std::string> dashed_names(const CLI::Option& option) {
 
 namespace detail_completion {
 
-/// Between single quotes of a shell.
+/// Quotes a text for a shell, with single quotes.
 inline std::string quoted(std::string text) {
   for (std::size_t at = text.find('\''); at != std::string::npos; at = text.find('\'', at + 4))
     text.replace(at, 1, "'\\''");
   return "'" + text + "'";
 }
 
-/// Names that the program lists when they are asked for; "" for other values.
+/// Kind of names that `dynfilter completion KIND` lists for this option; "" for other values.
 inline std::string name_list(const std::string& value) {
   if (value.rfind("PIPELINE", 0) == 0) return "pipelines";
   if (value == "DETECTOR") return "detectors";
@@ -70,7 +70,7 @@ inline std::string zsh_values(const CLI::Option& option) {
   return value == "FILE" || value == "INPUT" ? "_files" : " ";
 }
 
-/// Within [...] of a specification for _arguments.
+/// Escapes a text for the [...] of a specification of zsh's _arguments.
 inline std::string zsh_text(std::string text) {
   std::string result;
   for (const char c : text) {
@@ -143,7 +143,7 @@ _dynfilter "$@"
 
 }  // namespace detail_completion
 
-/// A script for ~/.bashrc, or a file in share/bash-completion/completions.
+/// The completion script of bash, for ~/.bashrc or share/bash-completion/completions.
 inline std::string bash_completion(const CLI::App& app) {
   using namespace detail_completion;
   std::vector<std::string> names{"help"};
@@ -169,7 +169,7 @@ inline std::string bash_completion(const CLI::App& app) {
   return filled(kBash, quoted(fmt::format("{}", fmt::join(names, " "))), cases);
 }
 
-/// A file `_dynfilter` for a folder of $fpath.
+/// The completion file `_dynfilter` of zsh, for a folder of $fpath.
 inline std::string zsh_completion(const CLI::App& app) {
   using namespace detail_completion;
   std::string commands, cases;

@@ -93,8 +93,8 @@ struct ClassCount {
 struct Report {
   std::string detector, input;
   std::size_t images = 0, boxes = 0;
-  std::size_t with_boxes = 0;  ///< images with an answer about boxes, also that there are none
-  std::size_t with_found = 0;  ///< images with one box at least
+  std::size_t with_boxes = 0;  ///< images for which boxes were answered, possibly none
+  std::size_t with_found = 0;  ///< images with at least one box
   std::size_t with_mask = 0;
   std::map<std::string, ClassCount> classes;
   std::map<int, double> label_share;  ///< share of the pixels of all masks, by label except 0
@@ -258,8 +258,8 @@ void add_detect(CLI::App& app, Action& action) {
   auto options = std::make_shared<DetectOptions>();
   CLI::App* command =
       app.add_subcommand("detect",
-                         "Runs a detector on an image or a TUM sequence. Prints how many boxes "
-                         "and masks came.\n\n"
+                         "Runs a detector on an image or a TUM sequence. Prints the number of "
+                         "boxes and masks.\n\n"
                          "The folder of --out gets detections.txt (as run --detections reads it), "
                          "masks/ (as run --masks reads it), overlay/ and summary.json.");
   command->add_option("INPUT", options->input, "an image file, or a sequence's folder")
@@ -272,13 +272,13 @@ void add_detect(CLI::App& app, Action& action) {
       ->type_name("DETECTOR");
   command
       ->add_option("--network-dir", options->network_dir,
-                   "where the files are that the YAML names; else beside it")
+                   "folder of the files that the YAML names; without it the folder of the YAML")
       ->type_name("FOLDER");
   command->add_option("--out", options->out, "folder for the results; they appear when all is done")
       ->type_name("FOLDER");
-  command->add_flag("--force", options->force, "replace the results that --out holds already");
-  command->add_option("--start", options->start, "leave out so many images at the beginning")->type_name("N");
-  command->add_option("--frames", options->frames, "look at so many images at most")->type_name("N");
+  command->add_flag("--force", options->force, "replace the results of another run in --out");
+  command->add_option("--start", options->start, "leave out the first N images")->type_name("N");
+  command->add_option("--frames", options->frames, "use at most N images")->type_name("N");
   command->add_option("--plugin", options->plugins, "load providers from this module as well (runs its code)")
       ->type_name("FILE");
   command->add_option("--threads", options->threads, "OpenCV's threads")

@@ -139,22 +139,21 @@ void add_eval(CLI::App& app, Action& action) {
   auto options = std::make_shared<EvalOptions>();
   CLI::App* command = app.add_subcommand(
       "eval",
-      "Prints the absolute and the relative trajectory error, as the TUM RGB-D tools print them. Two poses "
-      "are "
-      "a pair when their stamps differ by less than 0.02 s; relative errors are of poses one second apart. "
-      "As in "
-      "the TUM tools, rotational_error.median is in radians; --json has median_deg beside it.\n\n"
-      "Files are in TUM's format (timestamp tx ty tz qx qy qz qw), in KITTI's (12 numbers a line) or EuRoC's "
-      "ground truth (nanoseconds, commas, qw first). Errors are TUM's for all of them, not KITTI's own.");
+      "Prints the absolute and the relative trajectory error, as the TUM RGB-D tools print them. Poses are "
+      "paired if their stamps differ by less than 0.02 s. Relative errors are of poses one second apart. "
+      "As in the TUM tools, rotational_error.median is in radians. --json adds median_deg.\n\n"
+      "Files are in the format of TUM (timestamp tx ty tz qx qy qz qw), of KITTI (12 numbers per line) or "
+      "of EuRoC's ground truth (nanoseconds, commas, qw first). All errors are defined as in the TUM tools, "
+      "not as in KITTI's.");
   command->add_option("GROUNDTRUTH", options->truth, "a trajectory")->required()->type_name("FILE");
   command->add_option("ESTIMATE", options->estimate, "a trajectory")->required()->type_name("FILE");
-  command->add_option("--format", options->format, "of both files; auto tells it from the first line")
+  command->add_option("--format", options->format, "format of both files; auto: chosen by the first line")
       ->check(CLI::IsMember({"auto", "tum", "kitti", "euroc"}))
       ->type_name("FORMAT")
       ->capture_default_str();
-  command->add_option("--times", options->times, "stamps of KITTI's poses, one in a line [s]: times.txt")
+  command->add_option("--times", options->times, "stamps of KITTI's poses, one per line [s], like times.txt")
       ->type_name("FILE");
-  command->add_flag("--scale", options->scale, "align with Sim(3) instead of SE(3), for mono");
+  command->add_flag("--scale", options->scale, "align with Sim(3) instead of SE(3), for monocular estimates");
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options, &action] {
     action = [options] {

@@ -11,7 +11,7 @@
 
 namespace dynfilter::command {
 
-/// The words of an option's {a,b,c}, else none.
+/// The allowed words of an option, {a,b,c}; empty if any value is allowed.
 inline std::vector<std::string> choices_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t begin = type.find('{'), end = type.find('}', begin + 1);
@@ -19,7 +19,7 @@ inline std::vector<std::string> choices_of(const CLI::Option& option) {
   return CLI::detail::split(type.substr(begin + 1, end - begin - 1), ',');
 }
 
-/// "FILE", "N", ...: what an option takes; "" for a flag.
+/// Type of an option's value, such as "FILE" or "N"; "" for a flag.
 inline std::string value_name(const CLI::Option& option) {
   if (option.get_type_size() == 0) return "";
   const std::string type = option.get_type_name();
@@ -34,7 +34,7 @@ inline std::string option_head(const CLI::Option& option) {
   return option.get_name(false, true) + (value.empty() ? "" : " " + value);
 }
 
-/// What an option does, and all rules for it.
+/// Description of an option with its default and its rules.
 inline std::string option_text(const CLI::Option& option) {
   std::string text = option.get_description();
   const auto join = [](const std::vector<std::string>& words) { return CLI::detail::join(words, ", "); };
@@ -67,7 +67,7 @@ inline std::string first_sentence(const std::string& text) {
   return end == std::string::npos ? text : text.substr(0, end + 1);
 }
 
-/// Subcommands that people call, in the order of the help.
+/// Visible subcommands, in the order of the help.
 inline std::vector<const CLI::App*> shown_subcommands(const CLI::App& app) {
   std::vector<const CLI::App*> shown;
   for (const CLI::App* sub : app.get_subcommands({}))
@@ -75,7 +75,7 @@ inline std::vector<const CLI::App*> shown_subcommands(const CLI::App& app) {
   return shown;
 }
 
-/// Help in lines of the terminal's width.
+/// Wraps the help at the terminal's width.
 class HelpFormatter final : public CLI::Formatter {
  public:
   std::string make_description(const CLI::App* app) const override {

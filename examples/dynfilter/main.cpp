@@ -52,7 +52,7 @@ std::vector<std::string> words_of(int argc, char** argv) {
 int dispatch(int argc, char** argv) {
   CLI::App app("Rejects features on moving objects for visual SLAM: run it, measure it, see why.",
                "dynfilter");
-  app.formatter(std::make_shared<HelpFormatter>());  // of all subcommands, too
+  app.formatter(std::make_shared<HelpFormatter>());  // also for all subcommands
   app.set_version_flag("--version", DYNFILTER_VERSION);
   app.require_subcommand(1);
   Action action;
@@ -69,7 +69,7 @@ int dispatch(int argc, char** argv) {
   add_serve(app, action);
   add_completion(app, action);
   add_man(app, action);
-  app.footer("`dynfilter help SUBCOMMAND` prints the options of a subcommand.");  // not theirs
+  app.footer("`dynfilter help SUBCOMMAND` prints the options of a subcommand.");  // of the command only
   std::vector<std::string> words = words_of(argc, argv);
   check_subcommand(app, words.empty() ? "" : words.front());
   std::reverse(words.begin(), words.end());  // reversed, as CLI11 expects

@@ -12,7 +12,7 @@
 
 namespace dynfilter::command {
 
-/// Text for roff: nothing in it is a request or an escape.
+/// Escapes a text for roff.
 inline std::string roff(const std::string& text) {
   std::string result;
   bool at_line_begin = true;
@@ -29,7 +29,7 @@ inline std::string roff(const std::string& text) {
   return result;
 }
 
-/// A paragraph of a page; empty lines begin new ones.
+/// Paragraphs of a page, separated by empty lines.
 inline std::string roff_paragraphs(const std::string& text) {
   std::string result = ".PP\n";
   for (const char c : wrapped(text, 78)) {
@@ -51,7 +51,7 @@ inline std::string man_head(const std::string& name, const std::string& what) {
                      DYNFILTER_VERSION, roff(name), roff(what));
 }
 
-/// Without its full stop, in small letters at the beginning: what the line NAME of a page wants.
+/// The text for the section NAME: first letter in lower case, no full stop.
 inline std::string man_summary(const CLI::App& command) {
   std::string text = first_sentence(command.get_description());
   if (!text.empty() && text.back() == '.') text.pop_back();

@@ -37,9 +37,9 @@ void add_map(CLI::App& app, Action& action) {
   options->keyframes = "pose_change";
   CLI::App* command = app.add_subcommand(
       "map",
-      "Builds the dense map of what does not move in a sequence. The camera's poses come "
-      "from a file that any SLAM wrote, or from the folder's own groundtruth.txt. The pipeline "
-      "says what moves.");
+      "Builds the dense map of the static part of a sequence. The camera's poses are read from a "
+      "file that any SLAM wrote, or from the folder's own groundtruth.txt. What the pipeline rejects "
+      "is left out.");
   command->add_option("SEQUENCE", options->sequence, "a folder, as `run` takes it")
       ->required()
       ->type_name("FOLDER");
@@ -51,7 +51,7 @@ void add_map(CLI::App& app, Action& action) {
                    "a preset's name (dynfilter, none, oracle, ...: `dynfilter presets`) or a YAML file")
       ->required()
       ->type_name("PIPELINE");
-  command->add_option("--map", options->map, "the PLY file to write; a picture of the map comes beside it")
+  command->add_option("--map", options->map, "the PLY file to write, with a picture of the map beside it")
       ->type_name("FILE")
       ->capture_default_str();
   add_map_options(*command, *options);

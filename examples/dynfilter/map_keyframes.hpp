@@ -48,7 +48,7 @@ class MapKeyframes {
 
   const std::string& rule() const { return rule_; }
 
-  /// Passes on, in order, the keyframes that this frame decides.
+  /// Passes on the keyframes that are decided with this frame, in order.
   /// `own`: the front end made it a keyframe.
   void add(MapInput input, const FrameSummary& summary, bool own, const Take& take) {
     const std::int64_t id = input.frame.id;

@@ -57,7 +57,7 @@ inline void check_target(const std::filesystem::path& file) {
 /// Builds the static map of a sequence in its own thread and writes its files.
 class MapOutput {
  public:
-  /// Throws IoError when `file` cannot be in its folder, ConfigError for parameters.
+  /// Throws IoError if `file` cannot be written to its folder, ConfigError for invalid parameters.
   MapOutput(std::filesystem::path file, const mapping::MappingParams& params, std::string title)
       : file_(std::move(file)), title_(std::move(title)), map_(params, kCapacity) {
     check_target(file_);
@@ -66,7 +66,7 @@ class MapOutput {
   void add(const MapInput& input) {
     const mapping::MapFrame view = input.view();
     if (!first_) first_ = MapView{view.camera, view.depth.size(), view.T_world_camera};
-    if (++waiting_ == kCapacity) {  // files are read faster than filmed: rather wait than drop a frame
+    if (++waiting_ == kCapacity) {  // files are read faster than real time: waiting avoids dropped frames
       map_.finish();
       waiting_ = 1;
     }
@@ -124,7 +124,7 @@ class MapOutput {
   std::filesystem::path file_;
   std::string title_;  ///< of the picture
   mapping::MappingThread map_;
-  std::size_t waiting_ = 0;  ///< at most, since it was last empty
+  std::size_t waiting_ = 0;  ///< upper bound of the frames in the queue
   std::optional<MapView> first_;
 };
 

@@ -17,7 +17,7 @@
 
 namespace dynfilter::command {
 
-/// A pinhole camera somewhere.
+/// A pinhole camera with a pose.
 struct MapView {
   Camera camera;
   cv::Size size;
@@ -47,7 +47,7 @@ inline double median_depth_m(const mapping::MapCloud& cloud, const MapView& view
   return *middle;
 }
 
-/// 1, 2 or 5 times a power of ten, the largest that is not above `most`.
+/// The largest of 1, 2 or 5 times a power of ten that is not above `most`.
 inline double round_length(double most) {
   const double power = std::pow(10, std::floor(std::log10(most)));
   return most >= 5 * power ? 5 * power : most >= 2 * power ? 2 * power : power;
@@ -58,7 +58,7 @@ inline void write(cv::Mat& picture, const std::string& text, cv::Point at, doubl
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, size, kMapInk, 1, cv::LINE_AA);
 }
 
-/// In the lower left corner: a bar of a round length, and the directions of the world's axes.
+/// Draws a scale bar of a round length and the world's axes into the lower left corner.
 inline void draw_scale_and_axes(const mapping::MapCloud& cloud, const MapView& view, cv::Mat& picture) {
   const double depth_m = median_depth_m(cloud, view);
   const double length_m = round_length(view.size.width / 5.0 * depth_m / view.camera.fx_px);
@@ -76,7 +76,7 @@ inline void draw_scale_and_axes(const mapping::MapCloud& cloud, const MapView& v
   const cv::Point origin(66, picture.rows - 118);
   const Eigen::Matrix3d R = inverse(view.T_world_camera).R();
   const cv::Scalar colours[] = {{60, 60, 255}, {60, 220, 60}, {255, 140, 60}};
-  std::vector<int> order{0, 1, 2};  // those that point away from the viewer first
+  std::vector<int> order{0, 1, 2};  // axes that point away from the viewer first
   std::sort(order.begin(), order.end(), [&](int a, int b) { return R(2, a) > R(2, b); });
   for (const int axis : order) {
     const cv::Point tip(origin.x + cvRound(kAxis_px * R(0, axis)), origin.y + cvRound(kAxis_px * R(1, axis)));
@@ -90,8 +90,8 @@ inline void draw_scale_and_axes(const mapping::MapCloud& cloud, const MapView& v
 
 }  // namespace detail
 
-/// Two views of a map side by side, each with a caption, a scale and the world's axes; above them a title.
-/// `first`: some camera that saw it.
+/// Draws two views of a map side by side under a title, each with a caption, a scale and the world's axes.
+/// `first`: a camera that observed the map.
 inline cv::Mat draw_map(const mapping::MapCloud& cloud, double leaf_m, const MapView& first,
                         const std::string& title) {
   const mapping::Overview above = mapping::overview_of(cloud, first.camera, first.size, first.T_world_camera);

@@ -269,7 +269,7 @@ class MapRun {
   MapOutput output_;
   std::optional<FullCloud> full_;
   std::optional<MapJudge> judge_;
-  std::vector<Key> keys_;  ///< at the poses that they were added with
+  std::vector<Key> keys_;  ///< with the poses at which they were added
   std::size_t frames_offered_ = 0, held_back_ = 0;
 };
 

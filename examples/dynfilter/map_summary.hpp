@@ -35,7 +35,7 @@ struct MapSummary {
   std::size_t points = 0, keyframes = 0, skipped = 0, dropped = 0;
   std::size_t full_points = 0;  ///< of all keyframes, one point per pixel after the cut
   std::size_t cut_points = 0;   ///< moving, or at a depth jump
-  std::size_t bytes = 0;        ///< in memory, including what is needed to move keyframes
+  std::size_t bytes = 0;        ///< in memory, including the data for moving keyframes
   std::size_t cloud_bytes = 0;  ///< of the points in the file
   double leaf_m = 0, ms_per_keyframe = NAN;
   std::string last_note;  ///< reason why a keyframe was skipped

@@ -62,15 +62,15 @@ struct Task {
 struct Clip {
   std::string name, task;
   std::size_t points = 0, positives = 0;
-  double precision = NAN;  ///< NaN where nothing is rejected
-  double recall = NAN;     ///< NaN where nothing is to be found
+  double precision = NAN;  ///< NaN if nothing is rejected
+  double recall = NAN;     ///< NaN if nothing is to be found
   double f1 = NAN, ms_per_frame = 0;
   std::size_t judged = 0;  ///< verdicts that are not unknown, in all frames
   StageTotals stages;
 };
 
-/// Of precision and recall. Nothing to find and nothing rejected is right: 1. One of the two alone is wrong:
-/// 0.
+/// F1 of precision and recall: 1 if nothing is to be found and nothing is rejected.
+/// 0 if only one of the two holds.
 double f1_of(const eval::Classification& counts) {
   const double found = 2 * static_cast<double>(counts.dynamic_rejected);
   const double all = found + static_cast<double>(counts.dynamic_kept + counts.static_rejected);
@@ -237,7 +237,7 @@ void print_json(const std::vector<Clip>& clips, const std::string& pipeline) {
   fmt::print("{}", json_text(json));
 }
 
-// The totals' row says over how many files where it is not over all.
+// The totals' rows give their number of files if it is not all.
 std::string total_cell(double value, const Totals& totals, std::size_t files) {
   return cell(value, 3) + (totals.files < files && totals.files > 0 ? "*" : "");
 }
@@ -274,7 +274,7 @@ void print_text(const std::vector<Clip>& clips, bool wide) {
   explain("recall", recall, "in the others nothing is to be found", "nothing is to be found in any file");
 }
 
-// A pipeline that did nothing has no figures of its own.
+// The figures of a pipeline whose stages were all skipped mean nothing.
 int complain_if_idle(const std::vector<Clip>& clips, const std::string& pipeline) {
   const StageTotals stages = stages_of(clips);
   const std::vector<std::string> reasons = stages.reasons();
@@ -323,15 +323,12 @@ void add_motion(CLI::App& app, Action& action) {
   auto options = std::make_shared<MotionOptions>();
   CLI::App* command = app.add_subcommand(
       "motion",
-      "Prints precision and recall of a mono pipeline on labelled point tracks. Frames are judged in order, "
-      "a "
-      "track is a match from frame to frame, and the verdict of a point is that of its last visible frame. "
+      "Prints precision and recall of a mono pipeline on labelled point tracks. Frames are judged in order. "
+      "A track is a match from frame to frame. The verdict of a point is that of its last visible frame. "
       "Unknown counts as kept.\n\n"
-      "Precision is not defined where nothing is rejected, recall where nothing is to be found: they are "
-      "then "
-      "printed as - and left out of the mean, which says over how many files it is. F1 is 0 where something "
-      "is "
-      "to be found and nothing is rejected, and 1 where neither is the case.");
+      "Precision is not defined if nothing is rejected, and recall not if nothing is to be found. They are "
+      "then printed as - and left out of the mean, and a line gives the number of files in the mean. F1 is "
+      "1 if nothing is to be found and nothing is rejected, and 0 if only one of the two holds.");
   command->add_option("TRACKS", options->tracks, "track files, or folders of them (*.txt)")
       ->required()
       ->type_name("FILE");
@@ -347,12 +344,12 @@ void add_motion(CLI::App& app, Action& action) {
           "that spreads most over the image), or auto: by the data set that the file names")
       ->check(CLI::IsMember({"auto", "movers", "mismatches", "others"}))
       ->type_name("WHAT");
-  command->add_option("--focal-px", options->focal_px, "the camera's focal length, where it is known")
+  command->add_option("--focal-px", options->focal_px, "the camera's focal length, if it is known")
       ->type_name("PX")
       ->check(CLI::Range(1.0, 1e6));
   command
       ->add_option("--rate-hz", options->rate_hz,
-                   "frames per second; without it 20 for Hopkins155 and 10 for everything else")
+                   "frames per second; without it 20 for Hopkins155 and 10 for other data sets")
       ->type_name("HZ")
       ->check(CLI::Range(0.01, 1e4));
   command->add_option("--plugin", options->plugins, "a module with more filters; may be repeated")

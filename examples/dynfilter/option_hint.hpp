@@ -6,7 +6,7 @@
 
 namespace dynfilter::command {
 
-/// What `f` returns. An error about a file says which option named it.
+/// Calls `f`. Adds the option that named a file to errors about the file.
 template <class F>
 auto read_for(const char* option, const F& f) {
   try {
@@ -16,7 +16,7 @@ auto read_for(const char* option, const F& f) {
   }
 }
 
-/// What `f` returns. An error of this type says which option helps.
+/// Calls `f`. Adds the option that helps to errors of this type.
 template <class E, class F>
 auto with_hint(const char* hint, const F& f) {
   try {

@@ -26,7 +26,7 @@ namespace dynfilter::command {
 struct FrameVerdict {
   std::vector<MarkedFeature> features;
   std::vector<std::string> notes;        ///< of the frame
-  std::vector<std::string> stage_notes;  ///< "stage: note" of those that were skipped or failed
+  std::vector<std::string> stage_notes;  ///< "stage: note" of skipped or failed stages
   double correspondence_ms = 0, filters_ms = 0;
 
   std::size_t count(Vote vote) const {
@@ -68,9 +68,9 @@ class PipelineJudge final : public odometry::FeatureJudge {
 
   const FrameVerdict& record() const { return record_; }
   const Pipeline& pipeline() const { return pipeline_; }
-  /// What each stage did over all frames so far.
+  /// Totals of each stage over all frames so far.
   const StageTotals& totals() const { return totals_; }
-  /// What the bits of MarkedFeature::reasons mean, so far.
+  /// Stage of each bit of MarkedFeature::reasons, so far.
   const std::vector<std::string>& stages() const { return stages_; }
   /// The same as text: "semantic_box+epipolar".
   std::string reason(const MarkedFeature& feature) const {
@@ -128,7 +128,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
     record_.notes.insert(record_.notes.end(), report.notes.begin(), report.notes.end());
   }
 
-  // Stages with one name, inside and outside a region, are one reason.
+  // Stages with the same name, inside and outside a region, share one reason bit.
   std::uint64_t named_reasons(const Verdict& verdict, std::size_t i) {
     std::uint64_t bits = 0;
     for (std::size_t k = 0; k < verdict.report.stages.size() && k < 64; ++k) {

@@ -12,7 +12,7 @@ namespace dynfilter::command {
 inline constexpr PresetKind kPipelines = kPipelinePresets;
 inline constexpr PresetKind kDetectors{"detector", "detectors"};
 
-/// Beside the installed program (<prefix>/share/dynfilter), or in the source tree.
+/// Beside the installed program (<prefix>/share/dynfilter), then the folder that its build names.
 inline PresetFolders command_folders(const PresetKind& kind) {
   PresetFolders folders;
   std::error_code error;

@@ -20,7 +20,7 @@ struct Preset {
   std::string name, about, file;
 };
 
-/// `about` under the first key of the file, "" without it.
+/// The text `about` under the first key of the file; "" if it is missing.
 std::string about(const std::string& file) {
   const YamlDocument document = YamlDocument::from_file(file);
   for (const auto& [key, value] : document.root().entries())
@@ -70,7 +70,7 @@ int run(bool json) {
 
 void add_presets(CLI::App& app, Action& action) {
   auto json = std::make_shared<bool>(false);
-  CLI::App* command = app.add_subcommand("presets", "Lists the pipelines and detectors that go by a name.");
+  CLI::App* command = app.add_subcommand("presets", "Lists the pipelines and detectors that have a name.");
   command->add_flag("--json", *json, "print JSON");
   command->callback([json, &action] { action = [json] { return run(*json); }; });
 }

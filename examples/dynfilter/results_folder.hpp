@@ -9,7 +9,7 @@
 
 namespace dynfilter::command {
 
-/// Throws IoError for an `--out` folder that has results already, unless they may be replaced.
+/// Throws IoError if the `--out` folder contains results, unless they may be replaced.
 inline void check_free(const std::string& folder, bool force, std::initializer_list<const char*> results) {
   if (folder.empty() || force) return;
   std::error_code error;

@@ -21,7 +21,7 @@ inline void print_notes(const std::vector<std::string>& notes, bool wide = false
   }
 }
 
-/// Runs a sequence beside a progress bar, then prints the summary as JSON or as `print_text` does.
+/// Runs a sequence with a progress bar, then prints the summary as JSON or with `print_text`.
 template <class PrintText>
 Summary run_and_print(const RunOptions& options, bool json, const PrintText& print_text) {
   Summary summary;

@@ -65,9 +65,9 @@ void add_run(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
       "run",
       "Runs the reference RGB-D odometry with a pipeline on a sequence. Prints the trajectory's error, what "
-      "each stage of the pipeline did, and what was odd.\n\n"
+      "each stage of the pipeline did, and notes.\n\n"
       "A sequence is a TUM RGB-D or Bonn folder as downloaded, or one that synth wrote. Frames come from "
-      "associations.txt, association.txt, associated.txt or associate.txt, where the folder has one of them, "
+      "associations.txt, association.txt, associated.txt or associate.txt, if the folder has one of them, "
       "else from rgb.txt and depth.txt.\n\n"
       "The folder of --out gets trajectory.txt, frames.csv, verdicts.csv, summary.json and overlay/.");
   command->add_option("SEQUENCE", options->sequence, "a folder")->required()->type_name("FOLDER");
@@ -82,7 +82,7 @@ void add_run(CLI::App& app, Action& action) {
   command->add_flag("--force", options->force, "replace the results of another run in --out");
   command
       ->add_option("--overlay-every", options->overlay_every,
-                   "a picture of every N-th frame; without it about fifty in all")
+                   "a picture of every N-th frame; without it about 50 pictures")
       ->type_name("N");
   CLI::Option* map =
       command

@@ -21,14 +21,14 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
       .add_option("--detections", options.detections,
                   "boxes; by default detections.txt or detections_*.txt of the sequence")
       ->type_name("FILE");
-  command.add_flag("--no-detections", options.no_detections, "no boxes, even where the sequence has some")
+  command.add_flag("--no-detections", options.no_detections, "no boxes, even if the sequence has some")
       ->excludes("--detections");
   command
       .add_option("--masks", options.masks,
                   "folder of masks, 8-bit PNGs named as the colour images; by default masks/ of the "
                   "sequence")
       ->type_name("FOLDER");
-  command.add_flag("--no-masks", options.no_masks, "no masks, even where the sequence has some")
+  command.add_flag("--no-masks", options.no_masks, "no masks, even if the sequence has some")
       ->excludes("--masks");
   command
       .add_option(
@@ -52,14 +52,14 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
       ->type_name("DETECTOR");
   command
       .add_option("--network-dir", options.network_dir,
-                  "where the files lie that the detector's YAML names; else beside it")
+                  "folder of the files that the detector's YAML names; without it the folder of the YAML")
       ->needs("--detector")
       ->type_name("FOLDER");
   command
       .add_option("--start", options.start,
-                  "leave out so many frames at the beginning (with --reverse: of the reversed sequence)")
+                  "leave out the first N frames (with --reverse: of the reversed sequence)")
       ->type_name("N");
-  command.add_option("--frames", options.frames, "play at most so many frames")->type_name("N");
+  command.add_option("--frames", options.frames, "play at most N frames")->type_name("N");
   command
       .add_option("--plugin", options.plugins,
                   "load rejectors and providers from this module as well (runs its code)")

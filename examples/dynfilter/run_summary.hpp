@@ -47,7 +47,8 @@ struct DetectorSummary {
 /// Content of summary.json. NaN is written as null.
 struct Summary {
   std::string sequence, pipeline;
-  std::string scene;  ///< what a rendered sequence shows, else its own name: runs of one scene can be pooled
+  /// Scene of a rendered sequence, else the sequence's name. Runs of one scene can be pooled.
+  std::string scene;
   std::size_t frames = 0, tracked_frames = 0;
   double ate_rmse_m = NAN, rpe_trans_rmse_m = NAN, rpe_rot_rmse_deg = NAN;
   double precision = NAN, recall = NAN, static_kept = NAN;
@@ -56,7 +57,7 @@ struct Summary {
   std::optional<DetectorSummary> detector;
   std::optional<MapSummary> map;
   StageTotals stages;
-  std::vector<std::string> notes, stage_notes;  ///< of the run; of stages that were skipped or failed
+  std::vector<std::string> notes, stage_notes;  ///< of the run; of skipped or failed stages
 };
 
 inline Json to_json(const DetectorSummary& d) {

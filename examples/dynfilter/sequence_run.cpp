@@ -34,7 +34,7 @@
 namespace dynfilter::command {
 namespace {
 
-/// Seeds of one rendered scene are runs of it; a recording is a scene of its own.
+/// All seeds of a rendered scene have one name. A recording is its own scene.
 std::string scene_of(const io::TumSequence& sequence) {
   if (const auto rendered = synth::read_scene_name(sequence.folder())) return rendered->scene;
   std::error_code error;
@@ -67,7 +67,7 @@ class SequenceRun {
     oracle_ = uses_stage(judge_.pipeline(), OracleFilter::kName);
     if (oracle_ && !sequence_.has_labels())
       throw IoError(options.sequence + ": has no labels/, which `oracle` needs: choose another --pipeline");
-    // In reverse "has moved over the last frames" is another question than the truth images answer.
+    // In reverse there is no truth: the truth images describe motion over earlier frames.
     judged_by_truth_ = sequence_.has_labels() && !options.reverse;
     if (sequence_.has_labels() && options.reverse)
       summary_.notes.emplace_back("played in reverse: no precision and recall");
@@ -220,7 +220,7 @@ class SequenceRun {
     if (!reasons.empty()) note += fmt::format(" ({})", fmt::join(reasons, "; "));
     return note + option_for(reasons);
   }
-  // What a run can be given.
+  // Inputs that a run can provide.
   static std::string option_for(const std::vector<std::string>& reasons) {
     const auto lacks = [&](const char* input) {
       return std::any_of(reasons.begin(), reasons.end(), [input](const std::string& reason) {
@@ -268,11 +268,11 @@ class SequenceRun {
   std::optional<io::Trajectory> ground_truth_;
   std::optional<SemanticFeed> feed_;
   std::optional<std::chrono::steady_clock::time_point> began_;
-  std::optional<io::PoseLookup> poses_;  ///< of another SLAM
+  std::optional<io::PoseLookup> poses_;  ///< poses of another SLAM
   std::optional<MapRun> map_;
   std::optional<RunOutput> output_;
   std::vector<FrameRow> rows_;
-  std::map<std::string, std::size_t> notes_, stage_notes_;  ///< and in how many frames
+  std::map<std::string, std::size_t> notes_, stage_notes_;  ///< note -> number of frames
   Summary summary_;
   std::size_t blank_depth_ = 0;
   bool oracle_ = false, judged_by_truth_ = false, any_depth_ = false;

@@ -21,11 +21,11 @@ struct RunOptions {
   bool reverse = false;
   bool no_detections = false, no_masks = false;  ///< true: ignored even if the sequence has some
   int threads = 1;
-  std::size_t overlay_every = 0;  ///< 0: so that there are about fifty
+  std::size_t overlay_every = 0;  ///< 0: about fifty pictures in all
   bool force = false;             ///< replace the results in `out`
-  std::string map;                ///< a PLY file for the dense map of what stands still; "": none
-  std::string map_config;         ///< a YAML file with its parameters; "": the defaults
-  std::string map_full;           ///< a PLY file for the keyframes' points as they are, not thinned; "": none
+  std::string map;                ///< PLY file for the dense map of the static scene; "": none
+  std::string map_config;         ///< YAML file with parameters of the map; "": the defaults
+  std::string map_full;           ///< PLY file for all points of the keyframes, not thinned; "": none
   std::optional<double> map_leaf_m;
   /// Frames that the map is built from: "pose_change", "every:5", ...
   std::string keyframes = "own";

@@ -44,7 +44,7 @@ void add_serve(CLI::App& app, Action& action) {
       ->type_name("DETECTOR");
   command
       ->add_option("--network-dir", options->network_dir,
-                   "where the files are that the detector's YAML names; else beside it")
+                   "folder of the files that the detector's YAML names; without it the folder of the YAML")
       ->type_name("FOLDER");
   command->add_option("--plugin", options->plugins, "load providers from this module as well (runs its code)")
       ->type_name("FILE");

@@ -17,7 +17,7 @@
 #include "man_page.hpp"
 #include "presets.hpp"
 
-// What packages install beside the program, made from the options themselves.
+// Completion scripts and manual pages for packages, generated from the options.
 namespace dynfilter::command {
 namespace {
 
@@ -49,9 +49,9 @@ int write_pages(const CLI::App& app, const std::string& folder) {
 void add_completion(CLI::App& app, Action& action) {
   auto what = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand(
-      "completion", "Prints a completion script for a shell, or names for it, one in a line.");
+      "completion", "Prints a completion script for a shell, or a list of names, one per line.");
   command->group("");
-  command->add_option("WHAT", *what, "a shell, or the kind of names")
+  command->add_option("WHAT", *what, "a shell, or a kind of names")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "pipelines", "detectors", "filters", "scenes"}));
   command->callback([what, &app, &action] {

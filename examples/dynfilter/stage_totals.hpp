@@ -20,19 +20,19 @@
 
 namespace dynfilter::command {
 
-/// What one stage did over all frames of a run.
+/// Counts and time of one stage over all frames of a run.
 struct StageTotal {
   std::string call_point, name, path;
   int depth = 0;                                    ///< below the call point's first stage
   bool filter = false;                              ///< a rejector, not a combinator
-  std::size_t frames = 0, skipped = 0, failed = 0;  ///< frames in which it was reached, of these ...
+  std::size_t frames = 0, skipped = 0, failed = 0;  ///< frames that reached the stage; of these, ...
   double judged = 0, dynamic = 0, unknown = 0, prior = 0, time_ms = 0;  ///< sums
-  std::map<std::string, std::size_t> notes;                             ///< and in how many frames
+  std::map<std::string, std::size_t> notes;                             ///< note -> number of frames
 
   double mean(double sum) const { return frames > 0 ? sum / static_cast<double>(frames) : 0; }
 };
 
-/// A note with # for each number, so that notes of many frames are one.
+/// The note with # for each number, so that equal notes of several frames can be counted together.
 inline std::string without_numbers(const std::string& note) {
   std::string text;
   const auto digit = [&](std::size_t i) { return std::isdigit(static_cast<unsigned char>(note[i])) != 0; };
@@ -50,11 +50,11 @@ inline std::string without_numbers(const std::string& note) {
   return text;
 }
 
-/// The reports of all frames, added up per stage.
+/// Sums of the reports of all frames, per stage.
 class StageTotals {
  public:
   StageTotals() = default;
-  /// In the order of the pipeline, so that stages which were never reached are there, too.
+  /// In the order of the pipeline. Stages that were never reached are included.
   explicit StageTotals(const Pipeline& pipeline) {
     for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe})
       if (const Stage* root = pipeline.stages(point))
@@ -97,12 +97,12 @@ class StageTotals {
 
   const std::vector<StageTotal>& stages() const { return stages_; }
   bool empty() const { return stages_.empty(); }
-  /// Some rejector was called in some frame.
+  /// True if a rejector was called in at least one frame.
   bool any_reached() const {
     return std::any_of(stages_.begin(), stages_.end(),
                        [](const StageTotal& stage) { return stage.filter && stage.frames > 0; });
   }
-  /// There are rejectors, and none of them ever had its inputs.
+  /// True if there are rejectors and all were skipped in all frames.
   bool all_skipped() const {
     bool any = false;
     for (const StageTotal& stage : stages_) {
@@ -112,7 +112,7 @@ class StageTotals {
     }
     return any;
   }
-  /// "semantic_box: skipped: no boxes", each once.
+  /// Lines such as "semantic_box: skipped: no boxes", without duplicates.
   std::vector<std::string> reasons() const {
     std::vector<std::string> all;
     for (const StageTotal& stage : stages_)
@@ -135,7 +135,7 @@ class StageTotals {
   std::vector<StageTotal> stages_;
 };
 
-/// Means per frame; notes by how often they came.
+/// Means per frame, and notes sorted by their number of frames.
 inline Json to_json(const StageTotals& totals) {
   Json stages = Json::array();
   for (const StageTotal& s : totals.stages()) {
@@ -158,7 +158,7 @@ inline Json to_json(const StageTotals& totals) {
   return stages;
 }
 
-/// A table of what the stages did, for people: means over the frames in which a stage was reached.
+/// A table of the stages as text. Means are over the frames that reached the stage.
 inline std::string stages_text(const StageTotals& totals, bool wide) {
   if (totals.empty()) return "";
   Table table({{"stage, means per frame", true},
@@ -187,7 +187,7 @@ inline std::string stages_text(const StageTotals& totals, bool wide) {
     for (std::size_t k = 0; k < std::min(kMost, sorted.size()); ++k) {
       const std::string line = fmt::format("{}: {} ({} {})", s.name, sorted[k].second, sorted[k].first,
                                            sorted[k].first == 1 ? "frame" : "frames");
-      if (!said.insert(line).second) continue;  // two stages of one name
+      if (!said.insert(line).second) continue;  // two stages have the same name
       std::string block = wrapped(line, wide ? 1000 : text_columns(), 4);
       if (!block.empty()) block[2] = '-';
       notes += block;

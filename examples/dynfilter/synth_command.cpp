@@ -62,7 +62,7 @@ int write(SynthOptions options) {
 }
 
 void add_sensor(CLI::App& command, synth::SequenceOptions& sequence) {
-  command.add_option("--hz", sequence.rate_hz, "frames a second")
+  command.add_option("--hz", sequence.rate_hz, "frames per second")
       ->type_name("HZ")
       ->check(CLI::Range(10.0, 60.0))
       ->capture_default_str();
@@ -76,13 +76,15 @@ void add_sensor(CLI::App& command, synth::SequenceOptions& sequence) {
       ->type_name("MS")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
-  command.add_option("--depth-offset-ms", sequence.depth_offset_ms, "depth is so much later than colour")
+  command
+      .add_option("--depth-offset-ms", sequence.depth_offset_ms,
+                  "delay of the depth image relative to the colour image")
       ->type_name("MS")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   command
       .add_option("--calibration-error", sequence.calibration_error,
-                  "of camera.yaml; 1: focal length 0.5 %, centre 3 px, corners 1 px off")
+                  "error of camera.yaml; 1: focal length 0.5 %, centre 3 px, corners 1 px off")
       ->type_name("X")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
@@ -103,18 +105,18 @@ void add_synth(CLI::App& app, Action& action) {
       "detector with faults).\n\nScenes: " +
           scenes());
   command->add_option("SCENE", sequence.scene, "one of the scenes above")->required()->type_name("SCENE");
-  command->add_option("DIR", options->folder, "where to; a synthetic sequence that is there is replaced")
+  command->add_option("DIR", options->folder, "folder to write; an existing synthetic sequence is replaced")
       ->required()
       ->type_name("FOLDER");
-  command->add_option("--frames", sequence.frames, "how many")
+  command->add_option("--frames", sequence.frames, "number of frames")
       ->type_name("N")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  command->add_option("--seed", sequence.seed, "another room, other people, another walk")
+  command->add_option("--seed", sequence.seed, "number of the variant: room, people and paths")
       ->type_name("N")
       ->capture_default_str();
   add_sensor(*command, sequence);
-  command->add_option("--late", sequence.detector.late_frames, "boxes come so many frames late")
+  command->add_option("--late", sequence.detector.late_frames, "boxes arrive N frames late")
       ->type_name("N")
       ->check(CLI::Range(0, 30))
       ->capture_default_str();

@@ -14,19 +14,19 @@
 
 namespace dynfilter::command {
 
-/// A figure in a table; "-" where there is none.
+/// A figure in a table; "-" for NaN.
 inline std::string cell(double value, int digits) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
 }
 
 struct Column {
   std::string head;
-  bool text = false;  ///< to the left; figures are to the right
-  int rank = 0;       ///< where there is no room, the highest rank is left out first; 0: never
+  bool text = false;  ///< left-aligned; figures are right-aligned
+  int rank = 0;       ///< in narrow tables the highest rank is left out first; 0: never left out
 };
 
-/// A table for people. Columns without any entry are left out, and in a narrow place the least important
-/// ones.
+/// A table as text. Empty columns are left out.
+/// The least important columns are left out if the table is too wide.
 class Table {
  public:
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
@@ -34,8 +34,8 @@ class Table {
   void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
   bool empty() const { return rows_.empty(); }
 
-  /// `room`: letters in a line, 0: no limit. `left_out` gets the heads of columns for which there was no
-  /// room.
+  /// `room`: characters per line, 0: no limit. `left_out` receives the heads of the columns
+  /// that were left out because of it.
   std::string text(std::size_t room, std::vector<std::string>* left_out = nullptr,
                    std::size_t indent = 0) const {
     std::vector<std::size_t> shown;
@@ -76,7 +76,7 @@ class Table {
     for (const std::size_t c : shown) sum += column_width(c) + kGap;
     return sum > kGap ? sum - kGap : 0;
   }
-  /// The widest text column pays.
+  /// Shortens the widest text column.
   void shorten(const std::vector<std::size_t>& shown, std::vector<std::size_t>& widths,
                std::size_t too_much) const {
     std::size_t widest = shown.size();
@@ -103,7 +103,7 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// The table as wide as the terminal, or with all columns; says which are not shown.
+/// Prints the table as wide as the terminal, or with all columns. Names the columns that are left out.
 inline void print_table(const Table& table, bool wide) {
   std::vector<std::string> left_out;
   fmt::print("{}", table.text(wide ? 0 : text_columns(), &left_out));

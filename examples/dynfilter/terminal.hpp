@@ -12,8 +12,8 @@
 
 namespace dynfilter::command {
 
-/// Columns of the terminal that standard output goes to; 80 for a file or a pipe. The environment variable
-/// COLUMNS overrides both.
+/// Columns of the terminal on standard output; 80 for a file or a pipe.
+/// The environment variable COLUMNS overrides both.
 inline std::size_t text_columns() {
   long columns = 80;
   winsize window{};
@@ -24,14 +24,15 @@ inline std::size_t text_columns() {
   return static_cast<std::size_t>(std::clamp(columns, 40L, 1000L));
 }
 
-/// Letters of UTF-8 text.
+/// Number of characters of UTF-8 text.
 inline std::size_t letters(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(
       text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
-/// The words of a text in lines of at most `columns`, each behind `indent` blanks. A line break in the text
-/// is a blank, an empty line stays. Ends with a line break; "" for no words.
+/// Wraps a text at `columns` and indents each line by `indent` blanks.
+/// Line breaks in the text count as blanks, and empty lines remain.
+/// The result ends with a line break; "" for a text without words.
 inline std::string wrapped(const std::string& text, std::size_t columns, std::size_t indent = 0) {
   const std::string margin(indent, ' ');
   std::string result;

@@ -693,15 +693,14 @@ void check_guide(const std::string& begin, const std::string& wanted) {
 
 TEST_CASE("the guide's table of settings is that of the parameters") {
   std::string wanted =
-      "| key | default | meaning |\n|---|---|---|\n"
-      "| `DynFilter.pipeline` | `dynfilter`; without depth `dynfilter_mono` | a preset, or a file with a "
-      "pipeline |\n";
+      "| key, after `DynFilter.` | default | meaning |\n|---|---|---|\n"
+      "| `pipeline` | `dynfilter` or `dynfilter_mono` | a preset, or a file with a pipeline |\n";
   for (const FieldInfo& field : describe_parameters<OrbSlamParams>()) {
     const bool number = field.type == "integer" || field.type == "number";
     const std::string value = field.default_value.empty() || field.default_value == "[]" ? "none"
-                              : number ? field.default_value + " " + field.unit + " (" + field.range + ")"
+                              : number ? field.default_value + " (" + field.range + ")"
                                        : field.default_value;
-    wanted += "| `DynFilter." + field.name + "` | " + value + " | " + field.doc + " |\n";
+    wanted += "| `" + field.name + "` | " + value + " | " + field.doc + " |\n";
   }
   check_guide("<!-- parameters -->\n", wanted);
 }

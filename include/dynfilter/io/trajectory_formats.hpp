@@ -17,15 +17,15 @@ enum class TrajectoryFormat {
 struct TrajectoryFile {
   Trajectory trajectory;
   TrajectoryFormat format = TrajectoryFormat::Tum;
-  bool nanoseconds = false;  ///< a TUM file whose stamps are nanoseconds: they are seconds now
+  bool nanoseconds = false;  ///< a TUM file with stamps in nanoseconds, converted to seconds
 };
 
-/// A number per line, as KITTI's times.txt. Throws IoError.
+/// Reads one number per line, like KITTI's times.txt. Throws IoError.
 std::vector<double> read_times_s(const std::filesystem::path& path);
 
-/// A trajectory in one of the formats, by time; without `format` it is told from the first line: 12 fields
-/// are KITTI's; commas with more than 10 fields, or with nanoseconds, are EuRoC's; else it is TUM's.
-/// `times_s`: of KITTI's lines; empty: ten a second from 0. Throws IoError naming file and line.
+/// Reads a trajectory, sorted by time. Without `format`, the first line decides:
+/// 12 fields are KITTI; commas with more than 10 fields or with nanoseconds are EuRoC; all else is TUM.
+/// `times_s`: stamps of KITTI's lines; empty: 10 Hz from 0 s. Throws IoError with file and line.
 TrajectoryFile read_trajectory(const std::filesystem::path& path,
                                std::optional<TrajectoryFormat> format = std::nullopt,
                                const std::vector<double>& times_s = {});

@@ -40,26 +40,23 @@ struct OrbSlamParams {
   static const FieldTable<OrbSlamParams>& fields() {
     using P = OrbSlamParams;
     static const FieldTable<P> table{
-        flag("enabled", &P::enabled, "false: the host runs as if nothing had been added"),
+        flag("enabled", &P::enabled, "false: the host runs without dynfilter"),
         choice("on_error", &P::on_error, {{"stop", OnError::Stop}, {"off", OnError::Off}},
-               "when the settings cannot be used: end the host, or run it without rejection"),
+               "if the settings are wrong: end the host, or run it without rejection"),
         flag("keep_first_frame", &P::keep_first_frame,
-             "true: keep all features of the first frame and of the first after a reset; false: reject what "
-             "is "
-             "on their boxes and masks"),
+             "false: reject features on boxes and masks in the first frame"),
         integer("min_features_before_map", &P::min_features_before_map, "features", {-1, 100000},
-                "kept at least until the map exists; -1: 550 with depth or two cameras, 250 with one"),
-        integer("min_features", &P::min_features, "features", {0, 100000},
-                "kept at least once the map exists"),
+                "kept before the map exists; -1: 550, mono 250"),
+        integer("min_features", &P::min_features, "features", {0, 100000}, "kept after that"),
         integer("covisible_keyframes", &P::covisible_keyframes, "keyframes", {0, 1000},
-                "that a new keyframe is compared with, at most"),
+                "most keyframes that a new one is compared with"),
         words("plugins", &P::plugins, "modules to load, with filters and detectors"),
         text("boxes", &P::boxes, "file of boxes by timestamp"),
         text("masks", &P::masks, "folder of masks: PNG files named by their timestamps"),
-        text("detector", &P::detector, "detector that makes boxes or masks: a preset or a YAML file"),
+        text("detector", &P::detector, "makes boxes or masks: a preset or a YAML file"),
         text("network_dir", &P::network_dir, "folder of the detector's network files"),
         text("detector_mode", &P::detector_mode,
-             "async: beside the tracker; sync: the tracker waits; late:FRAMES, rate:HZ: experiments"),
+             "async: in a thread; sync: the tracker waits; late:N, rate:HZ: tests"),
     };
     return table;
   }
