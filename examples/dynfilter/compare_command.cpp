@@ -245,10 +245,9 @@ std::string csv_of(const std::vector<Row>& rows) {
     const Summary& s = row.summary;
     csv += fmt::format("{},{},{},{},{}", detail_table::csv_field(s.sequence), row.variant,
                        detail_table::csv_field(s.pipeline), s.frames, s.tracked_frames);
-    for (const double figure :
-         {s.ate_rmse_m, s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall, s.static_kept,
-          s.features_mean, s.rejected_mean, s.total_ms, s.extraction_ms, s.correspondence_ms, s.filters_ms,
-          s.tracking_ms})
+    for (const double figure : {s.ate_rmse_m, s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall,
+                                s.static_kept, s.features_mean, s.rejected_mean, s.total_ms, s.extraction_ms,
+                                s.correspondence_ms, s.filters_ms, s.tracking_ms})
       csv += std::isfinite(figure) ? fmt::format(",{}", figure) : ",";
     csv += "\n";
   }
@@ -345,8 +344,8 @@ int compare(const CompareOptions& options) {
   const std::vector<Row> rows = run_all(options, writes ? &records : nullptr);
   if (writes) write_results(options.out, rows, records);
   print_rows_as(options, rows);
-  const bool any_lost = std::any_of(rows.begin(), rows.end(),
-                                    [](const Row& row) { return row.summary.tracked_frames == 0; });
+  const bool any_lost =
+      std::any_of(rows.begin(), rows.end(), [](const Row& row) { return row.summary.tracked_frames == 0; });
   return any_lost ? kFailed : kDone;
 }
 

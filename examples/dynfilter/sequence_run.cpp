@@ -324,8 +324,7 @@ class SequenceRun {
 
 }  // namespace
 
-Summary run_sequence(const RunOptions& options,
-                     const std::function<void(std::size_t, std::size_t)>& progress,
+Summary run_sequence(const RunOptions& options, const std::function<void(std::size_t, std::size_t)>& progress,
                      const RecordOptions& record) {
   cv::setNumThreads(options.threads);
   return SequenceRun(options, record).run(progress);

@@ -43,8 +43,7 @@ struct RecordOptions {
 
 /// Runs one pipeline on one sequence with the odometry. Writes files if options.out is set.
 /// Throws Error for unusable input, and then leaves no files.
-Summary run_sequence(const RunOptions& options,
-                     const std::function<void(std::size_t, std::size_t)>& progress,
+Summary run_sequence(const RunOptions& options, const std::function<void(std::size_t, std::size_t)>& progress,
                      const RecordOptions& record = {});
 
 }  // namespace dynfilter::command

@@ -87,7 +87,7 @@ TEST_CASE("pictures: how many, and none larger than it may be") {
   CHECK(report::picture_step(50, 100) == 1);
   CHECK(report::picture_step(1, 0) == 1);
   CHECK(report::picture_step(0, 100) == 1);
-  CHECK(report::picture_step(500, 100, 10) == 10);     // only 50 are drawn
+  CHECK(report::picture_step(500, 100, 10) == 10);       // only 50 are drawn
   CHECK(report::picture_step(3000, 100, 20) % 20 == 0);  // no picture that is not drawn anyway
   const std::vector<std::uint8_t> jpeg = report::encode_picture(noise(1920, 1080), 100'000);
   CHECK(jpeg.size() <= 100'000);
@@ -184,8 +184,10 @@ TEST_CASE("run writes the page with its results, compare with all runs") {
   // Another run's page is not replaced.
   fs::create_directories(out / "taken");
   write_text(out / "taken/report.html", "mine");
-  check_refused("run " + folder + " --pipeline none --out '" + (out / "taken").string() + "'", "(report.html)");
-  check_refused("compare " + folder + " --pipelines none --out '" + (out / "taken").string() + "'", "--force");
+  check_refused("run " + folder + " --pipeline none --out '" + (out / "taken").string() + "'",
+                "(report.html)");
+  check_refused("compare " + folder + " --pipelines none --out '" + (out / "taken").string() + "'",
+                "--force");
 
   const fs::path both = walking.root() / "both";
   const CommandResult compare =

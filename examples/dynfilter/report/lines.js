@@ -81,6 +81,7 @@ class Plots {
     onResize(this.node, () => this.plots.forEach((plot) => plot.resize()));
   }
   rebuild() {
+    this.plots.forEach((plot) => plot.remove());
     this.plots = plotList().map((spec) => new Plot(spec));
     this.node.replaceChildren(...this.plots.map((plot) => plot.node));
     this.plots.forEach((plot) => plot.draw());

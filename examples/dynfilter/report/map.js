@@ -1,6 +1,8 @@
 // The dense map, drawn point by point into a picture, and turned with the mouse or the keyboard.
 
 const TURN_PER_PIXEL = 0.008, TURN_PER_KEY = 0.15;
+const START_TURN = 0.35, START_TILT = 0.55, START_DISTANCE = 1.7; // radians; of the radius of most points
+const CEILING_ABOVE_M = 0.5; // points so far above the cameras
 const MAP_LENS = 1.1; // focal length over half the picture's height
 
 function bytesOf(base64) {
@@ -46,8 +48,13 @@ function mapPoints(map) {
 
 class MapView {
   constructor() {
-    this.canvas = element("canvas", { tabindex: 0, role: "application", class: "map" });
-    this.caption = element("figcaption", {}, "Map of what does not move");
+    this.canvas = element("canvas", { tabindex: 0, role: "application", class: "map", "aria-label": "Map" });
+    this.box = element("input", { type: "checkbox", "aria-label": "ceiling", onchange: () => {
+      this.hidesCeiling = !this.box.checked;
+      this.later();
+    } });
+    this.switch = element("label", { class: "switch" }, this.box, " ceiling");
+    this.caption = element("figcaption", {}, "Map of what does not move", this.switch);
     this.text = element("p", { class: "hint" });
     this.node = element("figure", { class: "map-figure" }, this.caption, this.canvas, this.text);
     this.listenToPointer();
@@ -62,17 +69,39 @@ class MapView {
     if (!map) return;
     if (this.source !== map) {
       this.source = map;
-      Object.assign(this, mapPoints(map), { turn: 0.6, tilt: 0.7, distance: null, shift: [0, 0] });
-      this.distance = 1.8 * this.radius;
+      Object.assign(this, mapPoints(map), { tilt: START_TILT });
+      this.distance = START_DISTANCE * this.radius;
+      this.up = unit(map.up);
+      this.faceFrom(store.focus);
     }
-    this.up = unit(map.up);
-    const aside = Math.abs(this.up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0];
-    this.north = unit(cross(aside, this.up));
-    this.east = cross(this.north, this.up);
     this.canvas.setAttribute("aria-label", `Map of ${map.points} points. Arrow keys turn it, plus and minus zoom.`);
     this.text.textContent = `${map.shown.toLocaleString("en")} of ${map.points.toLocaleString("en")} points. ` +
       "Drag or arrow keys: turn. Wheel, pinch, + and −: zoom. The line is the camera's path.";
     this.later();
+  }
+
+  /** Looks as the run's cameras did, from their places into the middle of the map. Without the ceiling. */
+  faceFrom(run) {
+    const place = run.position_m.map((axis, a) => median(axis) - this.middle[a]);
+    const aside = Math.abs(this.up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0];
+    const level = plus(scaled(place, -1), scaled(this.up, dot(place, this.up)));
+    this.north = Math.hypot(...level) > 1e-3 ? unit(level) : unit(cross(aside, this.up));
+    this.east = cross(this.north, this.up);
+    this.turn = START_TURN;
+    this.ceiling = dot(place, this.up) + CEILING_ABOVE_M;
+    const above = this.above();
+    this.hidesCeiling = above > 0 && above < this.points.length / 6; // else it is no room
+    this.switch.hidden = !this.hidesCeiling;
+    this.box.checked = !this.hidesCeiling;
+  }
+  /** How many points are above the cameras by much. */
+  above() {
+    let n = 0;
+    for (let i = 0; i < this.points.length; i += 3) n += this.height(i) > this.ceiling ? 1 : 0;
+    return n;
+  }
+  height(i) {
+    return this.points[i] * this.up[0] + this.points[i + 1] * this.up[1] + this.points[i + 2] * this.up[2];
   }
 
   key(event) {
@@ -154,6 +183,7 @@ class MapView {
     const { points, colours } = this;
     const { right, down, away, from } = camera;
     for (let i = 0; i < points.length; i += 3) {
+      if (this.hidesCeiling && this.height(i) > this.ceiling) continue;
       const x = points[i] - from[0], y = points[i + 1] - from[1], z = points[i + 2] - from[2];
       const far = x * away[0] + y * away[1] + z * away[2];
       if (far < 0.02) continue;

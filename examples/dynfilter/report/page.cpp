@@ -29,7 +29,8 @@ std::string filled(std::string_view page, const Texts& texts) {
     if (end == std::string_view::npos) return result.append(page.substr(at));
     result.append(page.substr(at, begin - at));
     const std::string_view name = page.substr(begin + 1, end - begin - 1);
-    const auto text = std::find_if(texts.begin(), texts.end(), [&](const auto& t) { return t.first == name; });
+    const auto text =
+        std::find_if(texts.begin(), texts.end(), [&](const auto& t) { return t.first == name; });
     result.append(text != texts.end() ? std::string_view(text->second) : page.substr(begin, end - begin + 1));
     at = end + 1;
   }
@@ -102,12 +103,23 @@ std::string escaped(const std::string& text) {
   std::string safe;
   for (const char c : text) {
     switch (c) {
-      case '&': safe += "&amp;"; break;
-      case '<': safe += "&lt;"; break;
-      case '>': safe += "&gt;"; break;
-      case '"': safe += "&quot;"; break;
-      case '\'': safe += "&#39;"; break;
-      default: safe += c;
+      case '&':
+        safe += "&amp;";
+        break;
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '"':
+        safe += "&quot;";
+        break;
+      case '\'':
+        safe += "&#39;";
+        break;
+      default:
+        safe += c;
     }
   }
   return safe;

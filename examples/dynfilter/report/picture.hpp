@@ -36,7 +36,7 @@ inline std::vector<std::uint8_t> encode_picture(const cv::Mat& picture, std::siz
   std::vector<std::uint8_t> bytes;
   for (const int width_px : {kPictureWidth_px, kPictureWidth_px * 2 / 3, kPictureWidth_px / 3}) {
     narrow(width_px);
-    for (const int quality : {80, 65, 45}) {
+    for (const int quality : {70, 55, 40}) {
       if (!cv::imencode(".jpg", shown, bytes,
                         {cv::IMWRITE_JPEG_QUALITY, quality, cv::IMWRITE_JPEG_OPTIMIZE, 1}))
         throw Error("a picture of the report cannot be encoded");

@@ -55,6 +55,10 @@ class Plot {
     this.drawing = hasPlots ? new UPlotDrawing(this) : new SvgDrawing(this);
     this.showFrame();
   }
+  /** A plot that is no more in the page must not follow the others. */
+  remove() {
+    this.drawing.remove();
+  }
   resize() {
     this.drawing.resize();
     this.showFrame();
@@ -76,7 +80,7 @@ class Plot {
   }
 }
 
-/** The lines that say which frame is shown, and the marks above a plot. */
+/** With uPlot: values follow the mouse, dragging zooms, a click chooses a frame. */
 class UPlotDrawing {
   constructor(plot) {
     this.plot = plot;
@@ -132,7 +136,8 @@ class UPlotDrawing {
   zoomed(u) {
     const { min, max } = u.scales.x;
     const seconds = store.group.axis.seconds;
-    if (this.setting || min === null) return;
+    if (min === null) return;
+    this.placeCursor(); // now that the scale is the new one
     if (min <= seconds[0] && max >= seconds[seconds.length - 1]) setRange(null);
     else setRange([min, max]);
   }
@@ -140,14 +145,16 @@ class UPlotDrawing {
     const seconds = store.group.axis.seconds;
     const last = seconds[seconds.length - 1];
     const [min, max] = store.range || [seconds[0], last > seconds[0] ? last : seconds[0] + 1];
-    this.setting = true;
     this.u.setScale("x", { min, max });
-    this.setting = false;
+  }
+  remove() {
+    this.u.destroy();
   }
   resize() {
     this.u.setSize({ width: this.plot.width(), height: PLOT_HEIGHT });
   }
   placeCursor() {
+    if (!this.u) return; // its first scale
     const left = this.u.valToPos(store.group.axis.seconds[store.frame], "x");
     this.line.hidden = left < -1 || left > this.u.over.clientWidth + 1;
     this.line.style.left = left + "px";
@@ -193,6 +200,7 @@ class SvgDrawing {
   showRange() {
     this.resize();
   }
+  remove() {}
   x(s) {
     return this.left + (s - this.from) / (this.to - this.from) * (this.right - this.left);
   }

@@ -57,9 +57,8 @@ inline Json frames_json(const RunRecord& r) {
           {"relocalised", rows([](const FrameRow& f) { return f.relocalised ? 1 : 0; })},
           {"features", rows([](const FrameRow& f) { return f.features; })},
           {"static", rows([](const FrameRow& f) { return f.of_static; })},
-          {"unknown", rows([&, k = std::size_t{0}](const FrameRow& f) mutable {
-             return f.unknown - r.restored[k++];
-           })},
+          {"unknown",
+           rows([&, k = std::size_t{0}](const FrameRow& f) mutable { return f.unknown - r.restored[k++]; })},
           {"restored", r.restored},
           {"rejected", rows([](const FrameRow& f) { return f.dynamic; })},
           {"tracked_points", rows([](const FrameRow& f) { return f.tracked_points; })},
@@ -112,7 +111,8 @@ inline Json to_json(const RunRecord& r) {
   });
   json["stages"] = column(r.stages, [](const StageSeries& s) {
     const Json ms = column(s.ms, [](double v) { return detail::rounded(v, detail::kThousandth); });
-    return Json{{"name", s.name}, {"path", s.path}, {"call_point", s.call_point}, {"depth", s.depth}, {"ms", ms}};
+    return Json{
+        {"name", s.name}, {"path", s.path}, {"call_point", s.call_point}, {"depth", s.depth}, {"ms", ms}};
   });
   json["marks"] = column(r.marks, [](const FrameMark& m) {
     return Json{{"frame", m.frame}, {"kind", m.kind}, {"text", m.text}};

@@ -43,7 +43,7 @@ struct RunRecord {
   Summary summary;
   std::string variant;  ///< "reverse from 5"; "" for a whole sequence
   std::vector<FrameRow> rows;
-  std::vector<double> age_frames;  ///< of boxes or masks, per row; NaN: there were none
+  std::vector<double> age_frames;     ///< of boxes or masks, per row; NaN: there were none
   std::vector<std::size_t> restored;  ///< kept by the floor in the end, per row
   std::vector<ReasonSeries> reasons;
   std::vector<StageSeries> stages;
