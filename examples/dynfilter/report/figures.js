@@ -13,7 +13,7 @@ const FIGURES = [
   { key: "ms.total", name: "time", digits: 1, unit: "ms", less: true },
   { key: "ms.filters", name: "filters", digits: 2, unit: "ms", less: true },
 ];
-const HEAD_FIGURES = ["tracked_frames", "ate_rmse_m", "rpe_trans_rmse_m", "recall", "static_kept", "ms.total"];
+const HEAD_FIGURES = ["tracked_frames", "ate_rmse_m", "rpe_trans_rmse_m", "recall", "static_kept", "rejected_mean", "ms.total"];
 
 function valueOf(summary, key) {
   const value = key.split(".").reduce((json, part) => (json === null || json === undefined ? null : json[part]), summary);
@@ -48,7 +48,8 @@ class HeadFigures {
   rebuild() {
     const run = store.focus;
     const others = references(run, this.beside);
-    const cards = FIGURES.filter((f) => HEAD_FIGURES.includes(f.key)).map((f) => {
+    const exists = (f) => [run.summary, ...others].some((summary) => valueOf(summary, f.key) !== null);
+    const cards = FIGURES.filter((f) => HEAD_FIGURES.includes(f.key) && exists(f)).map((f) => {
       const lines = others.map((summary) => element("div", { class: "reference" }, element("span", {}, summary.pipeline),
         element("span", { "data-pipeline": summary.pipeline, "data-key": f.key, "data-value": raw(summary, f.key) }, shownFigure(summary, f, false))));
       return element("div", { class: "card" }, element("div", { class: "name" }, f.name, f.unit ? element("span", { class: "unit" }, " " + f.unit) : null),

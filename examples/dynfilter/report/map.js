@@ -1,7 +1,7 @@
 // The dense map, drawn point by point into a picture, and turned with the mouse or the keyboard.
 
 const TURN_PER_PIXEL = 0.008, TURN_PER_KEY = 0.15;
-const START_TURN = 0.35, START_TILT = 0.55, START_DISTANCE = 1.7; // radians; of the radius of most points
+const START_TURN = 0.35, START_TILT = 0.55, START_DISTANCE = 1.25; // radians; of the radius of most points
 const CEILING_ABOVE_M = 0.5; // points so far above the cameras
 const MAP_LENS = 1.1; // focal length over half the picture's height
 

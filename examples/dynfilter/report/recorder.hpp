@@ -7,18 +7,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <dynfilter/eval/ate.hpp>
 #include <dynfilter/io/association.hpp>
 #include <dynfilter/mapping/cloud_picture.hpp>
 #include <map>
 #include <optional>
 #include <string>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include "../pipeline_judge.hpp"
+#include "map_sample.hpp"
 #include "picture.hpp"
 #include "run_record.hpp"
 
@@ -66,7 +65,6 @@ class RunRecorder {
 
  private:
   static constexpr std::size_t kMostTruth = 1500, kMostMapPoints = 60'000;
-  static constexpr double kFinestCell_m = 0.01;
 
   static std::size_t kept_by_floor(const FrameVerdict& verdict) {
     return static_cast<std::size_t>(
@@ -173,39 +171,11 @@ class RunRecorder {
   void sample_map(const mapping::MapCloud& cloud, const Pose& T_world_first) {
     record_.map_points = cloud.size();
     record_.map_up = -(T_.R * mapping::level_pose(cloud, T_world_first).R().col(1));
-    for (const std::size_t i : map_sample(cloud)) {
+    for (const std::size_t i : map_sample(cloud.points_m, kMostMapPoints)) {
       const cv::Point3f& p = cloud.points_m[i];
       record_.map_m.push_back(shown({p.x, p.y, p.z}).cast<float>());
       record_.map_bgr.push_back(cloud.colours.empty() ? cv::Vec3b(128, 128, 128) : cloud.colours[i]);
     }
-  }
-
-  /// Evenly in space: key objects have much finer voxels than the rest.
-  static std::vector<std::size_t> map_sample(const mapping::MapCloud& cloud) {
-    double cell_m = kFinestCell_m;
-    std::vector<std::size_t> sample = one_per_cell(cloud, cell_m);
-    while (sample.size() > kMostMapPoints) {
-      // A surface has a quarter of the cells when they are twice as wide.
-      cell_m *= 1.05 * std::sqrt(static_cast<double>(sample.size()) / kMostMapPoints);
-      sample = one_per_cell(cloud, cell_m);
-    }
-    return sample;
-  }
-  static std::vector<std::size_t> one_per_cell(const mapping::MapCloud& cloud, double cell_m) {
-    std::unordered_set<std::uint64_t> taken;
-    std::vector<std::size_t> indices;
-    const auto part = [cell_m](float coordinate_m) {
-      constexpr std::int64_t kOffset = 1 << 20;  // cells are never negative, in 21 bits
-      return static_cast<std::uint64_t>(
-                 static_cast<std::int64_t>(std::floor(static_cast<double>(coordinate_m) / cell_m)) +
-                 kOffset) &
-             0x1FFFFFU;
-    };
-    for (std::size_t i = 0; i < cloud.size(); ++i) {
-      const cv::Point3f& p = cloud.points_m[i];
-      if (taken.insert(part(p.x) << 42 | part(p.y) << 21 | part(p.z)).second) indices.push_back(i);
-    }
-    return indices;
   }
 
   RunRecord record_;

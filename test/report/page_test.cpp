@@ -1,35 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "command/run_command.hpp"
-#include "command/walking.hpp"
+#include "doctest/doctest.h"
 #include "report/base64.hpp"
+#include "report/map_sample.hpp"
 #include "report/page.hpp"
 #include "report/picture.hpp"
+#include "report_data.hpp"
 
 using namespace dynfilter_test;
 namespace command = dynfilter::command;
 namespace report = dynfilter::command::report;
-namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 namespace {
-
-/// The data that the page carries.
-Json data_of(const std::string& page) {
-  const std::string begin = "<script type=\"application/json\" id=\"data\">";
-  const std::size_t from = page.find(begin) + begin.size();
-  return Json::parse(page.substr(from, page.find("</script>", from) - from));
-}
-
-std::size_t times(const std::string& text, const std::string& part) {
-  std::size_t n = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
-  return n;
-}
 
 std::string base64(const std::string& text) {
   return report::base64(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
@@ -97,6 +82,24 @@ TEST_CASE("pictures: how many, and none larger than it may be") {
   CHECK(cv::imdecode(report::encode_picture(cv::Mat(12, 16, CV_8UC3, cv::Scalar(1)), 100'000), 1).cols == 16);
 }
 
+TEST_CASE("a sample of the map is even, whatever the density of its parts") {
+  // Two squares of 1 m: one of 500 x 500 points, one of 50 x 50.
+  std::vector<cv::Point3f> points;
+  for (int i = 0; i < 500; ++i)
+    for (int j = 0; j < 500; ++j)
+      points.emplace_back(0.002F * static_cast<float>(i), 0.002F * static_cast<float>(j), 0.F);
+  for (int i = 0; i < 50; ++i)
+    for (int j = 0; j < 50; ++j)
+      points.emplace_back(-2 + 0.02F * static_cast<float>(i), 0.02F * static_cast<float>(j), 0.F);
+  const std::vector<std::size_t> sample = report::map_sample(points, 1000);
+  CHECK(sample.size() <= 1000);
+  CHECK(sample.size() > 500);
+  const auto dense = std::count_if(sample.begin(), sample.end(), [](std::size_t i) { return i < 250'000; });
+  CHECK(std::abs(2 * dense - static_cast<std::ptrdiff_t>(sample.size())) < 200);
+  CHECK(report::map_sample({points[0], points[1], points[0]}, 10).size() == 1);  // within a centimetre
+  CHECK(report::map_sample({}, 10).empty());
+}
+
 TEST_CASE("the page of 500 frames is below 12 MB, with pictures of noise and a map") {
   const std::string page = report::run_page(long_run(500), {});
   CAPTURE(page.size());
@@ -138,86 +141,4 @@ TEST_CASE("what is not known is null: no truth, nothing tracked, no features") {
   CHECK(data["position_m"][2][0].is_null());
   CHECK(data["stages"][0]["ms"][0].is_null());
   CHECK(data["map"].is_null());
-}
-
-TEST_CASE("run writes the page with its results, compare with all runs") {
-  const Walking& walking = Walking::shared();
-  const std::string folder = "'" + walking.folder().string() + "'";
-  const fs::path out = walking.root() / "report";
-  fs::create_directories(out);
-  for (const char* pipeline : {"none", "rts_slam"})
-    REQUIRE(dynfilter("run " + folder + " --pipeline " + pipeline + " --detector-mode late:2 --out '" +
-                      (out / pipeline).string() + "'")
-                .exit_code == 0);
-  const std::string page = read_text(out / "rts_slam/report.html");
-  const Json data = data_of(page), run = data["runs"][0], frames = run["frames"];
-  CHECK(run["summary"] == Json::parse(read_text(out / "rts_slam/summary.json")));
-  REQUIRE(data["beside"].size() == 1);
-  CHECK(data["beside"][0] == Json::parse(read_text(out / "none/summary.json")));
-  CHECK(times(page, "default-src 'none'") == 1);
-  for (const char* outside : {"src=\"http", "href=", "url(", "fetch(", "XMLHttpRequest", "import("}) {
-    CAPTURE(outside);
-    CHECK(times(page, outside) == 0);
-  }
-
-  // The series agree with the summary and with each other.
-  double squares = 0, rejected = 0;
-  for (std::size_t k = 0; k < 14; ++k) {
-    squares += std::pow(frames["error_m"][k].get<double>(), 2);
-    rejected += frames["rejected"][k].get<double>();
-    double reasons = 0, verdicts = 0;
-    for (const Json& reason : run["reasons"]) reasons += reason["features"][k].get<double>();
-    CHECK(reasons == frames["rejected"][k].get<double>());
-    for (const char* verdict : {"static", "unknown", "restored", "rejected"})
-      verdicts += frames[verdict][k].get<double>();
-    CHECK(verdicts == frames["features"][k].get<double>());
-  }
-  CHECK(std::sqrt(squares / 14) == doctest::Approx(run["summary"]["ate_rmse_m"].get<double>()).epsilon(1e-4));
-  CHECK(rejected / 14 == doctest::Approx(run["summary"]["rejected_mean"].get<double>()));
-  CHECK(run["pictures"].size() == 14);
-  std::size_t late = 0;
-  for (const Json& mark : run["marks"]) late += mark["kind"] == "late";
-  CHECK(late == 12);  // all but the first two, which have nothing yet
-  CHECK(frames["age_frames"][0].is_null());
-  CHECK(frames["age_frames"][13] == 2);
-
-  // Another run's page is not replaced.
-  fs::create_directories(out / "taken");
-  write_text(out / "taken/report.html", "mine");
-  check_refused("run " + folder + " --pipeline none --out '" + (out / "taken").string() + "'",
-                "(report.html)");
-  check_refused("compare " + folder + " --pipelines none --out '" + (out / "taken").string() + "'",
-                "--force");
-
-  const fs::path both = walking.root() / "both";
-  const CommandResult compare =
-      dynfilter("compare " + folder + " --pipelines none,oracle --json --out '" + both.string() + "'");
-  REQUIRE(compare.exit_code == 0);
-  CHECK(read_text(both / "summary.json") == compare.out);
-  const Json compared = data_of(read_text(both / "report.html")), rows = Json::parse(compare.out)["rows"];
-  REQUIRE(compared["runs"].size() == 2);
-  for (std::size_t k = 0; k < 2; ++k) {
-    CHECK(compared["runs"][k]["summary"] == rows[k]);
-    CHECK(compared["runs"][k]["pictures"].size() == 14);
-  }
-}
-
-TEST_CASE("compare --csv has all digits, --markdown the table, and text fits 100 columns") {
-  const std::string compare =
-      "compare '" + Walking::shared().folder().string() + "' --pipelines none,oracle --frames 12";
-  const CommandResult csv = dynfilter(compare + " --csv");
-  CHECK(csv.exit_code == 0);
-  CHECK(times(csv.out, "\n") == 3);
-  CHECK(csv.out.rfind("sequence,run,pipeline,frames,tracked_frames,ate_rmse_m,", 0) == 0);
-  CHECK(contains(csv.out, "\nwalking,,none,12,12,0."));
-  CHECK(contains(csv.out, "\nwalking,,oracle,12,12,0."));
-  const CommandResult markdown = dynfilter(compare + " --markdown");
-  CHECK(markdown.exit_code == 0);
-  CHECK(markdown.out.rfind("| sequence | pipeline | tracked | ATE m |", 0) == 0);
-  CHECK(contains(markdown.out, "\n|---|---|---:|---:|"));
-  CHECK(contains(markdown.out, "\n| walking | none | 12/12 | "));
-  check_refused(compare + " --csv --markdown", "excludes");
-
-  std::stringstream text(dynfilter(compare).out);
-  for (std::string line; std::getline(text, line);) CHECK(line.size() <= 100);
 }
