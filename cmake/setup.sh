@@ -4,6 +4,7 @@
 build_packages="cmake g++ ninja-build ccache pkg-config libopencv-dev libeigen3-dev libflann-dev liblz4-dev libceres-dev
   libcli11-dev nlohmann-json3-dev libfmt-dev"
 test_packages="doctest-dev libbenchmark-dev clang-format clang-tidy"
+browser_packages="chromium python3"
 
 # need_packages NAME...: installs what is missing, as root or through sudo; otherwise says what to type.
 need_packages() {
@@ -31,6 +32,9 @@ need_packages() {
     { $as_root apt-get update -qq && $as_root env DEBIAN_FRONTEND=noninteractive $install -qq >/dev/null; } ||
     { echo "That failed. Please run as root:"; echo "  apt-get update && $install"; exit 2; }
 }
+
+# want_packages NAME...: the same for tests that are skipped without them.
+want_packages() { (need_packages "$@") || echo "Tests that need one of these are skipped: $*"; }
 
 # Both are taken from the environment by CMake.
 choose_tools() {

@@ -62,6 +62,7 @@ tidy_check() {
 
 step "packages"
 need_packages $build_packages $test_packages
+want_packages $browser_packages
 choose_tools
 mkdir -p build
 

@@ -6,15 +6,20 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/eval/statistics.hpp>
+#include <dynfilter/io/atomic_folder.hpp>
 #include <filesystem>
 #include <iterator>
 #include <memory>
+#include <ostream>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
 #include "progress.hpp"
+#include "report/page.hpp"
+#include "report/picture.hpp"
+#include "results_folder.hpp"
 #include "run_options.hpp"
 #include "run_summary.hpp"
 #include "sequence_run.hpp"
@@ -26,7 +31,9 @@ namespace {
 struct CompareOptions {
   std::vector<std::string> sequences, pipelines;
   RunOptions run;
-  bool variants = false, json = false, wide = false, verbose = false;
+  bool variants = false, json = false, csv = false, markdown = false, wide = false, verbose = false;
+  std::string out;
+  bool force = false;
 };
 
 struct Row {
@@ -71,15 +78,24 @@ std::vector<RunOptions> runs_of(const CompareOptions& options, const std::string
   return runs;
 }
 
-std::vector<Row> run_all(const CompareOptions& options) {
+/// `records`: filled for a report; null: there is none.
+std::vector<Row> run_all(const CompareOptions& options, std::vector<report::RunRecord>* records) {
   std::vector<Row> rows;
+  const std::size_t runs = options.sequences.size() * options.pipelines.size() * (options.variants ? 6 : 1);
+  RecordOptions record;
+  record.pictures = std::max<std::size_t>(1, report::kMostPictures / runs);
+  record.picture_bytes = report::kPictureBytes / runs;
   for (const std::string& sequence : options.sequences) {
     for (const std::string& pipeline : options.pipelines) {
       for (const RunOptions& run : runs_of(options, sequence, pipeline)) {
         Progress bar(fmt::format("{} on {}", pipeline, sequence));
-        Row row{run_sequence(run, [&](std::size_t done, std::size_t total) { bar.at(done, total); }), ""};
+        if (records != nullptr) record.record = &records->emplace_back();
+        Row row{run_sequence(
+                    run, [&](std::size_t done, std::size_t total) { bar.at(done, total); }, record),
+                ""};
         if (options.variants)
           row.variant = fmt::format("{} from {}", run.reverse ? "reverse" : "forward", run.start);
+        if (records != nullptr) records->back().variant = row.variant;
         rows.push_back(std::move(row));
       }
     }
@@ -134,7 +150,7 @@ std::vector<Medians> all_medians(const std::vector<Row>& rows) {
   return medians;
 }
 
-void print_json(const std::vector<Row>& rows) {
+Json to_json(const std::vector<Row>& rows) {
   Json json{{"rows", Json::array()}, {"medians", Json::array()}};
   for (const Row& row : rows) {
     json["rows"].push_back(named_json(row.summary));
@@ -154,7 +170,7 @@ void print_json(const std::vector<Row>& rows) {
                                {"ms_total", number_or_null(m.total_ms)},
                                {"ms_filters", number_or_null(m.filters_ms)}});
   }
-  fmt::print("{}", json_text(json));
+  return json;
 }
 
 // Prints each note once, with its pipelines unless it applies to all.
@@ -214,6 +230,31 @@ std::vector<std::string> cells_of(const Row& row) {
           cell(s.filters_ms, 2)};
 }
 
+std::string markdown_of(const std::vector<Row>& rows) {
+  Table table(row_columns());
+  for (const Row& row : rows) table.add(cells_of(row));
+  return table.markdown();
+}
+
+/// The figures of all rows as they are. Empty: there is none.
+std::string csv_of(const std::vector<Row>& rows) {
+  std::string csv =
+      "sequence,run,pipeline,frames,tracked_frames,ate_rmse_m,rpe_trans_rmse_m,rpe_rot_rmse_deg,precision,"
+      "recall,static_kept,features_mean,rejected_mean,ms_total,ms_extraction,ms_correspondence,ms_filters,"
+      "ms_tracking\n";
+  for (const Row& row : rows) {
+    const Summary& s = row.summary;
+    csv += fmt::format("{},{},{},{},{}", detail_table::csv_field(s.sequence), row.variant,
+                       detail_table::csv_field(s.pipeline), s.frames, s.tracked_frames);
+    for (const double figure : {s.ate_rmse_m, s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall,
+                                s.static_kept, s.features_mean, s.rejected_mean, s.total_ms, s.extraction_ms,
+                                s.correspondence_ms, s.filters_ms, s.tracking_ms})
+      csv += std::isfinite(figure) ? fmt::format(",{}", figure) : ",";
+    csv += "\n";
+  }
+  return csv;
+}
+
 /// One table for all sequences, or one per sequence, because names of sequences may be long.
 void print_rows(const std::vector<Row>& rows, bool wide) {
   if (wide) {
@@ -271,6 +312,44 @@ void print_text(const std::vector<Row>& rows, bool wide, bool verbose) {
   print_row_notes(rows, wide);
 }
 
+void print_rows_as(const CompareOptions& options, const std::vector<Row>& rows) {
+  if (options.json)
+    fmt::print("{}", json_text(to_json(rows)));
+  else if (options.csv)
+    fmt::print("{}", csv_of(rows));
+  else if (options.markdown)
+    fmt::print("{}", markdown_of(rows));
+  else
+    print_text(rows, options.wide, options.verbose);
+}
+
+/// The files of --out, which appear together.
+void write_results(const std::string& folder, const std::vector<Row>& rows,
+                   const std::vector<report::RunRecord>& records) {
+  const Json json = to_json(rows);
+  io::AtomicFolder results(folder);
+  const auto write = [&](const char* name, const std::string& text) {
+    io::write_file_atomically(results.path() / name, [&](std::ostream& out) { out << text; });
+  };
+  write("summary.json", json_text(json));
+  write("summary.csv", csv_of(rows));
+  write("report.html", report::compare_page(records, json["medians"]));
+  results.commit();
+}
+
+int compare(const CompareOptions& options) {
+  const bool writes = !options.out.empty();
+  check_free(options.out, options.force, {"summary.json", "summary.csv", "report.html"});
+  if (writes) io::AtomicFolder probe(options.out);  // rather now than after all runs
+  std::vector<report::RunRecord> records;
+  const std::vector<Row> rows = run_all(options, writes ? &records : nullptr);
+  if (writes) write_results(options.out, rows, records);
+  print_rows_as(options, rows);
+  const bool any_lost =
+      std::any_of(rows.begin(), rows.end(), [](const Row& row) { return row.summary.tracked_frames == 0; });
+  return any_lost ? kFailed : kDone;
+}
+
 }  // namespace
 
 void add_compare(CLI::App& app, Action& action) {
@@ -295,15 +374,21 @@ void add_compare(CLI::App& app, Action& action) {
                     "six runs each: forward and in reverse, from frames 0, 5 and 10");
   command->add_flag("--verbose", options->verbose, "also what each stage did, as `run` prints it");
   command->add_flag("--wide", options->wide, "tables with all columns, whatever the terminal's width");
-  command->add_flag("--json", options->json, "print JSON");
+  CLI::Option* json = command->add_flag("--json", options->json, "print JSON");
+  CLI::Option* csv = command->add_flag("--csv", options->csv, "print a line per run, with all digits");
+  CLI::Option* markdown =
+      command->add_flag("--markdown", options->markdown, "print the table as Markdown, with all columns");
+  csv->excludes(json)->excludes(markdown);
+  markdown->excludes(json);
+  command
+      ->add_option("--out", options->out,
+                   "folder for report.html, a page with all runs, summary.json and summary.csv")
+      ->type_name("FOLDER");
+  command->add_flag("--force", options->force, "replace the results of another comparison in --out");
   command->callback([options, &action] {
     action = [options] {
       options->pipelines = without_blanks(options->pipelines);
-      const std::vector<Row> rows = run_all(*options);
-      options->json ? print_json(rows) : print_text(rows, options->wide, options->verbose);
-      const bool all_lost = std::any_of(rows.begin(), rows.end(),
-                                        [](const Row& row) { return row.summary.tracked_frames == 0; });
-      return static_cast<int>(all_lost ? kFailed : kDone);
+      return compare(*options);
     };
   });
 }

@@ -164,8 +164,8 @@ class MapRun {
       output_.move(key.id, at->second);
       if (full_) full_->move(key.id, at->second);
     }
-    const mapping::MapCloud cloud = output_.cloud();
-    MapSummary summary = output_.write(cloud);
+    cloud_ = output_.cloud();
+    MapSummary summary = output_.write(cloud_);
     if (full_) summary.full = full_->write();
     summary.keyframes_by = keyframes_.rule();
     summary.frames_offered = frames_offered_;
@@ -173,10 +173,13 @@ class MapRun {
       notes.push_back(
           fmt::format("not in the map: the first {}, about which the pipeline could not say anything yet",
                       held_back_ == 1 ? "frame" : fmt::format("{} frames", held_back_)));
-    if (judge_) summary.truth = judge_->judge(cloud, output_.sources(), estimate);
-    describe(cloud, notes);
+    if (judge_) summary.truth = judge_->judge(cloud_, output_.sources(), estimate);
+    describe(cloud_, notes);
     return summary;
   }
+
+  /// After finish().
+  const mapping::MapCloud& cloud() const { return cloud_; }
 
  private:
   static constexpr std::size_t kMostHeldBack = 5;
@@ -267,6 +270,7 @@ class MapRun {
   bool cuts_boxes_, cuts_mask_, judges_, settled_ = false;
   MapKeyframes keyframes_;
   MapOutput output_;
+  mapping::MapCloud cloud_;
   std::optional<FullCloud> full_;
   std::optional<MapJudge> judge_;
   std::vector<Key> keys_;  ///< with the poses at which they were added

@@ -27,6 +27,7 @@ struct FrameVerdict {
   std::vector<MarkedFeature> features;
   std::vector<std::string> notes;        ///< of the frame
   std::vector<std::string> stage_notes;  ///< "stage: note" of skipped or failed stages
+  std::vector<std::pair<CallPoint, StageReport>> reports;  ///< of all stages, in order
   double correspondence_ms = 0, filters_ms = 0;
 
   std::size_t count(Vote vote) const {
@@ -123,6 +124,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
 
   void note(const FrameReport& report) {
     for (const StageReport& stage : report.stages) {
+      record_.reports.emplace_back(report.call_point, stage);
       if (stage.skipped || stage.failed) record_.stage_notes.push_back(stage.name + ": " + stage.note);
     }
     record_.notes.insert(record_.notes.end(), report.notes.begin(), report.notes.end());

@@ -69,7 +69,8 @@ void add_run(CLI::App& app, Action& action) {
       "A sequence is a TUM RGB-D or Bonn folder as downloaded, or one that synth wrote. Frames come from "
       "associations.txt, association.txt, associated.txt or associate.txt, if the folder has one of them, "
       "else from rgb.txt and depth.txt.\n\n"
-      "The folder of --out gets trajectory.txt, frames.csv, verdicts.csv, summary.json and overlay/.");
+      "The folder of --out gets trajectory.txt, frames.csv, verdicts.csv, summary.json, overlay/ and "
+      "report.html, a page with all of it.");
   command->add_option("SEQUENCE", options->sequence, "a folder")->required()->type_name("FOLDER");
   command
       ->add_option("--pipeline", options->pipeline,

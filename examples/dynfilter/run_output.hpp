@@ -30,27 +30,36 @@ class RunOutput {
     std::filesystem::create_directory(folder_.path() / "overlay");
   }
 
-  /// Writes a row of verdicts.csv and, at intervals, a picture.
-  void add(const FrameRow& row, const PipelineJudge& judge, OverlayFrame picture) {
+  /// Every how many-th frame gets a picture.
+  std::size_t every() const { return every_; }
+
+  /// Writes a row of verdicts.csv and, at intervals, a picture, which it returns.
+  cv::Mat add(const FrameRow& row, const PipelineJudge& judge, OverlayFrame picture) {
     for (const MarkedFeature& f : judge.record().features) {
       fmt::format_to(std::back_inserter(verdicts_), "{},{:.2f},{:.2f},{},{},{}\n", row.index, f.pixel.x,
                      f.pixel.y, to_string(f.decision), f.restored ? 1 : 0, judge.reason(f));
     }
-    if (count_++ % every_ != 0) return;
+    if (count_++ % every_ != 0) return {};
     picture.features = judge.record().features;
     picture.stages = judge.stages();
     const std::filesystem::path path = folder_.path() / "overlay" / fmt::format("{:06}.png", row.index);
-    if (!cv::imwrite(path.string(), overlay_.draw(picture), {cv::IMWRITE_PNG_COMPRESSION, 3})) {
+    const cv::Mat drawn = overlay_.draw(picture);
+    if (!cv::imwrite(path.string(), drawn, {cv::IMWRITE_PNG_COMPRESSION, 3})) {
       throw IoError(path.string() + ": cannot write the picture");
     }
+    return drawn;
   }
 
   void finish(const std::vector<FrameRow>& rows, const io::Trajectory& trajectory, const Summary& summary) {
     io::write_tum_trajectory(folder_.path() / "trajectory.txt", trajectory);
     write("frames.csv", frames_csv(rows));
     write("verdicts.csv", "frame,x_px,y_px,verdict,restored,reasons\n" + verdicts_);
-    write("summary.json", json_text(to_json(summary)));
+    write("summary.json", json_text(named_json(summary)));
     folder_.commit();
+  }
+
+  void write(const char* name, const std::string& text) {
+    io::write_file_atomically(folder_.path() / name, [&](std::ostream& out) { out << text; });
   }
 
  private:
@@ -72,10 +81,6 @@ class RunOutput {
           r.extraction_ms, r.correspondence_ms, r.filters_ms, r.tracking_ms, r.note);
     }
     return csv;
-  }
-
-  void write(const char* name, const std::string& text) {
-    io::write_file_atomically(folder_.path() / name, [&](std::ostream& out) { out << text; });
   }
 
   io::AtomicFolder folder_;

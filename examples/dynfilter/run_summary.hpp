@@ -50,6 +50,7 @@ struct Summary {
   /// Scene of a rendered sequence, else the sequence's name. Runs of one scene can be pooled.
   std::string scene;
   std::size_t frames = 0, tracked_frames = 0;
+  double first_s = NAN, last_s = NAN;  ///< stamps of the first and the last frame played
   double ate_rmse_m = NAN, rpe_trans_rmse_m = NAN, rpe_rot_rmse_deg = NAN;
   double precision = NAN, recall = NAN, static_kept = NAN;
   double features_mean = 0, rejected_mean = 0;
@@ -75,7 +76,10 @@ inline Json to_json(const DetectorSummary& d) {
 }
 
 inline Json to_json(const Summary& s) {
-  Json json{{"frames", s.frames}, {"tracked_frames", s.tracked_frames}};
+  Json json{{"frames", s.frames},
+            {"tracked_frames", s.tracked_frames},
+            {"first_s", number_or_null(s.first_s)},
+            {"last_s", number_or_null(s.last_s)}};
   const std::pair<const char*, double> figures[] = {{"ate_rmse_m", s.ate_rmse_m},
                                                     {"rpe_trans_rmse_m", s.rpe_trans_rmse_m},
                                                     {"rpe_rot_rmse_deg", s.rpe_rot_rmse_deg},
@@ -122,6 +126,7 @@ inline void summarise_frames(const std::vector<FrameRow>& rows, Summary& s) {
     if (i >= eval::Classification::kFirstFrame) pooled.add(rows[i].truth);
   }
   s.frames = rows.size();
+  if (!rows.empty()) s.first_s = rows.front().timestamp_s, s.last_s = rows.back().timestamp_s;
   s.features_mean = features / static_cast<double>(rows.size());
   s.rejected_mean = rejected / static_cast<double>(rows.size());
   s.precision = pooled.precision();

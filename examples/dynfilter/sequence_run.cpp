@@ -26,6 +26,8 @@
 #include "map_run.hpp"
 #include "odometry/odometry.hpp"
 #include "pipeline_judge.hpp"
+#include "report/page.hpp"
+#include "report/recorder.hpp"
 #include "results_folder.hpp"
 #include "run_input.hpp"
 #include "run_output.hpp"
@@ -48,15 +50,16 @@ bool has_any_depth(const io::RgbdFrame& frame) {
 
 class SequenceRun {
  public:
-  explicit SequenceRun(const RunOptions& options)
+  explicit SequenceRun(const RunOptions& options, const RecordOptions& record)
       : options_(options),
         truth_(std::make_shared<OracleLabels>()),
         judge_(named_pipeline(options.pipeline, command_registry(options.plugins, truth_))),
         sequence_(open_sequence(options)),
         order_(playing_order(options, sequence_.size())),
-        odometry_(sequence_.camera(), odometry::OdometryOptions(), &judge_) {
+        odometry_(sequence_.camera(), odometry::OdometryOptions(), &judge_),
+        record_(record.record) {
     check_free(options.out, options.force,
-               {"summary.json", "trajectory.txt", "frames.csv", "verdicts.csv", "overlay"});
+               {"summary.json", "trajectory.txt", "frames.csv", "verdicts.csv", "report.html", "overlay"});
     summary_.sequence = sequence_.name();
     summary_.scene = scene_of(sequence_);
     summary_.pipeline = judge_.pipeline().name();
@@ -73,6 +76,7 @@ class SequenceRun {
       summary_.notes.emplace_back("played in reverse: no precision and recall");
     if (!options.map.empty()) map_.emplace(options, judge_.pipeline(), sequence_);
     if (!options.out.empty()) output_.emplace(options.out, order_.size(), options.overlay_every);
+    open_recorder(record);
   }
 
   Summary run(const std::function<void(std::size_t, std::size_t)>& progress) {
@@ -93,6 +97,7 @@ class SequenceRun {
     const io::Trajectory estimate = trajectory();
     summarise_trajectory(ground_truth_, estimate, summary_);
     if (map_) summary_.map = map_->finish(estimate, summary_.notes);
+    if (recorder_) finish_record(estimate);
     if (output_) output_->finish(rows_, estimate, summary_);
     return summary_;
   }
@@ -179,7 +184,52 @@ class SequenceRun {
     if (map_) {
       map_->add(i, frame, result, odometry_, inputs, judge_.record(), oracle_ ? truth_->labels : cv::Mat());
     }
-    if (output_) output_->add(rows_.back(), judge_, picture_of(frame, inputs, rows_.back()));
+    take_record(frame, inputs);
+  }
+
+  void open_recorder(const RecordOptions& record) {
+    if (output_)
+      recorder_.emplace(judge_.totals(), order_.size(), report::kMostPictures, report::kPictureBytes,
+                        output_->every());
+    else if (record_ != nullptr)
+      recorder_.emplace(judge_.totals(), order_.size(), record.pictures, record.picture_bytes);
+  }
+
+  void take_record(const io::RgbdFrame& frame, const odometry::SemanticInputs& inputs) {
+    if (!recorder_) return;
+    const FrameRow& row = rows_.back();
+    cv::Mat drawn;
+    if (output_) drawn = output_->add(row, judge_, picture_of(frame, inputs, row));
+    if (recorder_->wants_picture()) {
+      if (drawn.empty()) {
+        OverlayFrame picture = picture_of(frame, inputs, row);
+        picture.features = judge_.record().features;
+        picture.stages = judge_.stages();
+        drawn = Overlay().draw(picture);
+      }
+      recorder_->add_picture(drawn);
+    }
+    recorder_->add(row, judge_, age_of(inputs));
+  }
+  // Of the older one of boxes and mask.
+  double age_of(const odometry::SemanticInputs& inputs) const {
+    const auto now = static_cast<std::int64_t>(rows_.size()) - 1;
+    double age = NAN;
+    const auto see = [&](std::int64_t frame_id) {
+      if (frame_id >= 0) age = std::fmax(age, static_cast<double>(now - frame_id));
+    };
+    if (inputs.detections) see(inputs.detections->frame_id);
+    if (inputs.mask) see(inputs.mask->frame_id);
+    return age;
+  }
+
+  void finish_record(const io::Trajectory& estimate) {
+    report::RunRecord record =
+        recorder_->finish(rows_, ground_truth_, estimate, summary_, map_ ? &map_->cloud() : nullptr);
+    if (output_)
+      output_->write("report.html",
+                     report::run_page(record, report::reference_summaries(options_.out, summary_)));
+    if (record_ != nullptr) *record_ = std::move(record);
   }
 
   FrameRow row_of(std::size_t i, const odometry::TrackResult& result) {
@@ -271,6 +321,8 @@ class SequenceRun {
   std::optional<io::PoseLookup> poses_;  ///< poses of another SLAM
   std::optional<MapRun> map_;
   std::optional<RunOutput> output_;
+  report::RunRecord* record_;  ///< for the caller, or null
+  std::optional<report::RunRecorder> recorder_;
   std::vector<FrameRow> rows_;
   std::map<std::string, std::size_t> notes_, stage_notes_;  ///< note -> number of frames
   Summary summary_;
@@ -280,10 +332,10 @@ class SequenceRun {
 
 }  // namespace
 
-Summary run_sequence(const RunOptions& options,
-                     const std::function<void(std::size_t, std::size_t)>& progress) {
+Summary run_sequence(const RunOptions& options, const std::function<void(std::size_t, std::size_t)>& progress,
+                     const RecordOptions& record) {
   cv::setNumThreads(options.threads);
-  return SequenceRun(options).run(progress);
+  return SequenceRun(options, record).run(progress);
 }
 
 }  // namespace dynfilter::command

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "report/run_record.hpp"
 #include "run_summary.hpp"
 
 namespace dynfilter::command {
@@ -34,9 +35,15 @@ struct RunOptions {
   double max_gap_s = 0.12;  ///< poses are not interpolated across longer gaps
 };
 
+/// A record of a run for a report of several.
+struct RecordOptions {
+  std::size_t pictures = 0, picture_bytes = 0;  ///< at most, of this run
+  report::RunRecord* record = nullptr;          ///< is filled; null: none is made
+};
+
 /// Runs one pipeline on one sequence with the odometry. Writes files if options.out is set.
 /// Throws Error for unusable input, and then leaves no files.
-Summary run_sequence(const RunOptions& options,
-                     const std::function<void(std::size_t, std::size_t)>& progress);
+Summary run_sequence(const RunOptions& options, const std::function<void(std::size_t, std::size_t)>& progress,
+                     const RecordOptions& record = {});
 
 }  // namespace dynfilter::command

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+# Joins the parts of the report's page and writes them as C++.
+#   cmake -DSOURCE=DIR -DUPLOT=DIR|"" -DOUTPUT=FILE.cpp -P embed.cmake
+set(modules dom format store frames plot lines trajectory map browser figures sections main)
+
+# sha256_source(VARIABLE FILE): "sha256-BASE64", as a content security policy names a script.
+function(sha256_source variable file)
+  set(digits "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/")
+  file(SHA256 "${file}" hash)
+  set(text "")
+  # 64 hexadecimal digits and two of padding: three of them are two digits of base64, the last one is padding.
+  foreach(at RANGE 0 63 3)
+    string(SUBSTRING "${hash}00" ${at} 3 three)
+    math(EXPR high "0x${three} >> 6")
+    math(EXPR low "0x${three} & 63")
+    string(SUBSTRING "${digits}" ${high} 1 high)
+    string(SUBSTRING "${digits}" ${low} 1 low)
+    string(APPEND text "${high}${low}")
+  endforeach()
+  string(SUBSTRING "${text}" 0 43 text)
+  set(${variable} "sha256-${text}=" PARENT_SCOPE)
+endfunction()
+
+# bytes(VARIABLE FILE): the file as a list of numbers.
+function(bytes variable file)
+  file(READ "${file}" hex HEX)
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," numbers "${hex}")
+  string(REGEX REPLACE "(................................................................................)" "\\1\n" numbers "${numbers}")
+  set(${variable} "${numbers}" PARENT_SCOPE)
+endfunction()
+
+set(script "")
+set(style "")
+set(has_plots false)
+if(UPLOT)
+  file(READ "${UPLOT}/LICENSE" license)
+  file(READ "${UPLOT}/dist/uPlot.iife.min.js" uplot)
+  file(READ "${UPLOT}/dist/uPlot.min.css" uplot_style)
+  string(APPEND script "/* uPlot\n${license}*/\n${uplot}\n")
+  string(APPEND style "${uplot_style}\n")
+  set(has_plots true)
+endif()
+string(APPEND script "(function () {\n\"use strict\";\n")
+foreach(module IN LISTS modules)
+  file(READ "${SOURCE}/${module}.js" text)
+  string(APPEND script "${text}\n")
+endforeach()
+string(APPEND script "})();\n")
+file(READ "${SOURCE}/style.css" text)
+string(APPEND style "${text}")
+
+file(WRITE "${OUTPUT}.js" "${script}")
+file(WRITE "${OUTPUT}.css" "${style}")
+sha256_source(script_hash "${OUTPUT}.js")
+sha256_source(style_hash "${OUTPUT}.css")
+bytes(page_bytes "${SOURCE}/page.html")
+bytes(style_bytes "${OUTPUT}.css")
+bytes(script_bytes "${OUTPUT}.js")
+
+set(code "// Written by embed.cmake.\n#include \"assets.hpp\"\n\n")
+string(APPEND code "namespace dynfilter::command::report::assets {\nnamespace {\n\n")
+foreach(part page style script)
+  string(APPEND code "constexpr unsigned char k_${part}[] = {\n${${part}_bytes}};\n")
+endforeach()
+string(APPEND code "\nstd::string_view text(const unsigned char* bytes, std::size_t size) {\n"
+  "  return {reinterpret_cast<const char*>(bytes), size};\n}\n\n}  // namespace\n\n")
+foreach(part page style script)
+  string(APPEND code "std::string_view ${part}() { return text(k_${part}, sizeof k_${part}); }\n")
+endforeach()
+string(APPEND code "const std::string_view kStyleHash = \"${style_hash}\", kScriptHash = \"${script_hash}\";\n"
+  "const bool kHasPlots = ${has_plots};\n\n}  // namespace dynfilter::command::report::assets\n")
+file(WRITE "${OUTPUT}" "${code}")
