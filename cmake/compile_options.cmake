@@ -23,3 +23,14 @@ if(DYNFILTER_SANITIZE)
     -Wno-maybe-uninitialized)  # GCC's manual: the sanitizers make it see what is not there
   target_link_options(dynfilter_compile_options INTERFACE -fsanitize=address,undefined)
 endif()
+
+# The libraries'. As a part of another project they are compiled with that project's flags. Nothing in them is shared between
+# a host and its plugins, and a plugin takes of them only what it calls.
+add_library(dynfilter_library_options INTERFACE)
+target_compile_options(dynfilter_library_options INTERFACE -ffunction-sections -fdata-sections)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(dynfilter_library_options INTERFACE -fno-gnu-unique)
+endif()
+if(top_level)
+  target_link_libraries(dynfilter_library_options INTERFACE dynfilter_compile_options)
+endif()

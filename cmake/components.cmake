@@ -1,6 +1,10 @@
-# One interface target per component: dynfilter::core, dynfilter::io, ... A component is a folder of headers under
-# include/dynfilter, and links what its headers include. The order is the direction in which data flows.
-#   dynfilter_component(NAME [COMPONENTS others...] [OPENCV modules...] [LINK targets...])
+# One target per component: dynfilter::core, dynfilter::io, ... A component is a folder of headers under include/dynfilter,
+# and links what its headers include. The order is the direction in which data flows.
+#   dynfilter_component(NAME [COMPONENTS others...] [OPENCV modules...] [LINK targets...]
+#                       [HEADERS names...] [WITHOUT names...] [PARTS n])
+# A component with bodies (detail/NAME-inl.hpp) is a static library of one source, which includes all of them, or of PARTS
+# sources. With DYNFILTER_HEADER_ONLY, and without bodies, it is an interface target.
+# HEADERS: these instead of the folder of the component's name. WITHOUT: all of the folder but these.
 # Eigen and opencv_core come with core. What is found here is found again by dynfilterConfig.cmake, and there only for
 # the components that were asked for.
 set(DYNFILTER_COMPONENTS "")
@@ -11,17 +15,73 @@ if(top_level)
   set(DYNFILTER_SYSTEM "")
 endif()
 
+# dynfilter_bodies(OUTPUT NAME HEADERS WITHOUT): the bodies of a component, relative to include/.
+function(dynfilter_bodies output name headers without)
+  set(root "${PROJECT_SOURCE_DIR}/include")
+  file(GLOB_RECURSE bodies CONFIGURE_DEPENDS RELATIVE "${root}" "${root}/dynfilter/${name}/*-inl.hpp")
+  foreach(list headers without)
+    list(TRANSFORM ${list} REPLACE "([^/]+)$" "detail/\\1-inl.hpp")
+    list(TRANSFORM ${list} PREPEND dynfilter/)
+  endforeach()
+  if(headers)
+    set(bodies "")
+    foreach(body IN LISTS headers)
+      if(EXISTS "${root}/${body}")
+        list(APPEND bodies ${body})
+      endif()
+    endforeach()
+  elseif(without)
+    list(REMOVE_ITEM bodies ${without})
+  endif()
+  list(SORT bodies)
+  set(${output} "${bodies}" PARENT_SCOPE)
+endfunction()
+
+# Sources that include the bodies, in the build tree.
+function(dynfilter_library_sources output name parts)
+  list(LENGTH ARGN count)
+  set(part 0)
+  foreach(body IN LISTS ARGN)
+    string(APPEND text_${part} "#include <${body}>\n")
+    math(EXPR part "(${part} + 1) % ${parts}")
+  endforeach()
+  set(sources "")
+  math(EXPR last "${parts} - 1")
+  foreach(part RANGE ${last})
+    set(source "${PROJECT_BINARY_DIR}/library/${name}_${part}.cpp")
+    file(GENERATE OUTPUT "${source}" CONTENT "${text_${part}}")
+    list(APPEND sources "${source}")
+  endforeach()
+  set(${output} "${sources}" PARENT_SCOPE)
+endfunction()
+
 function(dynfilter_component name)
-  cmake_parse_arguments(arg "" "" "COMPONENTS;OPENCV;LINK" ${ARGN})
-  add_library(dynfilter_${name} INTERFACE)
+  cmake_parse_arguments(arg "" "PARTS" "COMPONENTS;OPENCV;LINK;HEADERS;WITHOUT" ${ARGN})
+  dynfilter_bodies(bodies ${name} "${arg_HEADERS}" "${arg_WITHOUT}")
+  set(scope INTERFACE)
+  if(bodies AND NOT DYNFILTER_HEADER_ONLY)
+    set(scope PUBLIC)
+    if(NOT arg_PARTS)
+      set(arg_PARTS 1)
+    endif()
+    dynfilter_library_sources(sources ${name} ${arg_PARTS} ${bodies})
+    add_library(dynfilter_${name} STATIC ${sources})
+    set_target_properties(dynfilter_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)  # plugins link it
+    target_link_libraries(dynfilter_${name} PRIVATE $<BUILD_INTERFACE:dynfilter_library_options>)
+  else()
+    add_library(dynfilter_${name} INTERFACE)
+  endif()
+  if(DYNFILTER_HEADER_ONLY)
+    target_compile_definitions(dynfilter_${name} INTERFACE DYNFILTER_HEADER_ONLY)
+  endif()
   add_library(dynfilter::${name} ALIAS dynfilter_${name})
   set_target_properties(dynfilter_${name} PROPERTIES EXPORT_NAME ${name})
-  target_compile_features(dynfilter_${name} INTERFACE cxx_std_17)
-  target_include_directories(dynfilter_${name} ${DYNFILTER_SYSTEM} INTERFACE
+  target_compile_features(dynfilter_${name} ${scope} cxx_std_17)
+  target_include_directories(dynfilter_${name} ${DYNFILTER_SYSTEM} ${scope}
     "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
   list(TRANSFORM arg_COMPONENTS PREPEND dynfilter_ OUTPUT_VARIABLE others)
   list(TRANSFORM arg_OPENCV PREPEND opencv_ OUTPUT_VARIABLE modules)
-  target_link_libraries(dynfilter_${name} INTERFACE ${others} ${modules} ${arg_LINK})
+  target_link_libraries(dynfilter_${name} ${scope} ${others} ${modules} ${arg_LINK})
   set(DYNFILTER_COMPONENTS ${DYNFILTER_COMPONENTS} ${name} PARENT_SCOPE)
   set(DYNFILTER_${name}_COMPONENTS ${arg_COMPONENTS} PARENT_SCOPE)
   set(DYNFILTER_${name}_OPENCV ${arg_OPENCV} PARENT_SCOPE)
@@ -48,12 +108,13 @@ endif()
 dynfilter_component(core OPENCV core LINK Eigen3::Eigen)
 dynfilter_component(correspondence COMPONENTS core OPENCV imgproc video)
 dynfilter_component(geometry COMPONENTS core)
-# Only cluster/flann_neighbours.hpp needs FLANN, and no filter includes it: filters do without this component.
+dynfilter_component(cluster COMPONENTS core)
+# Only cluster/flann_neighbours.hpp needs FLANN, and no filter includes it.
 if(FLANN_FOUND)
-  dynfilter_component(cluster COMPONENTS core LINK FLANN::FLANN)
+  dynfilter_component(flann COMPONENTS cluster LINK FLANN::FLANN HEADERS cluster/flann_neighbours)
 endif()
 dynfilter_component(context COMPONENTS correspondence geometry)
-dynfilter_component(filters COMPONENTS context)
+dynfilter_component(filters COMPONENTS context cluster)
 dynfilter_component(pipeline COMPONENTS filters)
 # Pipelines that come with dynfilter are found by their names. Programs of a build tree find those of the source tree.
 # Packaged programs must not name a folder of the machine that built them.
@@ -61,9 +122,15 @@ set(DYNFILTER_BUILD_DATA "${PROJECT_SOURCE_DIR}/examples")
 if(DYNFILTER_DEBIAN)
   set(DYNFILTER_BUILD_DATA "${CMAKE_INSTALL_PREFIX}/${DYNFILTER_DATA_DESTINATION}")
 endif()
-target_compile_definitions(dynfilter_pipeline INTERFACE
+set(pipelines_scope INTERFACE)
+get_target_property(pipeline_type dynfilter_pipeline TYPE)
+if(NOT pipeline_type STREQUAL "INTERFACE_LIBRARY")
+  set(pipelines_scope PUBLIC)
+endif()
+set(DYNFILTER_PIPELINES_DEFINITION
   "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${DYNFILTER_BUILD_DATA}/pipelines\">"
   "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
+target_compile_definitions(dynfilter_pipeline ${pipelines_scope} ${DYNFILTER_PIPELINES_DEFINITION})
 dynfilter_component(keyframe COMPONENTS core)
 dynfilter_component(plugin COMPONENTS filters LINK ${CMAKE_DL_LIBS})
 dynfilter_component(io COMPONENTS core OPENCV imgcodecs imgproc)
@@ -74,14 +141,40 @@ if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has move
     list(APPEND corner_modules features)
   endif()
 endif()
-dynfilter_component(semantic COMPONENTS pipeline io OPENCV imgproc LINK Threads::Threads)
-dynfilter_component(adapters COMPONENTS semantic plugin OPENCV ${corner_modules})
 # Only semantic/dnn_network.hpp and what includes it need OpenCV's dnn module: found only where it is asked for.
 find_package(OpenCV QUIET OPTIONAL_COMPONENTS dnn)
+set(dnn_headers semantic/dnn_network semantic/dnn_provider)
+dynfilter_component(semantic COMPONENTS cluster io OPENCV imgproc LINK Threads::Threads WITHOUT ${dnn_headers})
+dynfilter_component(adapters COMPONENTS pipeline semantic plugin OPENCV ${corner_modules})
 if(TARGET opencv_dnn)
-  dynfilter_component(dnn COMPONENTS semantic OPENCV dnn)
+  dynfilter_component(dnn COMPONENTS semantic OPENCV dnn HEADERS ${dnn_headers})
   target_compile_definitions(dynfilter_dnn INTERFACE DYNFILTER_HAS_DNN)  # then hosts' settings may name networks
 endif()
-dynfilter_component(mapping COMPONENTS geometry io OPENCV imgproc LINK Threads::Threads)
+dynfilter_component(mapping COMPONENTS cluster geometry io OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(eval COMPONENTS io)
 dynfilter_component(synth COMPONENTS context io OPENCV imgproc)
+
+# What find_package(dynfilter) makes without COMPONENTS, and dynfilter::dynfilter links: all that needs nothing optional.
+set(DYNFILTER_DEFAULT_COMPONENTS ${DYNFILTER_COMPONENTS})
+list(REMOVE_ITEM DYNFILTER_DEFAULT_COMPONENTS flann dnn)
+add_library(dynfilter_dynfilter INTERFACE)
+add_library(dynfilter::dynfilter ALIAS dynfilter_dynfilter)
+set_target_properties(dynfilter_dynfilter PROPERTIES EXPORT_NAME dynfilter)
+list(TRANSFORM DYNFILTER_DEFAULT_COMPONENTS PREPEND dynfilter_ OUTPUT_VARIABLE default_targets)
+target_link_libraries(dynfilter_dynfilter INTERFACE ${default_targets})
+set(DYNFILTER_dynfilter_COMPONENTS ${DYNFILTER_DEFAULT_COMPONENTS})
+
+# The same headers with their bodies, instead of the libraries. Never both in one program.
+add_library(dynfilter_header_only INTERFACE)
+add_library(dynfilter::header_only ALIAS dynfilter_header_only)
+set_target_properties(dynfilter_header_only PROPERTIES EXPORT_NAME header_only)
+target_compile_features(dynfilter_header_only INTERFACE cxx_std_17)
+target_compile_definitions(dynfilter_header_only INTERFACE DYNFILTER_HEADER_ONLY ${DYNFILTER_PIPELINES_DEFINITION})
+target_include_directories(dynfilter_header_only ${DYNFILTER_SYSTEM} INTERFACE
+  "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
+set(DYNFILTER_header_only_COMPONENTS "")
+set(DYNFILTER_header_only_OPENCV core imgcodecs imgproc video ${corner_modules})
+list(REMOVE_DUPLICATES DYNFILTER_header_only_OPENCV)
+list(TRANSFORM DYNFILTER_header_only_OPENCV PREPEND opencv_ OUTPUT_VARIABLE modules)
+target_link_libraries(dynfilter_header_only INTERFACE Eigen3::Eigen ${modules} Threads::Threads ${CMAKE_DL_LIBS})
+list(APPEND DYNFILTER_COMPONENTS header_only dynfilter)

@@ -1,5 +1,5 @@
 # Headers, targets, find_package and pkg-config support, presets. The command and the modules install themselves.
-# Components: development (headers, targets, static library), library (shared), data (presets), runtime (command, modules).
+# Components: development (headers, targets, static libraries), library (shared), data (presets), runtime (command, modules).
 if(NOT DYNFILTER_INSTALL)
   return()
 endif()

@@ -1,6 +1,6 @@
 # pkg-config files for builds without CMake. They find their folders from their own place, so an installation may be moved.
-#   dynfilter            the headers       dynfilter-compiled   the headers with their slow parts compiled
-#   dynfilter-facade     the shared library for C++11 and C
+#   dynfilter          the default components     dynfilter-header-only   the headers with their bodies
+#   dynfilter-facade   the shared library for C++11 and C
 set(pkgconfig_destination ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 set(opencv_package opencv${OpenCV_VERSION_MAJOR})
 foreach(place INCLUDEDIR LIBDIR)
@@ -17,11 +17,22 @@ function(dynfilter_pkgconfig name description requires libs cflags)
   install(FILES "${file}" DESTINATION ${pkgconfig_destination} COMPONENT development)
 endfunction()
 
-dynfilter_pkgconfig(dynfilter "${PROJECT_DESCRIPTION}" "eigen3 ${opencv_package}" "-ldl -pthread" "-pthread")
-if(TARGET dynfilter_compiled)
-  dynfilter_pkgconfig(dynfilter-compiled "${PROJECT_DESCRIPTION} (slow parts compiled)"
-    "dynfilter = ${PROJECT_VERSION}" "-L\${libdir} -ldynfilter_compiled" "-DDYNFILTER_COMPILED")
+# Static libraries are linked in the order in which they call each other.
+set(libraries "")
+foreach(component IN LISTS DYNFILTER_DEFAULT_COMPONENTS)
+  get_target_property(type dynfilter_${component} TYPE)
+  if(type STREQUAL "STATIC_LIBRARY")
+    string(PREPEND libraries "-ldynfilter_${component} ")
+  endif()
+endforeach()
+set(mode "")
+if(DYNFILTER_HEADER_ONLY)
+  set(mode " -DDYNFILTER_HEADER_ONLY")
 endif()
+dynfilter_pkgconfig(dynfilter "${PROJECT_DESCRIPTION}" "eigen3 ${opencv_package}"
+  "-L\${libdir} ${libraries}-ldl -pthread" "-pthread${mode}")
+dynfilter_pkgconfig(dynfilter-header-only "${PROJECT_DESCRIPTION} (headers only)" "eigen3 ${opencv_package}"
+  "-ldl -pthread" "-pthread -DDYNFILTER_HEADER_ONLY")
 if(TARGET dynfilter_facade)
   dynfilter_pkgconfig(dynfilter-facade "${PROJECT_DESCRIPTION} (C++11 and C)" "${opencv_package}"
     "-L\${libdir} -ldynfilter_facade" "")

@@ -3,9 +3,16 @@
 # see each other's code or tables (GNU "unique" symbols would be shared even by RTLD_LOCAL modules).
 function(dynfilter_add_plugin name)
   add_library(${name} MODULE ${ARGN})
-  target_link_libraries(${name} PRIVATE dynfilter::plugin)
+  if(TARGET dynfilter::plugin)
+    target_link_libraries(${name} PRIVATE dynfilter::plugin)
+  else()
+    target_link_libraries(${name} PRIVATE dynfilter::header_only)
+  endif()
   set_target_properties(${name} PROPERTIES
     PREFIX "" SUFFIX ".so" CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  if(UNIX AND NOT APPLE)  # of the static libraries, only what is called, and hidden too
+    target_link_options(${name} PRIVATE -Wl,--gc-sections -Wl,--exclude-libs,ALL)
+  endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(${name} PRIVATE -fno-gnu-unique)
   endif()

@@ -86,6 +86,33 @@ inline std::string folder_of(const std::string& path) {
   return slash == std::string::npos ? "" : path.substr(0, slash);
 }
 
+/// "io/ply.hpp" -> "io/detail/ply-inl.hpp", which contains the header's functions.
+inline std::string bodies_of(const std::string& header) {
+  const std::size_t name = header.rfind('/') + 1;
+  return header.substr(0, name) + "detail/" + header.substr(name, header.size() - name - 4) + "-inl.hpp";
+}
+
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Faults in how a header and the file of its functions include each other, and others' details.
+inline std::vector<std::string> faults_of_bodies(const std::string& path, const std::string& text) {
+  std::vector<std::string> faults;
+  const std::vector<std::string> names = includes_of(text);
+  for (const std::string& name : names) {
+    if (!contains(name, "/detail/")) continue;
+    if (folder_of(name.substr(10)) != folder_of(path))
+      faults.push_back("includes <" + name + "> of another folder");
+    if (contains(name, "-inl.hpp") && name != "dynfilter/" + bodies_of(path))
+      faults.push_back("includes <" + name + ">, which only its own header includes");
+  }
+  if (contains(path, "-inl.hpp") &&
+      (names.empty() || "dynfilter/" + path != "dynfilter/" + bodies_of(names.front().substr(10))))
+    faults.push_back("does not include its own header first");
+  return faults;
+}
+
 /// Faults of a header, one per line. `path` is relative to include/dynfilter.
 inline std::vector<std::string> complaints_about(const std::string& path, const std::string& text) {
   std::vector<std::string> complaints;
@@ -98,6 +125,7 @@ inline std::vector<std::string> complaints_about(const std::string& path, const 
   }
   if (!starts_with(text, "// SPDX-License-Identifier: MIT\n#pragma once\n"))
     complain("does not begin with the licence line and #pragma once");
+  for (const std::string& fault : faults_of_bodies(path, text)) complain(fault);
   for (const std::string& name : includes_of(text)) {
     if (starts_with(name, "dynfilter/")) {
       const std::string target = folder_of(name.substr(10));
@@ -130,8 +158,13 @@ inline std::vector<std::string> complaints_about_tree(const std::filesystem::pat
   for (const auto& entry : std::filesystem::recursive_directory_iterator(include_dynfilter)) {
     if (!entry.is_regular_file()) continue;
     const std::string path = entry.path().lexically_relative(include_dynfilter).generic_string();
-    for (std::string& line : complaints_about(path, read_text(entry.path())))
-      complaints.push_back(std::move(line));
+    const std::string text = read_text(entry.path());
+    for (std::string& line : complaints_about(path, text)) complaints.push_back(std::move(line));
+    if (contains(path, "/detail/")) continue;
+    const std::string bodies = bodies_of(path);
+    const std::string last = "\n#ifdef DYNFILTER_HEADER_ONLY\n#include <dynfilter/" + bodies + ">\n#endif\n";
+    if (std::filesystem::exists(include_dynfilter / bodies) && !contains(text, last))
+      complaints.push_back(path + ": does not include " + bodies + " when header-only");
   }
   std::sort(complaints.begin(), complaints.end());
   return complaints;

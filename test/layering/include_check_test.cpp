@@ -68,6 +68,18 @@ TEST_CASE("heavy and foreign headers come in by their own door only") {
   CHECK(complaints("core/x.hpp", "#include <dynfilter/dynfilter.hpp>\n") == 1);
 }
 
+TEST_CASE("functions are included by their own header only, and details by their own folder") {
+  CHECK(bodies_of("io/ply.hpp") == "io/detail/ply-inl.hpp");
+  CHECK(bodies_of("adapters/orb_slam/traits.hpp") == "adapters/orb_slam/detail/traits-inl.hpp");
+  CHECK(complaints("io/ply.hpp", "#include <dynfilter/io/detail/ply-inl.hpp>\n") == 0);
+  CHECK(complaints("io/x.hpp", "#include <dynfilter/io/detail/ply-inl.hpp>\n") == 1);
+  CHECK(complaints("eval/x.hpp", "#include <dynfilter/io/detail/rows.hpp>\n") == 1);
+  CHECK(complaints("io/x.hpp", "#include <dynfilter/io/detail/rows.hpp>\n") == 0);
+  CHECK(complaints("io/detail/ply-inl.hpp", "#include <dynfilter/io/ply.hpp>\n#include <vector>\n") == 0);
+  CHECK(complaints("io/detail/ply-inl.hpp", "#include <dynfilter/io/text.hpp>\n") == 1);
+  CHECK(complaints("io/detail/ply-inl.hpp", "") == 1);
+}
+
 TEST_CASE("a header in no known folder, without licence or guard is found") {
   CHECK(complaints("elsewhere/x.hpp", "") == 1);
   CHECK(complaints_about("core/x.hpp", "#pragma once\n").size() == 1);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <dynfilter/core/field_table.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <functional>
@@ -26,9 +27,6 @@ struct Field {
   std::function<void(const P&, const std::string& path)>
       check;  ///< throws ConfigError if the value is out of range
 };
-
-template <class P>
-using FieldTable = std::vector<Field<P>>;
 
 template <class T>
 struct Range {

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 
 namespace dynfilter::eval {
 
@@ -13,14 +14,7 @@ enum class Truth : std::uint8_t { Static = 0, DontCare = 128, Dynamic = 255 };
 
 /// The truth at the rounded pixel of a feature in the distorted image.
 /// DontCare outside the image; some hosts have keypoints at x = width.
-inline Truth truth_at(const cv::Mat& truth, const cv::Point2f& pixel) {
-  const float x = std::round(pixel.x), y = std::round(pixel.y);
-  if (!(x >= 0 && y >= 0 && x < static_cast<float>(truth.cols) && y < static_cast<float>(truth.rows))) {
-    return Truth::DontCare;
-  }
-  const std::uint8_t value = truth.at<std::uint8_t>(static_cast<int>(y), static_cast<int>(x));
-  return value == 0 ? Truth::Static : value == 255 ? Truth::Dynamic : Truth::DontCare;
-}
+Truth truth_at(const cv::Mat& truth, const cv::Point2f& pixel);
 
 /// Counts of rejected and kept features, static and dynamic, over all frames.
 /// A feature with verdict Unknown counts as kept. A ratio without features is NaN.
@@ -28,22 +22,8 @@ struct Classification {
   std::size_t dynamic_rejected = 0, dynamic_kept = 0, static_rejected = 0, static_kept_count = 0,
               dont_care = 0;
 
-  void add(Truth truth, bool rejected) {
-    if (truth == Truth::DontCare) {
-      ++dont_care;
-    } else if (truth == Truth::Dynamic) {
-      ++(rejected ? dynamic_rejected : dynamic_kept);
-    } else {
-      ++(rejected ? static_rejected : static_kept_count);
-    }
-  }
-  void add(const Classification& other) {
-    dynamic_rejected += other.dynamic_rejected;
-    dynamic_kept += other.dynamic_kept;
-    static_rejected += other.static_rejected;
-    static_kept_count += other.static_kept_count;
-    dont_care += other.dont_care;
-  }
+  void add(Truth truth, bool rejected);
+  void add(const Classification& other);
 
   /// Share of the rejected features that are dynamic.
   double precision() const { return share(dynamic_rejected, static_rejected); }
@@ -63,3 +43,7 @@ struct Classification {
 };
 
 }  // namespace dynfilter::eval
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/eval/detail/classification-inl.hpp>
+#endif

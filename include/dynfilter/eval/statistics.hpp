@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <vector>
 
 namespace dynfilter::eval {
@@ -14,22 +12,12 @@ struct ErrorStatistics {
 };
 
 /// The mean of the two middle values for an even count. NaN without values.
-inline double median(std::vector<double> values) {
-  if (values.empty()) return NAN;
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
+double median(std::vector<double> values);
 
-inline ErrorStatistics statistics(const std::vector<double>& errors) {
-  if (errors.empty()) return {};
-  const double n = static_cast<double>(errors.size());
-  double sum = 0, squares = 0, deviations = 0;
-  for (const double e : errors) sum += e, squares += e * e;
-  const double mean = sum / n;
-  for (const double e : errors) deviations += (e - mean) * (e - mean);
-  const auto [min, max] = std::minmax_element(errors.begin(), errors.end());
-  return {std::sqrt(squares / n), mean, median(errors), std::sqrt(deviations / n), *min, *max};
-}
+ErrorStatistics statistics(const std::vector<double>& errors);
 
 }  // namespace dynfilter::eval
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/eval/detail/statistics-inl.hpp>
+#endif

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/compiled.hpp>
 #include <dynfilter/core/registry.hpp>
 
 namespace dynfilter {
 
 /// A registry with all rejectors of the toolkit.
-DYNFILTER_INLINE Registry builtin_filters();
+Registry builtin_filters();
 
 }  // namespace dynfilter
 
-#ifndef DYNFILTER_COMPILED
-#include <dynfilter/filters/builtin_table.hpp>
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/filters/detail/builtin-inl.hpp>
 #endif

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/compiled.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
@@ -86,6 +85,6 @@ class RigidMotionEstimator {
 
 }  // namespace dynfilter
 
-#ifndef DYNFILTER_COMPILED
-#include <dynfilter/geometry/rigid_motion_search.hpp>
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/geometry/detail/rigid_motion-inl.hpp>
 #endif

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/compiled.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <memory>
@@ -51,6 +50,6 @@ class TwoViewEstimator {
 
 }  // namespace dynfilter
 
-#ifndef DYNFILTER_COMPILED
-#include <dynfilter/geometry/two_view_search.hpp>
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/geometry/detail/two_view-inl.hpp>
 #endif

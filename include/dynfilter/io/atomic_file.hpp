@@ -1,55 +1,29 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/error.hpp>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <ios>
-#include <locale>
-#include <random>
-#include <string>
-#include <system_error>
+#include <ostream>
 
 namespace dynfilter::io {
 
 namespace detail {
 
 /// A unique name beside `path`. rename() is atomic only within one file system.
-inline std::filesystem::path temporary_beside(const std::filesystem::path& path) {
-  std::random_device device;
-  std::string name = "." + path.filename().string() + ".partial-";
-  for (int i = 0; i < 8; ++i) name += "0123456789abcdef"[device() % 16];
-  return path.parent_path() / name;
-}
+std::filesystem::path temporary_beside(const std::filesystem::path& path);
 
-inline void rename_or_throw(const std::filesystem::path& from, const std::filesystem::path& to) {
-  std::error_code error;
-  std::filesystem::rename(from, to, error);
-  if (error) throw IoError(to.string() + ": cannot write: " + error.message());
-}
+void rename_or_throw(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace detail
 
 /// Writes a file under a temporary name and renames it at the end.
 /// A reader sees the old file or the complete new one.
 /// Throws IoError. Exceptions of `write` pass through, and no temporary file remains.
-inline void write_file_atomically(const std::filesystem::path& path,
-                                  const std::function<void(std::ostream&)>& write) {
-  const std::filesystem::path temporary = detail::temporary_beside(path);
-  try {
-    std::ofstream out(temporary, std::ios::binary);
-    if (!out) throw IoError(path.string() + ": cannot write here");
-    out.imbue(std::locale::classic());
-    write(out);
-    out.close();
-    if (!out) throw IoError(path.string() + ": writing failed (disk full?)");
-    detail::rename_or_throw(temporary, path);
-  } catch (...) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw;
-  }
-}
+void write_file_atomically(const std::filesystem::path& path,
+                           const std::function<void(std::ostream&)>& write);
 
 }  // namespace dynfilter::io
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/io/detail/atomic_file-inl.hpp>
+#endif

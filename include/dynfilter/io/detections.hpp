@@ -1,18 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/detection.hpp>
-#include <dynfilter/io/atomic_file.hpp>
-#include <dynfilter/io/text_lines.hpp>
 #include <filesystem>
-#include <iomanip>
-#include <map>
-#include <ostream>
-#include <string>
 #include <vector>
 
 namespace dynfilter::io {
@@ -31,46 +23,10 @@ struct DetectionTrack {
 
   /// Detections of the image with this timestamp, within half a millisecond because files round it.
   /// No result gives nullptr, which differs from an empty result.
-  const std::vector<Detection>* at(double timestamp_s) const {
-    constexpr double kSameStamp_s = 5e-4;
-    auto next = std::lower_bound(images.begin(), images.end(), timestamp_s - kSameStamp_s,
-                                 [](const StampedDetections& a, double t) { return a.timestamp_s < t; });
-    const StampedDetections* best = nullptr;
-    double best_gap_s = kSameStamp_s;
-    for (; next != images.end() && next->timestamp_s <= timestamp_s + kSameStamp_s; ++next) {
-      const double gap_s = std::abs(next->timestamp_s - timestamp_s);
-      if (gap_s <= best_gap_s) {
-        best_gap_s = gap_s;
-        best = &*next;
-      }
-    }
-    return best ? &best->detections : nullptr;
-  }
+  const std::vector<Detection>* at(double timestamp_s) const;
 };
 
 namespace detail {
-
-// Some class names contain blanks ("cell phone"), so numbers are counted from both ends.
-inline Detection parse_detection(const TextLine& line, const std::filesystem::path& path) {
-  const std::size_t n = line.fields.size();
-  if (n < 8) {
-    throw IoError(at_line(path, line.number) +
-                  ": expected 'timestamp class_id class_name score x1 y1 x2 y2' or 'timestamp none', found " +
-                  std::to_string(n) + " fields");
-  }
-  std::array<double, 5> tail{};  // score x1 y1 x2 y2
-  for (std::size_t i = 0; i < 5; ++i) tail[i] = number_at(line, n - 5 + i, path);
-  Detection d;
-  const double id = number_at(line, 1, path);
-  if (!(std::abs(id) < 1e9)) throw IoError(at_line(path, line.number) + ": the class id is not a number");
-  d.class_id = static_cast<int>(id);
-  for (std::size_t i = 2; i < n - 5; ++i) d.class_name += (i > 2 ? " " : "") + line.fields[i];
-  d.score = static_cast<float>(tail[0]);
-  d.box = cv::Rect2f(cv::Point2f(static_cast<float>(tail[1]), static_cast<float>(tail[2])),
-                     cv::Point2f(static_cast<float>(tail[3]), static_cast<float>(tail[4])));
-  if (tail[3] < tail[1] || tail[4] < tail[2]) d.box.width = 0;  // cv::Rect_ would swap the corners
-  return d;
-}
 
 inline bool usable(const Detection& d) {
   return d.score >= 0 && d.score <= 1 && d.box.width > 0 && d.box.height > 0 && std::isfinite(d.box.x) &&
@@ -81,37 +37,14 @@ inline bool usable(const Detection& d) {
 
 /// Reads lines `timestamp class_id class_name score x1 y1 x2 y2` [px] and `timestamp none`.
 /// `#` starts a comment. Throws IoError with file and line.
-inline DetectionTrack read_detections(const std::filesystem::path& path) {
-  std::map<double, std::vector<Detection>> by_time;
-  DetectionTrack track;
-  for (const TextLine& line : read_text_lines(path)) {
-    const double stamp_s = number_at(line, 0, path);
-    if (!std::isfinite(stamp_s))
-      throw IoError(at_line(path, line.number) + ": the timestamp is not a number");
-    std::vector<Detection>& of_image = by_time[stamp_s];
-    if (line.fields.size() == 2 && line.fields[1] == "none") continue;
-    const Detection d = detail::parse_detection(line, path);
-    detail::usable(d) ? of_image.push_back(d) : void(++track.unusable);
-  }
-  for (auto& [stamp_s, detections] : by_time) track.images.push_back({stamp_s, std::move(detections)});
-  return track;
-}
+DetectionTrack read_detections(const std::filesystem::path& path);
 
 /// Writes what read_detections() reads, with boxes rounded to 0.001 px.
 /// A detection without a class name is written as `object`. Throws IoError.
-inline void write_detections(const std::filesystem::path& path,
-                             const std::vector<StampedDetections>& images) {
-  write_file_atomically(path, [&](std::ostream& out) {
-    out << "# timestamp class_id class_name score x1 y1 x2 y2\n" << std::fixed;
-    for (const StampedDetections& image : images) {
-      const auto stamp = [&]() -> std::ostream& { return out << std::setprecision(6) << image.timestamp_s; };
-      if (image.detections.empty()) stamp() << " none\n";
-      for (const Detection& d : image.detections)
-        stamp() << ' ' << d.class_id << ' ' << (d.class_name.empty() ? "object" : d.class_name)
-                << std::setprecision(4) << ' ' << d.score << std::setprecision(3) << ' ' << d.box.x << ' '
-                << d.box.y << ' ' << d.box.x + d.box.width << ' ' << d.box.y + d.box.height << '\n';
-    }
-  });
-}
+void write_detections(const std::filesystem::path& path, const std::vector<StampedDetections>& images);
 
 }  // namespace dynfilter::io
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/io/detail/detections-inl.hpp>
+#endif

@@ -26,18 +26,10 @@ class Graph {
   }
 
   /// Ignores loops and existing edges.
-  void connect(Vertex a, Vertex b) {
-    if (a == b || connected(a, b)) return;
-    insert(a, b);
-    insert(b, a);
-    ++edges_;
-  }
+  void connect(Vertex a, Vertex b);
 
  private:
-  void insert(Vertex at, Vertex v) {
-    std::vector<Vertex>& list = neighbours_[at];
-    list.insert(std::lower_bound(list.begin(), list.end(), v), v);
-  }
+  void insert(Vertex at, Vertex v);
 
   std::vector<std::vector<Vertex>> neighbours_;
   std::size_t edges_ = 0;
@@ -53,27 +45,7 @@ inline std::size_t count(const VertexSet& set) {
 
 /// Component number of each vertex of `within`, in the order of the lowest vertices; -1 outside.
 /// Linear.
-inline std::vector<int> components(const Graph& graph, const VertexSet& within) {
-  std::vector<int> component(graph.size(), -1);
-  std::vector<Graph::Vertex> open;
-  int found = 0;
-  for (Graph::Vertex start = 0; start < graph.size(); ++start) {
-    if (!within[start] || component[start] >= 0) continue;
-    component[start] = found;
-    open.assign(1, start);
-    while (!open.empty()) {
-      const Graph::Vertex v = open.back();
-      open.pop_back();
-      for (const Graph::Vertex w : graph.neighbours(v)) {
-        if (!within[w] || component[w] >= 0) continue;
-        component[w] = found;
-        open.push_back(w);
-      }
-    }
-    ++found;
-  }
-  return component;
-}
+std::vector<int> components(const Graph& graph, const VertexSet& within);
 
 /// Component number of each vertex of the whole graph.
 inline std::vector<int> components(const Graph& graph) {
@@ -81,16 +53,10 @@ inline std::vector<int> components(const Graph& graph) {
 }
 
 /// True if any two vertices of `set` that the graph connects are connected within `set`.
-inline bool connected_within(const Graph& graph, const VertexSet& set) {
-  const std::vector<int> whole = components(graph), inside = components(graph, set);
-  std::vector<int> seen(graph.size(), -1);
-  for (Graph::Vertex v = 0; v < graph.size(); ++v) {
-    if (!set[v]) continue;
-    int& first = seen[static_cast<std::size_t>(whole[v])];
-    if (first >= 0 && first != inside[v]) return false;
-    first = inside[v];
-  }
-  return true;
-}
+bool connected_within(const Graph& graph, const VertexSet& set);
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/keyframe/detail/graph-inl.hpp>
+#endif

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/yaml.hpp>
-#include <dynfilter/keyframe/pose_change.hpp>
-#include <dynfilter/keyframe/vertex_cover_selector.hpp>
+#include <dynfilter/keyframe/selector.hpp>
 #include <memory>
 #include <string>
 
@@ -13,21 +10,13 @@ namespace dynfilter {
 
 /// Creates a selector by name with its default parameters.
 /// Throws ConfigError with the known names.
-inline std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name) {
-  if (name == PoseChangeSelector::kName) return std::make_unique<PoseChangeSelector>();
-  if (name == VertexCoverSelector::kName) return std::make_unique<VertexCoverSelector>();
-  throw ConfigError("", "no keyframe selector `" + name + "`; known: pose_change, vertex_cover");
-}
+std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name);
 
 /// The same with the parameters of a YAML map, or the defaults without one.
-inline std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name,
-                                                                const YamlNode& node) {
-  if (node.is_none()) return make_keyframe_selector(name);
-  if (name == PoseChangeSelector::kName)
-    return std::make_unique<PoseChangeSelector>(read_parameters<PoseChangeParams>(node));
-  if (name == VertexCoverSelector::kName)
-    return std::make_unique<VertexCoverSelector>(read_parameters<VertexCoverParams>(node));
-  return make_keyframe_selector(name);
-}
+std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name, const YamlNode& node);
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/keyframe/detail/make_selector-inl.hpp>
+#endif

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <optional>
 #include <string>
@@ -32,24 +30,14 @@ class KeyframeSelector {
   virtual std::string name() const = 0;
 
   /// Returns the keyframes that this frame decides, possibly none.
-  std::vector<SelectedFrame> add(const FrameSummary& frame) {
-    if (!is_rigid(frame.T_world_camera)) return ++left_out_.bad_pose, std::vector<SelectedFrame>();
-    if (!std::isfinite(frame.timestamp_s) || (newest_ && !newer(frame)))
-      return ++left_out_.not_newer, std::vector<SelectedFrame>();
-    newest_ = std::make_pair(frame.id, frame.timestamp_s);
-    return choose(frame);
-  }
+  std::vector<SelectedFrame> add(const FrameSummary& frame);
 
   /// Call at the end of the stream. Decides all pending frames.
   virtual std::vector<SelectedFrame> flush() { return {}; }
   /// Ids of frames that may still become keyframes, ascending. The mapper must keep these frames.
   virtual std::vector<std::int64_t> pending() const { return {}; }
   /// Clears all state.
-  void reset() {
-    left_out_ = LeftOut();
-    newest_.reset();
-    forget();
-  }
+  void reset();
   const LeftOut& left_out() const { return left_out_; }
 
  protected:
@@ -66,3 +54,7 @@ class KeyframeSelector {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/keyframe/detail/selector-inl.hpp>
+#endif

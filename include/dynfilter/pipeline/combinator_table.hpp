@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/compiled.hpp>
 #include <dynfilter/pipeline/stage_reader.hpp>
 #include <vector>
 
@@ -9,10 +8,10 @@ namespace dynfilter {
 
 /// All combinators that a pipeline file may name.
 /// The YAML reader, `dynfilter filters` and the docs use this table.
-DYNFILTER_INLINE const std::vector<CombinatorEntry>& combinator_table();
+const std::vector<CombinatorEntry>& combinator_table();
 
 }  // namespace dynfilter
 
-#ifndef DYNFILTER_COMPILED
-#include <dynfilter/pipeline/combinator_entries.hpp>
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/pipeline/detail/combinator_table-inl.hpp>
 #endif

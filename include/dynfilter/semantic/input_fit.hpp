@@ -2,7 +2,7 @@
 #pragma once
 
 #include <algorithm>
-#include <opencv2/core.hpp>
+#include <opencv2/core/types.hpp>
 
 namespace dynfilter {
 
@@ -19,39 +19,13 @@ struct InputFit {
   /// Input = scale * image + offset.
   double scale_x = 1, scale_y = 1, offset_x_px = 0, offset_y_px = 0;
 
-  static InputFit of(cv::Size image, cv::Size input, ImageFit how) {
-    InputFit fit{image, input};
-    fit.scale_x = static_cast<double>(input.width) / image.width;
-    fit.scale_y = static_cast<double>(input.height) / image.height;
-    if (how == ImageFit::Stretch) return fit;
-    fit.scale_x = fit.scale_y = std::min(fit.scale_x, fit.scale_y);
-    const cv::Rect area = fit.area();
-    fit.offset_x_px = area.x;
-    fit.offset_y_px = area.y;
-    // The integer size that the image is resized to.
-    fit.scale_x = static_cast<double>(area.width) / image.width;
-    fit.scale_y = static_cast<double>(area.height) / image.height;
-    return fit;
-  }
+  static InputFit of(cv::Size image, cv::Size input, ImageFit how);
 
   /// The pixels of the input that contain the image.
-  cv::Rect area() const {
-    const cv::Size size(std::clamp(cvRound(image.width * scale_x), 1, input.width),
-                        std::clamp(cvRound(image.height * scale_y), 1, input.height));
-    return {(input.width - size.width) / 2, (input.height - size.height) / 2, size.width, size.height};
-  }
+  cv::Rect area() const;
 
   /// Converts a box of the input to pixels of the image and clips it. The result may be empty.
-  cv::Rect2f to_image(const cv::Rect2f& box) const {
-    const auto x = [&](float at) {
-      return clamped((static_cast<double>(at) - offset_x_px) / scale_x, image.width);
-    };
-    const auto y = [&](float at) {
-      return clamped((static_cast<double>(at) - offset_y_px) / scale_y, image.height);
-    };
-    const float x0 = x(box.x), y0 = y(box.y);
-    return {x0, y0, x(box.x + box.width) - x0, y(box.y + box.height) - y0};
-  }
+  cv::Rect2f to_image(const cv::Rect2f& box) const;
 
  private:
   static float clamped(double value, int size) {
@@ -60,3 +34,7 @@ struct InputFit {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/semantic/detail/input_fit-inl.hpp>
+#endif

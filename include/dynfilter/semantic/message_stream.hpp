@@ -4,16 +4,11 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
-
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstddef>
-#include <cstring>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/numbers.hpp>
 #include <string>
-#include <utility>
 
 namespace dynfilter {
 
@@ -35,78 +30,25 @@ class MessageStream {
   MessageStream(int in, int out) : in_(in), out_(out) {}
 
   /// Sets the time limit for the next calls.
-  void set_deadline(double seconds) {
-    seconds_ = seconds;
-    end_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-  }
+  void set_deadline(double seconds);
 
   /// Returns a line without its line end.
-  std::string read_line() {
-    for (;;) {
-      const std::size_t end = buffer_.find('\n', begin_);
-      if (end != std::string::npos) {
-        std::string line = buffer_.substr(begin_, end - begin_);
-        begin_ = end + 1;
-        return line;
-      }
-      if (buffer_.size() - begin_ > kMaxLine) throw Error("a line of more than 4096 bytes");
-      buffer_.erase(0, begin_);
-      begin_ = 0;
-      char chunk[4096];
-      buffer_.append(chunk, receive(chunk, sizeof(chunk)));
-    }
-  }
+  std::string read_line();
 
-  void read_bytes(unsigned char* to, std::size_t n) {
-    const std::size_t known = std::min(n, buffer_.size() - begin_);
-    std::memcpy(to, buffer_.data() + begin_, known);
-    begin_ += known;
-    for (std::size_t done = known; done < n;) done += receive(to + done, n - done);
-  }
+  void read_bytes(unsigned char* to, std::size_t n);
 
   void write_text(const std::string& text) { write_bytes(text.data(), text.size()); }
 
-  void write_bytes(const void* from, std::size_t n) {
-    const char* bytes = static_cast<const char*>(from);
-    for (std::size_t done = 0; done < n;) {
-      wait(out_, POLLOUT);
-      ssize_t sent = ::send(out_, bytes + done, n - done, MSG_NOSIGNAL | MSG_DONTWAIT);
-      if (sent < 0 && errno == ENOTSOCK)
-        sent = ::write(out_, bytes + done, std::min<std::size_t>(n - done, 4096));
-      if (sent > 0) done += static_cast<std::size_t>(sent);
-      if (sent < 0 && errno != EAGAIN && errno != EINTR) throw EndOfStream();
-    }
-  }
+  void write_bytes(const void* from, std::size_t n);
 
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::size_t kMaxLine = 4096;
 
-  std::size_t receive(void* to, std::size_t n) {
-    for (;;) {
-      wait(in_, POLLIN);
-      ssize_t got = ::recv(in_, to, n, MSG_DONTWAIT);
-      if (got < 0 && errno == ENOTSOCK) got = ::read(in_, to, n);
-      if (got > 0) return static_cast<std::size_t>(got);
-      if (got == 0 || (errno != EAGAIN && errno != EINTR)) throw EndOfStream();
-    }
-  }
+  std::size_t receive(void* to, std::size_t n);
 
-  void wait(int descriptor, short events) const {
-    for (;;) {
-      int left_ms = -1;
-      if (seconds_ < kForever) {
-        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end_ - Clock::now()).count();
-        if (left <= 0) throw Error("no answer within " + shown_seconds());
-        left_ms = static_cast<int>(std::min<long long>(left, 3600000));
-      }
-      pollfd watched{descriptor, events, 0};
-      const int ready = ::poll(&watched, 1, left_ms);
-      if (ready > 0) return;
-      if (ready < 0 && errno != EINTR) throw EndOfStream();
-    }
-  }
-  std::string shown_seconds() const { return number_text(seconds_) + " s"; }
+  void wait(int descriptor, short events) const;
+  std::string shown_seconds() const;
 
   int in_, out_;
   double seconds_ = kForever;
@@ -116,3 +58,7 @@ class MessageStream {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/semantic/detail/message_stream-inl.hpp>
+#endif

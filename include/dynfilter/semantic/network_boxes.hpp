@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <dynfilter/core/error.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -29,17 +25,7 @@ struct BoxLayout {
 
 namespace detail {
 
-/// Shape such as "1x84x8400".
-inline std::string shape_text(const cv::Mat& tensor) {
-  std::string text;
-  for (int i = 0; i < tensor.dims; ++i) text += (i > 0 ? "x" : "") + std::to_string(tensor.size[i]);
-  return text.empty() ? "nothing" : text;
-}
-
-[[noreturn]] inline void wrong_layout(const cv::Mat& tensor, const std::string& expected) {
-  throw Error("its output is " + shape_text(tensor) +
-              (tensor.type() == CV_32FC1 ? "" : " and not of single floats") + ", expected " + expected);
-}
+[[noreturn]] void wrong_layout(const cv::Mat& tensor, const std::string& expected);
 
 inline bool is_float_tensor(const cv::Mat& tensor, int dims) {
   return tensor.dims == dims && tensor.type() == CV_32FC1 && tensor.isContinuous();
@@ -50,35 +36,20 @@ inline cv::Rect2f centred_box(float x, float y, float width, float height) {
 }
 
 /// Appends the box unless it has NaN or no area.
-inline void add_if_sound(const NetworkBox& box, std::vector<NetworkBox>& boxes) {
-  const cv::Rect2f& b = box.box;
-  if (b.width > 0 && b.height > 0 && std::isfinite(b.x) && std::isfinite(b.y) && std::isfinite(b.width) &&
-      std::isfinite(b.height))
-    boxes.push_back(box);
-}
+void add_if_sound(const NetworkBox& box, std::vector<NetworkBox>& boxes);
 
 }  // namespace detail
 
 /// Intersection over union, in [0, 1].
-inline float overlap_share(const cv::Rect2f& a, const cv::Rect2f& b) {
-  const float both = (a & b).area();
-  return both > 0 ? both / (a.area() + b.area() - both) : 0.0F;
-}
+float overlap_share(const cv::Rect2f& a, const cv::Rect2f& b);
 
 /// Greedy non-maximum suppression within each class, highest score first, then by order.
 /// Removes boxes that overlap a kept box of their class by more than `max_overlap`
 /// (intersection over union).
-inline void suppress_doubles(std::vector<NetworkBox>& boxes, float max_overlap) {
-  std::stable_sort(boxes.begin(), boxes.end(),
-                   [](const NetworkBox& a, const NetworkBox& b) { return a.score > b.score; });
-  std::vector<NetworkBox> kept;
-  for (const NetworkBox& box : boxes) {
-    const bool is_double = std::any_of(kept.begin(), kept.end(), [&](const NetworkBox& better) {
-      return better.label == box.label && overlap_share(better.box, box.box) > max_overlap;
-    });
-    if (!is_double) kept.push_back(box);
-  }
-  boxes = std::move(kept);
-}
+void suppress_doubles(std::vector<NetworkBox>& boxes, float max_overlap);
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/semantic/detail/network_boxes-inl.hpp>
+#endif

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/field_table.hpp>
 #include <dynfilter/semantic/child_process.hpp>
+#include <dynfilter/semantic/message_stream.hpp>
 #include <dynfilter/semantic/process_protocol.hpp>
+#include <dynfilter/semantic/provider.hpp>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -18,19 +21,7 @@ struct ProcessProviderParams {
   double start_timeout_s = 30;
   int restarts = 3;
 
-  static const FieldTable<ProcessProviderParams>& fields() {
-    using P = ProcessProviderParams;
-    static const FieldTable<P> table{
-        words("command", &P::command, "program and arguments, e.g. [dynfilter, serve, yolo.yaml]"),
-        real("timeout_s", &P::timeout_s, "s", {0.001, 3600},
-             "longest time for an answer, after which the program is killed"),
-        real("start_timeout_s", &P::start_timeout_s, "s", {0.001, 3600},
-             "longest time for the first line, after which the program is killed"),
-        integer("restarts", &P::restarts, "", {0, 1000},
-                "how often the program is restarted after it ended or was killed"),
-    };
-    return table;
-  }
+  static const FieldTable<ProcessProviderParams>& fields();
 };
 
 /// A provider in a separate program, in any language (docs/reference/provider_process.md has the protocol).
@@ -46,39 +37,16 @@ class ProcessProvider final : public SemanticProvider {
   static constexpr const char* kSummary = "a separate program that implements a small protocol";
 
   /// Starts the program and waits for its first line. Throws Error with one line that names it.
-  explicit ProcessProvider(Params params) : params_(std::move(params)) {
-    check_parameters(params_, kName);
-    start();
-  }
+  explicit ProcessProvider(Params params);
 
   std::string name() const override { return kName; }
 
-  std::optional<SemanticResult> infer(const SemanticImage& image) override {
-    if (!child_) {
-      if (starts_ > params_.restarts)
-        throw Error(title() + ": not started again after " + std::to_string(params_.restarts) + " restarts");
-      start();
-    }
-    return talk(params_.timeout_s, [&] {
-      protocol::write_image(*stream_, image);
-      return protocol::read_result(*stream_);
-    });
-  }
+  std::optional<SemanticResult> infer(const SemanticImage& image) override;
 
  private:
   std::string title() const { return params_.command.empty() ? "command" : params_.command[0]; }
 
-  void start() {
-    ++starts_;
-    child_ = std::make_unique<ChildProcess>(params_.command);
-    stream_.emplace(child_->socket(), child_->socket());
-    talk(params_.start_timeout_s, [&] {
-      const std::string line = stream_->read_line();
-      if (line != protocol::kHello)
-        throw protocol::unexpected("`" + std::string(protocol::kHello) + "`", line);
-      return 0;
-    });
-  }
+  void start();
 
   /// After an error that the program itself reports, it continues to run.
   template <class Talk>
@@ -96,12 +64,7 @@ class ProcessProvider final : public SemanticProvider {
       throw Error(title() + ": killed: " + error.what());
     }
   }
-  std::string end() {
-    std::string how = child_->kill_now();
-    stream_.reset();
-    child_.reset();
-    return how;
-  }
+  std::string end();
 
   Params params_;
   std::unique_ptr<ChildProcess> child_;
@@ -110,3 +73,7 @@ class ProcessProvider final : public SemanticProvider {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/semantic/detail/process_provider-inl.hpp>
+#endif

@@ -2,14 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/field_table.hpp>
 #include <dynfilter/semantic/provider.hpp>
-#include <exception>
 #include <memory>
 #include <string>
-#include <utility>
 
 namespace dynfilter {
 
@@ -28,44 +24,11 @@ struct RunnerParams {
   double timeout_s = 5;
   double shutdown_s = 1;
 
-  static const FieldTable<RunnerParams>& fields() {
-    using P = RunnerParams;
-    static const FieldTable<P> table{
-        choice("mode", &P::mode,
-               {{"async", RunnerMode::Async},
-                {"sync", RunnerMode::Sync},
-                {"late", RunnerMode::Late},
-                {"rate", RunnerMode::Rate}},
-               "when results arrive; sync, late and rate are for experiments and bit-for-bit reproducible"),
-        integer("late_frames", &P::late_frames, "frames", {0, 1000}, "delay of results, for mode late"),
-        real("rate_hz", &P::rate_hz, "Hz", {0.001, 1000}, "results per second, for mode rate"),
-        real("timeout_s", &P::timeout_s, "s", {0.001, 3600},
-             "longest time for one image, after which the provider is abandoned, for mode async"),
-        real("shutdown_s", &P::shutdown_s, "s", {0, 1}, "longest wait of the destructor, for mode async"),
-    };
-    return table;
-  }
+  static const FieldTable<RunnerParams>& fields();
 };
 
 /// Parses "async", "sync", "late:3" or "rate:2" (Hz). Throws ConfigError.
-inline RunnerParams parse_runner_mode(const std::string& text) {
-  const std::size_t colon = text.find(':');
-  const std::string word = text.substr(0, colon);
-  RunnerParams params;
-  const double value = colon == std::string::npos ? -1 : parse_number(text.substr(colon + 1)).value_or(-1);
-  if (word == "late" && value >= 0 && value <= 1000 && value == static_cast<int>(value)) {
-    params.mode = RunnerMode::Late;
-    params.late_frames = static_cast<int>(value);
-  } else if (word == "rate" && value >= 0.001 && value <= 1000) {
-    params.mode = RunnerMode::Rate;
-    params.rate_hz = value;
-  } else if (text == "sync" || text == "async") {
-    params.mode = text == "sync" ? RunnerMode::Sync : RunnerMode::Async;
-  } else {
-    throw ConfigError("", "expected sync, async, late:FRAMES or rate:HZ, got `" + text + "`");
-  }
-  return params;
-}
+RunnerParams parse_runner_mode(const std::string& text);
 
 /// Counters of a runner. submitted = looked_at + skipped + images that wait.
 struct RunnerStatus {
@@ -103,12 +66,7 @@ class SemanticRunner {
   virtual void reset() = 0;
 
   /// Returns each newest result once; null if there is no new one since the last call.
-  Result take() {
-    Result newest = latest();
-    if (newest == taken_) return nullptr;
-    taken_ = newest;
-    return newest;
-  }
+  Result take();
 
  private:
   Result taken_;
@@ -117,27 +75,13 @@ class SemanticRunner {
 namespace detail {
 
 /// Runs the provider once and writes errors to the status. Null without a result.
-inline SemanticRunner::Result look(SemanticProvider& provider, const SemanticImage& image,
-                                   RunnerStatus& status, std::string& error) {
-  try {
-    std::optional<SemanticResult> found = provider.infer(image);
-    if (!found) {
-      ++status.silent;
-      return nullptr;
-    }
-    found->frame_id = image.frame_id;
-    found->timestamp_s = image.timestamp_s;
-    ++status.results;
-    return std::make_shared<const SemanticResult>(std::move(*found));
-  } catch (const std::exception& e) {
-    error = e.what();
-  } catch (...) {
-    error = "an exception that is not a std::exception";
-  }
-  ++status.failed;
-  return nullptr;
-}
+SemanticRunner::Result look(SemanticProvider& provider, const SemanticImage& image, RunnerStatus& status,
+                            std::string& error);
 
 }  // namespace detail
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/semantic/detail/runner-inl.hpp>
+#endif

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <deque>
+#include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <memory>
 #include <optional>
-#include <string>
-#include <utility>
 
 namespace dynfilter {
 
@@ -19,36 +18,14 @@ namespace dynfilter {
 class SimulatedRunner final : public SemanticRunner {
  public:
   /// Throws ConfigError for mode Async and if a parameter is out of range.
-  SimulatedRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params)
-      : provider_(std::move(provider)), params_(params) {
-    check_parameters(params_, "runner");
-    if (params_.mode == RunnerMode::Async) throw ConfigError("runner", "mode async is not simulated");
-  }
+  SimulatedRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params);
 
-  void submit(const SemanticImage& image) override {
-    const std::int64_t now = status_.submitted++;
-    if (params_.mode == RunnerMode::Rate) {
-      if (busy_until_s_ && image.timestamp_s < *busy_until_s_) {
-        ++status_.skipped;
-        return;
-      }
-      publish_all();
-      busy_until_s_ = image.timestamp_s + 1 / params_.rate_hz - kSameTime_s;
-    }
-    look(image, now);
-    const int late = params_.mode == RunnerMode::Late ? params_.late_frames : 0;
-    while (params_.mode != RunnerMode::Rate && !waiting_.empty() && waiting_.front().submitted + late <= now)
-      publish();
-  }
+  void submit(const SemanticImage& image) override;
 
   Result latest() override { return latest_; }
   RunnerStatus status() override { return status_; }
 
-  void reset() override {
-    waiting_.clear();
-    latest_.reset();
-    busy_until_s_.reset();
-  }
+  void reset() override;
 
  private:
   // A frame exactly at the end of an interval is in time.
@@ -58,18 +35,9 @@ class SimulatedRunner final : public SemanticRunner {
     Result result;
   };
 
-  void look(const SemanticImage& image, std::int64_t now) {
-    ++status_.looked_at;
-    if (Result result = detail::look(*provider_, image, status_, status_.last_error))
-      waiting_.push_back({now, std::move(result)});
-  }
-  void publish() {
-    latest_ = std::move(waiting_.front().result);
-    waiting_.pop_front();
-  }
-  void publish_all() {
-    while (!waiting_.empty()) publish();
-  }
+  void look(const SemanticImage& image, std::int64_t now);
+  void publish();
+  void publish_all();
 
   std::unique_ptr<SemanticProvider> provider_;
   RunnerParams params_;
@@ -80,3 +48,7 @@ class SimulatedRunner final : public SemanticRunner {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/semantic/detail/simulated_runner-inl.hpp>
+#endif

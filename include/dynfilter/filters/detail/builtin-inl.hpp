@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/filters/builtin.hpp>
+
+#include <dynfilter/core/inline.hpp>
 #include <dynfilter/filters/background_motion.hpp>
 #include <dynfilter/filters/box_blur.hpp>
-#include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/filters/dbscan.hpp>
 #include <dynfilter/filters/depth_consistency.hpp>
 #include <dynfilter/filters/descriptor_distance.hpp>

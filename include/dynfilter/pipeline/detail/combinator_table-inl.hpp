@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/compiled.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
+
+#include <dynfilter/core/inline.hpp>
 #include <dynfilter/pipeline/combinators.hpp>
 #include <dynfilter/pipeline/stage_reader.hpp>
 #include <memory>

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/geometry/two_view.hpp>
+
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/sampling.hpp>
-#include <dynfilter/geometry/two_view.hpp>
 #include <dynfilter/geometry/two_view_decision.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <dynfilter/geometry/two_view_points.hpp>

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/geometry/rigid_motion.hpp>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/rigid_least_squares.hpp>
-#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
 #include <memory>

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/io/point_tracks.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/numbers.hpp>
+#include <dynfilter/io/text_lines.hpp>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <optional>
+
+namespace dynfilter::io {
+
+DYNFILTER_INLINE bool PointTracks::visible(int point, int frame) const {
+  const cv::Point2f& p = at(point, frame);
+  return std::isfinite(p.x) && std::isfinite(p.y);
+}
+
+DYNFILTER_INLINE int PointTracks::last_visible(int point) const {
+  for (int f = frames - 1; f >= 0; --f)
+    if (visible(point, f)) return f;
+  return -1;
+}
+
+namespace detail {
+
+inline std::vector<std::string> words_of_comment(const std::string& line) {
+  std::vector<std::string> words;
+  constexpr const char* kSeparators = " \t\r#";
+  for (std::size_t begin = line.find_first_not_of(kSeparators); begin != std::string::npos;) {
+    const std::size_t end = line.find_first_of(kSeparators, begin);
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(kSeparators, end);
+  }
+  return words;
+}
+
+inline std::optional<int> whole_number(const std::string& text, int min, int max) {
+  const std::optional<double> value = parse_number(text);
+  if (!value || !(*value >= min && *value <= max) || *value != std::floor(*value)) return std::nullopt;
+  return static_cast<int>(*value);
+}
+
+/// Parses the header `# points P frames F width W height H` at any place among the comments.
+inline bool read_track_header(const std::vector<std::string>& words, PointTracks& tracks) {
+  if (words.size() < 8 || words[0] != "points" || words[2] != "frames" || words[4] != "width" ||
+      words[6] != "height")
+    return false;
+  const auto points = whole_number(words[1], 1, 10'000'000), frames = whole_number(words[3], 1, 1'000'000),
+             width = whole_number(words[5], 1, 1'000'000), height = whole_number(words[7], 1, 1'000'000);
+  if (!points || !frames || !width || !height) return false;
+  tracks.points = *points, tracks.frames = *frames, tracks.width_px = *width, tracks.height_px = *height;
+  return true;
+}
+
+inline void read_track_comments(const std::filesystem::path& path, PointTracks& tracks) {
+  std::ifstream in(path);
+  bool found = false;
+  for (std::string line; std::getline(in, line) && !line.empty() && line[0] == '#';) {
+    const std::vector<std::string> words = words_of_comment(line);
+    if (tracks.title.empty() && !words.empty()) tracks.title = words[0];
+    found = found || read_track_header(words, tracks);
+  }
+  if (!found) throw IoError(path.string() + ": expected the header '# points P frames F width W height H'");
+}
+
+}  // namespace detail
+
+DYNFILTER_INLINE PointTracks read_point_tracks(const std::filesystem::path& path) {
+  const std::vector<TextLine> lines = read_text_lines(path);
+  PointTracks tracks;
+  detail::read_track_comments(path, tracks);
+  if (lines.size() != static_cast<std::size_t>(tracks.points))
+    throw IoError(path.string() + ": the header says " + std::to_string(tracks.points) +
+                  " points, there are " + std::to_string(lines.size()));
+  const std::size_t expected = 1 + 2 * static_cast<std::size_t>(tracks.frames);
+  for (const TextLine& line : lines) {
+    if (line.fields.size() != expected)
+      throw IoError(at_line(path, line.number) + ": expected a label and " + std::to_string(tracks.frames) +
+                    " times 'x y', found " + std::to_string(line.fields.size()) + " fields");
+    const auto label = detail::whole_number(line.fields[0], 0, 1'000'000);
+    if (!label)
+      throw IoError(at_line(path, line.number) + ": the label '" + line.fields[0] +
+                    "' is not a whole number");
+    tracks.label.push_back(*label);
+    for (std::size_t f = 1; f < expected; f += 2)
+      tracks.px.emplace_back(static_cast<float>(number_at(line, f, path)),
+                             static_cast<float>(number_at(line, f + 1, path)));
+  }
+  return tracks;
+}
+
+DYNFILTER_INLINE int widest_label(const PointTracks& tracks) {
+  constexpr int kCells = 8;
+  struct Spread {
+    int label = 0, cells = 0, points = 0;
+  };
+  std::vector<int> labels = tracks.label;
+  std::sort(labels.begin(), labels.end());
+  labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
+  Spread best;
+  for (const int label : labels) {
+    std::vector<bool> seen(kCells * kCells, false);
+    Spread spread{label, 0, 0};
+    for (int p = 0; p < tracks.points; ++p) {
+      if (tracks.label[static_cast<std::size_t>(p)] != label) continue;
+      ++spread.points;
+      for (int f = 0; f < tracks.frames; ++f) {
+        if (!tracks.visible(p, f)) continue;
+        const cv::Point2f& px = tracks.at(p, f);
+        const auto cell = [](float at, int size) {
+          return static_cast<std::size_t>(
+              std::clamp(at / static_cast<float>(size) * kCells, 0.0F, kCells - 1.0F));
+        };
+        seen[cell(px.y, tracks.height_px) * kCells + cell(px.x, tracks.width_px)] = true;
+      }
+    }
+    spread.cells = static_cast<int>(std::count(seen.begin(), seen.end(), true));
+    if (spread.cells > best.cells || (spread.cells == best.cells && spread.points > best.points))
+      best = spread;
+  }
+  return best.label;
+}
+
+}  // namespace dynfilter::io

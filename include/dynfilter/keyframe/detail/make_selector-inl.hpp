@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/keyframe/make_selector.hpp>
+
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/keyframe/pose_change.hpp>
+#include <dynfilter/keyframe/vertex_cover_selector.hpp>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name) {
+  if (name == PoseChangeSelector::kName) return std::make_unique<PoseChangeSelector>();
+  if (name == VertexCoverSelector::kName) return std::make_unique<VertexCoverSelector>();
+  throw ConfigError("", "no keyframe selector `" + name + "`; known: pose_change, vertex_cover");
+}
+
+DYNFILTER_INLINE std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name,
+                                                                          const YamlNode& node) {
+  if (node.is_none()) return make_keyframe_selector(name);
+  if (name == PoseChangeSelector::kName)
+    return std::make_unique<PoseChangeSelector>(read_parameters<PoseChangeParams>(node));
+  if (name == VertexCoverSelector::kName)
+    return std::make_unique<VertexCoverSelector>(read_parameters<VertexCoverParams>(node));
+  return make_keyframe_selector(name);
+}
+
+}  // namespace dynfilter

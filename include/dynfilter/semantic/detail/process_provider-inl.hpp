@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/semantic/process_provider.hpp>
+
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/parameters.hpp>
+#include <utility>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE const FieldTable<ProcessProviderParams>& ProcessProviderParams::fields() {
+  using P = ProcessProviderParams;
+  static const FieldTable<P> table{
+      words("command", &P::command, "program and arguments, e.g. [dynfilter, serve, yolo.yaml]"),
+      real("timeout_s", &P::timeout_s, "s", {0.001, 3600},
+           "longest time for an answer, after which the program is killed"),
+      real("start_timeout_s", &P::start_timeout_s, "s", {0.001, 3600},
+           "longest time for the first line, after which the program is killed"),
+      integer("restarts", &P::restarts, "", {0, 1000},
+              "how often the program is restarted after it ended or was killed"),
+  };
+  return table;
+}
+
+DYNFILTER_INLINE ProcessProvider::ProcessProvider(Params params) : params_(std::move(params)) {
+  check_parameters(params_, kName);
+  start();
+}
+
+DYNFILTER_INLINE std::optional<SemanticResult> ProcessProvider::infer(const SemanticImage& image) {
+  if (!child_) {
+    if (starts_ > params_.restarts)
+      throw Error(title() + ": not started again after " + std::to_string(params_.restarts) + " restarts");
+    start();
+  }
+  return talk(params_.timeout_s, [&] {
+    protocol::write_image(*stream_, image);
+    return protocol::read_result(*stream_);
+  });
+}
+
+inline void ProcessProvider::start() {
+  ++starts_;
+  child_ = std::make_unique<ChildProcess>(params_.command);
+  stream_.emplace(child_->socket(), child_->socket());
+  talk(params_.start_timeout_s, [&] {
+    const std::string line = stream_->read_line();
+    if (line != protocol::kHello) throw protocol::unexpected("`" + std::string(protocol::kHello) + "`", line);
+    return 0;
+  });
+}
+
+DYNFILTER_INLINE std::string ProcessProvider::end() {
+  std::string how = child_->kill_now();
+  stream_.reset();
+  child_.reset();
+  return how;
+}
+
+}  // namespace dynfilter

@@ -1,2 +1,0 @@
-// SPDX-License-Identifier: MIT
-#include <dynfilter/filters/builtin_table.hpp>

@@ -1,2 +1,0 @@
-// SPDX-License-Identifier: MIT
-#include <dynfilter/pipeline/combinator_entries.hpp>
