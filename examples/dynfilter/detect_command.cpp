@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/io/atomic_file.hpp>
+#include <dynfilter/io/image_file.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

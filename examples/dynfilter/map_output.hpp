@@ -2,6 +2,7 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <dynfilter/io/atomic_file.hpp>
 
 #include <algorithm>
 #include <cstddef>

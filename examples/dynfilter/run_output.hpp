@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
+#include <dynfilter/io/atomic_file.hpp>
 
 #include <cstddef>
 #include <dynfilter/io/atomic_folder.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <malloc.h>
+#include <dynfilter/pipeline/presets.hpp>
 
 #include <algorithm>
 #include <cstdlib>

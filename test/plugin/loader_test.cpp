@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cstdlib>
 #include <dynfilter/core/yaml.hpp>
+#include <dynfilter/plugin/abi.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <fstream>
