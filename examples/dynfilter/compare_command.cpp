@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/io/atomic_file.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
