@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/io/atomic_file.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/image_file.hpp>
-#include <dynfilter/semantic/detector_yaml.hpp>
-#include <dynfilter/semantic/provider.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -2,13 +2,7 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/io/atomic_file.hpp>
-#include <dynfilter/mapping/map_frame.hpp>
-#include <dynfilter/mapping/map_params.hpp>
-#include <dynfilter/mapping/static_map.hpp>
 
 #include <algorithm>
 #include <cstddef>

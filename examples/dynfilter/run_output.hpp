@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/votes.hpp>
 #include <dynfilter/io/atomic_file.hpp>
 
 #include <cstddef>

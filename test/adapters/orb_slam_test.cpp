@@ -1,21 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <malloc.h>
-#include <dynfilter/adapters/orb_slam/compact_frame.hpp>
-#include <dynfilter/adapters/orb_slam/host_pose.hpp>
-#include <dynfilter/adapters/orb_slam/params.hpp>
-#include <dynfilter/adapters/orb_slam/read_frame.hpp>
-#include <dynfilter/adapters/orb_slam/settings.hpp>
-#include <dynfilter/adapters/orb_slam/traits.hpp>
-#include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/span.hpp>
-#include <dynfilter/core/verdict.hpp>
-#include <dynfilter/core/votes.hpp>
-#include <dynfilter/filters/builtin.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/io/association.hpp>
+#include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/atomic_folder.hpp>
 #include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/detections.hpp>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
 
 #include "doctest/doctest.h"

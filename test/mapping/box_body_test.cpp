@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <array>
 #include <cmath>
+#include <dynfilter/cluster/depth_split.hpp>
 #include <dynfilter/mapping/box_body.hpp>
 #include <dynfilter/mapping/depth_cut.hpp>
 #include <random>

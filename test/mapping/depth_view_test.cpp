@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/mapping/depth_view.hpp>
 #include <random>
 #include <set>

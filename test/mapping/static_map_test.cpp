@@ -2,8 +2,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/mapping/carving.hpp>
 #include <dynfilter/mapping/cloud_picture.hpp>
+#include <dynfilter/mapping/map_cloud.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
+#include <dynfilter/mapping/outliers.hpp>
 #include <dynfilter/mapping/static_map.hpp>
 #include <limits>
 #include <map>

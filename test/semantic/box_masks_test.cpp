@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/semantic/box_masks.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
+#include <dynfilter/semantic/merged_masks.hpp>
 #include <dynfilter/synth/sequence.hpp>
 #include <limits>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/semantic/box_masks.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <dynfilter/semantic/dnn_provider.hpp>
 #include <dynfilter/semantic/file_provider.hpp>

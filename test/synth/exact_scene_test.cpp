@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <opencv2/calib3d.hpp>

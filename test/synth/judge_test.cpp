@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/correspondence/match.hpp>
-#include <dynfilter/evidence/evidence.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_motion.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 

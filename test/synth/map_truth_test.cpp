@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/synth/map_truth.hpp>
 #include <dynfilter/synth/scene_file.hpp>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/synth/sequence.hpp>
 #include <opencv2/core.hpp>
 

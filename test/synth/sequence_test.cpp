@@ -2,6 +2,7 @@
 #include "doctest/doctest.h"
 
 #include <cmath>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/synth/sequence.hpp>
 #include <map>
 #include <memory>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/synth/calibration_error.hpp>
 #include <dynfilter/synth/sequence_writer.hpp>
 #include <filesystem>
 #include <fstream>

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <memory>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,46 +22,21 @@ class HostSemantics {
   explicit HostSemantics(std::unique_ptr<SemanticRunner> runner = nullptr) : runner_(std::move(runner)) {}
 
   /// For the next frame. `frame_id`: the frame they were computed on, -1: the next one.
-  void set_detections(std::vector<Detection> detections, std::int64_t frame_id) {
-    next_.detections = std::move(detections);
-    next_.detections_frame_id = frame_id;
-  }
+  void set_detections(std::vector<Detection> detections, std::int64_t frame_id);
   /// Not copied: it must live until the next frame is judged.
   void set_mask(const cv::Mat& labels, std::int64_t frame_id) { next_.mask = MaskInput{frame_id, labels}; }
 
   /// A new frame. Its pixels are copied where a detector needs them later.
-  void begin(const SemanticImage& image) {
-    now_ = std::exchange(next_, {});
-    result_.reset();
-    if (!runner_) return;
-    runner_->submit(image);
-    result_ = runner_->latest();
-  }
+  void begin(const SemanticImage& image);
 
   /// What there is for the frame begun last.
-  void add_to(FrameView& view) const {
-    if (result_ && result_->detections)
-      view.detections = DetectionInput{result_->frame_id, *result_->detections};
-    if (result_ && result_->labels) view.mask = MaskInput{result_->frame_id, *result_->labels};
-    if (now_.detections) view.detections = DetectionInput{now_.detections_frame_id, *now_.detections};
-    if (now_.mask) view.mask = *now_.mask;
-  }
+  void add_to(FrameView& view) const;
 
   /// Frame numbers start again: what was computed on earlier ones is dropped.
-  void reset() {
-    now_ = {};
-    result_.reset();
-    if (runner_) runner_->reset();
-  }
+  void reset();
 
   /// The first error of the file or the detector, once; "" without one.
-  std::string take_trouble() {
-    if (!runner_ || told_) return "";
-    const RunnerStatus status = runner_->status();
-    if (status.failed == 0 && !status.abandoned) return "";
-    told_ = true;
-    return status.last_error;
-  }
+  std::string take_trouble();
 
  private:
   struct Given {
@@ -74,3 +52,7 @@ class HostSemantics {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/adapters/detail/host_semantics-inl.hpp>
+#endif

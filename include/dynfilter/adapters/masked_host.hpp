@@ -6,18 +6,22 @@
 #include <dynfilter/adapters/host_semantics.hpp>
 #include <dynfilter/adapters/input_watch.hpp>
 #include <dynfilter/adapters/masked_image.hpp>
+#include <dynfilter/adapters/orb_slam/host_detector.hpp>
+#include <dynfilter/adapters/orb_slam/params.hpp>
 #include <dynfilter/adapters/orb_slam/settings.hpp>
-#include <dynfilter/io/camera_file.hpp>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
-#include <limits>
-#include <opencv2/imgproc.hpp>
-#include <optional>
+#include <dynfilter/semantic/provider_registry.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>
-#if CV_VERSION_MAJOR >= 5 && __has_include(<opencv2/features.hpp>)
-#include <opencv2/features.hpp>  // goodFeaturesToTrack
-#endif
 
 namespace dynfilter {
 
@@ -38,18 +42,7 @@ class MaskedHost {
       : MaskedHost(read_orb_slam_settings(settings_file, host_sensor(sensor), registry, providers),
                    settings_file, host_sensor(sensor), masking) {}
   MaskedHost(OrbSlamSettings settings, const std::string& camera_file, HostSensor sensor,
-             const MaskedImageParams& masking = MaskedImageParams())
-      : params_(settings.params),
-        sensor_(sensor),
-        pipeline_file_(std::move(settings.pipeline_file)),
-        semantics_(std::move(settings.semantics)),
-        pipeline_(configured_pipeline(settings)),
-        watch_(pipeline_),
-        masked_(masking) {
-    const io::CameraFile file = io::read_camera(camera_file);
-    camera_ = file.camera;
-    if (file.depth_units_per_m && *file.depth_units_per_m > 0) depth_unit_m_ = 1 / *file.depth_units_per_m;
-  }
+             const MaskedImageParams& masking = MaskedImageParams());
 
   /// Of the next image; they go before those of `DynFilter.boxes`, `masks` and `detector`.
   void set_detections(std::vector<Detection> detections) {
@@ -59,29 +52,9 @@ class MaskedHost {
 
   /// `image`: 8 bits, grey or colour. `depth`: as the host takes it, CV_16U or CV_32F in units of
   /// `1 / DepthMapFactor` metres, or empty. Cost: the corners, about 5 ms for 640x480, and the pipeline.
-  const Images& process(const cv::Mat& image, const cv::Mat& depth, double timestamp_s) {
-    images_.image = image, images_.depth = depth;
-    if (!params_.enabled || image.empty() || image.depth() != CV_8U) return images_;
-    to_grey(image);
-    find_corners();
-    judge(image, depth, timestamp_s);
-    if (verdict_.kept() == verdict_.size()) return images_;
-    const cv::Mat& mask = masked_.mask(keypoints_, verdict_, image.size());
-    if (!depth.empty()) {
-      MaskedImage::zero_depth(depth, mask, masked_depth_);
-      images_.depth = masked_depth_;
-    } else {
-      masked_.paint(image, mask, painted_);
-      images_.image = painted_;
-    }
-    return images_;
-  }
+  const Images& process(const cv::Mat& image, const cv::Mat& depth, double timestamp_s);
 
-  void reset() {
-    pipeline_.reset();
-    semantics_.reset();
-    first_frame_ = true;
-  }
+  void reset();
 
   const Verdict& verdict() const { return verdict_; }
   const std::vector<cv::KeyPoint>& judged_keypoints() const { return keypoints_; }
@@ -90,53 +63,20 @@ class MaskedHost {
 
   const Pipeline& pipeline() const { return pipeline_; }
   /// As OrbSlam::start_line().
-  std::string start_line() const {
-    Input given = Input::GreyImage | Input::Camera | Input::Correspondence | semantic_inputs(params_);
-    if (sensor_ == HostSensor::RgbD) given = given | Input::Depth;
-    return watch_.start_line(pipeline_file_, given);
-  }
+  std::string start_line() const;
   /// When an input never came in the first frames, or the detector failed: the last such line; "" without.
   const std::string& warning() const { return warning_; }
 
  private:
   static constexpr int kMaxCorners = 1000;
 
-  void watch() {
-    watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected + verdict_.report.restored);
-    const std::string missing = watch_.take_warning(), trouble = semantics_.take_trouble();
-    if (!missing.empty()) warning_ = "dynfilter: warning: " + missing;
-    if (!trouble.empty()) warning_ = "dynfilter: warning: the detector failed: " + trouble;
-  }
+  void watch();
 
-  void to_grey(const cv::Mat& image) {
-    if (image.channels() == 1)
-      image.copyTo(grey_);
-    else
-      cv::cvtColor(image, grey_, image.channels() == 4 ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
-  }
+  void to_grey(const cv::Mat& image);
   /// Evenly spread, as the host's features are.
-  void find_corners() {
-    cv::goodFeaturesToTrack(grey_, corners_, kMaxCorners, 0.003, 8);
-    keypoints_.clear();
-    for (const cv::Point2f& corner : corners_) keypoints_.emplace_back(corner, 31.0F);
-  }
+  void find_corners();
 
-  void judge(const cv::Mat& image, const cv::Mat& depth, double timestamp_s) {
-    FrameView view;
-    view.id = next_id_++;
-    view.timestamp_s = timestamp_s;
-    view.keypoints = keypoints_;
-    view.grey = grey_;
-    view.depth = depth;
-    view.depth_unit_m = depth_unit_m_;
-    if (camera_.valid()) view.camera = camera_;
-    semantics_.begin({view.id, timestamp_s, image.channels() == 4 ? grey_ : image, depth, depth_unit_m_});
-    semantics_.add_to(view);
-    const bool keep_all = first_frame_ && params_.keep_first_frame;
-    verdict_ = pipeline_.before_pose(view, {keep_all ? std::numeric_limits<int>::max() : 0});
-    watch();
-    first_frame_ = false;
-  }
+  void judge(const cv::Mat& image, const cv::Mat& depth, double timestamp_s);
 
   OrbSlamParams params_;
   HostSensor sensor_;
@@ -157,3 +97,7 @@ class MaskedHost {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/adapters/detail/masked_host-inl.hpp>
+#endif

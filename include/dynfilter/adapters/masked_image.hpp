@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 
 namespace dynfilter {
 
@@ -15,18 +14,7 @@ struct MaskedImageParams {
   double keep_radius_px = 7;
   double feather_px = 4;
 
-  static const FieldTable<MaskedImageParams>& fields() {
-    using P = MaskedImageParams;
-    static const FieldTable<P> table{
-        real("radius_px", &P::radius_px, "px", {0, 500},
-             "a rejected feature of octave 0 takes its surroundings with it up to here; 1.2 times more per "
-             "octave"),
-        real("keep_radius_px", &P::keep_radius_px, "px", {0, 500},
-             "a kept feature protects its surroundings up to here"),
-        real("feather_px", &P::feather_px, "px", {0, 100}, "width of the soft edge of what is painted over"),
-    };
-    return table;
-  }
+  static const FieldTable<MaskedImageParams>& fields();
 };
 
 /// Hands a verdict to a host that nobody can patch: the images that it is given show nothing where features
@@ -34,74 +22,32 @@ struct MaskedImageParams {
 /// there. Buffers are kept: nothing is allocated while the image size stays the same.
 class MaskedImage {
  public:
-  explicit MaskedImage(const MaskedImageParams& params = MaskedImageParams()) : params_(params) {
-    check_parameters(params_, "masked_image");
-  }
+  explicit MaskedImage(const MaskedImageParams& params = MaskedImageParams());
 
   /// CV_8UC1, 255 on what was rejected. `keypoints`: the features that the verdict is about, in the order of
   /// it. Valid until the next call. Cost: a disc per feature, about 0.3 ms for 1000.
-  const cv::Mat& mask(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Size& size) {
-    mask_.create(size, CV_8UC1);
-    mask_.setTo(0);
-    const std::size_t n = std::min(keypoints.size(), verdict.size());
-    for (std::size_t i = 0; i < n; ++i)
-      if (!verdict.keep(i)) disc(keypoints[i], params_.radius_px, 255);
-    for (std::size_t i = 0; i < n; ++i)
-      if (verdict.keep(i)) disc(keypoints[i], params_.keep_radius_px, 0);
-    return mask_;
-  }
+  const cv::Mat& mask(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Size& size);
 
   /// A copy of the depth image (any type) with zero, that is no depth, where the mask is set. An image of
   /// another size than the mask is copied unchanged.
-  static void zero_depth(const cv::Mat& depth, const cv::Mat& mask, cv::Mat& out) {
-    depth.copyTo(out);
-    if (out.size() == mask.size()) out.setTo(cv::Scalar::all(0), mask);
-  }
+  static void zero_depth(const cv::Mat& depth, const cv::Mat& mask, cv::Mat& out);
 
   /// A copy of a grey or colour image that is smooth where the mask is set, with a soft edge: a hard one
   /// would be a new contour full of corners. About 2 ms for 640x480.
-  void paint(const cv::Mat& image, const cv::Mat& mask, cv::Mat& out) {
-    image.copyTo(out);
-    if (image.empty() || image.depth() != CV_8U || image.size() != mask.size() || cv::countNonZero(mask) == 0)
-      return;
-    smooth(image);
-    feather(mask);
-    const int channels = image.channels();
-    for (int y = 0; y < image.rows; ++y) {
-      const std::uint8_t* a = alpha_.ptr(y);
-      const std::uint8_t* s = smooth_.ptr(y);
-      std::uint8_t* o = out.ptr(y);
-      for (int x = 0; x < image.cols; ++x) {
-        if (a[x] == 0) continue;
-        for (int c = 0; c < channels; ++c) {
-          const int k = x * channels + c;
-          o[k] = static_cast<std::uint8_t>((o[k] * (255 - a[x]) + s[k] * a[x] + 127) / 255);
-        }
-      }
-    }
-  }
+  void paint(const cv::Mat& image, const cv::Mat& mask, cv::Mat& out);
 
  private:
-  void disc(const cv::KeyPoint& keypoint, double radius_px, int value) {
-    if (!std::isfinite(keypoint.pt.x) || !std::isfinite(keypoint.pt.y)) return;
-    const double scale = std::pow(1.2, std::clamp(keypoint.octave, 0, 16));
-    cv::circle(mask_, keypoint.pt, cvRound(radius_px * scale), cv::Scalar(value), cv::FILLED);
-  }
+  void disc(const cv::KeyPoint& keypoint, double radius_px, int value);
   /// Blurred at an eighth of the size: smooth enough that no corner survives.
-  void smooth(const cv::Mat& image) {
-    cv::resize(image, small_, cv::Size(std::max(1, image.cols / 8), std::max(1, image.rows / 8)), 0, 0,
-               cv::INTER_AREA);
-    cv::GaussianBlur(small_, small_, cv::Size(0, 0), 3);
-    cv::resize(small_, smooth_, image.size(), 0, 0, cv::INTER_LINEAR);
-  }
-  void feather(const cv::Mat& mask) {
-    const int width = 2 * cvRound(params_.feather_px) + 1;
-    cv::dilate(mask, alpha_, cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(width, width)));
-    cv::blur(alpha_, alpha_, cv::Size(width, width));
-  }
+  void smooth(const cv::Mat& image);
+  void feather(const cv::Mat& mask);
 
   MaskedImageParams params_;
   cv::Mat mask_, small_, smooth_, alpha_;
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/adapters/detail/masked_image-inl.hpp>
+#endif

@@ -1,19 +1,32 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <dynfilter/adapters/draw_verdict.hpp>
 #include <dynfilter/adapters/host_semantics.hpp>
 #include <dynfilter/adapters/input_watch.hpp>
 #include <dynfilter/adapters/orb_slam/compact_frame.hpp>
+#include <dynfilter/adapters/orb_slam/host_detector.hpp>
 #include <dynfilter/adapters/orb_slam/host_pose.hpp>
+#include <dynfilter/adapters/orb_slam/params.hpp>
 #include <dynfilter/adapters/orb_slam/read_frame.hpp>
 #include <dynfilter/adapters/orb_slam/settings.hpp>
+#include <dynfilter/adapters/orb_slam/traits.hpp>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
-#include <exception>
+#include <dynfilter/semantic/provider_registry.hpp>
 #include <functional>
-#include <limits>
 #include <memory>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -38,33 +51,14 @@ class OrbSlam {
   /// says, returns null or one that lets every feature through. `sensor`: the host's System::eSensor.
   static std::unique_ptr<OrbSlam> start(const std::string& settings_file, int sensor, Tell tell,
                                         const Registry& registry = builtin_filters(),
-                                        const ProviderRegistry& providers = host_providers()) {
-    const HostSensor kind = host_sensor(sensor);
-    try {
-      auto made = std::make_unique<OrbSlam>(read_orb_slam_settings(settings_file, kind, registry, providers),
-                                            kind, std::move(tell));
-      made->say(made->start_line());
-      return made;
-    } catch (const std::exception& error) {
-      return after_error(settings_file, kind, std::move(tell), error.what());
-    }
-  }
+                                        const ProviderRegistry& providers = host_providers());
 
   /// The same for hosts that handle exceptions: throws ConfigError.
   OrbSlam(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
           const ProviderRegistry& providers = host_providers())
       : OrbSlam(read_orb_slam_settings(settings_file, host_sensor(sensor), registry, providers),
                 host_sensor(sensor)) {}
-  OrbSlam(OrbSlamSettings settings, HostSensor sensor, Tell tell = nullptr)
-      : params_(settings.params),
-        sensor_(sensor),
-        tell_(std::move(tell)),
-        pipeline_file_(std::move(settings.pipeline_file)),
-        semantics_(std::move(settings.semantics)),
-        pipeline_(configured_pipeline(settings)),
-        watch_(pipeline_) {
-    check_parameters(params_, "DynFilter");
-  }
+  OrbSlam(OrbSlamSettings settings, HostSensor sensor, Tell tell = nullptr);
 
   // ---- what a detector or a segmenter found; used by all call points of the next frame, then forgotten
   /// `frame_id`: the host's mnId of the frame they were computed on, -1: the next one. An empty list means
@@ -130,13 +124,7 @@ class OrbSlam {
   }
 
   /// In Tracking::Reset: forgets everything; the next frame is a first frame.
-  void reset() {
-    pipeline_.reset();
-    semantics_.reset();
-    grey_.release(), depth_.release();
-    last_id_.reset();
-    first_frame_ = true;
-  }
+  void reset();
 
   // ---- what happened
   /// Of the last call; in the order of judged_keypoints(), which is the host's order before it was thinned.
@@ -162,36 +150,16 @@ class OrbSlam {
 
  private:
   static std::unique_ptr<OrbSlam> after_error(const std::string& settings_file, HostSensor sensor, Tell tell,
-                                              const std::string& what) {
-    const bool off = read_on_error(settings_file) == OnError::Off;
-    if (tell) tell("dynfilter: " + std::string(off ? "off, every feature is kept: " : "") + what);
-    if (!off) return nullptr;
-    OrbSlamSettings nothing;
-    nothing.params.enabled = false;
-    return std::make_unique<OrbSlam>(std::move(nothing), sensor, std::move(tell));
-  }
+                                              const std::string& what);
   void say(const std::string& line) const {
     if (tell_) tell_(line);
   }
-  void warn(const std::string& line) {
-    if (line.empty()) return;
-    warning_ = "dynfilter: warning: " + line;
-    say(warning_);
-  }
+  void warn(const std::string& line);
   /// As far as it is known before the first frame.
-  Input given_inputs() const {
-    Input given = Input::GreyImage | Input::Camera | Input::Pose | Input::Descriptors | Input::MapPoints |
-                  Input::Keyframes | Input::Correspondence;
-    if (sensor_ != HostSensor::Monocular) given = given | Input::Depth;
-    return given | semantic_inputs(params_);
-  }
+  Input given_inputs() const;
 
   /// Features that the host's tracker needs, more while it has no map.
-  int min_features(bool map_exists) const {
-    if (map_exists) return params_.min_features;
-    return first_frame_ && params_.keep_first_frame ? std::numeric_limits<int>::max()
-                                                    : params_.floor_before_map(sensor_);
-  }
+  int min_features(bool map_exists) const;
 
   template <class Frame>
   bool judge_first(const Frame& frame, const cv::Mat& grey, cv::Mat&& depth, bool map_exists,
@@ -216,24 +184,10 @@ class OrbSlam {
     return true;
   }
 
-  void ask_detector(const FrameView& view) {
-    SemanticImage image;
-    image.frame_id = view.id;
-    image.timestamp_s = view.timestamp_s;
-    image.pixels = detector_image_.empty() ? grey_ : detector_image_;
-    if (!depth_.empty() && depth_.size() == image.pixels.size())
-      image.depth = depth_, image.depth_unit_m = depth_unit_m_;
-    semantics_.begin(image);
-    detector_image_.release();
-    const std::string trouble = semantics_.take_trouble();
-    if (!trouble.empty()) warn("the detector failed: " + trouble);
-  }
+  void ask_detector(const FrameView& view);
 
   /// Frame numbers that start again are another run.
-  void note_restart(std::int64_t id) {
-    if (last_id_ && id < *last_id_) reset();
-    last_id_ = id;
-  }
+  void note_restart(std::int64_t id);
 
   /// The same frame as before, thinned by now, with the host's pose. Of another frame the images are not
   /// ours.
@@ -248,17 +202,8 @@ class OrbSlam {
     return view;
   }
 
-  void judge(const FrameView& view, CallPoint point, int min_features) {
-    keypoints_.assign(view.keypoints.begin(), view.keypoints.end());
-    verdict_ = pipeline_.process(view, point, {min_features});
-    watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected + verdict_.report.restored);
-    warn(watch_.take_warning());
-  }
-  const Verdict& nothing_judged() {
-    verdict_ = Verdict();
-    keypoints_.clear();
-    return verdict_;
-  }
+  void judge(const FrameView& view, CallPoint point, int min_features);
+  const Verdict& nothing_judged();
 
   OrbSlamParams params_;
   HostSensor sensor_;
@@ -279,3 +224,7 @@ class OrbSlam {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/adapters/detail/orb_slam-inl.hpp>
+#endif

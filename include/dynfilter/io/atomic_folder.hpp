@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/error.hpp>
 #include <filesystem>
 
 namespace dynfilter::io {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/error.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>

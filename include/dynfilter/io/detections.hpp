@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
 #include <filesystem>
 #include <vector>
 

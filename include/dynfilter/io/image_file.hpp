@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/error.hpp>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <vector>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <dynfilter/core/error.hpp>
 #include <filesystem>
 #include <opencv2/core/types.hpp>
 #include <string>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <filesystem>
 #include <string>

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <filesystem>
 #include <vector>

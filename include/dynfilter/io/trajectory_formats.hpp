@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/io/trajectory.hpp>
 #include <filesystem>
 #include <optional>

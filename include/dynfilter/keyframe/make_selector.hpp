@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/yaml.hpp>
+#include <dynfilter/keyframe/pose_change.hpp>
 #include <dynfilter/keyframe/selector.hpp>
+#include <dynfilter/keyframe/vertex_cover_selector.hpp>
 #include <memory>
 #include <string>
 

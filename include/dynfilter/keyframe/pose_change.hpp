@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/field_table.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/cpu.hpp>
-#include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -17,21 +16,7 @@ namespace dynfilter::mapping {
 class PixelRays {
  public:
   /// Cheap if nothing changed. Rays are NaN where the distortion has no inverse.
-  void set(const Camera& camera, cv::Size size) {
-    if (camera == camera_ && size == size_) return;
-    camera_ = camera;
-    size_ = size;
-    const std::size_t width = static_cast<std::size_t>(size.width),
-                      height = static_cast<std::size_t>(size.height);
-    const std::size_t table = camera.distorted() ? width * height : 0;
-    x_.resize(table > 0 ? table : width);
-    y_.resize(table > 0 ? table : height);
-    if (table > 0) return fill_table();
-    for (std::size_t x = 0; x < width; ++x)
-      x_[x] = static_cast<float>((static_cast<double>(x) - camera.cx_px) / camera.fx_px);
-    for (std::size_t y = 0; y < height; ++y)
-      y_[y] = static_cast<float>((static_cast<double>(y) - camera.cy_px) / camera.fy_px);
-  }
+  void set(const Camera& camera, cv::Size size);
   cv::Size size() const { return size_; }
   bool is_table() const { return camera_.distorted(); }
   const float* x_row(int y) const { return x_.data() + (is_table() ? row(y) : 0); }
@@ -40,16 +25,7 @@ class PixelRays {
 
  private:
   std::size_t row(int y) const { return static_cast<std::size_t>(y) * static_cast<std::size_t>(size_.width); }
-  void fill_table() {
-    std::size_t i = 0;
-    for (int y = 0; y < size_.height; ++y)
-      for (int x = 0; x < size_.width; ++x, ++i) {
-        const cv::Point2d n = dynfilter::detail::undistort_normalised(
-            camera_.distortion, (x - camera_.cx_px) / camera_.fx_px, (y - camera_.cy_px) / camera_.fy_px);
-        x_[i] = static_cast<float>(n.x);
-        y_[i] = static_cast<float>(n.y);
-      }
-  }
+  void fill_table();
 
   Camera camera_;
   cv::Size size_;
@@ -120,20 +96,11 @@ DYNFILTER_AS_CALLER inline void read_points(const cv::Mat& depth, float unit_m, 
 /// `depth`: CV_16UC1 or CV_32FC1 in units of `unit_m`.
 /// Returns false, without points, for any other type.
 /// Cost: linear in the pixels. Nothing is allocated after the first image of a size.
-inline bool back_project_depth(const cv::Mat& depth, double unit_m, const PixelRays& rays, DepthRange range,
-                               DepthPoints& out) {
-  const bool known = depth.type() == CV_16UC1 || depth.type() == CV_32FC1;
-  out.size = known && depth.size() == rays.size() ? depth.size() : cv::Size();
-  const std::size_t n = static_cast<std::size_t>(out.size.area());
-  out.x.resize(n), out.y.resize(n), out.z.resize(n);
-  const auto unit = static_cast<float>(unit_m);
-  dynfilter::detail::call_widest([&](auto) DYNFILTER_AS_CALLER {
-    for (int y = 0; y < out.size.height; ++y) {
-      const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(out.size.width);
-      detail::read_points(depth, unit, range, rays, y, 0, out.size.width, &out.x[i], &out.y[i], &out.z[i]);
-    }
-  });
-  return n > 0;
-}
+bool back_project_depth(const cv::Mat& depth, double unit_m, const PixelRays& rays, DepthRange range,
+                        DepthPoints& out);
 
 }  // namespace dynfilter::mapping
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/mapping/detail/depth_points-inl.hpp>
+#endif

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/mapping/map_frame.hpp>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,38 +18,12 @@ class KeyRegions {
  public:
   explicit KeyRegions(std::vector<std::string> classes = {}) : classes_(std::move(classes)) {}
 
-  bool any(Span<const Detection> detections) const {
-    return std::any_of(detections.begin(), detections.end(),
-                       [&](const Detection& d) { return label_of(d) > 0; });
-  }
+  bool any(Span<const Detection> detections) const;
   /// Number of a detection's class; 0: not a key class.
-  int label_of(const Detection& detection) const {
-    const auto at = std::find(classes_.begin(), classes_.end(), detection.class_name);
-    return at == classes_.end() ? 0
-                                : static_cast<int>(std::min<std::ptrdiff_t>(at - classes_.begin(), 254)) + 1;
-  }
+  int label_of(const Detection& detection) const;
 
   /// `usable`: CV_8UC1, not 0: belongs in the map. Where boxes overlap, the higher score wins.
-  void mark(Span<const Detection> detections, const cv::Mat& usable) {
-    inside_.create(usable.size(), CV_8UC1);
-    inside_.setTo(0);
-    area_ = cv::Rect();
-    std::vector<const Detection*> known;
-    for (const Detection& d : detections)
-      if (label_of(d) > 0) known.push_back(&d);
-    if (known.empty()) {
-      outside_ = usable;
-      return;
-    }
-    std::stable_sort(known.begin(), known.end(),
-                     [](const Detection* a, const Detection* b) { return a->score < b->score; });
-    for (const Detection* d : known) mark_one(*d);
-    outside_own_.create(usable.size(), CV_8UC1);
-    usable.copyTo(outside_own_);
-    outside_own_.setTo(0, inside_);
-    inside_.setTo(0, usable == 0);
-    outside_ = outside_own_;
-  }
+  void mark(Span<const Detection> detections, const cv::Mat& usable);
 
   const cv::Mat& inside() const { return inside_; }  ///< CV_8UC1: class numbers, 0 outside
   /// CV_8UC1: usable and outside all key regions.
@@ -59,13 +31,7 @@ class KeyRegions {
   cv::Rect area() const { return area_; }  ///< bounds of all key regions
 
  private:
-  void mark_one(const Detection& d) {
-    const cv::Rect region = pixels_of(d.box, inside_.size());
-    if (region.empty()) return;
-    const bool masked = d.mask.type() == CV_8UC1 && d.mask.size() == inside_.size();
-    masked ? inside_(region).setTo(label_of(d), d.mask(region)) : inside_(region).setTo(label_of(d));
-    area_ = area_.empty() ? region : (area_ | region);
-  }
+  void mark_one(const Detection& d);
 
   std::vector<std::string> classes_;
   cv::Mat inside_, outside_own_, outside_;
@@ -73,3 +39,7 @@ class KeyRegions {
 };
 
 }  // namespace dynfilter::mapping
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/mapping/detail/key_regions-inl.hpp>
+#endif

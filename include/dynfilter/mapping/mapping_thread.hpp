@@ -5,14 +5,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/mapping/map_frame.hpp>
+#include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/static_map.hpp>
-#include <exception>
 #include <functional>
-#include <memory>
 #include <mutex>
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 namespace dynfilter::mapping {
@@ -43,52 +46,23 @@ class MappingThread {
   /// Throws ConfigError if a parameter is out of range.
   explicit MappingThread(const MappingParams& params = MappingParams(), std::size_t capacity = 16)
       : map_(params), capacity_(capacity), worker_([this] { work(); }) {}
-  ~MappingThread() {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      stop_ = true;
-      wake_.notify_all();
-    }
-    worker_.join();
-  }
+  ~MappingThread();
   MappingThread(const MappingThread&) = delete;
   MappingThread& operator=(const MappingThread&) = delete;
 
   /// Both copy what they keep. False: dropped.
   bool add(const MapFrame& keyframe) { return submit(keyframe, true); }
   bool observe(const MapFrame& frame) { return submit(frame, false); }
-  void remove(std::int64_t id) {
-    push([id](StaticMap& map, MappingThreadStatus&) { map.remove(id); });
-  }
-  void move(std::int64_t id, const Pose& T_world_camera) {
-    push([id, T_world_camera](StaticMap& map, MappingThreadStatus&) { map.move(id, T_world_camera); });
-  }
+  void remove(std::int64_t id);
+  void move(std::int64_t id, const Pose& T_world_camera);
 
   /// Waits until everything submitted is processed.
-  void finish() {
-    std::unique_lock<std::mutex> lock(mutex_);
-    idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
-  }
+  void finish();
   /// The map after everything submitted. Waits for it.
-  MapCloud cloud() {
-    std::unique_lock<std::mutex> lock(mutex_);
-    idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
-    return map_.cloud();
-  }
-  MapSources sources() {
-    std::unique_lock<std::mutex> lock(mutex_);
-    idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
-    return map_.sources();
-  }
-  MapState state() {
-    std::unique_lock<std::mutex> lock(mutex_);
-    idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
-    return map_.state();
-  }
-  MappingThreadStatus status() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return status_;
-  }
+  MapCloud cloud();
+  MapSources sources();
+  MapState state();
+  MappingThreadStatus status();
 
  private:
   using Job = std::function<void(StaticMap&, MappingThreadStatus&)>;
@@ -99,83 +73,13 @@ class MappingThread {
     std::vector<cv::Point2f> moving_px, still_px;
     std::vector<Detection> detections;
 
-    explicit OwnedFrame(const MapFrame& from)
-        : frame(from),
-          moving_px(from.moving_px.begin(), from.moving_px.end()),
-          still_px(from.still_px.begin(), from.still_px.end()),
-          detections(from.detections.begin(), from.detections.end()) {
-      for (cv::Mat* image : {&frame.depth, &frame.bgr, &frame.moving_mask, &frame.classes})
-        *image = image->clone();
-      for (Detection& detection : detections) detection.mask = detection.mask.clone();
-      frame.moving_px = moving_px;
-      frame.still_px = still_px;
-      frame.detections = detections;
-    }
+    explicit OwnedFrame(const MapFrame& from);
   };
 
-  bool submit(const MapFrame& frame, bool keyframe) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      status_.submitted += keyframe ? 1 : 0;
-      if (frames_waiting_ >= capacity_) {
-        ++(keyframe ? status_.dropped : status_.dropped_neighbours);
-        return false;
-      }
-      ++frames_waiting_;
-    }
-    const auto owned = std::make_shared<OwnedFrame>(frame);
-    push([this, owned, keyframe](StaticMap& map, MappingThreadStatus& done) {
-      {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        --frames_waiting_;
-      }
-      if (!keyframe) {
-        map.observe(owned->frame);
-        return;
-      }
-      const MapReport report = map.add(owned->frame);
-      ++(report.used ? done.fused : done.skipped);
-      if (!report.used) done.last_note = report.note;
-      done.pixels = report.pixels;
-      done.left_pixels = report.pixels - report.cut_pixels - report.edge_pixels;
-      done.fused_ms = report.used ? report.time_ms : 0;
-    });
-    return true;
-  }
-  void push(Job job) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    jobs_.push_back(std::move(job));
-    wake_.notify_all();
-  }
+  bool submit(const MapFrame& frame, bool keyframe);
+  void push(Job job);
 
-  void work() {
-    std::unique_lock<std::mutex> lock(mutex_);
-    for (;;) {
-      wake_.wait(lock, [&] { return stop_ || !jobs_.empty(); });
-      if (stop_) return;
-      Job job = std::move(jobs_.front());
-      jobs_.pop_front();
-      busy_ = true;
-      lock.unlock();
-      MappingThreadStatus done;
-      try {
-        job(map_, done);
-      } catch (const std::exception& error) {  // mostly out of memory; the tracker continues
-        ++done.skipped;
-        done.last_note = error.what();
-      }
-      job = nullptr;
-      lock.lock();
-      busy_ = false;
-      status_.fused += done.fused;
-      status_.skipped += done.skipped;
-      status_.pixels += done.pixels;
-      status_.left_pixels += done.left_pixels;
-      status_.fused_ms += done.fused_ms;
-      if (done.skipped > 0) status_.last_note = done.last_note;
-      if (jobs_.empty()) idle_.notify_all();
-    }
-  }
+  void work();
 
   StaticMap map_;  ///< used by the worker while busy_
   std::size_t capacity_;
@@ -189,3 +93,7 @@ class MappingThread {
 };
 
 }  // namespace dynfilter::mapping
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/mapping/detail/mapping_thread-inl.hpp>
+#endif

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dlfcn.h>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <filesystem>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <functional>

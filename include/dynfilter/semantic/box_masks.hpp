@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/field_table.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <memory>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/network_files.hpp>
 #include <filesystem>
 #include <opencv2/core.hpp>

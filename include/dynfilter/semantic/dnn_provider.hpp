@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/field_table.hpp>
 #include <dynfilter/semantic/class_list.hpp>
 #include <dynfilter/semantic/decode_boxes.hpp>

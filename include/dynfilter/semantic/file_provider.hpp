@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/field_table.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/semantic/provider.hpp>

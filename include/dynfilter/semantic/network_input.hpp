@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/field_table.hpp>
 #include <dynfilter/semantic/input_fit.hpp>
 #include <opencv2/core/mat.hpp>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/field_table.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <memory>

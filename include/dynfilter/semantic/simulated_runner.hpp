@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <memory>

@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <optional>
 #include <vector>
 
@@ -40,23 +46,11 @@ struct ExactFrame {
 
   std::size_t size() const { return keypoints.size(); }
 
-  FrameView view() const {
-    FrameView view;
-    view.id = id;
-    view.timestamp_s = timestamp_s;
-    view.keypoints = keypoints;
-    view.keypoints_undistorted = keypoints_undistorted;
-    view.descriptors = descriptors;
-    view.depth_m = depth_m;
-    view.camera = camera;
-    if (pose_provenance != PoseProvenance::None) view.T_world_camera = T_world_camera;
-    view.pose_provenance = pose_provenance;
-    view.map_point_ids = map_point_ids;
-    view.map_points_world_m = map_points_world_m;
-    if (reference_frame_id >= 0) view.matches = HostMatches{reference_frame_id, reference_index};
-    if (detections) view.detections = DetectionInput{detections_frame_id, *detections};
-    return view;
-  }
+  FrameView view() const;
 };
 
 }  // namespace dynfilter::synth
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/synth/detail/exact_scene_frame-inl.hpp>
+#endif

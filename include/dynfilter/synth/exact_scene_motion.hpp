@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <dynfilter/core/pose.hpp>
 #include <functional>
 #include <string>
@@ -17,14 +16,7 @@ using Motion = std::function<Pose(int frame)>;
 
 /// Starts at the origin (x right, y down, z forward) and makes the same step every frame.
 /// Steps are in metres, and in radians about an axis through the object.
-inline Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d& turn_rad = {0, 0, 0}) {
-  return [=](int frame) {
-    const double angle = turn_rad.norm() * frame;
-    const Eigen::Vector3d axis =
-        angle != 0 ? Eigen::Vector3d(turn_rad.normalized()) : Eigen::Vector3d::UnitZ();
-    return Pose::from(Eigen::AngleAxisd(angle, axis).toRotationMatrix(), step_m * frame);
-  };
-}
+Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d& turn_rad = {0, 0, 0});
 
 /// Camera motion per frame.
 enum class CameraStep {
@@ -36,23 +28,7 @@ enum class CameraStep {
   SmallBaseline,  ///< 3 mm and 0.2 degrees per frame
 };
 
-inline Motion steady_motion(CameraStep step) {
-  switch (step) {
-    case CameraStep::General:
-      return steady_motion({0.026, -0.008, 0.014}, {0.003, -0.008, 0.002});
-    case CameraStep::Sideways:
-      return steady_motion({0.03, 0, 0});
-    case CameraStep::Forward:
-      return steady_motion({0, 0, 0.04});
-    case CameraStep::PureRotation:
-      return steady_motion({0, 0, 0}, {0.004, 0.011, 0.003});
-    case CameraStep::SmallBaseline:
-      return steady_motion({0.0025, 0.001, 0.0013}, {0.001, 0.003, 0});
-    case CameraStep::None:
-      break;
-  }
-  return steady_motion({0, 0, 0});
-}
+Motion steady_motion(CameraStep step);
 
 /// A rigid box of points:
 /// `MovingBox(60).at({0.3, 0, 2.5}).moving({0.05, 0, 0}).still_until(10)`.
@@ -80,12 +56,7 @@ class MovingBox {
   const std::string& class_name() const { return class_name_; }
 
   /// Pose of its frame of reference in the world, with the centre as origin.
-  Eigen::Isometry3d T_world_object(int frame) const {
-    if (motion_) return motion_(frame).isometry();
-    Eigen::Isometry3d T = steady_motion(step_m_, turn_rad_)(std::max(0, frame - still_until_)).isometry();
-    T.translation() += centre_m_;
-    return T;
-  }
+  Eigen::Isometry3d T_world_object(int frame) const;
 
  private:
   int points_;
@@ -96,3 +67,7 @@ class MovingBox {
 };
 
 }  // namespace dynfilter::synth
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/synth/detail/exact_scene_motion-inl.hpp>
+#endif

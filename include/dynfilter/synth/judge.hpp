@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <dynfilter/core/error.hpp>
+#include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/synth/exact_scene.hpp>
-#include <string>
+#include <dynfilter/synth/exact_scene_frame.hpp>
 
 namespace dynfilter::synth {
 
@@ -20,27 +19,8 @@ namespace dynfilter::synth {
 ///   const Score score(judge(filter, scene, 8), scene.frame(8));
 ///   CHECK(score.recall() > 0.9);
 ///   CHECK(score.static_kept() > 0.9);
-inline Votes judge(Filter& filter, const ExactScene& scene, int frame,
-                   const CorrespondenceParams& params = CorrespondenceParams()) {
-  const Needs needs = filter.needs();
-  FrameEvidence evidence(params);
-  evidence.set_history(std::max(needs.history_frames, scene.gap()));
-  filter.reset();
-  Votes votes;
-  for (int k = 0; k <= frame; ++k) {
-    const ExactFrame now = scene.frame(k);  // must outlive the use of its view
-    evidence.begin(now.view(), CallPoint::BeforePose);
-    votes.reset(now.size());
-    const Input missing = without(needs.required, evidence.inputs());
-    if (missing == Input::None)
-      filter.apply(evidence, votes);
-    else if (k == frame)
-      throw ConfigError(filter.name(),
-                        "frame " + std::to_string(k) + " of the scene has no " + to_string(missing));
-    evidence.end(false);
-  }
-  return votes;
-}
+Votes judge(Filter& filter, const ExactScene& scene, int frame,
+            const CorrespondenceParams& params = CorrespondenceParams());
 
 /// Votes compared with the truth. DontCare features are not counted.
 struct Score {
@@ -52,24 +32,9 @@ struct Score {
 
   Score() = default;
   /// Throws ConfigError if the number of votes differs from the number of features.
-  Score(const Votes& votes, const ExactFrame& frame) { add(votes, frame); }
+  Score(const Votes& votes, const ExactFrame& frame);
 
-  void add(const Votes& votes, const ExactFrame& frame) {
-    if (votes.size() != frame.size())
-      throw ConfigError(
-          "", std::to_string(votes.size()) + " votes for " + std::to_string(frame.size()) + " features");
-    for (std::size_t i = 0; i < votes.size(); ++i) {
-      if (frame.truth[i] == Truth::Dynamic) {
-        ++dynamic_count;
-        dynamic_found += votes[i] == Vote::Dynamic ? 1 : 0;
-        dynamic_missed += votes[i] == Vote::Static ? 1 : 0;
-      } else if (frame.truth[i] == Truth::Static) {
-        ++static_count;
-        static_lost += votes[i] == Vote::Dynamic ? 1 : 0;
-        static_confirmed += votes[i] == Vote::Static ? 1 : 0;
-      }
-    }
-  }
+  void add(const Votes& votes, const ExactFrame& frame);
 
   /// Share of the dynamic features that are voted Dynamic; 1 without any.
   double recall() const { return share(dynamic_found, dynamic_count); }
@@ -83,3 +48,7 @@ struct Score {
 };
 
 }  // namespace dynfilter::synth
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/synth/detail/judge-inl.hpp>
+#endif

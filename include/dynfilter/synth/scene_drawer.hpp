@@ -1,66 +1,35 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
+#include <Eigen/Core>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/synth/mesh.hpp>
 #include <dynfilter/synth/rasteriser.hpp>
 #include <dynfilter/synth/scenes.hpp>
+#include <opencv2/core/mat.hpp>
 #include <vector>
 
 namespace dynfilter::synth {
 
 /// Poses of the drawn items in the world. Item 0 is the room, then all parts of all movers.
-inline void item_poses(const Scene& scene, double time_s, std::vector<Eigen::Isometry3d>& out) {
-  std::vector<Eigen::Isometry3d> parts;
-  out.assign(1, Eigen::Isometry3d::Identity());
-  for (const Mover& mover : scene.movers) {
-    mover.animation->pose(time_s, parts);
-    out.insert(out.end(), parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(mover.parts.size()));
-  }
-}
+void item_poses(const Scene& scene, double time_s, std::vector<Eigen::Isometry3d>& out);
 
 /// Draws a scene at one instant, from its camera or another pose.
 class SceneDrawer {
  public:
   explicit SceneDrawer(const Camera& camera) : rasteriser_(camera) {}
 
-  void draw(const Scene& scene, double time_s, const Eigen::Isometry3d& T_world_camera, GeometryImage& out) {
-    rasteriser_.begin();
-    draw_models(scene, time_s, T_world_camera);
-    rasteriser_.resolve(scene.materials, out);
-  }
+  void draw(const Scene& scene, double time_s, const Eigen::Isometry3d& T_world_camera, GeometryImage& out);
 
   /// Draws only colour and only some rows, which is faster.
   /// The other rows of `colour` remain unchanged.
   void draw_colour(const Scene& scene, double time_s, const Eigen::Isometry3d& T_world_camera, RowRange rows,
-                   cv::Mat& colour) {
-    rasteriser_.begin(rows);
-    draw_models(scene, time_s, T_world_camera);
-    rasteriser_.resolve_colour(scene.materials, colour);
-  }
+                   cv::Mat& colour);
 
  private:
-  void draw_models(const Scene& scene, double time_s, const Eigen::Isometry3d& T_world_camera) {
-    const Eigen::Isometry3f T_camera_world = T_world_camera.inverse().cast<float>();
-    item_poses(scene, time_s, poses_);
-    for (const Model& model : scene.room->models) rasteriser_.draw(model, T_camera_world, 0);
-    int item = 0;
-    for (const Mover& mover : scene.movers) {
-      for (const MoverPart& part : mover.parts) {
-        const Eigen::Isometry3f T_world_part = poses_[static_cast<std::size_t>(++item)].cast<float>();
-        shade(scene, part.model, T_world_part);
-        rasteriser_.draw(part.model, T_camera_world * T_world_part, item, &shades_);
-      }
-    }
-  }
+  void draw_models(const Scene& scene, double time_s, const Eigen::Isometry3d& T_world_camera);
 
-  void shade(const Scene& scene, const Model& model, const Eigen::Isometry3f& T_world_part) {
-    shades_.resize(model.vertices.size());
-    for (std::size_t i = 0; i < shades_.size(); ++i) {
-      const Eigen::Vector3f p = T_world_part * model.vertices[i].position_m;
-      const float open = std::min(1.0F, 0.62F + 0.28F * p.z());
-      shades_[i] = scene.room->lighting.shade(p, T_world_part.linear() * model.vertices[i].normal, open);
-    }
-  }
+  void shade(const Scene& scene, const Model& model, const Eigen::Isometry3f& T_world_part);
 
   Rasteriser rasteriser_;
   std::vector<Eigen::Isometry3d> poses_;
@@ -68,3 +37,7 @@ class SceneDrawer {
 };
 
 }  // namespace dynfilter::synth
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/synth/detail/scene_drawer-inl.hpp>
+#endif

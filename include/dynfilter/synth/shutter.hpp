@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <dynfilter/synth/rasteriser.hpp>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 
 namespace dynfilter::synth {
 
@@ -20,15 +19,7 @@ class Shutter {
   /// Number of steps if the fastest point moves by `motion_px` during exposure and readout.
   /// Blur alone: one per 1.5 px, at most 24.
   /// Rolling rows: the edge between two bands is at most 0.3 px, with at most 128 steps.
-  static int steps_for(double exposure_s, double readout_s, double motion_px) {
-    const double span_s = exposure_s + readout_s;
-    if (span_s <= 0) return 1;
-    const double blur_px = motion_px * exposure_s / span_s;
-    const double step_px =
-        readout_s > 0 ? std::min(kBlurStep_px, std::max(kBandStep_px, blur_px / 2)) : kBlurStep_px;
-    const int most = readout_s > 0 ? kMostBands : kMostSubFrames;
-    return static_cast<int>(std::min<double>(most, std::max(1.0, std::ceil(motion_px / step_px))));
-  }
+  static int steps_for(double exposure_s, double readout_s, double motion_px);
 
   int steps() const { return steps_; }
   /// Middle of a step relative to the timestamp.
@@ -38,23 +29,9 @@ class Shutter {
   }
 
   /// Share of a row's light; sums to 1 over the steps.
-  double weight(int step, int row) const {
-    if (steps_ == 1) return 1;
-    const double low = begin_s(step), high = begin_s(step + 1), row_s = row_offset_s(row);
-    if (exposure_s_ <= 0) return row_s >= low && row_s < high ? 1 : 0;
-    const double overlap = std::min(high, row_s + exposure_s_ / 2) - std::max(low, row_s - exposure_s_ / 2);
-    return std::max(0.0, overlap / exposure_s_);
-  }
+  double weight(int step, int row) const;
 
-  RowRange rows(int step) const {
-    RowRange range{rows_, -1};
-    for (int row = 0; row < rows_; ++row) {
-      if (weight(step, row) <= 0) continue;
-      range.first = std::min(range.first, row);
-      range.last = row;
-    }
-    return range;
-  }
+  RowRange rows(int step) const;
 
  private:
   static constexpr double kBlurStep_px = 1.5, kBandStep_px = 0.3;
@@ -70,36 +47,18 @@ class Shutter {
 /// Sums light. Grey levels are its square root, a display gamma of 2.
 class LightSum {
  public:
-  void begin(cv::Size size) {
-    sum_.create(size, CV_32FC3);
-    sum_.setTo(0);
-  }
+  void begin(cv::Size size);
 
-  void add_row(const cv::Mat& colour, int row, double weight) {
-    const auto w = static_cast<float>(weight);
-    const auto* in = colour.ptr<cv::Vec3b>(row);
-    auto* out = sum_.ptr<cv::Vec3f>(row);
-    for (int x = 0; x < sum_.cols; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        const auto grey = static_cast<float>(in[x][c]);
-        out[x][c] += w * grey * grey;
-      }
-    }
-  }
+  void add_row(const cv::Mat& colour, int row, double weight);
 
-  void write(cv::Mat& colour) const {
-    colour.create(sum_.size(), CV_8UC3);
-    for (int y = 0; y < sum_.rows; ++y) {
-      const auto* in = sum_.ptr<cv::Vec3f>(y);
-      auto* out = colour.ptr<cv::Vec3b>(y);
-      for (int x = 0; x < sum_.cols; ++x) {
-        for (int c = 0; c < 3; ++c) out[x][c] = cv::saturate_cast<uchar>(std::sqrt(in[x][c]));
-      }
-    }
-  }
+  void write(cv::Mat& colour) const;
 
  private:
   cv::Mat sum_;
 };
 
 }  // namespace dynfilter::synth
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/synth/detail/shutter-inl.hpp>
+#endif

@@ -3,10 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <dynfilter/adapters/orb_slam/traits.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter::orb_slam {
@@ -28,32 +28,12 @@ void compact(std::vector<T>& values, const Keep& keep) {
   values.erase(values.begin() + static_cast<std::ptrdiff_t>(to), values.end());
 }
 /// Rows of a matrix. Whoever else holds the same rows keeps them as they were.
-inline void compact(cv::Mat& rows, const Keep& keep) {
-  if (static_cast<std::size_t>(rows.rows) != keep.size() || rows.empty()) return;
-  if (rows.u == nullptr || rows.u->refcount > 1) rows = rows.clone();
-  const std::size_t bytes = static_cast<std::size_t>(rows.cols) * rows.elemSize();
-  int to = 0;
-  for (int from = 0; from < rows.rows; ++from) {
-    std::memmove(rows.ptr(to), rows.ptr(from), bytes);
-    to += keep[static_cast<std::size_t>(from)];
-  }
-  rows = rows.rowRange(0, to);
-}
+void compact(cv::Mat& rows, const Keep& keep);
 
 /// The new index of each old one, -1 for those that went.
-inline std::vector<int> new_indices(const Keep& keep) {
-  std::vector<int> index(keep.size(), -1);
-  int next = 0;
-  for (std::size_t i = 0; i < keep.size(); ++i)
-    if (keep[i] != 0) index[i] = next++;
-  return index;
-}
+std::vector<int> new_indices(const Keep& keep);
 
-inline int count_first(const Keep& keep, int n) {
-  int kept = 0;
-  for (int i = 0; i < n && i < static_cast<int>(keep.size()); ++i) kept += keep[static_cast<std::size_t>(i)];
-  return kept;
-}
+int count_first(const Keep& keep, int n);
 
 template <class Grid>
 void clear_grid(Grid& grid) {
@@ -101,11 +81,7 @@ Keep keep_of_right(const Frame& frame, const Keep& left) {
   return right;
 }
 
-inline void renumber(std::vector<int>& partners, const std::vector<int>& index) {
-  for (int& partner : partners)
-    if (partner >= 0)
-      partner = partner < static_cast<int>(index.size()) ? index[static_cast<std::size_t>(partner)] : -1;
-}
+void renumber(std::vector<int>& partners, const std::vector<int>& index);
 
 /// Arrays are as long as the left camera's features, the right one's, or both, left first.
 template <class Frame>
@@ -161,15 +137,11 @@ std::size_t compact_frame(Frame& frame, const Verdict& verdict) {
 }
 
 /// Call point A, inside the host's constructor: only keypoints and descriptors exist.
-inline std::size_t compact_extracted(std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
-                                     const Verdict& verdict) {
-  const std::size_t n = keypoints.size(), kept = verdict.kept();
-  if (verdict.size() != n || kept == n) return 0;
-  detail::Keep keep(n);
-  for (std::size_t i = 0; i < n; ++i) keep[i] = verdict.keep(i) ? 1 : 0;
-  detail::compact(keypoints, keep);
-  detail::compact(descriptors, keep);
-  return n - kept;
-}
+std::size_t compact_extracted(std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
+                              const Verdict& verdict);
 
 }  // namespace dynfilter::orb_slam
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/adapters/orb_slam/detail/compact_frame-inl.hpp>
+#endif

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/order_statistics.hpp>
@@ -18,16 +17,16 @@ namespace dynfilter::io {
 
 namespace detail {
 
-/// The ground truth of EuRoC has 17 columns with commas between. TUM's files may have commas, too, but stamps
-/// of nanoseconds tell EuRoC's.
+/// True for the ground truth of EuRoC, which has 17 columns separated by commas.
+/// TUM files may also contain commas, so fewer columns must have stamps in nanoseconds.
 inline bool is_euroc(const TextLine& first) {
   const bool nanoseconds = parse_number(first.fields[0]).value_or(0) > 1e14;
   return first.has_commas && (first.fields.size() > 10 || nanoseconds);
 }
 
-/// ORB-SLAM3 writes TUM's fields in this order with EuRoC's stamps.
+/// True for stamps in nanoseconds. ORB-SLAM3 writes them into files in TUM's format.
 inline bool in_nanoseconds(const Trajectory& trajectory) {
-  constexpr double kLeastStep = 1e6;  // a millisecond; as seconds it would be eleven days
+  constexpr double kLeastStep = 1e6;  // 1 ms in nanoseconds; 1e6 s would be eleven days
   std::vector<double> steps;
   for (std::size_t i = 1; i < trajectory.size(); ++i)
     steps.push_back(trajectory[i].timestamp_s - trajectory[i - 1].timestamp_s);
@@ -55,7 +54,7 @@ inline Trajectory read_kitti(const std::filesystem::path& path, const std::vecto
     }
     if (!is_rigid(pose.T_world_camera, 0.01))
       throw IoError(at_line(path, lines[k].number) + ": is not a rotation and a translation");
-    const Eigen::Quaterniond q(pose.T_world_camera.R());  // the file's digits are few
+    const Eigen::Quaterniond q(pose.T_world_camera.R());  // files have few digits
     pose.T_world_camera = Pose::from(q.normalized().toRotationMatrix(), pose.T_world_camera.t());
     trajectory.push_back(pose);
   }

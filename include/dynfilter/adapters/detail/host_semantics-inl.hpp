@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/adapters/host_semantics.hpp>
+
+#include <dynfilter/core/inline.hpp>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE void HostSemantics::set_detections(std::vector<Detection> detections,
+                                                    std::int64_t frame_id) {
+  next_.detections = std::move(detections);
+  next_.detections_frame_id = frame_id;
+}
+
+DYNFILTER_INLINE void HostSemantics::begin(const SemanticImage& image) {
+  now_ = std::exchange(next_, {});
+  result_.reset();
+  if (!runner_) return;
+  runner_->submit(image);
+  result_ = runner_->latest();
+}
+
+DYNFILTER_INLINE void HostSemantics::add_to(FrameView& view) const {
+  if (result_ && result_->detections)
+    view.detections = DetectionInput{result_->frame_id, *result_->detections};
+  if (result_ && result_->labels) view.mask = MaskInput{result_->frame_id, *result_->labels};
+  if (now_.detections) view.detections = DetectionInput{now_.detections_frame_id, *now_.detections};
+  if (now_.mask) view.mask = *now_.mask;
+}
+
+DYNFILTER_INLINE void HostSemantics::reset() {
+  now_ = {};
+  result_.reset();
+  if (runner_) runner_->reset();
+}
+
+DYNFILTER_INLINE std::string HostSemantics::take_trouble() {
+  if (!runner_ || told_) return "";
+  const RunnerStatus status = runner_->status();
+  if (status.failed == 0 && !status.abandoned) return "";
+  told_ = true;
+  return status.last_error;
+}
+
+}  // namespace dynfilter
