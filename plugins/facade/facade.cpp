@@ -12,6 +12,7 @@
 
 #include <dynfilter/facade/facade.hpp>
 #include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/version.hpp>
 #include <filesystem>

@@ -4,6 +4,7 @@
 #include <dynfilter/core/votes.hpp>
 #include <limits>
 #include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
 #include <random>
 
 #include "doctest/doctest.h"

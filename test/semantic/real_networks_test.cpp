@@ -4,6 +4,8 @@
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <dynfilter/semantic/dnn_provider.hpp>
 #include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "doctest/doctest.h"
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <dynfilter/synth/rasteriser.hpp>
 #include <dynfilter/synth/sequence.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "doctest/doctest.h"
 

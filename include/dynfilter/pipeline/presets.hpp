@@ -23,6 +23,14 @@ struct PresetFolders {
   std::vector<std::filesystem::path> installed;  ///< found from the place of a program or a library
 };
 
+namespace detail {
+
+/// The pipelines that come with the headers: installed ones, or those of the source tree. CMake's targets
+/// say where.
+std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind);
+
+}  // namespace detail
+
 /// The folders that are searched for a name, in this order; some may not exist.
 std::vector<std::filesystem::path> preset_folders(const PresetFolders& folders = {},
                                                   const PresetKind& kind = kPipelinePresets);

@@ -22,8 +22,6 @@ namespace dynfilter {
 
 namespace detail {
 
-/// The pipelines that come with the headers: installed ones, or those of the source tree. CMake's targets
-/// say where.
 DYNFILTER_INLINE std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind) {
 #ifdef DYNFILTER_PIPELINES_DIR
   if (std::string(kind.folder) == kPipelinePresets.folder) return {DYNFILTER_PIPELINES_DIR};
