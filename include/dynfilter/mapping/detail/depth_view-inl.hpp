@@ -99,17 +99,15 @@ inline std::uint16_t DepthView::nearest_around(const std::vector<std::uint16_t>&
   return least;
 }
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wattributes"  // header-only: inline for the linker, not inlined
-DYNFILTER_INLINE void DepthView::look(const std::uint64_t* keys, std::size_t n, double leaf_m, const Pose& T,
-                                      Projected& voxels) const {
+DYNFILTER_INLINE __attribute__((noinline)) void DepthView::look(const std::uint64_t* keys, std::size_t n,
+                                                                double leaf_m, const Pose& T,
+                                                                Projected& voxels) const {
   dynfilter::detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
     transform(keys, n, static_cast<float>(leaf_m), T, voxels);
     find_blocks<detail::Lanes<lanes()>>(n, voxels);
     judge(n, leaf_m, voxels);
   });
 }
-#pragma GCC diagnostic pop
 
 inline DYNFILTER_AS_CALLER void DepthView::transform(const std::uint64_t* keys, std::size_t n, float leaf_m,
                                                      const Pose& T, Projected& out) {
@@ -132,7 +130,7 @@ inline DYNFILTER_AS_CALLER void DepthView::transform(const std::uint64_t* keys, 
 }
 
 template <class L>
-DYNFILTER_AS_CALLER inline void DepthView::find_blocks(std::size_t n, Projected& voxels) const {
+inline DYNFILTER_AS_CALLER void DepthView::find_blocks(std::size_t n, Projected& voxels) const {
   const auto fx = static_cast<float>(camera_.fx_px), fy = static_cast<float>(camera_.fy_px),
              cx = static_cast<float>(camera_.cx_px) + 0.5F, cy = static_cast<float>(camera_.cy_px) + 0.5F,
              width = static_cast<float>(columns_ * kBlockPx), height = static_cast<float>(rows_ * kBlockPx);

@@ -267,11 +267,10 @@ inline void StaticMap::fuse_points(VoxelMap& map, double unit_m, const std::vect
   sign > 0 ? map.add(world_.data(), world_.size()) : map.subtract(world_.data(), world_.size());
 }
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wattributes"  // header-only: inline for the linker, not inlined
-DYNFILTER_INLINE std::size_t StaticMap::to_world(const std::vector<VoxelPoint>& cloud, std::size_t begin,
-                                                 const Pose& T, double unit_m,
-                                                 std::vector<WorldPoint>& world) {
+inline __attribute__((noinline)) std::size_t StaticMap::to_world(const std::vector<VoxelPoint>& cloud,
+                                                                 std::size_t begin, const Pose& T,
+                                                                 double unit_m,
+                                                                 std::vector<WorldPoint>& world) {
   constexpr double kLimit = static_cast<double>(std::int64_t{VoxelKey::kOffset} << VoxelMap::kLeafBits);
   world.clear();
   double m[12];
@@ -298,7 +297,6 @@ DYNFILTER_INLINE std::size_t StaticMap::to_world(const std::vector<VoxelPoint>& 
   }
   return outside;
 }
-#pragma GCC diagnostic pop
 
 DYNFILTER_INLINE void StaticMap::vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin,
                                       int sign) {
