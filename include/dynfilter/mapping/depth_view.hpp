@@ -99,8 +99,7 @@ class DepthView {
   std::uint16_t nearest_around(const std::vector<std::uint16_t>& own, int bx, int by) const;
 
   /// noinline: all callers must compute identical results.
-  __attribute__((noinline)) void look(const std::uint64_t* keys, std::size_t n, double leaf_m, const Pose& T,
-                                      Projected& voxels) const;
+  void look(const std::uint64_t* keys, std::size_t n, double leaf_m, const Pose& T, Projected& voxels) const;
 
   /// Centres of voxels in the camera frame.
   static void transform(const std::uint64_t* keys, std::size_t n, float leaf_m, const Pose& T,

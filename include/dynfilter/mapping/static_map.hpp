@@ -149,9 +149,8 @@ class StaticMap {
                    const Pose& T, int sign);
   /// Converts points to quanta of the map. Returns how many are out of range.
   /// noinline: all callers must compute identical results.
-  __attribute__((noinline)) static std::size_t to_world(const std::vector<VoxelPoint>& cloud,
-                                                        std::size_t begin, const Pose& T, double unit_m,
-                                                        std::vector<WorldPoint>& world);
+  static std::size_t to_world(const std::vector<VoxelPoint>& cloud, std::size_t begin, const Pose& T,
+                              double unit_m, std::vector<WorldPoint>& world);
 
   /// Adds a keyframe's votes on the voxels from these indices.
   void vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin, int sign);

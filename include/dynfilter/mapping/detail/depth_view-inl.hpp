@@ -130,7 +130,7 @@ inline DYNFILTER_AS_CALLER void DepthView::transform(const std::uint64_t* keys, 
 }
 
 template <class L>
-DYNFILTER_AS_CALLER void DepthView::find_blocks(std::size_t n, Projected& voxels) const {
+inline DYNFILTER_AS_CALLER void DepthView::find_blocks(std::size_t n, Projected& voxels) const {
   const auto fx = static_cast<float>(camera_.fx_px), fy = static_cast<float>(camera_.fy_px),
              cx = static_cast<float>(camera_.cx_px) + 0.5F, cy = static_cast<float>(camera_.cy_px) + 0.5F,
              width = static_cast<float>(columns_ * kBlockPx), height = static_cast<float>(rows_ * kBlockPx);
