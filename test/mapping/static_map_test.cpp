@@ -574,7 +574,8 @@ TEST_CASE("the map of the thread is the map of the same calls; a full queue drop
 TEST_CASE("a picture shows the nearer of two points, and the overview looks down on the scene") {
   MapCloud cloud;
   cloud.points_m = {{0, 0, 2}, {0, 0, 1}};
-  cloud.colours = {{255, 0, 0}, {0, 0, 255}};
+  cloud.colours.emplace_back(255, 0, 0);
+  cloud.colours.emplace_back(0, 0, 255);
   const cv::Mat picture = render_cloud(cloud, 0.05, camera_160(), {160, 120}, Pose());
   CHECK(picture.at<cv::Vec3b>(60, 80) == cv::Vec3b(0, 0, 255));
   CHECK(picture.at<cv::Vec3b>(5, 5) == cv::Vec3b(40, 40, 40));
