@@ -12,6 +12,7 @@
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/filters/neighbour_field.hpp>
+#include <dynfilter/geometry/free_space.hpp>
 #include <dynfilter/geometry/moving_odds.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_background.hpp>
@@ -91,7 +92,7 @@ class BackgroundMotionFilter final : public Filter {
 
   std::string name() const override { return kName; }
   Needs needs() const override {
-    return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, 1};
+    return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, static_cast<int>(kMaxFrames)};
   }
   void reset() override {
     trail_.clear();
@@ -102,6 +103,8 @@ class BackgroundMotionFilter final : public Filter {
     estimator_.reset();
     match_noise_px_.clear();
     stamps_s_.clear();
+    frame_ids_.clear();
+    unbroken_ = 0;
     step_ratio_ = kFirstStepRatio;
     track_ratio_ = kFirstTrackRatio;
   }
@@ -110,9 +113,10 @@ class BackgroundMotionFilter final : public Filter {
     const Match& match = context.match({});
     tracks_.follow(context.frame().id, match, context.pixels(), context.undistorted_pixels(),
                    context.depths_m());
-    keep_time(context.frame().timestamp_s);
+    keep_time(context.frame());
     recall(context, match);
     judge(context, match, votes);
+    views_.clear();  // they refer to the context's images
     remember_mobility(context);
   }
 
@@ -144,7 +148,10 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
 
   void judge(Context& context, const Match& match, Votes& votes) {
-    if (match.reference == nullptr) return context.note("no earlier frame");
+    if (match.reference == nullptr) {
+      unbroken_ = 0;
+      return context.note("no earlier frame");
+    }
     if (!follow_background(context, match)) return;
     measure_misses(context, match);
     measure_noise(context);
@@ -166,9 +173,10 @@ class BackgroundMotionFilter final : public Filter {
   float score(std::size_t i) const { return 1 / (1 + std::exp(-belief_[i] / 2)); }
 
   /// Stamps of this frame and the last ones, newest first.
-  void keep_time(double timestamp_s) {
-    stamps_s_.insert(stamps_s_.begin(), timestamp_s);
-    if (stamps_s_.size() > kMaxFrames + 1) stamps_s_.pop_back();
+  void keep_time(const FrameView& frame) {
+    stamps_s_.insert(stamps_s_.begin(), frame.timestamp_s);
+    frame_ids_.insert(frame_ids_.begin(), frame.id);
+    if (stamps_s_.size() > kMaxFrames + 1) stamps_s_.pop_back(), frame_ids_.pop_back();
   }
   double elapsed_s(std::size_t frames) const {
     const double elapsed = frames < stamps_s_.size() ? stamps_s_[0] - stamps_s_[frames] : 0;
@@ -239,9 +247,12 @@ class BackgroundMotionFilter final : public Filter {
     if (!motion_.ok) {
       trail_.clear();
       match_noise_px_.clear();
+      unbroken_ = 0;
       return false;
     }
     extend_trail();
+    const bool with_last = frame_ids_.size() > 1 && match.reference->id == frame_ids_[1];
+    unbroken_ = with_last ? unbroken_ + 1 : 0;
     return true;
   }
 
@@ -372,13 +383,17 @@ class BackgroundMotionFilter final : public Filter {
       models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
     const MovingOdds odds({params_.slow_mps, params_.fast_mps, params_.moving_share});
     const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.memory_s));
+    open_views(context);
     seen_.assign(context.size(), 0);
     own_.resize(context.size());
     for (std::size_t i = 0; i < context.size(); ++i) {
       own_[i] = kept * remembered_[i];
-      if (step_[i].gap == 0 && track_[i].gap == 0) continue;
+      const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
+      const float now =
+          matched ? std::max(odds_of(context, i, step_[i], odds), odds_of(context, i, track_[i], odds))
+                  : space_odds(context.points_m()[i]);
+      if (!matched && now <= 0) continue;
       seen_[i] = 1;
-      const float now = std::max(odds_of(context, i, step_[i], odds), odds_of(context, i, track_[i], odds));
       own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
     }
   }
@@ -398,6 +413,30 @@ class BackgroundMotionFilter final : public Filter {
     in.px_per_m = context.frame().camera->fx_px / static_cast<double>(now_m.z);
     in.elapsed_s = elapsed_s(static_cast<std::size_t>(measured.gap));
     return std::clamp(static_cast<float>(odds(in)), kLeastOdds, kMostOdds);
+  }
+
+  // ---- free space
+  /// What the last frame saw, and the oldest one within the window.
+  void open_views(Context& context) {
+    views_.clear();
+    const std::size_t oldest = std::min(unbroken_, trail_.size() - 1);
+    if (oldest > 0) open_view(context, 1);
+    if (oldest > 1) open_view(context, oldest);
+  }
+  void open_view(Context& context, std::size_t gap) {
+    const StoredFrame* frame = context.history().find(frame_ids_[gap]);
+    if (frame == nullptr) return;
+    FreeSpaceView::Model model;
+    model.moving_share = params_.moving_share;
+    model.sigma_px = sigma_px(static_cast<int>(gap));
+    model.depth_noise = noise(model.sigma_px).depth_noise;
+    views_.emplace_back(*context.frame().camera, frame->depth, frame->depth_unit_m, between(gap, 0), model);
+  }
+  /// The place of a feature that was not matched may have been free. 0: no view says so.
+  float space_odds(const cv::Point3f& point_m) const {
+    double most = 0;
+    for (const FreeSpaceView& view : views_) most = std::max(most, view.odds(point_m));
+    return std::min(static_cast<float>(most), kMostOdds);
   }
 
   // ---- neighbours
@@ -476,10 +515,13 @@ class BackgroundMotionFilter final : public Filter {
   RigidMotion motion_;
   std::vector<Pose> trail_;
   std::vector<double> stamps_s_, match_noise_px_;  ///< newest first
+  std::vector<std::int64_t> frame_ids_;            ///< newest first
+  std::size_t unbroken_ = 0;                       ///< steps of the trail, each from the frame before
   double step_ratio_ = kFirstStepRatio, track_ratio_ = kFirstTrackRatio;
   float certainty_ = 0;                      ///< [nats]
   double step_scale_ = 1, track_scale_ = 1;  ///< of chained_noise_px(), in this frame
   std::vector<RigidResidualModel> models_;   ///< [g - 1]: over g frames
+  std::vector<FreeSpaceView> views_;
   std::vector<Measured> step_, track_;
   std::vector<Miss> track_misses_;
   std::vector<float> ratios_;
