@@ -62,8 +62,9 @@ struct BackgroundMotionParams {
 ///           0.2 s. The larger log-odds count. The noise is measured in every frame and for both gaps: the
 ///           differences between neighbours (geometry/neighbour_noise.hpp), times a ratio for errors that
 ///           neighbours share (calibration, clock, blur). The ratio is the median residual of the features
-///           that follow the background, at most 1.5 times what is usual for this camera. Belief = odds +
-///           memory * belief in the last frame, plus the mean over neighbours at a similar depth, plus
+///           that follow the background, at most 1.5 times what is usual for this camera. A
+///           feature without a match, in a place that an earlier view saw through, has the log-odds of
+///           geometry/free_space.hpp. Belief = odds + memory * belief in the last frame, plus the mean over neighbours at a similar depth, plus
 ///           prior_suspicion for prior suspects. Dynamic above the log-odds against motion in this frame
 ///           (prior suspects: above 0), if a core is near: a feature with evidence of motion among others
 ///           with evidence of motion.
@@ -74,9 +75,11 @@ struct BackgroundMotionParams {
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone, which are
 ///           mismatches.
-/// Blind to: motion within the noise over 0.2 s; movers with fewer than three features; everything, if a
+/// Blind to: motion within the noise over 0.2 s; movers without matches at places that were hidden or that
+///           they still cover; movers with fewer than three features; everything, if a
 ///           mover is taken for the background. The report names the choice and the number of candidates.
-/// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. Cost: see the
+/// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. The context
+///           keeps 12 frames. Cost: see the
 ///           card.
 class BackgroundMotionFilter final : public Filter {
  public:
