@@ -139,8 +139,10 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr double kDepthFactor = 2;  ///< the depth camera's noise against the model's, at least
   static constexpr std::size_t kMinMeasured = 20;
   static constexpr float kNoiseReach_px = 30;
-  static constexpr float kUnseenReach = 1.5F;    ///< neighbourhood of features without evidence
-  static constexpr float kUnseenDoubt = 0.6F;    ///< belief that they must exceed [nats]
+  // Features without evidence: how far their neighbourhood reaches, and the belief they must exceed [nats].
+  // Without a depth they may lie on another surface than their neighbours.
+  static constexpr float kUnseenReach = 2.5F, kUnseenDoubt = 0;
+  static constexpr float kBlindReach = 1.5F, kBlindDoubt = 0.6F;
   static constexpr float kMobilityReach = 1.2F;  ///< features that appear take mobility from as far
   static constexpr float kBlindTrust = 0.3F;     ///< of neighbours, for a feature without depth
   static constexpr float kOwnWeight = 0.5F;      ///< of zero evidence in the mean over neighbours
@@ -457,7 +459,8 @@ class BackgroundMotionFilter final : public Filter {
   float mean_around(Context& context, std::size_t i) const {
     const cv::Point2f& px = context.pixels()[i];
     const float depth_m = context.depths_m()[i];
-    const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : kUnseenReach);
+    const float unseen = std::isnan(depth_m) ? kBlindReach : kUnseenReach;
+    const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : unseen);
     NeighbourField::Sum sum = evidence_.around(px, depth_m, reach, static_cast<float>(params_.neighbour_m));
     if (seen_[i] != 0 && PointGrid::usable(px)) sum.values -= own_[i], sum.weights -= 1;  // itself
     const float trust = std::isnan(depth_m) ? kBlindTrust : 1.0F;
@@ -507,8 +510,9 @@ class BackgroundMotionFilter final : public Filter {
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
   /// suspects it can look at; without one the neighbours must speak for motion.
   float doubt(Context& context, std::size_t i) const {
-    if (!context.prior(i)) return kUnseenDoubt;
-    return std::isnan(context.depths_m()[i]) ? static_cast<float>(params_.prior_suspicion) : 0.0F;
+    const bool blind = std::isnan(context.depths_m()[i]);
+    if (!context.prior(i)) return blind ? kBlindDoubt : kUnseenDoubt;
+    return blind ? static_cast<float>(params_.prior_suspicion) : 0.0F;
   }
 
   Params params_;
