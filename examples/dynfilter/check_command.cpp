@@ -5,6 +5,7 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
+#include <dynfilter/pipeline/stage.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 
 #include <CLI/CLI.hpp>

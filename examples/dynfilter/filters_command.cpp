@@ -8,7 +8,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <dynfilter/core/near_miss.hpp>
+#include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
+#include <dynfilter/pipeline/stage_reader.hpp>
 #include <memory>
 #include <string>
 #include <vector>

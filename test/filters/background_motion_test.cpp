@@ -380,6 +380,68 @@ TEST_CASE("background_motion: a frame without matches breaks the tracks, not the
   }
 }
 
+// A surface without matches comes before a wall that earlier frames saw at its place.
+// Exact: the camera is still, the wall at 4 m, the surface at 2 m, and it jumps by its own width.
+TEST_CASE("background_motion: without a match, a surface in space that was free moves") {
+  const int kJumpsAt = 4;
+  const auto rect = [&](int k) { return cv::Rect(k < kJumpsAt ? 100 : 400, 160, 160, 160); };
+  const auto play = [&](bool with_image, bool behind) {
+    FrameEvidence evidence;
+    evidence.set_history(BackgroundMotionFilter().needs().history_frames);
+    BackgroundMotionFilter filter;
+    Votes votes;
+    std::vector<cv::KeyPoint> keypoints;
+    std::size_t found = 0, on_surface = 0, others = 0;
+    for (int k = 0; k <= kJumpsAt; ++k) {
+      // `behind`: the jump ends where a nearer wall was, so that nothing was free.
+      cv::Mat depth(480, 640, CV_32FC1, cv::Scalar(4.0F));
+      if (behind && k < kJumpsAt) depth(cv::Rect(350, 100, 250, 300)).setTo(1.5F);
+      depth(rect(k)).setTo(2.0F);
+      keypoints.clear();
+      std::vector<float> depth_m;
+      std::vector<std::int32_t> reference;
+      for (int y = 30; y < 460; y += 20)
+        for (int x = 30; x < 620; x += 20) {
+          const bool near_now = rect(k).contains({x, y}), near_then = rect(k - 1).contains({x, y});
+          reference.push_back(near_now || near_then ? -1 : static_cast<std::int32_t>(keypoints.size()));
+          keypoints.emplace_back(cv::Point2f(static_cast<float>(x), static_cast<float>(y)), 7.0F);
+          depth_m.push_back(depth.at<float>(y, x));
+        }
+      FrameView view;
+      view.id = k;
+      view.timestamp_s = k / 30.0;
+      view.keypoints = keypoints;
+      view.depth_m = depth_m;
+      if (with_image) view.depth = depth;
+      Camera camera;
+      camera.fx_px = camera.fy_px = 500;
+      camera.cx_px = 320;
+      camera.cy_px = 240;
+      view.camera = camera;
+      if (k > 0) view.matches = HostMatches{k - 1, reference};
+      evidence.begin(view, CallPoint::BeforePose);
+      votes.reset(view.size());
+      filter.apply(evidence, votes);
+      evidence.end(false);
+      if (k < kJumpsAt) continue;
+      for (std::size_t i = 0; i < keypoints.size(); ++i) {
+        // 5 px at outlines have no depth.
+        const bool inside = (rect(k) & (rect(k) + cv::Point(10, 10)) & (rect(k) - cv::Point(10, 10)))
+                                .contains(cv::Point(keypoints[i].pt));
+        on_surface += inside ? 1 : 0;
+        found += inside && votes[i] == Vote::Dynamic ? 1 : 0;
+        others += !rect(k).contains(cv::Point(keypoints[i].pt)) && votes[i] == Vote::Dynamic ? 1 : 0;
+      }
+    }
+    REQUIRE(on_surface >= 40);
+    CHECK(others == 0);
+    return static_cast<double>(found) / static_cast<double>(on_surface);
+  };
+  CHECK(play(true, false) == 1.0);
+  CHECK(play(false, false) == 0.0);  // nothing tells what the earlier frames saw there
+  CHECK(play(true, true) == 0.0);    // they saw something nearer
+}
+
 TEST_CASE("background_motion: the report says what was chosen among what") {
   const ExactScene scene = noisy(synth::preset(Preset::General));
   Player player;

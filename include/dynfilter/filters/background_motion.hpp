@@ -12,6 +12,7 @@
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/filters/neighbour_field.hpp>
+#include <dynfilter/geometry/free_space.hpp>
 #include <dynfilter/geometry/moving_odds.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_background.hpp>
@@ -62,8 +63,9 @@ struct BackgroundMotionParams {
 ///           0.2 s. The larger log-odds count. The noise is measured in every frame and for both gaps: the
 ///           differences between neighbours (geometry/neighbour_noise.hpp), times a ratio for errors that
 ///           neighbours share (calibration, clock, blur). The ratio is the median residual of the features
-///           that follow the background, at most 1.5 times what is usual for this camera. Belief = odds +
-///           memory * belief in the last frame, plus the mean over neighbours at a similar depth, plus
+///           that follow the background, at most 1.5 times what is usual for this camera. A
+///           feature without a match, in a place that an earlier view saw through, has the log-odds of
+///           geometry/free_space.hpp. Belief = odds + memory * belief in the last frame, plus the mean over neighbours at a similar depth, plus
 ///           prior_suspicion for prior suspects. Dynamic above the log-odds against motion in this frame
 ///           (prior suspects: above 0), if a core is near: a feature with evidence of motion among others
 ///           with evidence of motion.
@@ -74,16 +76,18 @@ struct BackgroundMotionParams {
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone, which are
 ///           mismatches.
-/// Blind to: motion within the noise over 0.2 s; movers with fewer than three features; everything, if a
+/// Blind to: motion within the noise over 0.2 s; movers without matches at places that were hidden or that
+///           they still cover; movers with fewer than three features; everything, if a
 ///           mover is taken for the background. The report names the choice and the number of candidates.
-/// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. Cost: see the
+/// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. The pipeline
+///           keeps 12 frames. Cost: see the
 ///           card.
 class BackgroundMotionFilter final : public Filter {
  public:
   using Params = BackgroundMotionParams;
   static constexpr const char* kName = "background_motion";
   static constexpr const char* kSummary =
-      "features that do not follow the background, whoever has the majority";
+      "features that do not follow the background, also where movers have most features";
 
   explicit BackgroundMotionFilter(Params params = Params()) : params_(params) {
     check_parameters(params_, kName);
@@ -92,16 +96,18 @@ class BackgroundMotionFilter final : public Filter {
 
   std::string name() const override { return kName; }
   Needs needs() const override {
-    return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, 1};
+    return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, static_cast<int>(kMaxFrames)};
   }
   void reset() override {
-    trail_.clear();
+    camera_poses_.clear();
     belief_.clear();
     mobility_.clear();
     moved_.clear();
     estimator_.reset();
     match_noise_px_.clear();
     stamps_s_.clear();
+    frame_ids_.clear();
+    unbroken_ = 0;
     step_ratio_ = kFirstStepRatio;
     track_ratio_ = kFirstTrackRatio;
   }
@@ -109,9 +115,10 @@ class BackgroundMotionFilter final : public Filter {
   void apply(const Evidence& evidence, Votes& votes) override {
     const Match& match = evidence.match({});
     tracks_ = &evidence.tracks(kTracks);
-    keep_time(evidence.frame().timestamp_s);
+    keep_time(evidence.frame());
     recall(evidence, match);
     judge(evidence, match, votes);
+    views_.clear();  // they refer to images of kept frames
     remember_mobility(evidence);
   }
 
@@ -132,8 +139,10 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr double kDepthFactor = 2;  ///< the depth camera's noise against the model's, at least
   static constexpr std::size_t kMinMeasured = 20;
   static constexpr float kNoiseReach_px = 30;
-  static constexpr float kUnseenReach = 1.5F;    ///< neighbourhood of features without evidence
-  static constexpr float kUnseenDoubt = 0.6F;    ///< belief that they must exceed [nats]
+  // Features without evidence: how far their neighbourhood reaches, and the belief they must exceed [nats].
+  // Without a depth they may lie on another surface than their neighbours.
+  static constexpr float kUnseenReach = 2.5F, kUnseenDoubt = 0;
+  static constexpr float kBlindReach = 1.5F, kBlindDoubt = 0.6F;
   static constexpr float kMobilityReach = 1.2F;  ///< features that appear take mobility from as far
   static constexpr float kBlindTrust = 0.3F;     ///< of neighbours, for a feature without depth
   static constexpr float kOwnWeight = 0.5F;      ///< of zero evidence in the mean over neighbours
@@ -144,7 +153,10 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
 
   void judge(const Evidence& evidence, const Match& match, Votes& votes) {
-    if (match.reference == nullptr) return votes.note("no earlier frame");
+    if (match.reference == nullptr) {
+      unbroken_ = 0;
+      return votes.note("no earlier frame");
+    }
     if (!follow_background(evidence, match, votes)) return;
     measure_misses(evidence, match);
     measure_noise(evidence);
@@ -166,9 +178,10 @@ class BackgroundMotionFilter final : public Filter {
   float score(std::size_t i) const { return 1 / (1 + std::exp(-belief_[i] / 2)); }
 
   /// Stamps of this frame and the last ones, newest first.
-  void keep_time(double timestamp_s) {
-    stamps_s_.insert(stamps_s_.begin(), timestamp_s);
-    if (stamps_s_.size() > kMaxFrames + 1) stamps_s_.pop_back();
+  void keep_time(const FrameView& frame) {
+    stamps_s_.insert(stamps_s_.begin(), frame.timestamp_s);
+    frame_ids_.insert(frame_ids_.begin(), frame.id);
+    if (stamps_s_.size() > kMaxFrames + 1) stamps_s_.pop_back(), frame_ids_.pop_back();
   }
   double elapsed_s(std::size_t frames) const {
     const double elapsed = frames < stamps_s_.size() ? stamps_s_[0] - stamps_s_[frames] : 0;
@@ -227,7 +240,7 @@ class BackgroundMotionFilter final : public Filter {
     scene.pixels = evidence.pixels();
     scene.static_belief = static_belief_;
     scene.mobility = mobility_;
-    const bool known = trail_.size() >= 2;  // what the camera does: then suspects take part
+    const bool known = camera_poses_.size() >= 2;  // what the camera does: then suspects take part
     evidence.collect_seeds(match, known, seeds_);
     if (static_cast<int>(seeds_.size()) < kMinSeeds) evidence.collect_seeds(match, true, seeds_);
     scene.seeds = seeds_;
@@ -237,11 +250,14 @@ class BackgroundMotionFilter final : public Filter {
     motion_ = estimator_.estimate(scene);
     note_motion(votes);
     if (!motion_.ok) {
-      trail_.clear();
+      camera_poses_.clear();
       match_noise_px_.clear();
+      unbroken_ = 0;
       return false;
     }
-    extend_trail();
+    remember_pose();
+    const bool with_last = frame_ids_.size() > 1 && match.reference->id == frame_ids_[1];
+    unbroken_ = with_last ? unbroken_ + 1 : 0;
     return true;
   }
 
@@ -257,24 +273,24 @@ class BackgroundMotionFilter final : public Filter {
   }
 
   /// T_world_camera of the last frames, newest first; the world is the first camera.
-  void extend_trail() {
-    if (trail_.empty()) trail_.push_back(Pose());
-    const Pose T = trail_.front() * inverse(motion_.T_current_reference);
+  void remember_pose() {
+    if (camera_poses_.empty()) camera_poses_.push_back(Pose());
+    const Pose T = camera_poses_.front() * inverse(motion_.T_current_reference);
     // Made a rotation again in every step: otherwise rounding grows with the chain.
     const Eigen::Matrix3d R = Eigen::Quaterniond(T.R()).normalized().toRotationMatrix();
-    trail_.insert(trail_.begin(), Pose::from(R, T.t()));
+    camera_poses_.insert(camera_poses_.begin(), Pose::from(R, T.t()));
     match_noise_px_.insert(match_noise_px_.begin(), estimator_.match_noise_px());
     // As many as lie within the window, two at least.
     std::size_t keep = 2;
-    while (keep < trail_.size() - 1 && keep < kMaxFrames &&
+    while (keep < camera_poses_.size() - 1 && keep < kMaxFrames &&
            elapsed_s(keep + 1) < kWindow_s + kUnknownStep_s / 2)
       ++keep;
-    if (trail_.size() > keep + 1) trail_.resize(keep + 1);
+    if (camera_poses_.size() > keep + 1) camera_poses_.resize(keep + 1);
     if (match_noise_px_.size() > keep) match_noise_px_.resize(keep);
   }
   /// The motion from frame to frame, over the last few: a mover that sets off slowly drags it away less.
   Pose usual_step() const {
-    const std::size_t frames = std::min<std::size_t>(4, trail_.size() - 1);
+    const std::size_t frames = std::min<std::size_t>(4, camera_poses_.size() - 1);
     const auto share = 1 / static_cast<double>(frames);
     const Pose over = between(0, frames);
     const Eigen::AngleAxisd turn(over.R());
@@ -282,7 +298,9 @@ class BackgroundMotionFilter final : public Filter {
                       share * over.t());
   }
   /// From the camera `then` frames back to that of `now` frames back.
-  Pose between(std::size_t now, std::size_t then) const { return inverse(trail_[now]) * trail_[then]; }
+  Pose between(std::size_t now, std::size_t then) const {
+    return inverse(camera_poses_[now]) * camera_poses_[then];
+  }
 
   // ---- misses
   struct Measured {
@@ -293,7 +311,7 @@ class BackgroundMotionFilter final : public Filter {
   void measure_misses(const Evidence& evidence, const Match& match) {
     const Camera& camera = *evidence.frame().camera;
     models_.clear();
-    for (std::size_t gap = 1; gap < trail_.size(); ++gap)
+    for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
       models_.emplace_back(camera, between(0, gap), noise(chained_noise_px(gap)));
     step_.assign(evidence.size(), {});
     track_.assign(evidence.size(), {});
@@ -338,7 +356,7 @@ class BackgroundMotionFilter final : public Filter {
     ratios_.clear();
     const double noise_px = chained_noise_px(1);
     for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (step_[i].gap > 0 && calm(i) &&
+      if (step_[i].gap > 0 && likely_static(i) &&
           static_cast<double>(step_[i].image_px) < 3 * kMostStepRatio * noise_px)
         ratios_.push_back(static_cast<float>(static_cast<double>(step_[i].image_px) / noise_px));
     step_scale_ = usual(1, kMostStepRatio, step_ratio_);
@@ -346,14 +364,14 @@ class BackgroundMotionFilter final : public Filter {
                                      kLeastTrackScale, kMostTrackScale);
     ratios_.clear();
     for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (track_[i].gap > 0 && step_[i].gap > 0 && calm(i) &&
+      if (track_[i].gap > 0 && step_[i].gap > 0 && likely_static(i) &&
           static_cast<double>(step_[i].image_px) < 2 * step_scale_ * noise_px)
         ratios_.push_back(static_cast<float>(static_cast<double>(track_[i].image_px) /
                                              chained_noise_px(static_cast<std::size_t>(track_[i].gap))));
     track_scale_ = usual(shared, kMostTrackRatio, track_ratio_);
   }
   static constexpr double kLeastTrackScale = 0.5, kMostTrackScale = 3;
-  bool calm(std::size_t i) const { return mobility_[i] < RigidBackgroundEstimator::kMobile; }
+  bool likely_static(std::size_t i) const { return mobility_[i] < RigidBackgroundEstimator::kMobile; }
   /// From the median in ratios_, in units of what neighbours do not share. Down fast, up slowly: a majority
   /// that sets off must not become noise.
   double usual(double base, double most, double& ratio) {
@@ -368,17 +386,21 @@ class BackgroundMotionFilter final : public Filter {
   void weigh_misses(const Evidence& evidence) {
     const Camera& camera = *evidence.frame().camera;
     models_.clear();
-    for (std::size_t gap = 1; gap < trail_.size(); ++gap)
+    for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
       models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
     const MovingOdds odds({params_.slow_mps, params_.fast_mps, params_.moving_share});
     const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.memory_s));
+    open_views(evidence);
     seen_.assign(evidence.size(), 0);
     own_.resize(evidence.size());
     for (std::size_t i = 0; i < evidence.size(); ++i) {
       own_[i] = kept * remembered_[i];
-      if (step_[i].gap == 0 && track_[i].gap == 0) continue;
+      const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
+      const float now =
+          matched ? std::max(odds_of(evidence, i, step_[i], odds), odds_of(evidence, i, track_[i], odds))
+                  : space_odds(evidence.points_m()[i]);
+      if (!matched && now <= 0) continue;
       seen_[i] = 1;
-      const float now = std::max(odds_of(evidence, i, step_[i], odds), odds_of(evidence, i, track_[i], odds));
       own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
     }
   }
@@ -401,6 +423,30 @@ class BackgroundMotionFilter final : public Filter {
     return std::clamp(static_cast<float>(odds(in)), kLeastOdds, kMostOdds);
   }
 
+  // ---- free space
+  /// What the last frame saw, and the oldest one within the window.
+  void open_views(const Evidence& evidence) {
+    views_.clear();
+    const std::size_t oldest = std::min(unbroken_, camera_poses_.size() - 1);
+    if (oldest > 0) open_view(evidence, 1);
+    if (oldest > 1) open_view(evidence, oldest);
+  }
+  void open_view(const Evidence& evidence, std::size_t gap) {
+    const PastFrame* frame = evidence.kept_frame(frame_ids_[gap]);
+    if (frame == nullptr) return;
+    FreeSpaceView::Model model;
+    model.moving_share = params_.moving_share;
+    model.sigma_px = sigma_px(static_cast<int>(gap));
+    model.depth_noise = noise(model.sigma_px).depth_noise;
+    views_.emplace_back(*evidence.frame().camera, frame->depth, frame->depth_unit_m, between(gap, 0), model);
+  }
+  /// The place of a feature that was not matched may have been free. 0: no view says so.
+  float space_odds(const cv::Point3f& point_m) const {
+    double most = 0;
+    for (const FreeSpaceView& view : views_) most = std::max(most, view.odds(point_m));
+    return std::min(static_cast<float>(most), kMostOdds);
+  }
+
   // ---- neighbours
   void add_neighbours(const Evidence& evidence) {
     evidence_.clear();
@@ -416,7 +462,8 @@ class BackgroundMotionFilter final : public Filter {
   float mean_around(const Evidence& evidence, std::size_t i) const {
     const cv::Point2f& px = evidence.pixels()[i];
     const float depth_m = evidence.depths_m()[i];
-    const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : kUnseenReach);
+    const float unseen = std::isnan(depth_m) ? kBlindReach : kUnseenReach;
+    const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : unseen);
     NeighbourField::Sum sum = evidence_.around(px, depth_m, reach, static_cast<float>(params_.neighbour_m));
     if (seen_[i] != 0 && PointGrid::usable(px)) sum.values -= own_[i], sum.weights -= 1;  // itself
     const float trust = std::isnan(depth_m) ? kBlindTrust : 1.0F;
@@ -449,8 +496,8 @@ class BackgroundMotionFilter final : public Filter {
   void cast(const Evidence& evidence, std::size_t i, Votes& votes) const {
     const float limit = seen_[i] != 0 ? certainty(evidence, i) : doubt(evidence, i);
     if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score(i));
-    const bool accused = evidence.prior(i) || near_core(evidence, i);
-    votes.cast(i, accused ? Vote::Dynamic : Vote::Unknown, score(i));
+    const bool supported = evidence.prior(i) || near_core(evidence, i);
+    votes.cast(i, supported ? Vote::Dynamic : Vote::Unknown, score(i));
   }
 
   /// What a feature with evidence must exceed: the odds against motion in this frame. A world where hardly
@@ -469,8 +516,9 @@ class BackgroundMotionFilter final : public Filter {
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
   /// suspects it can look at; without one the neighbours must speak for motion.
   float doubt(const Evidence& evidence, std::size_t i) const {
-    if (!evidence.prior(i)) return kUnseenDoubt;
-    return std::isnan(evidence.depths_m()[i]) ? static_cast<float>(params_.prior_suspicion) : 0.0F;
+    const bool blind = std::isnan(evidence.depths_m()[i]);
+    if (!evidence.prior(i)) return blind ? kBlindDoubt : kUnseenDoubt;
+    return blind ? static_cast<float>(params_.prior_suspicion) : 0.0F;
   }
 
   Params params_;
@@ -478,12 +526,15 @@ class BackgroundMotionFilter final : public Filter {
   RigidBackgroundEstimator estimator_;
   NeighbourNoise neighbour_noise_;
   RigidMotion motion_;
-  std::vector<Pose> trail_;
+  std::vector<Pose> camera_poses_;
   std::vector<double> stamps_s_, match_noise_px_;  ///< newest first
+  std::vector<std::int64_t> frame_ids_;            ///< newest first
+  std::size_t unbroken_ = 0;                       ///< steps in camera_poses_, each from the frame before
   double step_ratio_ = kFirstStepRatio, track_ratio_ = kFirstTrackRatio;
   float certainty_ = 0;                      ///< [nats]
   double step_scale_ = 1, track_scale_ = 1;  ///< of chained_noise_px(), in this frame
   std::vector<RigidResidualModel> models_;   ///< [g - 1]: over g frames
+  std::vector<FreeSpaceView> views_;
   std::vector<Measured> step_, track_;
   std::vector<Miss> track_misses_;
   std::vector<float> ratios_;
