@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/order_statistics.hpp>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/filters/neighbour_field.hpp>
@@ -16,9 +19,9 @@
 #include <dynfilter/geometry/moving_odds.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_background.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
-#include <dynfilter/geometry/undistort.hpp>
-#include <optional>
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 
@@ -34,25 +37,7 @@ struct BackgroundMotionParams {
   double neighbour_m = 0.12;
   double prior_suspicion = 0.1;
 
-  static const FieldTable<BackgroundMotionParams>& fields() {
-    using P = BackgroundMotionParams;
-    static const FieldTable<P> table{
-        real("slow_mps", &P::slow_mps, "m/s", {0.001, 100}, "speed of slow movers, standard deviation"),
-        real("fast_mps", &P::fast_mps, "m/s", {0.001, 100}, "speed of fast movers, standard deviation"),
-        real("moving_share", &P::moving_share, "", {1e-6, 0.5},
-             "share of features that move, before anything was measured"),
-        real("memory_s", &P::memory_s, "s", {0.001, 10}, "time constant of a track's belief"),
-        real("mobility_s", &P::mobility_s, "s", {0.001, 100},
-             "time constant of having moved: a mover that stops is not yet background"),
-        real("neighbour_px", &P::neighbour_px, "px", {1, 1000},
-             "radius of the neighbourhood whose evidence is averaged"),
-        real("neighbour_m", &P::neighbour_m, "m", {0, 10},
-             "largest difference in depth within a neighbourhood"),
-        real("prior_suspicion", &P::prior_suspicion, "nats", {0, 20},
-             "log-odds of motion that a prior suspect has in addition"),
-    };
-    return table;
-  }
+  static const FieldTable<BackgroundMotionParams>& fields();
 };
 
 /// Features that do not follow the background. The default rejector. It needs no detector.
@@ -89,38 +74,15 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr const char* kSummary =
       "features that do not follow the background, also where movers have most features";
 
-  explicit BackgroundMotionFilter(Params params = Params()) : params_(params) {
-    check_parameters(params_, kName);
-    reset();
-  }
+  explicit BackgroundMotionFilter(Params params = Params());
 
   std::string name() const override { return kName; }
   Needs needs() const override {
     return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, static_cast<int>(kMaxFrames)};
   }
-  void reset() override {
-    camera_poses_.clear();
-    belief_.clear();
-    mobility_.clear();
-    moved_.clear();
-    estimator_.reset();
-    match_noise_px_.clear();
-    stamps_s_.clear();
-    frame_ids_.clear();
-    unbroken_ = 0;
-    step_ratio_ = kFirstStepRatio;
-    track_ratio_ = kFirstTrackRatio;
-  }
+  void reset() override;
 
-  void apply(const Evidence& evidence, Votes& votes) override {
-    const Match& match = evidence.match({});
-    tracks_ = &evidence.tracks(kTracks);
-    keep_time(evidence.frame());
-    recall(evidence, match);
-    judge(evidence, match, votes);
-    views_.clear();  // they refer to images of kept frames
-    remember_mobility(evidence);
-  }
+  void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
   static constexpr std::size_t kMaxFrames = 12;  ///< that a track goes back, at most ...
@@ -152,151 +114,36 @@ class BackgroundMotionFilter final : public Filter {
   static constexpr int kMinSeeds = 30;
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
 
-  void judge(const Evidence& evidence, const Match& match, Votes& votes) {
-    if (match.reference == nullptr) {
-      unbroken_ = 0;
-      return votes.note("no earlier frame");
-    }
-    if (!follow_background(evidence, match, votes)) return;
-    measure_misses(evidence, match);
-    measure_noise(evidence);
-    weigh_misses(evidence);
-    add_neighbours(evidence);
-    set_certainty();
-    find_cores(evidence);
-    if (estimator_.confidence() < kLeastConfidence) return abstain(evidence, votes);
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (evidence.judged(i)) cast(evidence, i, votes);
-  }
+  void judge(const Evidence& evidence, const Match& match, Votes& votes);
 
   /// Nothing is rejected against a background that is probably a mover.
-  void abstain(const Evidence& evidence, Votes& votes) const {
-    votes.note("background uncertain");
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (evidence.judged(i)) votes.cast(i, Vote::Unknown, score(i));
-  }
+  void abstain(const Evidence& evidence, Votes& votes) const;
   float score(std::size_t i) const { return 1 / (1 + std::exp(-belief_[i] / 2)); }
 
   /// Stamps of this frame and the last ones, newest first.
-  void keep_time(const FrameView& frame) {
-    stamps_s_.insert(stamps_s_.begin(), frame.timestamp_s);
-    frame_ids_.insert(frame_ids_.begin(), frame.id);
-    if (stamps_s_.size() > kMaxFrames + 1) stamps_s_.pop_back(), frame_ids_.pop_back();
-  }
-  double elapsed_s(std::size_t frames) const {
-    const double elapsed = frames < stamps_s_.size() ? stamps_s_[0] - stamps_s_[frames] : 0;
-    return elapsed > 0 ? elapsed : static_cast<double>(frames) * kUnknownStep_s;
-  }
+  void keep_time(const FrameView& frame);
+  double elapsed_s(std::size_t frames) const;
 
   // ---- what is known from earlier frames
-  void recall(const Evidence& evidence, const Match& match) {
-    std::swap(last_belief_, belief_);
-    std::swap(last_mobility_, mobility_);
-    const std::size_t n = tracks_->size();
-    remembered_.assign(n, 0);
-    mobility_.resize(n);
-    static_belief_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto from = static_cast<std::size_t>(tracks_->previous(i));
-      const bool known = tracks_->previous(i) >= 0 && from < last_belief_.size();
-      if (known) remembered_[i] = last_belief_[from];
-      mobility_[i] = known ? last_mobility_[from] : mobility_around(evidence, match, i);
-      const float still = 1 - mobility_[i];
-      static_belief_[i] = still * still / (1 + std::exp(sure() * remembered_[i] / 2));
-    }
-    belief_.assign(n, 0);
-  }
+  void recall(const Evidence& evidence, const Match& match);
 
   /// What was judged against a background that may be the wrong one must not decide the next choice.
   float sure() const { return static_cast<float>(std::max(0.0, 2 * estimator_.confidence() - 1)); }
 
   /// A feature without a past takes that of the features around the place where it was.
-  float mobility_around(const Evidence& evidence, const Match& match, std::size_t i) const {
-    const bool found = match.reference != nullptr && match.found(i);
-    const NeighbourField::Sum sum = moved_.around(
-        found ? match.correspondences.reference_px[i] : evidence.pixels()[i],
-        found && match.valid_depth(i) ? match.reference_points_m[i].z : evidence.depths_m()[i],
-        kMobilityReach * static_cast<float>(params_.neighbour_px), static_cast<float>(params_.neighbour_m));
-    return sum.weights > 0 ? sum.values / sum.weights : 0;
-  }
+  float mobility_around(const Evidence& evidence, const Match& match, std::size_t i) const;
 
-  void remember_mobility(const Evidence& evidence) {
-    moved_.clear();
-    const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.mobility_s));
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      const float now = belief_[i] > 0 ? sure() * (1 - std::exp(-belief_[i])) : 0.0F;
-      mobility_[i] = std::max(kept * mobility_[i], now);
-      moved_.add(evidence.pixels()[i], evidence.depths_m()[i], mobility_[i]);
-    }
-    moved_.build(static_cast<float>(params_.neighbour_px));
-  }
+  void remember_mobility(const Evidence& evidence);
 
   // ---- the background's motion
-  bool follow_background(const Evidence& evidence, const Match& match, Votes& votes) {
-    RigidBackgroundScene scene;
-    scene.camera = *evidence.frame().camera;
-    scene.reference_m = match.reference_points_m;
-    scene.current_m = evidence.points_m();
-    scene.pixels = evidence.pixels();
-    scene.static_belief = static_belief_;
-    scene.mobility = mobility_;
-    const bool known = camera_poses_.size() >= 2;  // what the camera does: then suspects take part
-    evidence.collect_seeds(match, known, seeds_);
-    if (static_cast<int>(seeds_.size()) < kMinSeeds) evidence.collect_seeds(match, true, seeds_);
-    scene.seeds = seeds_;
-    scene.predicted = evidence.host_motion(match);
-    if (known) scene.expected = usual_step();
-    scene.noise_ratio = step_ratio_;
-    motion_ = estimator_.estimate(scene);
-    note_motion(votes);
-    if (!motion_.ok) {
-      camera_poses_.clear();
-      match_noise_px_.clear();
-      unbroken_ = 0;
-      return false;
-    }
-    remember_pose();
-    const bool with_last = frame_ids_.size() > 1 && match.reference->id == frame_ids_[1];
-    unbroken_ = with_last ? unbroken_ + 1 : 0;
-    return true;
-  }
+  bool follow_background(const Evidence& evidence, const Match& match, Votes& votes);
 
-  void note_motion(Votes& votes) const {
-    if (!motion_.ok) return votes.note("background: none of the motions explains enough");
-    const MotionProposal& p = estimator_.proposals()[estimator_.chosen()];
-    votes.note("background: " + std::to_string(motion_.inliers) + " of " +
-               std::to_string(estimator_.points()) + " points, motion " +
-               (p.from == MotionProposal::From::Expected    ? "as expected"
-                : p.from == MotionProposal::From::Predicted ? "as the host predicts"
-                                                            : "by support") +
-               ", one of " + std::to_string(estimator_.proposals().size()));
-  }
+  void note_motion(Votes& votes) const;
 
   /// T_world_camera of the last frames, newest first; the world is the first camera.
-  void remember_pose() {
-    if (camera_poses_.empty()) camera_poses_.push_back(Pose());
-    const Pose T = camera_poses_.front() * inverse(motion_.T_current_reference);
-    // Made a rotation again in every step: otherwise rounding grows with the chain.
-    const Eigen::Matrix3d R = Eigen::Quaterniond(T.R()).normalized().toRotationMatrix();
-    camera_poses_.insert(camera_poses_.begin(), Pose::from(R, T.t()));
-    match_noise_px_.insert(match_noise_px_.begin(), estimator_.match_noise_px());
-    // As many as lie within the window, two at least.
-    std::size_t keep = 2;
-    while (keep < camera_poses_.size() - 1 && keep < kMaxFrames &&
-           elapsed_s(keep + 1) < kWindow_s + kUnknownStep_s / 2)
-      ++keep;
-    if (camera_poses_.size() > keep + 1) camera_poses_.resize(keep + 1);
-    if (match_noise_px_.size() > keep) match_noise_px_.resize(keep);
-  }
+  void remember_pose();
   /// The motion from frame to frame, over the last few: a mover that sets off slowly drags it away less.
-  Pose usual_step() const {
-    const std::size_t frames = std::min<std::size_t>(4, camera_poses_.size() - 1);
-    const auto share = 1 / static_cast<double>(frames);
-    const Pose over = between(0, frames);
-    const Eigen::AngleAxisd turn(over.R());
-    return Pose::from(Eigen::AngleAxisd(share * turn.angle(), turn.axis()).toRotationMatrix(),
-                      share * over.t());
-  }
+  Pose usual_step() const;
   /// From the camera `then` frames back to that of `now` frames back.
   Pose between(std::size_t now, std::size_t then) const {
     return inverse(camera_poses_[now]) * camera_poses_[then];
@@ -308,218 +155,62 @@ class BackgroundMotionFilter final : public Filter {
     cv::Point3f then_m;
     float image_px = 0;
   };
-  void measure_misses(const Evidence& evidence, const Match& match) {
-    const Camera& camera = *evidence.frame().camera;
-    models_.clear();
-    for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
-      models_.emplace_back(camera, between(0, gap), noise(chained_noise_px(gap)));
-    step_.assign(evidence.size(), {});
-    track_.assign(evidence.size(), {});
-    track_misses_.clear();
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      if (!match.found(i)) continue;
-      measure(evidence, i, 1, match.reference_points_m[i], step_[i], nullptr);
-      const int longest = std::min(tracks_->length(i), static_cast<int>(models_.size()));
-      if (longest > 1)
-        measure(evidence, i, longest,
-                back_project(camera, tracks_->at(i, longest), tracks_->depth_m(i, longest)), track_[i],
-                &track_misses_);
-    }
-  }
+  void measure_misses(const Evidence& evidence, const Match& match);
   void measure(const Evidence& evidence, std::size_t i, int gap, const cv::Point3f& then_m, Measured& out,
-               std::vector<Miss>* misses) {
-    const cv::Point3f& now_m = evidence.points_m()[i];
-    const RigidResidual r = models_[static_cast<std::size_t>(gap - 1)](then_m, now_m);
-    if (!r.valid) return;
-    out = {gap, then_m, r.image_px};
-    if (misses == nullptr) return;
-    misses->push_back({evidence.pixels()[i], now_m.z, evidence.undistorted_pixels()[i] - r.predicted_px,
-                       static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
-  }
+               std::vector<Miss>* misses);
   /// Noise that neighbours do not share, summed over the frames of a track.
-  double chained_noise_px(std::size_t gap) const {
-    double sum2 = 0;
-    for (std::size_t k = 0; k < gap && k < match_noise_px_.size(); ++k)
-      sum2 += match_noise_px_[k] * match_noise_px_[k] + kLeastMatchNoise_px * kLeastMatchNoise_px;
-    return std::sqrt(sum2);
-  }
-  RigidResidualNoise noise(double pixel_sigma_px) const {
-    RigidResidualNoise noise;
-    noise.pixel_sigma_px = pixel_sigma_px;
-    noise.depth_noise = DepthNoise().scaled(std::max(kDepthFactor, estimator_.depth_factor()));
-    return noise;
-  }
+  double chained_noise_px(std::size_t gap) const;
+  RigidResidualNoise noise(double pixel_sigma_px) const;
 
   // ---- noise
   /// What a static feature's miss is, in units of chained_noise_px(): over one frame, and over a track.
-  void measure_noise(const Evidence& evidence) {
-    ratios_.clear();
-    const double noise_px = chained_noise_px(1);
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (step_[i].gap > 0 && likely_static(i) &&
-          static_cast<double>(step_[i].image_px) < 3 * kMostStepRatio * noise_px)
-        ratios_.push_back(static_cast<float>(static_cast<double>(step_[i].image_px) / noise_px));
-    step_scale_ = usual(1, kMostStepRatio, step_ratio_);
-    const double shared = std::clamp(neighbour_noise_.scale(track_misses_, kNoiseReach_px).value_or(1),
-                                     kLeastTrackScale, kMostTrackScale);
-    ratios_.clear();
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (track_[i].gap > 0 && step_[i].gap > 0 && likely_static(i) &&
-          static_cast<double>(step_[i].image_px) < 2 * step_scale_ * noise_px)
-        ratios_.push_back(static_cast<float>(static_cast<double>(track_[i].image_px) /
-                                             chained_noise_px(static_cast<std::size_t>(track_[i].gap))));
-    track_scale_ = usual(shared, kMostTrackRatio, track_ratio_);
-  }
+  void measure_noise(const Evidence& evidence);
   static constexpr double kLeastTrackScale = 0.5, kMostTrackScale = 3;
   bool likely_static(std::size_t i) const { return mobility_[i] < RigidBackgroundEstimator::kMobile; }
   /// From the median in ratios_, in units of what neighbours do not share. Down fast, up slowly: a majority
   /// that sets off must not become noise.
-  double usual(double base, double most, double& ratio) {
-    if (ratios_.size() < kMinMeasured) return std::min(ratio, most) * base;
-    const double now = std::clamp(static_cast<double>(median_in_place(ratios_)) / kMedianOfRayleigh / base,
-                                  kLeastRatio, most);
-    ratio += (now > ratio ? kRatioRises : kRatioFalls) * (now - ratio);
-    return std::min(now, kRatioSlack * ratio) * base;
-  }
+  double usual(double base, double most, double& ratio);
 
   // ---- evidence
-  void weigh_misses(const Evidence& evidence) {
-    const Camera& camera = *evidence.frame().camera;
-    models_.clear();
-    for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
-      models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
-    const MovingOdds odds({params_.slow_mps, params_.fast_mps, params_.moving_share});
-    const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.memory_s));
-    open_views(evidence);
-    seen_.assign(evidence.size(), 0);
-    own_.resize(evidence.size());
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      own_[i] = kept * remembered_[i];
-      const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
-      const float now =
-          matched ? std::max(odds_of(evidence, i, step_[i], odds), odds_of(evidence, i, track_[i], odds))
-                  : space_odds(evidence.points_m()[i]);
-      if (!matched && now <= 0) continue;
-      seen_[i] = 1;
-      own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
-    }
-  }
+  void weigh_misses(const Evidence& evidence);
   double sigma_px(int gap) const {
     return (gap == 1 ? step_scale_ : track_scale_) * chained_noise_px(static_cast<std::size_t>(gap));
   }
   float odds_of(const Evidence& evidence, std::size_t i, const Measured& measured,
-                const MovingOdds& odds) const {
-    if (measured.gap == 0) return kLeastOdds;
-    const cv::Point3f& now_m = evidence.points_m()[i];
-    const RigidResidual r = models_[static_cast<std::size_t>(measured.gap - 1)](measured.then_m, now_m);
-    if (!r.valid) return kLeastOdds;
-    MovingOddsInput in;
-    in.chi2 = static_cast<double>(r.chi2);
-    in.miss_px = static_cast<double>(r.image_px);
-    in.sigma_px = sigma_px(measured.gap);
-    in.sigma_depth_m = noise(1).depth_noise.sigma_m(static_cast<double>(now_m.z));
-    in.px_per_m = evidence.frame().camera->fx_px / static_cast<double>(now_m.z);
-    in.elapsed_s = elapsed_s(static_cast<std::size_t>(measured.gap));
-    return std::clamp(static_cast<float>(odds(in)), kLeastOdds, kMostOdds);
-  }
+                const MovingOdds& odds) const;
 
   // ---- free space
   /// What the last frame saw, and the oldest one within the window.
-  void open_views(const Evidence& evidence) {
-    views_.clear();
-    const std::size_t oldest = std::min(unbroken_, camera_poses_.size() - 1);
-    if (oldest > 0) open_view(evidence, 1);
-    if (oldest > 1) open_view(evidence, oldest);
-  }
-  void open_view(const Evidence& evidence, std::size_t gap) {
-    const PastFrame* frame = evidence.kept_frame(frame_ids_[gap]);
-    if (frame == nullptr) return;
-    FreeSpaceView::Model model;
-    model.moving_share = params_.moving_share;
-    model.sigma_px = sigma_px(static_cast<int>(gap));
-    model.depth_noise = noise(model.sigma_px).depth_noise;
-    views_.emplace_back(*evidence.frame().camera, frame->depth, frame->depth_unit_m, between(gap, 0), model);
-  }
+  void open_views(const Evidence& evidence);
+  void open_view(const Evidence& evidence, std::size_t gap);
   /// The place of a feature that was not matched may have been free. 0: no view says so.
-  float space_odds(const cv::Point3f& point_m) const {
-    double most = 0;
-    for (const FreeSpaceView& view : views_) most = std::max(most, view.odds(point_m));
-    return std::min(static_cast<float>(most), kMostOdds);
-  }
+  float space_odds(const cv::Point3f& point_m) const;
 
   // ---- neighbours
-  void add_neighbours(const Evidence& evidence) {
-    evidence_.clear();
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (seen_[i] != 0) evidence_.add(evidence.pixels()[i], evidence.depths_m()[i], own_[i]);
-    evidence_.build(static_cast<float>(params_.neighbour_px));
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      belief_[i] = own_[i] + mean_around(evidence, i);
-      if (evidence.prior(i)) belief_[i] += static_cast<float>(params_.prior_suspicion);
-    }
-  }
+  void add_neighbours(const Evidence& evidence);
   /// Mean evidence of the neighbours, near ones first.
-  float mean_around(const Evidence& evidence, std::size_t i) const {
-    const cv::Point2f& px = evidence.pixels()[i];
-    const float depth_m = evidence.depths_m()[i];
-    const float unseen = std::isnan(depth_m) ? kBlindReach : kUnseenReach;
-    const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : unseen);
-    NeighbourField::Sum sum = evidence_.around(px, depth_m, reach, static_cast<float>(params_.neighbour_m));
-    if (seen_[i] != 0 && PointGrid::usable(px)) sum.values -= own_[i], sum.weights -= 1;  // itself
-    const float trust = std::isnan(depth_m) ? kBlindTrust : 1.0F;
-    return trust * sum.values / (trust * sum.weights + kOwnWeight);
-  }
+  float mean_around(const Evidence& evidence, std::size_t i) const;
 
   /// A core moves, and so do most of its neighbours: a mismatch is alone.
-  void find_cores(const Evidence& evidence) {
-    moving_.clear();
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (seen_[i] != 0) moving_.add(evidence.pixels()[i], evidence.depths_m()[i], own_[i] > 0 ? 1.0F : 0.0F);
-    moving_.build(kSupportReach_px);
-    cores_.clear();
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (seen_[i] != 0 && belief_[i] > 0 && supported(evidence, i))
-        cores_.add(evidence.pixels()[i], evidence.depths_m()[i], 1);
-    cores_.build(kCoreReach_px);
-  }
-  bool supported(const Evidence& evidence, std::size_t i) const {
-    const NeighbourField::Sum sum =
-        moving_.around(evidence.pixels()[i], evidence.depths_m()[i], kSupportReach_px, kSupportReach_m);
-    const float moving = sum.values - (own_[i] > 0 ? 1.0F : 0.0F), all = sum.weights - 1;  // without itself
-    return moving >= kMinSupport && moving >= kMinSupportShare * all;
-  }
+  void find_cores(const Evidence& evidence);
+  bool supported(const Evidence& evidence, std::size_t i) const;
   bool near_core(const Evidence& evidence, std::size_t i) const {
     return cores_.around(evidence.pixels()[i], evidence.depths_m()[i], kCoreReach_px, kCoreReach_m).weights >
            0;
   }
 
-  void cast(const Evidence& evidence, std::size_t i, Votes& votes) const {
-    const float limit = seen_[i] != 0 ? certainty(evidence, i) : doubt(evidence, i);
-    if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score(i));
-    const bool supported = evidence.prior(i) || near_core(evidence, i);
-    votes.cast(i, supported ? Vote::Dynamic : Vote::Unknown, score(i));
-  }
+  void cast(const Evidence& evidence, std::size_t i, Votes& votes) const;
 
   /// What a feature with evidence must exceed: the odds against motion in this frame. A world where hardly
   /// anything moves is left alone; where most features move, the slightest evidence counts.
-  void set_certainty() {
-    double moving = 0, all = 0;
-    for (std::size_t i = 0; i < belief_.size(); ++i)
-      if (seen_[i] != 0) moving += belief_[i] > 0 ? 1 : 0, all += 1;
-    const double share = std::clamp(all > 0 ? moving / all : 0.0, params_.moving_share, 0.5);
-    certainty_ = static_cast<float>(std::log((1 - share) / share));
-  }
+  void set_certainty();
   /// A detector's word is enough beside any evidence.
   float certainty(const Evidence& evidence, std::size_t i) const {
     return evidence.prior(i) ? 0 : certainty_;
   }
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
   /// suspects it can look at; without one the neighbours must speak for motion.
-  float doubt(const Evidence& evidence, std::size_t i) const {
-    const bool blind = std::isnan(evidence.depths_m()[i]);
-    if (!evidence.prior(i)) return blind ? kBlindDoubt : kUnseenDoubt;
-    return blind ? static_cast<float>(params_.prior_suspicion) : 0.0F;
-  }
+  float doubt(const Evidence& evidence, std::size_t i) const;
 
   Params params_;
   const FeatureTracks* tracks_ = nullptr;  ///< of the current frame
@@ -547,3 +238,7 @@ class BackgroundMotionFilter final : public Filter {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/filters/detail/background_motion-inl.hpp>
+#endif

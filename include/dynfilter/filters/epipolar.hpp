@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include <dynfilter/core/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/geometry/epipolar_distance.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
-#include <dynfilter/geometry/two_view.hpp>
-#include <optional>
+#include <dynfilter/geometry/two_view_model.hpp>
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 
@@ -34,29 +36,7 @@ struct EpipolarParams {
   bool keyframe = false;
   int gap_frames = 1;
 
-  static const FieldTable<EpipolarParams>& fields() {
-    using P = EpipolarParams;
-    static const FieldTable<P> table{
-        real("max_distance_px", &P::max_distance_px, "px", {0, 1000},
-             "largest distance of a static feature (xi of RTS-SLAM)"),
-        choice("model", &P::model,
-               {{"auto", EpipolarModel::Auto}, {"fundamental", EpipolarModel::Fundamental}},
-               "auto selects F, H or no model from the seeds; fundamental always uses F, as published"),
-        choice("distance", &P::distance,
-               {{"line", EpipolarDistance::Line}, {"sampson", EpipolarDistance::Sampson}},
-               "line is the distance from the epipolar line (eq. 4); sampson is the first-order distance in "
-               "both images"),
-        flag("measured_noise", &P::measured_noise,
-             "raises max_distance_px in frames whose matches have more than 1/3 px of noise, in proportion "
-             "to it"),
-        integer(
-            "min_seeds", &P::min_seeds, "features", {7, 100000},
-            "with this many seeds or fewer, and with suspects, the model is fitted on all features (N_th)"),
-        flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
-    };
-    return table;
-  }
+  static const FieldTable<EpipolarParams>& fields();
 };
 
 /// Rejects features away from their epipolar lines
@@ -83,61 +63,24 @@ class EpipolarFilter final : public Filter {
   static constexpr const char* kName = "epipolar";
   static constexpr const char* kSummary = "features off their epipolar lines";
 
-  explicit EpipolarFilter(Params params = Params()) : params_(params) { check_parameters(params_, kName); }
+  explicit EpipolarFilter(Params params = Params());
 
   std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, params_.gap_frames}; }
 
-  void apply(const Evidence& evidence, Votes& votes) override {
-    const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return votes.note("no earlier frame");
-    if (!collect_seeds(evidence, match)) return votes.note("model: none, too few seeds");
-    const TwoViewModel& model = evidence.two_view(match, seeds_);
-    note_model(model, votes);
-    const bool by_model = params_.model == EpipolarModel::Auto && params_.distance == EpipolarDistance::Line;
-    const bool by_line = !by_model || model.kind == TwoViewKind::Fundamental;
-    limit_px_ = params_.max_distance_px;
-    if (params_.measured_noise && evidence.count_judged() > 0)
-      limit_px_ *= noise_factor(evidence, match, model, by_line, votes);
-    if (by_model)
-      judge_by_model(evidence, match, model, votes);
-    else if (has_fundamental(model))
-      judge_by_fundamental(evidence, match, model, votes);
-  }
+  void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
   /// Algorithm 1, lines 3-13. False if no model is to be fitted.
-  bool collect_seeds(const Evidence& evidence, const Match& match) {
-    evidence.collect_seeds(match, false, seeds_);
-    if (static_cast<int>(seeds_.size()) > params_.min_seeds) return true;
-    if (!evidence.any_prior()) return false;
-    evidence.collect_seeds(match, true, seeds_);
-    return static_cast<int>(seeds_.size()) > params_.min_seeds;
-  }
+  bool collect_seeds(const Evidence& evidence, const Match& match);
 
   static bool has_fundamental(const TwoViewModel& model) { return model.F != Matrix9{}; }
 
-  static void note_model(const TwoViewModel& model, Votes& votes) {
-    votes.note(std::string("model: ") + to_string(model.kind) + " (" + to_string(model.reason) + "), " +
-               std::to_string(model.inliers) + " of " + std::to_string(model.seeds) + " seeds");
-  }
+  static void note_model(const TwoViewModel& model, Votes& votes);
 
   /// What max_distance_px is multiplied by in this frame, at least 1.
   double noise_factor(const Evidence& evidence, const Match& match, const TwoViewModel& model, bool by_line,
-                      Votes& votes) {
-    misses_.clear();
-    for (const int seed : seeds_) {
-      const auto i = static_cast<std::size_t>(seed);
-      const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
-      const cv::Point2f miss_px =
-          by_line ? across_line_px(model, then, now) : beside_point_px(model, then, now);
-      if (std::isfinite(miss_px.x + miss_px.y)) misses_.push_back({evidence.pixels()[i], 1, miss_px, 1});
-    }
-    const std::optional<double> noise_px =
-        neighbour_noise_.whole_scale(misses_, kNeighbours_px, by_line ? MissAxes::One : MissAxes::Two);
-    if (!noise_px) votes.note("noise: not measured, too few neighbours");
-    return std::max(1.0, noise_px.value_or(0) / kUsualNoise_px);
-  }
+                      Votes& votes);
   static cv::Point2f across_line_px(const TwoViewModel& model, cv::Point2f then, cv::Point2f now) {
     return {static_cast<float>(epipolar_offset_px(model.F, then, now)), 0};
   }
@@ -146,28 +89,10 @@ class EpipolarFilter final : public Filter {
   }
 
   void judge_by_model(const Evidence& evidence, const Match& match, const TwoViewModel& model,
-                      Votes& votes) const {
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      if (!evidence.judged(i) || !match.found(i)) continue;
-      const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
-      const TwoViewVerdict verdict = judge(model, then, now, limit_px_);
-      if (verdict == TwoViewVerdict::CannotSay) continue;
-      votes.cast(i, verdict == TwoViewVerdict::Inconsistent ? Vote::Dynamic : Vote::Static,
-                 suspicion(distance_px(model, then, now), limit_px_));
-    }
-  }
+                      Votes& votes) const;
 
   void judge_by_fundamental(const Evidence& evidence, const Match& match, const TwoViewModel& model,
-                            Votes& votes) const {
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      if (!evidence.judged(i) || !match.found(i)) continue;
-      const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
-      const double d = params_.distance == EpipolarDistance::Line ? epipolar_distance_px(model.F, then, now)
-                                                                  : sampson_distance_px(model.F, then, now);
-      if (std::isnan(d)) continue;
-      votes.cast(i, d > limit_px_ ? Vote::Dynamic : Vote::Static, suspicion(d, limit_px_));
-    }
-  }
+                            Votes& votes) const;
 
   static constexpr float kNeighbours_px = 30;        ///< whose misses are compared
   static constexpr double kUsualNoise_px = 1.0 / 3;  ///< then 1 px, xi of RTS-SLAM, is three deviations
@@ -180,3 +105,7 @@ class EpipolarFilter final : public Filter {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/filters/detail/epipolar-inl.hpp>
+#endif

@@ -2,18 +2,20 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
+#include <dynfilter/core/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/camera_motion.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_misses.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
-#include <dynfilter/geometry/rigid_residual.hpp>
+#include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -44,41 +46,7 @@ struct TrajectoryConsistencyParams {
   int gap_frames = 1;
   MotionSource motion = MotionSource::Seeds;
 
-  static const FieldTable<TrajectoryConsistencyParams>& fields() {
-    using P = TrajectoryConsistencyParams;
-    static const FieldTable<P> table{
-        choice("mode", &P::mode,
-               {{"rigid", TrajectoryMode::Rigid}, {"displacement", TrajectoryMode::Displacement}},
-               "rigid compares with the position that the motion predicts; displacement compares lengths "
-               "only, as published"),
-        choice("threshold", &P::threshold,
-               {{"noise", TrajectoryThreshold::Noise}, {"metric", TrajectoryThreshold::Metric}},
-               "noise tests chi-square under the depth camera's noise; metric tests against alpha_m + beta * "
-               "depth"),
-        real("max_chi2", &P::max_chi2, "", {0, 1e6},
-             "threshold noise: largest chi-square of a static feature, 3 degrees of freedom"),
-        real("pixel_sigma_px", &P::pixel_sigma_px, "px", {0.01, 100},
-             "threshold noise: standard deviation of a correspondence, per axis"),
-        real("depth_sigma_factor", &P::depth_sigma_factor, "", {0.01, 100},
-             "threshold noise: factor on the standard deviation of the depth noise model"),
-        flag("measured_noise", &P::measured_noise,
-             "threshold noise: raises both to what this frame's matches show, and refits the motion with "
-             "them"),
-        real("alpha_m", &P::alpha_m, "m", {0, 10}, "threshold metric: tolerance at depth 0"),
-        real("beta", &P::beta, "m/m", {0, 10},
-             "threshold metric: growth of the tolerance per metre of depth"),
-        real("min_displacement_m", &P::min_displacement_m, "m", {0, 100},
-             "smallest displacement of a dynamic feature in mode rigid, for any threshold"),
-        real("max_displacement_m", &P::max_displacement_m, "m", {0, 100},
-             "largest displacement that mode rigid judges, because larger ones are likely mismatches; 0: no "
-             "limit"),
-        real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "largest depth of a feature that is judged"),
-        flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
-        motion_source("motion", &P::motion),
-    };
-    return table;
-  }
+  static const FieldTable<TrajectoryConsistencyParams>& fields();
 };
 
 /// Rejects features whose 3-D motion differs from the camera's (RTS-SLAM sec. 3.4).
@@ -104,53 +72,26 @@ class TrajectoryConsistencyFilter final : public Filter {
   static constexpr const char* kName = "trajectory_consistency";
   static constexpr const char* kSummary = "features whose 3-D motion differs from the camera's";
 
-  explicit TrajectoryConsistencyFilter(Params params = Params()) : params_(params) {
-    check_parameters(params_, kName);
-  }
+  explicit TrajectoryConsistencyFilter(Params params = Params());
 
   std::string name() const override { return kName; }
   Needs needs() const override {
     return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, params_.gap_frames};
   }
 
-  void apply(const Evidence& evidence, Votes& votes) override {
-    const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
-    if (match.reference == nullptr) return votes.note("no earlier frame");
-    const std::optional<RigidMotion> motion = camera_motion(evidence, match, params_.motion, votes, seeds_);
-    if (!motion) return;
-    if (params_.mode == TrajectoryMode::Displacement)
-      judge_displacement(evidence, match, *motion, votes);
-    else
-      judge_rigid(evidence, match, *motion, votes);
-  }
+  void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
-  bool judgeable(const Evidence& evidence, const Match& match, std::size_t i) const {
-    if (!evidence.judged(i) || !match.found(i) || !match.valid_depth(i)) return false;
-    const double z = static_cast<double>(evidence.points_m()[i].z);
-    return z <= params_.max_depth_m && static_cast<double>(match.reference_depth_m[i]) <= params_.max_depth_m;
-  }
+  bool judgeable(const Evidence& evidence, const Match& match, std::size_t i) const;
 
   double limit_m(const Match& match, const cv::Point3f& now, std::size_t i) const {
     return params_.alpha_m + params_.beta * static_cast<double>(std::min(match.reference_depth_m[i], now.z));
   }
 
   void judge_displacement(const Evidence& evidence, const Match& match, const RigidMotion& motion,
-                          Votes& votes) const {
-    const double camera_m = motion.T_current_reference.t().norm();
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      if (!judgeable(evidence, match, i)) continue;
-      const cv::Point3f& now = evidence.points_m()[i];
-      const double point_m = cv::norm(now - match.reference_points_m[i]);
-      cast(votes, i, std::abs(point_m - camera_m), limit_m(match, now, i));
-    }
-  }
+                          Votes& votes) const;
 
-  void judge_rigid(const Evidence& evidence, const Match& match, const RigidMotion& motion, Votes& votes) {
-    if (params_.threshold == TrajectoryThreshold::Metric) return judge_metric(evidence, match, motion, votes);
-    if (params_.measured_noise) return judge_measured(evidence, match, motion, votes);
-    judge_noise(evidence, match, motion, {params_.pixel_sigma_px, params_.depth_sigma_factor}, votes);
-  }
+  void judge_rigid(const Evidence& evidence, const Match& match, const RigidMotion& motion, Votes& votes);
 
   /// Standard deviations: of a correspondence, and of a depth in units of the sensor's model.
   struct Noise {
@@ -158,86 +99,24 @@ class TrajectoryConsistencyFilter final : public Filter {
   };
 
   void judge_noise(const Evidence& evidence, const Match& match, const RigidMotion& motion,
-                   const Noise& sigma, Votes& votes) const {
-    RigidResidualNoise noise;
-    noise.pixel_sigma_px = sigma.pixel_px;
-    noise.depth_noise = DepthNoise().scaled(sigma.depth_factor);
-    const bool fitted = motion.inliers > 0;
-    const RigidResidualModel residual(*evidence.frame().camera, motion.T_current_reference, noise,
-                                      fitted ? motion.covariance.data() : nullptr);
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      if (!judgeable(evidence, match, i)) continue;
-      const RigidResidual r = residual(match.reference_points_m[i], evidence.points_m()[i]);
-      if (r.valid && possible(displacement_m(motion, match, evidence, i), votes, i))
-        cast(votes, i, static_cast<double>(r.chi2), params_.max_chi2);
-    }
-  }
+                   const Noise& sigma, Votes& votes) const;
 
   /// Noise and motion depend on each other: a fit under too little noise follows the errors of the depths.
-  void judge_measured(const Evidence& evidence, const Match& match, RigidMotion motion, Votes& votes) {
-    if (evidence.count_judged() == 0) return;
-    collect_measured(evidence, match, motion);
-    std::optional<Noise> noise = measure(evidence, match, motion);
-    for (int k = 0; k < kRefits && noise && motion.inliers > 0; ++k) {
-      fit_under(*noise, evidence, match, motion);
-      noise = measure(evidence, match, motion);
-    }
-    if (!noise) votes.note("noise: not measured, too few neighbours");
-    Noise used = noise.value_or(Noise{0, 0});
-    used.pixel_px = std::max(used.pixel_px, params_.pixel_sigma_px);
-    used.depth_factor = std::max(used.depth_factor, params_.depth_sigma_factor);
-    judge_noise(evidence, match, motion, used, votes);
-  }
+  void judge_measured(const Evidence& evidence, const Match& match, RigidMotion motion, Votes& votes);
   /// The features that the motion was fitted on, with depth in both frames.
-  void collect_measured(const Evidence& evidence, const Match& match, const RigidMotion& motion) {
-    if (motion.inliers == 0) evidence.collect_seeds(match, false, seeds_);  // the host's
-    const auto flat = [&](int seed) {
-      const auto i = static_cast<std::size_t>(seed);
-      return !valid_depth(match.reference_points_m[i].z) || !valid_depth(evidence.points_m()[i].z);
-    };
-    seeds_.erase(std::remove_if(seeds_.begin(), seeds_.end(), flat), seeds_.end());
-  }
-  std::optional<Noise> measure(const Evidence& evidence, const Match& match, const RigidMotion& motion) {
-    misses_.measure(*evidence.frame().camera, motion.T_current_reference,
-                    {match.reference_points_m, evidence.points_m(), evidence.pixels()}, seeds_);
-    const std::optional<double> pixel_px = neighbour_noise_.whole_scale(misses_.misses(), kNeighbours_px);
-    if (!pixel_px) return std::nullopt;
-    return Noise{*pixel_px, misses_.depth_factor()};
-  }
-  void fit_under(const Noise& noise, const Evidence& evidence, const Match& match, RigidMotion& motion) {
-    RigidMotionOptions& options = refit_.options();
-    options.pixel_sigma_px = std::max(noise.pixel_px, RigidMotionOptions().pixel_sigma_px);
-    options.depth_noise = DepthNoise().scaled(noise.depth_factor);
-    const RigidMotion finer = refit_.refine(*evidence.frame().camera, match.reference_points_m,
-                                            evidence.points_m(), seeds_, motion.T_current_reference);
-    if (finer.ok) motion = finer;
-  }
+  void collect_measured(const Evidence& evidence, const Match& match, const RigidMotion& motion);
+  std::optional<Noise> measure(const Evidence& evidence, const Match& match, const RigidMotion& motion);
+  void fit_under(const Noise& noise, const Evidence& evidence, const Match& match, RigidMotion& motion);
 
   void judge_metric(const Evidence& evidence, const Match& match, const RigidMotion& motion,
-                    Votes& votes) const {
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      if (!judgeable(evidence, match, i)) continue;
-      const double moved_m = displacement_m(motion, match, evidence, i);
-      if (possible(moved_m, votes, i)) cast(votes, i, moved_m, limit_m(match, evidence.points_m()[i], i));
-    }
-  }
+                    Votes& votes) const;
 
   /// d_D = |R P_r + t - P_t|.
   static double displacement_m(const RigidMotion& motion, const Match& match, const Evidence& evidence,
-                               std::size_t i) {
-    const Pose& T = motion.T_current_reference;
-    const cv::Point3f &then = match.reference_points_m[i], &now = evidence.points_m()[i];
-    return (T.R() * Eigen::Vector3d(then.x, then.y, then.z) + T.t() - Eigen::Vector3d(now.x, now.y, now.z))
-        .norm();
-  }
+                               std::size_t i);
   /// True if the displacement is within the range of an object.
   /// Votes Static if it is smaller.
-  bool possible(double moved_m, Votes& votes, std::size_t i) const {
-    if (params_.max_displacement_m > 0 && moved_m > params_.max_displacement_m) return false;
-    if (moved_m >= params_.min_displacement_m) return true;
-    votes.cast(i, Vote::Static, suspicion(moved_m, params_.min_displacement_m));
-    return false;
-  }
+  bool possible(double moved_m, Votes& votes, std::size_t i) const;
 
   static void cast(Votes& votes, std::size_t i, double distance, double limit) {
     votes.cast(i, distance > limit ? Vote::Dynamic : Vote::Static, suspicion(distance, limit));
@@ -254,3 +133,7 @@ class TrajectoryConsistencyFilter final : public Filter {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/filters/detail/trajectory_consistency-inl.hpp>
+#endif
