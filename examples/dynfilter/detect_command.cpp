@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/io/text_lines.hpp>
 #include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/image_file.hpp>
 
