@@ -1,7 +1,7 @@
 // The dense map, drawn point by point into a picture, and turned with the mouse or the keyboard.
 
 const TURN_PER_PIXEL = 0.008, TURN_PER_KEY = 0.15;
-const START_TURN = 0.35, START_TILT = 0.55, START_DISTANCE = 1.25; // radians; of the radius of most points
+const START_TURN = 0.35, START_TILT = 0.55, START_DISTANCE = 1.4; // radians; of the radius of most points
 const CEILING_ABOVE_M = 0.5; // points so far above the cameras
 const MAP_LENS = 1.1; // focal length over half the picture's height
 
@@ -28,7 +28,7 @@ function unit(v) {
   return scaled(v, 1 / Math.hypot(...v));
 }
 
-/** Points relative to their middle, and how far 90 % of them are from it. */
+/** Points relative to their middle. */
 function mapPoints(map) {
   const steps = new Uint16Array(bytesOf(map.xyz).buffer);
   const points = new Float32Array(steps.length);
@@ -37,13 +37,8 @@ function mapPoints(map) {
     for (let i = a; i < steps.length; i += 3) values.push(steps[i]);
     return map.low_m[a] + map.step_m * median(values);
   });
-  const distances = [];
-  for (let i = 0; i < steps.length; i += 3) {
-    for (let a = 0; a < 3; ++a) points[i + a] = map.low_m[a] + map.step_m * steps[i + a] - middle[a];
-    distances.push(Math.hypot(points[i], points[i + 1], points[i + 2]));
-  }
-  distances.sort((a, b) => a - b);
-  return { points, colours: bytesOf(map.rgb), middle, radius: Math.max(0.1, distances[Math.floor(0.9 * (distances.length - 1))]) };
+  for (let i = 0; i < steps.length; ++i) points[i] = map.low_m[i % 3] + map.step_m * steps[i] - middle[i % 3];
+  return { points, colours: bytesOf(map.rgb), middle };
 }
 
 class MapView {
@@ -70,9 +65,10 @@ class MapView {
     if (this.source !== map) {
       this.source = map;
       Object.assign(this, mapPoints(map), { tilt: START_TILT });
-      this.distance = START_DISTANCE * this.radius;
       this.up = unit(map.up);
       this.faceFrom(store.focus);
+      this.radius = this.shownRadius();
+      this.distance = START_DISTANCE * this.radius;
     }
     this.canvas.setAttribute("aria-label", `Map of ${map.points} points. Arrow keys turn it, plus and minus zoom.`);
     this.text.textContent = `${map.shown.toLocaleString("en")} of ${map.points.toLocaleString("en")} points. ` +
@@ -93,6 +89,14 @@ class MapView {
     this.hidesCeiling = above > 0 && above < this.points.length / 6; // else it is no room
     this.switch.hidden = !this.hidesCeiling;
     this.box.checked = !this.hidesCeiling;
+  }
+  /** How far 90 % of the shown points are from the middle. */
+  shownRadius() {
+    const distances = [];
+    for (let i = 0; i < this.points.length; i += 3)
+      if (!this.hidesCeiling || this.height(i) <= this.ceiling) distances.push(Math.hypot(this.points[i], this.points[i + 1], this.points[i + 2]));
+    distances.sort((a, b) => a - b);
+    return Math.max(0.1, distances[Math.floor(0.9 * (distances.length - 1))]);
   }
   /** How many points are above the cameras by much. */
   above() {
