@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/image_file.hpp>
 
