@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <dynfilter/io/text_lines.hpp>
+#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/image_file.hpp>
 

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/lucas_kanade.hpp>
+#include <dynfilter/correspondence/patch_kernels_avx2.hpp>
+#include <dynfilter/correspondence/short_vector.hpp>
 #include <limits>
 #include <opencv2/video/tracking.hpp>
 #include <random>

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <opencv2/core.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -27,22 +27,9 @@ struct Clusters {
   std::vector<std::uint8_t> core;   ///< 1 for core points, else 0
   int count = 0;
 
-  void reset(std::size_t n) {
-    label.assign(n, kNoise);
-    core.assign(n, 0);
-    count = 0;
-  }
+  void reset(std::size_t n);
   /// Renumbers the clusters in the order of their first points. Labels must be below `names`.
-  void renumber(std::size_t names) {
-    numbers_.assign(names, kNoise);
-    count = 0;
-    for (std::int32_t& l : label) {
-      if (l < 0) continue;
-      std::int32_t& number = numbers_[static_cast<std::size_t>(l)];
-      if (number < 0) number = count++;
-      l = number;
-    }
-  }
+  void renumber(std::size_t names);
 
  private:
   std::vector<std::int32_t> numbers_;
@@ -68,10 +55,7 @@ inline float squared_radius(double radius_m) {
 /// The smaller root becomes the parent, so the result does not depend on the order of unions.
 class DisjointSets {
  public:
-  void reset(std::size_t n) {
-    parent_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<std::uint32_t>(i);
-  }
+  void reset(std::size_t n);
   std::uint32_t find(std::uint32_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
@@ -90,3 +74,7 @@ class DisjointSets {
 }  // namespace detail
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/cluster/detail/clusters-inl.hpp>
+#endif

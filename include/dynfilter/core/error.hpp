@@ -17,8 +17,7 @@ class Error : public std::runtime_error {
 /// A configuration that cannot be used. Names the YAML path and what was expected there.
 class ConfigError : public Error {
  public:
-  ConfigError(const std::string& path, const std::string& message)
-      : Error(path.empty() ? message : path + ": " + message), path_(path) {}
+  ConfigError(const std::string& path, const std::string& message);
   const std::string& path() const noexcept { return path_; }
 
  private:
@@ -38,3 +37,7 @@ class IoError : public Error {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/core/detail/error-inl.hpp>
+#endif

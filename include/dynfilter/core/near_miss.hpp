@@ -1,58 +1,26 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cctype>
 #include <cstddef>
 #include <string>
 #include <vector>
 
 namespace dynfilter {
 
-inline std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
+std::string lower_case(std::string text);
 
 /// Number of letters to change, add, remove or swap with a neighbour to turn `a` into `b`.
 /// This is the optimal string alignment distance. Case is ignored.
-inline std::size_t edit_distance(const std::string& a, const std::string& b) {
-  const std::string x = lower_case(a), y = lower_case(b);
-  std::vector<std::size_t> before(y.size() + 1), last(y.size() + 1), row(y.size() + 1);
-  for (std::size_t j = 0; j <= y.size(); ++j) last[j] = j;
-  for (std::size_t i = 1; i <= x.size(); ++i) {
-    row[0] = i;
-    for (std::size_t j = 1; j <= y.size(); ++j) {
-      const std::size_t changed = last[j - 1] + (x[i - 1] == y[j - 1] ? 0 : 1);
-      row[j] = std::min({changed, last[j] + 1, row[j - 1] + 1});
-      if (i > 1 && j > 1 && x[i - 1] == y[j - 2] && x[i - 2] == y[j - 1])
-        row[j] = std::min(row[j], before[j - 2] + 1);
-    }
-    before = last;
-    last = row;
-  }
-  return last[y.size()];
-}
+std::size_t edit_distance(const std::string& a, const std::string& b);
 
 /// The name closest to `word`, if at most a third of its letters differ. Else "".
-inline std::string near_miss(const std::string& word, const std::vector<std::string>& names) {
-  // Longer words match no name, and the distance takes quadratic time.
-  constexpr std::size_t kLongest = 100;
-  std::string nearest;
-  std::size_t least = word.size() / 3 + 1;
-  for (const std::string& name : names) {
-    const std::size_t distance = word.size() > kLongest ? least : edit_distance(word, name);
-    if (distance >= least) continue;
-    least = distance;
-    nearest = name;
-  }
-  return nearest;
-}
+std::string near_miss(const std::string& word, const std::vector<std::string>& names);
 
 /// Suffix for an error message: " (did you mean `limit`?)" or "".
-inline std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
-  const std::string nearest = near_miss(word, names);
-  return nearest.empty() ? "" : " (did you mean `" + nearest + "`?)";
-}
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& names);
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/core/detail/near_miss-inl.hpp>
+#endif

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/field_table.hpp>
-#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <functional>
 #include <string>
@@ -35,19 +35,11 @@ struct Range {
 
 namespace detail {
 
-inline std::string shown(double value) {
-  return number_text(value);
-}
+std::string shown(double value);
 
-inline std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
+std::string joined(const std::vector<std::string>& words);
 
-inline std::string range_text(double min, double max) {
-  return max >= 1e9 ? ">= " + shown(min) : shown(min) + " to " + shown(max);
-}
+std::string range_text(double min, double max);
 
 template <class T>
 std::string shown_list(const std::vector<T>& values) {
@@ -226,3 +218,7 @@ std::vector<FieldInfo> describe_parameters(const P& defaults = P()) {
 }
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/core/detail/parameters-inl.hpp>
+#endif

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
-#include <cmath>
 
 namespace dynfilter {
 
@@ -48,16 +47,13 @@ inline Pose operator*(const Pose& T_a_b, const Pose& T_b_c) {
 
 /// True if all entries are finite and the rotation is orthonormal and right-handed within
 /// `tolerance`.
-inline bool is_rigid(const Pose& T_a_b, double tolerance = 1e-3) {
-  for (const double value : T_a_b.rotation)
-    if (!std::isfinite(value)) return false;
-  for (const double value : T_a_b.translation_m)
-    if (!std::isfinite(value)) return false;
-  const Eigen::Matrix3d R = T_a_b.R(), off = R * R.transpose() - Eigen::Matrix3d::Identity();
-  return off.cwiseAbs().maxCoeff() <= tolerance && R.col(0).cross(R.col(1)).dot(R.col(2)) > 0;
-}
+bool is_rigid(const Pose& T_a_b, double tolerance = 1e-3);
 
 /// Source of a pose. A filter must trust a prediction less than an estimate.
 enum class PoseProvenance { None, Predicted, Estimated, Refined };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/core/detail/pose-inl.hpp>
+#endif

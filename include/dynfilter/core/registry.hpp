@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/yaml.hpp>
 #include <functional>
 #include <map>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -32,12 +34,7 @@ class Registry {
   };
 
   /// Throws ConfigError if the name is taken.
-  void add(Entry entry) {
-    const std::string name = entry.card.name;
-    if (name.empty()) throw ConfigError("", "a filter without a name cannot be registered");
-    if (!entries_.emplace(name, std::move(entry)).second)
-      throw ConfigError("", "a filter named `" + name + "` is registered already");
-  }
+  void add(Entry entry);
 
   /// F has a struct F::Params with fields(), a constructor F(Params)
   /// and the constants F::kName and F::kSummary.
@@ -49,18 +46,15 @@ class Registry {
          }});
   }
 
-  const Entry* find(const std::string& name) const {
-    const auto it = entries_.find(name);
-    return it == entries_.end() ? nullptr : &it->second;
-  }
-  std::vector<std::string> names() const {
-    std::vector<std::string> result;
-    for (const auto& [name, entry] : entries_) result.push_back(name);
-    return result;
-  }
+  const Entry* find(const std::string& name) const;
+  std::vector<std::string> names() const;
 
  private:
   std::map<std::string, Entry> entries_;
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/core/detail/registry-inl.hpp>
+#endif

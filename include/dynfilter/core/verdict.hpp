@@ -69,19 +69,14 @@ struct Verdict {
 
   std::size_t size() const { return decision.size(); }
   bool keep(std::size_t i) const { return decision[i] != Vote::Dynamic; }
-  std::size_t kept() const {
-    std::size_t n = 0;
-    for (const Vote vote : decision) n += vote != Vote::Dynamic ? 1 : 0;
-    return n;
-  }
+  std::size_t kept() const;
   /// Names of the stages that voted feature i dynamic, e.g. "epipolar+trajectory_consistency".
   /// "" if none did.
-  std::string reason(std::size_t i) const {
-    std::string text;
-    for (std::size_t k = 0; k < report.stages.size() && k < 64; ++k)
-      if ((reasons[i] >> k & 1U) != 0) text += (text.empty() ? "" : "+") + report.stages[k].name;
-    return text;
-  }
+  std::string reason(std::size_t i) const;
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/core/detail/verdict-inl.hpp>
+#endif

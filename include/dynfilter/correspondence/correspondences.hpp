@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <opencv2/core.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -20,12 +21,7 @@ struct Correspondences {
   std::vector<std::int32_t> reference_index;
 
   /// Resizes to n entries, none found. Reuses memory.
-  void reset(std::size_t n) {
-    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-    reference_px.assign(n, {kNan, kNan});
-    found.assign(n, 0);
-    reference_index.assign(n, -1);
-  }
+  void reset(std::size_t n);
   void set(std::size_t i, const cv::Point2f& px, std::int32_t index = -1) {
     reference_px[i] = px;
     found[i] = 1;
@@ -60,3 +56,7 @@ inline bool inside(const cv::Point2f& p, const cv::Size& size, float border_px) 
 }  // namespace detail
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/correspondence/detail/correspondences-inl.hpp>
+#endif

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <cstring>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/field_table.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/descriptor_match_params.hpp>
 #include <limits>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -23,17 +21,7 @@ namespace detail {
 class DescriptorWords {
  public:
   /// Returns false if `descriptors` is not CV_8UC1 with `rows` rows.
-  bool assign(const cv::Mat& descriptors, std::size_t rows) {
-    if (descriptors.empty() || descriptors.type() != CV_8UC1 ||
-        static_cast<std::size_t>(descriptors.rows) != rows)
-      return false;
-    const auto bytes = static_cast<std::size_t>(descriptors.cols);
-    stride_ = (bytes + 7) / 8;
-    words_.assign(rows * stride_, 0);
-    for (std::size_t r = 0; r < rows; ++r)
-      std::memcpy(&words_[r * stride_], descriptors.ptr(static_cast<int>(r)), bytes);
-    return true;
-  }
+  bool assign(const cv::Mat& descriptors, std::size_t rows);
   const std::uint64_t* row(std::size_t i) const { return &words_[i * stride_]; }
   std::size_t stride() const { return stride_; }
 
@@ -43,27 +31,9 @@ class DescriptorWords {
 };
 
 /// Counts the bits of four words at once, without the popcnt instruction.
-inline int hamming_256(const std::uint64_t* a, const std::uint64_t* b) {
-  constexpr std::uint64_t k5 = 0x5555555555555555U, k3 = 0x3333333333333333U, kF = 0x0F0F0F0F0F0F0F0FU;
-  std::uint64_t bytes = 0;
-  for (int pair = 0; pair < 4; pair += 2) {
-    std::uint64_t x = a[pair] ^ b[pair], y = a[pair + 1] ^ b[pair + 1];
-    x -= (x >> 1U) & k5;
-    y -= (y >> 1U) & k5;
-    x = (x & k3) + ((x >> 2U) & k3) + (y & k3) + ((y >> 2U) & k3);  // nibbles of at most 8
-    bytes += (x & kF) + ((x >> 4U) & kF);                           // bytes of at most 32
-  }
-  // The sum of bytes up to 32 may reach 256, which overflows a byte. Sums use 16 bits.
-  bytes = (bytes & 0x00FF00FF00FF00FFU) + ((bytes >> 8U) & 0x00FF00FF00FF00FFU);
-  return static_cast<int>((bytes * 0x0001000100010001U) >> 48U);
-}
+int hamming_256(const std::uint64_t* a, const std::uint64_t* b);
 
-inline int hamming_64(std::uint64_t x) {
-  x -= (x >> 1U) & 0x5555555555555555U;
-  x = (x & 0x3333333333333333U) + ((x >> 2U) & 0x3333333333333333U);
-  x = (x + (x >> 4U)) & 0x0F0F0F0F0F0F0F0FU;
-  return static_cast<int>((x * 0x0101010101010101U) >> 56U);
-}
+int hamming_64(std::uint64_t x);
 
 inline int hamming(const std::uint64_t* a, const std::uint64_t* b, std::size_t words) {
   int bits = 0;
@@ -87,33 +57,14 @@ struct DescribedFeatures {
 /// Buffers are reused from call to call.
 class DescriptorMatcher {
  public:
-  explicit DescriptorMatcher(const DescriptorMatchParams& params = DescriptorMatchParams())
-      : params_(params) {
-    check_parameters(params_, "descriptor_match");
-  }
+  explicit DescriptorMatcher(const DescriptorMatchParams& params = DescriptorMatchParams());
   const DescriptorMatchParams& params() const { return params_; }
 
   /// `expected_px` is the expected position of each current feature in the reference frame.
   /// NaN means unknown. If the array is empty, the current positions are expected.
   /// Nothing is found if descriptors are missing or differ in length.
   void match(const DescribedFeatures& current, const DescribedFeatures& reference,
-             Span<const cv::Point2f> expected_px, Correspondences& out) {
-    const std::size_t n = current.keypoints.size();
-    out.reset(n);
-    if (!current_words_.assign(current.descriptors, n) ||
-        !reference_words_.assign(reference.descriptors, reference.keypoints.size()) ||
-        current.descriptors.cols != reference.descriptors.cols)
-      return;
-    grid_.build(reference.keypoints, static_cast<float>(params_.search_radius_px) / 2);
-    if (grid_.empty()) return;
-    if (expected_px.size() != n) expected_px = {};
-    forward_.assign(n, Best());
-    backward_.assign(reference.keypoints.size(), Best());
-    for (std::size_t i = 0; i < n; ++i) search(i, current.keypoints[i], expected_px, reference.keypoints);
-    for (std::size_t i = 0; i < n; ++i)
-      if (accepted(i))
-        out.set(i, reference.keypoints[static_cast<std::size_t>(forward_[i].index)].pt, forward_[i].index);
-  }
+             Span<const cv::Point2f> expected_px, Correspondences& out);
 
  private:
   struct Best {
@@ -121,44 +72,13 @@ class DescriptorMatcher {
     int distance = kNone, second = kNone;
     std::int32_t index = -1;
 
-    void offer(int d, std::int32_t i) {
-      if (d < distance) {
-        second = distance;
-        distance = d;
-        index = i;
-      } else if (d < second) {
-        second = d;
-      }
-    }
+    void offer(int d, std::int32_t i);
   };
 
   void search(std::size_t i, const cv::KeyPoint& feature, Span<const cv::Point2f> expected_px,
-              Span<const cv::KeyPoint> reference) {
-    const bool expected = !expected_px.empty() && detail::finite(expected_px[i]);
-    const cv::Point2f centre = expected ? expected_px[i] : feature.pt;
-    if (!PointGrid::usable(centre)) return;
-    const auto radius = static_cast<float>(params_.search_radius_px);
-    const std::uint64_t* words = current_words_.row(i);
-    grid_.around(centre, radius, [&](std::int32_t j) {
-      const cv::KeyPoint& candidate = reference[static_cast<std::size_t>(j)];
-      const float dx = candidate.pt.x - centre.x, dy = candidate.pt.y - centre.y;
-      if (dx * dx + dy * dy > radius * radius) return;
-      if (std::abs(std::int64_t{candidate.octave} - feature.octave) > params_.max_octave_difference) return;
-      const int d =
-          detail::hamming(words, reference_words_.row(static_cast<std::size_t>(j)), current_words_.stride());
-      forward_[i].offer(d, j);
-      backward_[static_cast<std::size_t>(j)].offer(d, static_cast<std::int32_t>(i));
-    });
-  }
+              Span<const cv::KeyPoint> reference);
 
-  bool accepted(std::size_t i) const {
-    const Best& best = forward_[i];
-    if (best.index < 0 || best.distance > params_.max_distance_bits) return false;
-    if (best.second != Best::kNone && !(best.distance < params_.max_ratio * best.second)) return false;
-    if (!params_.mutual) return true;
-    const Best& back = backward_[static_cast<std::size_t>(best.index)];
-    return back.index == static_cast<std::int32_t>(i) && back.distance < back.second;
-  }
+  bool accepted(std::size_t i) const;
 
   DescriptorMatchParams params_;
   detail::DescriptorWords current_words_, reference_words_;
@@ -167,3 +87,7 @@ class DescriptorMatcher {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/correspondence/detail/descriptor_match-inl.hpp>
+#endif

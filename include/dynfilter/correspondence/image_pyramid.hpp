@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <opencv2/core.hpp>
-#include <opencv2/video/tracking.hpp>
-#include <utility>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -18,26 +17,13 @@ class ImagePyramid {
   ImagePyramid() = default;
   ImagePyramid(const ImagePyramid&) = delete;
   ImagePyramid& operator=(const ImagePyramid&) = delete;
-  ImagePyramid(ImagePyramid&& other) noexcept { swap(other); }
-  ImagePyramid& operator=(ImagePyramid&& other) noexcept {
-    swap(other);
-    return *this;
-  }
+  ImagePyramid(ImagePyramid&& other) noexcept;
+  ImagePyramid& operator=(ImagePyramid&& other) noexcept;
 
   /// `grey` is CV_8UC1 of any size; any other type leaves the pyramid empty.
   /// `levels` counts the levels above the image; small images get fewer.
   /// OpenCV's tracker needs `derivatives`.
-  void build(const cv::Mat& grey, int window_px, int levels, bool derivatives = true) {
-    if (grey.empty() || grey.type() != CV_8UC1 || window_px < 3 || levels < 0) {
-      clear();
-      return;
-    }
-    window_px_ = window_px;
-    size_ = grey.size();
-    // Isolated: the border of a region must not contain pixels of the larger image.
-    cv::buildOpticalFlowPyramid(grey, levels_, {window_px, window_px}, levels, derivatives,
-                                cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED, cv::BORDER_CONSTANT, false);
-  }
+  void build(const cv::Mat& grey, int window_px, int levels, bool derivatives = true);
 
   /// Makes the pyramid empty and keeps its memory for the next build.
   void clear() { size_ = cv::Size(); }
@@ -55,11 +41,7 @@ class ImagePyramid {
            levels_.size() == other.levels_.size();
   }
 
-  void swap(ImagePyramid& other) noexcept {
-    std::swap(levels_, other.levels_);
-    std::swap(size_, other.size_);
-    std::swap(window_px_, other.window_px_);
-  }
+  void swap(ImagePyramid& other) noexcept;
 
  private:
   std::vector<cv::Mat> levels_;
@@ -68,3 +50,7 @@ class ImagePyramid {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/correspondence/detail/image_pyramid-inl.hpp>
+#endif

@@ -139,17 +139,17 @@ class MotionSelection {
     for (h = 0; h < in_->motions; ++h) savings_[h] -= in_->prices[h];
   }
   /// Several sums at once, because each waits for its last addition.
-  template <int kFours>
+  template <std::size_t kFours>
   void sum_savings(std::size_t first) {
     Four sum[kFours] = {};
     const Four none{};
     const float *loss = loss_.data() + first, *weights = in_->weights.data();
     for (std::size_t k = 0; k < in_->points; ++k, loss += stride_)
-      for (int p = 0; p < kFours; ++p) {
+      for (std::size_t p = 0; p < kFours; ++p) {
         const Four saved = least_loss_[k] - load(loss + p * kLanes);
         sum[p] += weights[k] * (saved > none ? saved : none);
       }
-    for (int p = 0; p < kFours; ++p) store(sum[p], savings_.data() + first + p * kLanes);
+    for (std::size_t p = 0; p < kFours; ++p) store(sum[p], savings_.data() + first + p * kLanes);
   }
 
   float loss(std::size_t h, std::size_t k) const { return loss_[k * stride_ + h]; }

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/needs.hpp>
+
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <utility>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE Input inputs_of(const FrameView& frame) {
+  Input inputs = Input::None;
+  const auto add = [&](bool there, Input input) {
+    if (there) inputs = inputs | input;
+  };
+  add(!frame.grey.empty(), Input::GreyImage);
+  add(!frame.depth_m.empty() || !frame.depth.empty(), Input::Depth);
+  add(frame.camera.has_value() && frame.camera->valid(), Input::Camera);
+  add(frame.pose_provenance != PoseProvenance::None, Input::Pose);
+  add(frame.detections.has_value(), Input::Detections);
+  add(frame.mask.has_value(), Input::Mask);
+  add(!frame.descriptors.empty(), Input::Descriptors);
+  add(!frame.map_point_ids.empty(), Input::MapPoints);
+  add(!frame.covisible_keyframes.empty(), Input::Keyframes);
+  add(frame.matches.has_value() || !frame.grey.empty() || !frame.descriptors.empty(), Input::Correspondence);
+  return inputs;
+}
+
+DYNFILTER_INLINE std::string to_string(Input inputs) {
+  static constexpr std::pair<Input, const char*> kNames[] = {{Input::GreyImage, "grey image"},
+                                                             {Input::Depth, "depth"},
+                                                             {Input::Camera, "camera"},
+                                                             {Input::Pose, "pose"},
+                                                             {Input::Detections, "boxes"},
+                                                             {Input::Mask, "mask"},
+                                                             {Input::Descriptors, "descriptors"},
+                                                             {Input::MapPoints, "map points"},
+                                                             {Input::Keyframes, "covisible keyframes"},
+                                                             {Input::Correspondence, "correspondences"}};
+  std::string text;
+  for (const auto& [input, name] : kNames) {
+    if ((inputs & input) == Input::None) continue;
+    if (!text.empty()) text += ", ";
+    text += name;
+  }
+  return text.empty() ? "nothing" : text;
+}
+
+}  // namespace dynfilter
