@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/cluster/depth_growth.hpp>
 #include <limits>
+#include <opencv2/core.hpp>
 
 #include "doctest/doctest.h"
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
 #include <dynfilter/core/parameters.hpp>
 
 #include "doctest/doctest.h"
