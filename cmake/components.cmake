@@ -108,7 +108,7 @@ endif()
 dynfilter_component(core OPENCV core LINK Eigen3::Eigen)
 dynfilter_component(correspondence COMPONENTS core OPENCV imgproc video)
 dynfilter_component(geometry COMPONENTS core)
-dynfilter_component(cluster COMPONENTS core)
+dynfilter_component(cluster COMPONENTS core WITHOUT cluster/flann_neighbours)
 # Only cluster/flann_neighbours.hpp needs FLANN, and no filter includes it.
 if(FLANN_FOUND)
   dynfilter_component(flann COMPONENTS cluster LINK FLANN::FLANN HEADERS cluster/flann_neighbours)

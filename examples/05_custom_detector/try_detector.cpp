@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
+#include <exception>
 
 int main(int argc, char** argv) try {
   if (argc != 3) throw dynfilter::Error("usage: try_detector PLUGIN.so DETECTOR.yaml");

@@ -3,6 +3,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/eval/statistics.hpp>
 #include <dynfilter/io/trajectory.hpp>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -5,6 +5,7 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
+#include <utility>
 
 #include <algorithm>
 #include <cmath>

@@ -10,6 +10,7 @@
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
 #include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
 #include <system_error>

@@ -3,6 +3,7 @@
 #include <dynfilter/synth/scene_file.hpp>
 #include <dynfilter/synth/scenes.hpp>
 #include <dynfilter/synth/sequence.hpp>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
 #include <dynfilter/synth/sequence_writer.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <malloc.h>
 #include <dynfilter/pipeline/presets.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include <algorithm>
 #include <cstdlib>

@@ -4,6 +4,7 @@
 // it searches a dense matrix of cell pairs per grid placement row by row.
 // `ratio` is the quotient of the medians in the same run, `equal` the share of equal decisions.
 #include <benchmark/benchmark.h>
+#include <opencv2/core.hpp>
 
 #include <cmath>
 #include <dynfilter/correspondence/grid_motion_statistics.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/eval/classification.hpp>
+#include <opencv2/core.hpp>
 
 #include "doctest/doctest.h"
 

@@ -16,6 +16,7 @@
 #include <fstream>
 #include <iterator>
 #include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"
