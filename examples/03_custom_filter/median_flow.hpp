@@ -70,12 +70,10 @@ class MedianFlowFilter final : public dynfilter::Filter {
   }
 
  private:
-  static cv::Point2f flow(const dynfilter::Evidence& evidence, const dynfilter::Match& match,
-                          std::size_t i) {
+  static cv::Point2f flow(const dynfilter::Evidence& evidence, const dynfilter::Match& match, std::size_t i) {
     return evidence.pixels()[i] - match.correspondences.reference_px[i];
   }
-  float median(const dynfilter::Evidence& evidence, const dynfilter::Match& match,
-               float cv::Point2f::*axis) {
+  float median(const dynfilter::Evidence& evidence, const dynfilter::Match& match, float cv::Point2f::*axis) {
     values_.clear();
     for (const int i : seeds_) values_.push_back(flow(evidence, match, static_cast<std::size_t>(i)).*axis);
     const auto middle = values_.begin() + static_cast<std::ptrdiff_t>(values_.size() / 2);

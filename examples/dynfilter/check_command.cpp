@@ -5,8 +5,8 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
-#include <dynfilter/pipeline/stage.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/stage.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

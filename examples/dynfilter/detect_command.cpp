@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <dynfilter/io/text_lines.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/image_file.hpp>
+#include <dynfilter/io/text_lines.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

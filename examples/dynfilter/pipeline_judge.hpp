@@ -25,8 +25,8 @@ namespace dynfilter::command {
 /// Verdict of the pipeline on one frame over all call points, per extracted feature.
 struct FrameVerdict {
   std::vector<MarkedFeature> features;
-  std::vector<std::string> notes;        ///< of the frame
-  std::vector<std::string> stage_notes;  ///< "stage: note" of skipped or failed stages
+  std::vector<std::string> notes;                          ///< of the frame
+  std::vector<std::string> stage_notes;                    ///< "stage: note" of skipped or failed stages
   std::vector<std::pair<CallPoint, StageReport>> reports;  ///< of all stages, in order
   double correspondence_ms = 0, filters_ms = 0;
 

@@ -3,8 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/eval/classification.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/background_motion.hpp>
 #include <dynfilter/synth/sequence.hpp>
 #include <opencv2/imgproc.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 

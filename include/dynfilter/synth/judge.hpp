@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/synth/exact_scene.hpp>
 #include <dynfilter/synth/exact_scene_frame.hpp>
 

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/evidence/frame_evidence.hpp>
 #include <string>
 
 namespace dynfilter::synth {

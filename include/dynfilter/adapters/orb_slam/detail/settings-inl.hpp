@@ -10,8 +10,8 @@
 #include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/yaml.hpp>
-#include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
+#include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <filesystem>
 #include <system_error>
