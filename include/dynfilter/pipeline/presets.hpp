@@ -25,8 +25,14 @@ struct PresetFolders {
 
 namespace detail {
 
-/// The pipelines that come with the headers: installed ones, or those of the source tree. CMake's targets
-/// say where.
+/// Adds a folder of pipelines that come with dynfilter. A compiled library does not know where it was installed
+/// to: each file that includes this header tells what its CMake target names, before main().
+bool tell_built_in_presets(const char* folder);
+#if defined(DYNFILTER_PIPELINES_DIR) && !defined(DYNFILTER_LIBRARY)
+[[maybe_unused]] static const bool kToldBuiltInPresets = tell_built_in_presets(DYNFILTER_PIPELINES_DIR);
+#endif
+
+/// The folders told: installed pipelines, or those of the source tree.
 std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind);
 
 }  // namespace detail

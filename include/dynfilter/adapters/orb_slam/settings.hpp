@@ -7,6 +7,7 @@
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <memory>

@@ -22,11 +22,19 @@ namespace dynfilter {
 
 namespace detail {
 
+inline std::vector<std::filesystem::path>& told_presets() {
+  static std::vector<std::filesystem::path> folders;
+  return folders;
+}
+
+DYNFILTER_INLINE bool tell_built_in_presets(const char* folder) {
+  std::vector<std::filesystem::path>& told = told_presets();
+  if (std::find(told.begin(), told.end(), folder) == told.end()) told.emplace_back(folder);
+  return true;
+}
+
 DYNFILTER_INLINE std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind) {
-#ifdef DYNFILTER_PIPELINES_DIR
-  if (std::string(kind.folder) == kPipelinePresets.folder) return {DYNFILTER_PIPELINES_DIR};
-#endif
-  static_cast<void>(kind);
+  if (std::string(kind.folder) == kPipelinePresets.folder) return told_presets();
   return {};
 }
 
