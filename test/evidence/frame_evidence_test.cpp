@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
+#include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/evidence/history.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
@@ -198,6 +200,30 @@ TEST_CASE("the host's matches are used for the frame that they are about, and fo
     }
     evidence.end(false);
   }
+}
+
+TEST_CASE("a call point with a thinned frame does not break the tracks of another") {
+  const synth::ExactScene scene = synth::ExactScene().points(60);
+  FrameEvidence evidence;
+  const TrackOptions options{4};
+  int longest = 0;
+  for (int k = 0; k < 3; ++k) {
+    const synth::ExactFrame frame = scene.frame(k);
+    FrameView view = frame.view();
+    evidence.begin(view, CallPoint::BeforePose);
+    const FeatureTracks& tracks = evidence.tracks(options);
+    longest = 0;
+    for (std::size_t i = 0; i < tracks.size(); ++i) longest = std::max(longest, tracks.length(i));
+    evidence.end(false);
+    FrameView thinned;
+    thinned.id = view.id;
+    thinned.timestamp_s = view.timestamp_s;
+    thinned.keypoints = {view.keypoints.data(), view.keypoints.size() / 2};
+    evidence.begin(thinned, CallPoint::AfterPose);
+    CHECK(evidence.tracks(options).size() == thinned.size());
+    evidence.end(false);
+  }
+  CHECK(longest == 2);
 }
 
 }  // namespace frame_evidence_test

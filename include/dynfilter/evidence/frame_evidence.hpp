@@ -96,7 +96,9 @@ class FrameEvidence final : public Evidence {
       const Match& match, double max_offset_px = MatchedFeatures::kMaxOffsetPx) const override {
     return matches_.matched_features(match, max_offset_px);
   }
-  const FeatureTracks& tracks(const TrackOptions& options) const override { return tracks_.tracks(options); }
+  const FeatureTracks& tracks(const TrackOptions& options) const override {
+    return tracks_.tracks(options, call_point_);
+  }
   const PastFrame* kept_frame(std::int64_t frame_id) const override {
     return matches_.history().find(frame_id);
   }

@@ -8,8 +8,8 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE const FeatureTracks& FrameTracks::tracks(const TrackOptions& options) {
-  FeatureTracks& tracks = with(options);
+DYNFILTER_INLINE const FeatureTracks& FrameTracks::tracks(const TrackOptions& options, CallPoint call_point) {
+  FeatureTracks& tracks = with(options, call_point);
   if (tracks.last_id() == current_.frame().id && tracks.size() == current_.size()) return tracks;
   static const std::vector<float> kNoDepths;
   tracks.follow(current_.frame().id, matches_.match({}), current_.pixels(), current_.undistorted_pixels(),
@@ -18,14 +18,14 @@ DYNFILTER_INLINE const FeatureTracks& FrameTracks::tracks(const TrackOptions& op
 }
 
 DYNFILTER_INLINE void FrameTracks::reset() {
-  for (FeatureTracks& tracks : all_) tracks.reset();
+  for (Chain& chain : all_) chain.tracks.reset();
 }
 
-inline FeatureTracks& FrameTracks::with(const TrackOptions& options) {
-  for (FeatureTracks& tracks : all_)
-    if (tracks.options() == options) return tracks;
-  all_.emplace_back(options);
-  return all_.back();
+inline FeatureTracks& FrameTracks::with(const TrackOptions& options, CallPoint call_point) {
+  for (Chain& chain : all_)
+    if (chain.call_point == call_point && chain.tracks.options() == options) return chain.tracks;
+  all_.push_back({call_point, FeatureTracks(options)});
+  return all_.back().tracks;
 }
 
 }  // namespace dynfilter
