@@ -66,6 +66,7 @@ void fill_features(const dynfilter_frame& from, Frame& to) {
     if (data != nullptr) values.assign(data, data + n);
   };
   assign(to.depth_m, from.depth_m);
+  assign(to.right_u_px, from.right_u_px);
   assign(to.map_point_ids, from.map_point_ids);
   assign(to.match_index, from.match_index);
   to.has_matches = from.match_index != nullptr;

@@ -67,6 +67,7 @@ FrameView view_of(const Frame& frame, const std::vector<Detection>& detections) 
   view.keypoints_undistorted = frame.keypoints_undistorted;
   view.descriptors = frame.descriptors;
   view.depth_m = frame.depth_m;
+  view.right_u_px = frame.right_u_px;
   view.grey = frame.grey;
   view.depth = frame.depth;
   view.depth_unit_m = frame.depth_unit_m;

@@ -44,7 +44,7 @@ class OddFrames {
     labels_ = cv::Mat::zeros(120, 160, CV_8UC1);
     labels_(cv::Rect(30, 20, 60, 80)).setTo(cv::Scalar(16));
     const cv::Mat instance = labels_ / 16;
-    keypoints_.clear(), undistorted_.clear(), ids_.clear(), depths_.clear(), points_.clear(),
+    keypoints_.clear(), undistorted_.clear(), ids_.clear(), depths_.clear(), rights_.clear(), points_.clear(),
         matches_.clear();
     descriptors_ = cv::Mat(kFeatures, 32, CV_8UC1);
     cv::randu(descriptors_, 0, 255);
@@ -54,6 +54,7 @@ class OddFrames {
       undistorted_.push_back(keypoints_.back());
       if (is_odd()) undistorted_.back().pt.x = static_cast<float>(odd());
       depths_.push_back(number(2));
+      rights_.push_back(number(keypoints_.back().pt.x - 20));
       ids_.push_back(is_odd() ? static_cast<std::int64_t>(random()) - 1000 : i);
       points_.emplace_back(number(i % 20), number(1), number(2));
       matches_.push_back(is_odd() ? static_cast<std::int32_t>(random()) : i);
@@ -76,10 +77,12 @@ class OddFrames {
     frame.id = k, frame.timestamp_s = k / 30.0;
     frame.keypoints = keypoints_, frame.keypoints_undistorted = undistorted_;
     frame.descriptors = descriptors_, frame.depth_m = depths_;
+    frame.right_u_px = rights_;
     frame.grey = grey_, frame.depth = depth_, frame.depth_unit_m = number(2e-4F);
     frame.camera.emplace();
     frame.camera->fx_px = number(500), frame.camera->fy_px = number(500);
     frame.camera->cx_px = number(320), frame.camera->cy_px = number(240);
+    frame.camera->baseline_fx_px_m = number(40);
     for (double& k_i : frame.camera->distortion) k_i = number(0.01F);
     frame.pose_provenance = PoseProvenance::Estimated;
     frame.T_world_camera.translation_m[0] = number(0.01F);
@@ -102,7 +105,7 @@ class OddFrames {
   std::uint32_t state_ = 7;
   cv::Mat noise_, grey_, depth_, labels_, descriptors_;
   std::vector<cv::KeyPoint> keypoints_, undistorted_;
-  std::vector<float> depths_;
+  std::vector<float> depths_, rights_;
   std::vector<std::int64_t> ids_;
   std::vector<cv::Point3f> points_;
   std::vector<std::int32_t> matches_;
@@ -232,6 +235,26 @@ TEST_CASE("a camera of which only the image's size is known keeps it, without a 
   frame.camera->distortion[0] = 0.1;
   evidence.begin(frame, CallPoint::BeforePose);
   CHECK_FALSE(evidence.frame().camera.has_value());
+}
+
+TEST_CASE("right columns are used if there is one per feature") {
+  const std::vector<cv::KeyPoint> keypoints(3, cv::KeyPoint(50, 50, 31));
+  const std::vector<float> right{40, std::numeric_limits<float>::quiet_NaN(), -1};
+  FrameView frame;
+  frame.keypoints = keypoints, frame.right_u_px = right;
+  FrameEvidence evidence;
+  evidence.begin(frame, CallPoint::BeforePose);
+  CHECK(evidence.frame().right_u_px.data() == right.data());
+  CHECK(evidence.input_notes().empty());
+  CHECK(valid_right(right[0]));
+  CHECK_FALSE(valid_right(right[1]));
+  CHECK_FALSE(valid_right(right[2]));
+  CHECK(valid_right(0));
+  CHECK_FALSE(valid_right(static_cast<float>(kInf)));
+  frame.right_u_px = Span<const float>(right.data(), 2);
+  evidence.begin(frame, CallPoint::BeforePose);
+  CHECK(evidence.frame().right_u_px.empty());
+  CHECK(evidence.input_notes() == std::vector<std::string>{"right_u_px cannot be used: wrong size or type"});
 }
 
 }  // namespace odd_frames_test

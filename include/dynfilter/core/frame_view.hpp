@@ -56,6 +56,11 @@ struct FrameView {
   cv::Mat descriptors;        ///< one row per keypoint, CV_8U (binary)
   Span<const float> depth_m;  ///< depth along the optical axis; NaN, zero and negative: no depth
 
+  /// Stereo: column of each feature's match in the right image [px], on the undistorted, rectified row.
+  /// The disparity is the feature's undistorted column minus this one. NaN and negative: no match.
+  /// Leave it empty for RGB-D, where a column would be computed from the depth.
+  Span<const float> right_u_px;
+
   cv::Mat grey;   ///< CV_8UC1
   cv::Mat depth;  ///< CV_32FC1 or CV_16UC1, same size as `grey`; 0 and NaN: no depth
   /// Metres per unit of `depth`: 1 for metres, 1/5000 for TUM's 16-bit images.
@@ -87,6 +92,11 @@ inline bool has_sole_owner(const cv::Mat& image) {
 /// False for NaN, zero, negative and infinite depth.
 inline bool valid_depth(float depth_m) {
   return depth_m > 0 && std::isfinite(depth_m);
+}
+
+/// False for NaN, negative and infinite columns of FrameView::right_u_px.
+inline bool valid_right(float right_u_px) {
+  return right_u_px >= 0 && std::isfinite(right_u_px);
 }
 
 }  // namespace dynfilter

@@ -57,6 +57,7 @@ typedef struct dynfilter_frame {
   size_t keypoint_count;
   const dynfilter_keypoint* keypoints;
   const float* depth_m;          /* per keypoint; <= 0 or NaN: none */
+  const float* right_u_px;       /* stereo: column in the right image; < 0 or NaN: none */
   const uint8_t* descriptors;    /* keypoint_count rows */
   size_t descriptor_bytes;       /* of a row, e.g. 32 */
   const int64_t* map_point_ids;  /* per keypoint, -1: none */

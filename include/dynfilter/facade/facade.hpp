@@ -76,6 +76,7 @@ struct Frame {
   std::vector<cv::KeyPoint> keypoints_undistorted;  ///< empty: computed from the camera
   cv::Mat descriptors;                              ///< CV_8U, a row per keypoint
   std::vector<float> depth_m;                       ///< per keypoint; <= 0 or NaN: none
+  std::vector<float> right_u_px;                    ///< stereo: column in the right image; < 0 or NaN: none
   cv::Mat grey;                                     ///< CV_8UC1
   cv::Mat depth;                                    ///< CV_32FC1 or CV_16UC1, same size
   double depth_unit_m;                              ///< metres per unit of `depth`

@@ -41,6 +41,7 @@ inline void FrameCleaner::drop_odd_arrays(FrameView& frame) {
   const std::size_t n = frame.size();
   const auto odd = [n](const auto& span) { return !span.empty() && span.size() != n; };
   drop_input(odd(frame.depth_m), "depth_m", frame.depth_m);
+  drop_input(odd(frame.right_u_px), "right_u_px", frame.right_u_px);
   drop_input(odd(frame.keypoints_undistorted), "keypoints_undistorted", frame.keypoints_undistorted);
   drop_input(odd(frame.map_point_ids), "map_point_ids", frame.map_point_ids);
   drop_input(odd(frame.map_points_world_m), "map_points_world_m", frame.map_points_world_m);
