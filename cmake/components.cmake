@@ -148,7 +148,8 @@ if(TARGET opencv_dnn)
 endif()
 dynfilter_component(mapping COMPONENTS cluster geometry io OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(eval COMPONENTS io)
-dynfilter_component(synth COMPONENTS evidence io OPENCV imgproc)
+dynfilter_component(synth COMPONENTS evidence)
+dynfilter_component(render COMPONENTS io OPENCV imgproc)
 
 # What find_package(dynfilter) makes without COMPONENTS, and dynfilter::dynfilter links: all that needs nothing optional.
 set(DYNFILTER_DEFAULT_COMPONENTS ${DYNFILTER_COMPONENTS})

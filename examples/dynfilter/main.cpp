@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "command.hpp"
-#include "help_text.hpp"
+#include "commands/command.hpp"
+#include "text/help_text.hpp"
 
 namespace {
 

@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
       dynfilter::eval::Classification all;
       int below = 0, judged = 0;
       for (const std::uint64_t seed : seeds) {
-        dynfilter::synth::SequenceRenderer renderer(two_frames::options(scene, seed, gap));
+        dynfilter::render::SequenceRenderer renderer(two_frames::options(scene, seed, gap));
         for (int k = 0; k < pairs; ++k) {
           const dynfilter::eval::Classification pair = two_frames::judge(renderer, kFirst + k * kApart, gap);
           all.add(pair);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/random.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/box_blur.hpp>
-#include <dynfilter/synth/random.hpp>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -17,7 +17,7 @@ using namespace dynfilter;
 namespace {
 
 cv::Mat noise() {
-  synth::Random random(1, 1);
+  Random random(1, 1);
   cv::Mat image(110, 110, CV_8UC1);
   for (int y = 0; y < 110; ++y)
     for (int x = 0; x < 110; ++x) image.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(random.below(256));

@@ -15,7 +15,7 @@ namespace layering {
 /// What each folder of include/dynfilter may include besides itself. Data flows one way:
 /// core -> correspondence, geometry, cluster -> late -> evidence -> filters -> pipeline
 /// -> semantic, keyframe, mapping -> adapters.
-/// io, eval and synth are separate. Only semantic, mapping and adapters read and write files.
+/// io, eval, synth and render are separate. Only semantic, mapping and adapters read and write files.
 inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
   using Folders = std::set<std::string>;
   const auto and_also = [](Folders folders, const Folders& more) {
@@ -47,7 +47,8 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
       {"facade", {}},  // C++11 and C: not even core/
       {"io", {"core"}},
       {"eval", {"core", "io"}},
-      {"synth", {"core", "correspondence", "geometry", "evidence", "io"}},
+      {"synth", {"core", "evidence"}},
+      {"render", {"core", "io"}},
       {"", and_also(all_below, {"plugin"})},
   };
   return table;

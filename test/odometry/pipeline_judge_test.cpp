@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include "running/pipeline_judge.hpp"
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <odometry/odometry.hpp>
-#include <pipeline_judge.hpp>
 
 #include "test_images.hpp"
 

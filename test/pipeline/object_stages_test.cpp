@@ -3,13 +3,13 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/random.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/evidence/mask_components.hpp>
 #include <dynfilter/evidence/mask_lookup.hpp>
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
-#include <dynfilter/synth/random.hpp>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -149,7 +149,7 @@ TEST_CASE("instance masks are objects; the report counts those that move, the re
 }
 
 TEST_CASE("components of random masks are those of OpenCV") {
-  synth::Random random(3, 1);
+  Random random(3, 1);
   MaskComponents components;
   for (const int density : {20, 45, 60, 90}) {
     cv::Mat mask(37, 53, CV_8UC1), labels;

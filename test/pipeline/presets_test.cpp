@@ -7,11 +7,11 @@
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
+#include <dynfilter/render/sequence.hpp>
 #include <dynfilter/synth/exact_scene.hpp>
 #include <dynfilter/synth/exact_scene_frame.hpp>
 #include <dynfilter/synth/exact_scene_motion.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/sequence.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -44,15 +44,15 @@ Pipeline load(const std::string& preset) {
 std::vector<Verdict> verdicts_on_images(const std::string& preset, int threads) {
   const int before = cv::getNumThreads();
   cv::setNumThreads(threads);
-  synth::SequenceOptions options;
+  render::SequenceOptions options;
   options.scene = "walking_xyz";
   options.frames = 3;
-  synth::SequenceRenderer renderer(options);
+  render::SequenceRenderer renderer(options);
   Pipeline pipeline = load(preset);
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(500);
   std::vector<Verdict> verdicts;
   for (int k = 0; k < 3; ++k) {
-    const synth::RenderedFrame image = renderer.frame(k);
+    const render::RenderedFrame image = renderer.frame(k);
     cv::Mat grey;
     cv::cvtColor(image.colour, grey, cv::COLOR_BGR2GRAY);
     std::vector<cv::KeyPoint> keypoints;
@@ -64,7 +64,7 @@ std::vector<Verdict> verdicts_on_images(const std::string& preset, int threads) 
     frame.grey = grey;
     frame.depth = image.depth;
     frame.depth_unit_m = 1.0 / 5000;
-    frame.camera = synth::fr3_camera();
+    frame.camera = render::fr3_camera();
     if (image.detections) frame.detections = DetectionInput{-1, *image.detections};
     verdicts.push_back(pipeline.before_pose(frame));
   }

@@ -4,6 +4,7 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/random.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
@@ -11,7 +12,6 @@
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/random.hpp>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -63,7 +63,7 @@ struct Shot {
   /// The previous image of a camera that moves sideways, with points of all depths.
   /// Epipolar lines are rows.
   Shot& sideways() {
-    synth::Random random(9, 1);
+    Random random(9, 1);
     for (cv::KeyPoint& keypoint : keypoints) keypoint.pt.x += static_cast<float>(random.uniform(6, 20));
     return *this;
   }
@@ -377,7 +377,7 @@ TEST_CASE("yolo_slam: boxes, without the background that is far behind the depth
 TEST_CASE("coeb_slam: a blurred box goes as a whole, in a sharp one the epipolar distance decides") {
   Shot before, now;
   before.sideways();
-  synth::Random random(5, 1);
+  Random random(5, 1);
   for (int y = 0; y < kImage.height; y += 4)
     for (int x = 0; x < kImage.width; x += 4) now.grey(cv::Rect(x, y, 4, 4)).setTo(random.below(256));
   before.grey = now.grey.clone();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/render/sequence.hpp>
 #include <dynfilter/semantic/box_masks.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <dynfilter/semantic/merged_masks.hpp>
-#include <dynfilter/synth/sequence.hpp>
 #include <limits>
 
 #include "doctest/doctest.h"
@@ -169,16 +169,16 @@ TEST_CASE("box_masks in a detector's YAML: masks where there is a depth image") 
 // A person behind another one in a shared box is missing.
 // Objects that people carry belong to them.
 TEST_CASE("rendered people: most of them is in the masks, and hardly anything that stands still") {
-  synth::SequenceOptions options;
+  render::SequenceOptions options;
   options.scene = "walking_static";
   options.frames = 40;
   options.detector.missed_share = options.detector.merged_share = 0;
-  synth::SequenceRenderer renderer(options);
+  render::SequenceRenderer renderer(options);
   for (const int index : {5, 35}) {
-    const synth::RenderedFrame frame = renderer.frame(index);
+    const render::RenderedFrame frame = renderer.frame(index);
     REQUIRE(frame.detections);
     std::vector<Detection> detections = *frame.detections;
-    BoxMasks().add(detections, frame.depth, 1 / synth::kDepthUnitsPerM);
+    BoxMasks().add(detections, frame.depth, 1 / render::kDepthUnitsPerM);
     const cv::Mat mask = merged_masks(detections, frame.colour.size()) != 0, mover = frame.truth.labels != 0;
     cv::Mat boxes = cv::Mat::zeros(mask.size(), CV_8UC1);
     for (const Detection& d : detections)

@@ -6,7 +6,7 @@
 #include <dynfilter/eval/classification.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/background_motion.hpp>
-#include <dynfilter/synth/sequence.hpp>
+#include <dynfilter/render/sequence.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
@@ -14,8 +14,8 @@
 namespace two_frames {
 
 /// Options for pairs that are `gap` frames apart: dynamic is what moved more than 10 mm and 1 px in between.
-inline dynfilter::synth::SequenceOptions options(const std::string& scene, std::uint64_t seed, int gap) {
-  dynfilter::synth::SequenceOptions options;
+inline dynfilter::render::SequenceOptions options(const std::string& scene, std::uint64_t seed, int gap) {
+  dynfilter::render::SequenceOptions options;
   options.scene = scene;
   options.seed = seed;
   options.truth.window_s = gap / options.rate_hz;
@@ -32,7 +32,7 @@ inline std::vector<cv::KeyPoint> corners(const cv::Mat& grey) {
 }
 
 /// What the default filter says of the frame `first + gap` if it has seen only the frame `first` before.
-inline dynfilter::eval::Classification judge(dynfilter::synth::SequenceRenderer& renderer, int first,
+inline dynfilter::eval::Classification judge(dynfilter::render::SequenceRenderer& renderer, int first,
                                              int gap) {
   using namespace dynfilter;
   BackgroundMotionFilter filter;
@@ -41,7 +41,7 @@ inline dynfilter::eval::Classification judge(dynfilter::synth::SequenceRenderer&
   Votes votes;
   eval::Classification counts;
   for (const int index : {first, first + gap}) {
-    const synth::RenderedFrame frame = renderer.frame(index);
+    const render::RenderedFrame frame = renderer.frame(index);
     cv::Mat grey;
     cv::cvtColor(frame.colour, grey, cv::COLOR_BGR2GRAY);
     const std::vector<cv::KeyPoint> keypoints = corners(grey);
@@ -51,7 +51,7 @@ inline dynfilter::eval::Classification judge(dynfilter::synth::SequenceRenderer&
     view.keypoints = keypoints;
     view.grey = grey;
     view.depth = frame.depth;
-    view.depth_unit_m = 1 / synth::kDepthUnitsPerM;
+    view.depth_unit_m = 1 / render::kDepthUnitsPerM;
     view.camera = renderer.calibration();
     evidence.begin(view, CallPoint::BeforePose);
     votes.reset(view.size());

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "../json.hpp"
 #include "run_record.hpp"
+#include "text/json.hpp"
 
 namespace dynfilter::command::report {
 

@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "../json.hpp"
 #include "base64.hpp"
 #include "run_record.hpp"
+#include "text/json.hpp"
 
 namespace dynfilter::command::report {
 

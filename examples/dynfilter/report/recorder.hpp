@@ -16,10 +16,10 @@
 #include <utility>
 #include <vector>
 
-#include "../pipeline_judge.hpp"
 #include "map_sample.hpp"
 #include "picture.hpp"
 #include "run_record.hpp"
+#include "running/pipeline_judge.hpp"
 
 namespace dynfilter::command::report {
 

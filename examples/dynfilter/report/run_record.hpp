@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "../run_summary.hpp"
+#include "running/run_summary.hpp"
 
 namespace dynfilter::command::report {
 

@@ -9,10 +9,10 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/random.hpp>
 #include <dynfilter/synth/exact_scene_camera.hpp>
 #include <dynfilter/synth/exact_scene_frame.hpp>
 #include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/random.hpp>
 #include <opencv2/core/types.hpp>
 #include <utility>
 #include <vector>

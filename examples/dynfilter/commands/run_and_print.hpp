@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "run_options.hpp"
+#include "running/run_summary.hpp"
+#include "running/sequence_run.hpp"
+#include "text/progress.hpp"
+#include "text/terminal.hpp"
+
+namespace dynfilter::command {
+
+inline void print_notes(const std::vector<std::string>& notes, bool wide = false) {
+  for (const std::string& note : notes) {
+    std::string block = wrapped("note: " + note, wide ? 1000 : text_columns(), 4);
+    fmt::print("{}", block.erase(0, 2));
+  }
+}
+
+/// Runs a sequence with a progress bar, then prints the summary as JSON or with `print_text`.
+template <class PrintText>
+Summary run_and_print(const RunOptions& options, bool json, const PrintText& print_text) {
+  Summary summary;
+  {
+    Progress bar(options.pipeline);
+    summary = run_sequence(options, [&](std::size_t done, std::size_t total) { bar.at(done, total); });
+  }
+  if (json)
+    fmt::print("{}", json_text(named_json(summary)));
+  else
+    print_text(summary);
+  return summary;
+}
+
+}  // namespace dynfilter::command

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "command.hpp"
+#include "map/map_text.hpp"
+#include "run_and_print.hpp"
+
+namespace dynfilter::command {
+namespace {
+
+std::string figure(double value, const char* unit) {
+  return std::isfinite(value) ? fmt::format("{:.4f}{}", value, unit) : "-";
+}
+
+// Prints nothing if all results arrived on time without errors.
+void print_detector(const DetectorSummary& d) {
+  if (d.mode == "sync" && d.failed == 0) return;
+  fmt::print("  detector      {}: {} results", d.mode, d.results);
+  if (d.frames_with_result > 0)
+    fmt::print(", on {} frames, {:.0f} frames old (at most {:.0f})", d.frames_with_result,
+               d.age_median_frames, d.age_max_frames);
+  fmt::print("; {} images skipped, {} failed{}{}\n", d.skipped, d.failed, d.last_error.empty() ? "" : ": ",
+             d.last_error);
+}
+
+void print_text(const Summary& s, const std::string& out, bool wide) {
+  fmt::print("{} on {}\n", s.pipeline, s.sequence);
+  fmt::print("  tracked       {} of {} frames\n", s.tracked_frames, s.frames);
+  fmt::print("  ATE rmse      {}\n", figure(s.ate_rmse_m, " m"));
+  fmt::print("  RPE rmse      {}, {}   (one second apart)\n", figure(s.rpe_trans_rmse_m, " m"),
+             figure(s.rpe_rot_rmse_deg, " deg"));
+  if (std::isfinite(s.static_kept) || std::isfinite(s.recall))  // there is a truth
+    fmt::print("  precision     {}\n  recall        {}\n  static kept   {}\n", figure(s.precision, ""),
+               figure(s.recall, ""), figure(s.static_kept, ""));
+  fmt::print("  features      {:.0f} a frame, {:.0f} of them rejected\n", s.features_mean, s.rejected_mean);
+  fmt::print(
+      "  time          {:.1f} ms a frame: extraction {:.1f}, correspondence {:.1f},\n"
+      "                filters {:.2f}, tracking {:.1f}\n",
+      s.total_ms, s.extraction_ms, s.correspondence_ms, s.filters_ms, s.tracking_ms);
+  if (s.map) fmt::print("{}", map_text(*s.map));
+  if (s.detector) print_detector(*s.detector);
+  fmt::print("{}", stages_text(s.stages, wide));
+  print_notes(s.notes, wide);
+  if (!out.empty()) fmt::print("  written to {}\n", out);
+}
+
+int run(const RunOptions& options, bool json, bool wide) {
+  const Summary summary =
+      run_and_print(options, json, [&](const Summary& s) { print_text(s, options.out, wide); });
+  if (summary.tracked_frames > 0) return kDone;
+  fmt::print(stderr, "dynfilter: no frame could be tracked\n");
+  return kFailed;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Action& action) {
+  auto options = std::make_shared<RunOptions>();
+  auto json = std::make_shared<bool>(false), wide = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand(
+      "run",
+      "Runs the reference RGB-D odometry with a pipeline on a sequence. Prints the trajectory's error, what "
+      "each stage of the pipeline did, and notes.\n\n"
+      "A sequence is a TUM RGB-D or Bonn folder as downloaded, or one that synth wrote. Frames come from "
+      "associations.txt, association.txt, associated.txt or associate.txt, if the folder has one of them, "
+      "else from rgb.txt and depth.txt.\n\n"
+      "The folder of --out gets trajectory.txt, frames.csv, verdicts.csv, summary.json, overlay/ and "
+      "report.html, a page with all of it.");
+  command->add_option("SEQUENCE", options->sequence, "a folder")->required()->type_name("FOLDER");
+  command
+      ->add_option("--pipeline", options->pipeline,
+                   "a preset's name (dynfilter, none, oracle, ...: `dynfilter presets`) or a YAML file")
+      ->required()
+      ->type_name("PIPELINE");
+  add_run_options(*command, *options);
+  command->add_option("--out", options->out, "folder for the results; they appear when all is done")
+      ->type_name("FOLDER");
+  command->add_flag("--force", options->force, "replace the results of another run in --out");
+  command
+      ->add_option("--overlay-every", options->overlay_every,
+                   "a picture of every N-th frame; without it about 50 pictures")
+      ->type_name("N");
+  CLI::Option* map =
+      command
+          ->add_option("--map", options->map,
+                       "write the dense map of what does not move to this PLY file, and a picture of it "
+                       "beside it")
+          ->type_name("FILE");
+  for (CLI::Option* option : add_map_options(*command, *options)) option->needs(map);
+  command->add_flag("--json", *json, "print JSON");
+  command->add_flag("--wide", *wide, "tables with all columns, whatever the terminal's width");
+  command->callback([options, json, wide, &action] {
+    action = [options, json, wide] { return run(*options, *json, *wide); };
+  });
+}
+
+}  // namespace dynfilter::command

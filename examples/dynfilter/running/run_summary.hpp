@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/eval/ate.hpp>
+#include <dynfilter/eval/classification.hpp>
+#include <dynfilter/eval/rpe.hpp>
+#include <dynfilter/eval/statistics.hpp>
+#include <dynfilter/io/trajectory.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "map/map_summary.hpp"
+#include "stage_totals.hpp"
+#include "text/json.hpp"
+
+namespace dynfilter::command {
+
+/// One line of frames.csv.
+struct FrameRow {
+  std::size_t index = 0;  ///< in the sequence
+  double timestamp_s = 0;
+  std::string state;
+  bool keyframe = false, relocalised = false;
+  std::size_t features = 0, of_static = 0, dynamic = 0, unknown = 0, restored = 0, tracked_points = 0;
+  eval::Classification truth;
+  double extraction_ms = 0, correspondence_ms = 0, filters_ms = 0, tracking_ms = 0;
+  std::string note;
+
+  double total_ms() const { return extraction_ms + correspondence_ms + filters_ms + tracking_ms; }
+};
+
+/// Counters of boxes and masks.
+struct DetectorSummary {
+  std::string mode;
+  std::int64_t looked_at = 0, skipped = 0, results = 0, silent = 0, failed = 0;
+  bool abandoned = false;
+  std::string last_error;
+  std::size_t frames_with_result = 0;
+  double age_median_frames = NAN, age_max_frames = NAN;
+};
+
+/// Content of summary.json. NaN is written as null.
+struct Summary {
+  std::string sequence, pipeline;
+  /// Scene of a rendered sequence, else the sequence's name. Runs of one scene can be pooled.
+  std::string scene;
+  std::size_t frames = 0, tracked_frames = 0;
+  double first_s = NAN, last_s = NAN;  ///< stamps of the first and the last frame played
+  double ate_rmse_m = NAN, rpe_trans_rmse_m = NAN, rpe_rot_rmse_deg = NAN;
+  double precision = NAN, recall = NAN, static_kept = NAN;
+  double features_mean = 0, rejected_mean = 0;
+  double total_ms = 0, extraction_ms = 0, correspondence_ms = 0, filters_ms = 0, tracking_ms = 0;
+  std::optional<DetectorSummary> detector;
+  std::optional<MapSummary> map;
+  StageTotals stages;
+  std::vector<std::string> notes, stage_notes;  ///< of the run; of skipped or failed stages
+};
+
+inline Json to_json(const DetectorSummary& d) {
+  return {{"mode", d.mode},
+          {"looked_at", d.looked_at},
+          {"skipped", d.skipped},
+          {"results", d.results},
+          {"silent", d.silent},
+          {"failed", d.failed},
+          {"abandoned", d.abandoned},
+          {"last_error", d.last_error},
+          {"frames_with_result", d.frames_with_result},
+          {"age_median_frames", number_or_null(d.age_median_frames)},
+          {"age_max_frames", number_or_null(d.age_max_frames)}};
+}
+
+inline Json to_json(const Summary& s) {
+  Json json{{"frames", s.frames},
+            {"tracked_frames", s.tracked_frames},
+            {"first_s", number_or_null(s.first_s)},
+            {"last_s", number_or_null(s.last_s)}};
+  const std::pair<const char*, double> figures[] = {{"ate_rmse_m", s.ate_rmse_m},
+                                                    {"rpe_trans_rmse_m", s.rpe_trans_rmse_m},
+                                                    {"rpe_rot_rmse_deg", s.rpe_rot_rmse_deg},
+                                                    {"precision", s.precision},
+                                                    {"recall", s.recall},
+                                                    {"static_kept", s.static_kept},
+                                                    {"features_mean", s.features_mean},
+                                                    {"rejected_mean", s.rejected_mean}};
+  for (const auto& [key, value] : figures) json[key] = number_or_null(value);
+  json["ms"] = {{"total", s.total_ms},
+                {"extraction", s.extraction_ms},
+                {"correspondence", s.correspondence_ms},
+                {"filters", s.filters_ms},
+                {"tracking", s.tracking_ms}};
+  json["detector"] = s.detector ? to_json(*s.detector) : Json();
+  if (s.map) json["map"] = to_json(*s.map);
+  json["stages"] = to_json(s.stages);
+  json["notes"] = s.notes;
+  for (const std::string& note : s.stage_notes) json["notes"].push_back(note);
+  return json;
+}
+
+/// Puts `sequence` and `pipeline` first.
+inline Json named_json(const Summary& s) {
+  Json json{{"sequence", s.sequence}, {"scene", s.scene}, {"pipeline", s.pipeline}};
+  json.update(to_json(s));
+  return json;
+}
+
+template <class Get>
+double median_of(const std::vector<FrameRow>& rows, const Get& get) {
+  std::vector<double> values;
+  for (const FrameRow& row : rows) values.push_back(get(row));
+  return eval::median(values);
+}
+
+inline void summarise_frames(const std::vector<FrameRow>& rows, Summary& s) {
+  eval::Classification pooled;
+  double features = 0, rejected = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    s.tracked_frames += rows[i].state == "tracked";
+    features += static_cast<double>(rows[i].features);
+    rejected += static_cast<double>(rows[i].dynamic);
+    if (i >= eval::Classification::kFirstFrame) pooled.add(rows[i].truth);
+  }
+  s.frames = rows.size();
+  if (!rows.empty()) s.first_s = rows.front().timestamp_s, s.last_s = rows.back().timestamp_s;
+  s.features_mean = features / static_cast<double>(rows.size());
+  s.rejected_mean = rejected / static_cast<double>(rows.size());
+  s.precision = pooled.precision();
+  s.recall = pooled.recall();
+  s.static_kept = pooled.static_kept();
+  s.total_ms = median_of(rows, [](const FrameRow& r) { return r.total_ms(); });
+  s.extraction_ms = median_of(rows, [](const FrameRow& r) { return r.extraction_ms; });
+  s.correspondence_ms = median_of(rows, [](const FrameRow& r) { return r.correspondence_ms; });
+  s.filters_ms = median_of(rows, [](const FrameRow& r) { return r.filters_ms; });
+  s.tracking_ms = median_of(rows, [](const FrameRow& r) { return r.tracking_ms; });
+}
+
+inline void summarise_trajectory(const std::optional<io::Trajectory>& truth, const io::Trajectory& estimate,
+                                 Summary& s) {
+  if (!truth) {
+    s.notes.emplace_back("no ground truth: no trajectory error");
+    return;
+  }
+  try {
+    s.ate_rmse_m = eval::absolute_trajectory_error(*truth, estimate).error_m.rmse;
+  } catch (const Error& error) {
+    s.notes.emplace_back(std::string("no trajectory error: ") + error.what());
+    return;
+  }
+  try {
+    const eval::RpeResult rpe = eval::relative_pose_error(*truth, estimate);
+    s.rpe_trans_rmse_m = rpe.translation_m.rmse;
+    s.rpe_rot_rmse_deg = rpe.rotation_deg.rmse;
+  } catch (const Error&) {
+    s.notes.emplace_back("no relative error: fewer than two pairs of poses one second apart");
+  }
+}
+
+}  // namespace dynfilter::command
