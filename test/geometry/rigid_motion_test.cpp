@@ -80,6 +80,30 @@ TEST_CASE("rigid motion: the covariance is that of the errors") {
   CHECK(sum < 1200 + 6 * 49);
 }
 
+TEST_CASE("rigid motion: a refinement may end within a share of its standard deviation from the optimum") {
+  for (int seed = 1; seed <= 20; ++seed) {
+    const RigidScene scene(100, 0, seed, 1);
+    RigidMotionOptions options;
+    options.pixel_sigma_px = geometry_test::kPixelSigma;
+    options.refine_iterations = 50;
+    options.loss = RobustLoss::None;  // reweighting converges slowly: the step says less about the distance
+    const auto refined = [&](double until_sigmas) {
+      options.refine_until_sigmas = until_sigmas;
+      const Pose start = Pose::from(scene.truth.R(), scene.truth.t() + Eigen::Vector3d(0.01, -0.01, 0.01));
+      return RigidMotionEstimator(options).refine(camera(), scene.reference, scene.current, scene.all(),
+                                                  start);
+    };
+    const RigidMotion best = refined(0), near = refined(0.1);
+    Eigen::Matrix<double, 6, 1> error;
+    const Eigen::AngleAxisd turn(near.T_current_reference.R() * best.T_current_reference.R().transpose());
+    error << near.T_current_reference.t() - best.T_current_reference.t(), turn.angle() * turn.axis();
+    const Eigen::Map<const Eigen::Matrix<double, 6, 6>> C(best.covariance.data());
+    const double sigmas = std::sqrt(error.dot(C.llt().solve(error)));
+    CHECK(sigmas > 0);  // it did end earlier
+    CHECK(sigmas < 0.1);
+  }
+}
+
 TEST_CASE("rigid motion: degenerate and odd data abstain") {
   RigidMotionEstimator estimator;
   const RigidScene scene(50, 0, 3, 0);

@@ -195,8 +195,8 @@ class BackgroundMotionFilter final : public Filter {
   void find_cores(const Evidence& evidence);
   bool supported(const Evidence& evidence, std::size_t i) const;
   bool near_core(const Evidence& evidence, std::size_t i) const {
-    return cores_.around(evidence.pixels()[i], evidence.depths_m()[i], kCoreReach_px, kCoreReach_m).weights >
-           0;
+    return is_core_[i] != 0 || places_.any_around(cores_, evidence.pixels()[i], evidence.depths_m()[i],
+                                                  kCoreReach_px, kCoreReach_m);
   }
 
   void cast(const Evidence& evidence, std::size_t i, Votes& votes) const;
@@ -232,9 +232,11 @@ class BackgroundMotionFilter final : public Filter {
   std::vector<int> seeds_;
   std::vector<float> remembered_, static_belief_, own_;
   std::vector<float> belief_, last_belief_;
-  std::vector<std::uint8_t> seen_;
+  std::vector<std::uint8_t> seen_, is_core_;
   std::vector<float> mobility_, last_mobility_;
-  NeighbourField evidence_, moving_, cores_, moved_;  ///< of this frame; mobility of the last
+  NeighbourPlaces places_, last_places_;              ///< of the features, in this and the last frame
+  NeighbourPlaces::Field evidence_, moving_, cores_;  ///< at places_
+  NeighbourPlaces::Field moved_;                      ///< mobility at last_places_
 };
 
 }  // namespace dynfilter

@@ -4,88 +4,130 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/pack.hpp>
 #include <opencv2/core.hpp>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {
 
-/// Values at features, summed around a position at similar depth.
-/// The result does not depend on the order of the features, down to the last bit.
+/// The features of a frame sorted by place, for sums of several values over the same neighbourhoods.
+/// Results do not depend on the order of the features, down to the last bit.
 /// Positions that are not finite are skipped.
-class NeighbourField {
+class NeighbourPlaces {
  public:
   struct Sum {
     float values = 0, weights = 0;
   };
+  /// Values at the features, in the order of the places. See lay_out().
+  struct Field {
+    std::vector<float> values, weights;
+  };
 
-  void clear() {
-    places_.clear();
-    values_.clear();
-    grid_.clear();
-  }
-  void add(const cv::Point2f& px, float depth_m, float value) {
-    places_.push_back(px);
-    values_.push_back({px.x, px.y, depth_m, value});
-  }
-  /// Call after the last add(). `cell_px` is approximately the radius of later queries.
-  void build(float cell_px) {
-    grid_.build(Span<const cv::Point2f>(places_), cell_px);
-    by_place_.clear();
-    for (const std::int32_t k : grid_.entries()) by_place_.push_back(values_[static_cast<std::size_t>(k)]);
+  /// One depth per position; NaN: unknown. `cell_px` is approximately the radius of most queries.
+  /// About 25 us for 1000 features.
+  void build(Span<const cv::Point2f> places_px, Span<const float> depths_m, float cell_px) {
+    grid_.build(places_px, cell_px);
+    order_ = grid_.entries();
+    const auto key = [&](std::int32_t i) {
+      const cv::Point2f& px = places_px[static_cast<std::size_t>(i)];
+      const float depth_m = depths_m[static_cast<std::size_t>(i)];
+      return std::make_tuple(px.y, px.x, std::isnan(depth_m) ? kUnknownFirst : depth_m);
+    };
     // Sums of floats depend on their order, which must not be that of the features.
     grid_.for_each_cell([&](std::size_t begin, std::size_t end) {
       if (end - begin > 1)
-        std::sort(by_place_.begin() + static_cast<std::ptrdiff_t>(begin),
-                  by_place_.begin() + static_cast<std::ptrdiff_t>(end));
+        std::sort(order_.begin() + static_cast<std::ptrdiff_t>(begin),
+                  order_.begin() + static_cast<std::ptrdiff_t>(end),
+                  [&](std::int32_t a, std::int32_t b) { return key(a) < key(b); });
     });
-    lay_out();
+    for (std::vector<float>* column : {&x_, &y_, &depth_m_}) column->assign(order_.size() + kLanes, 0.0F);
+    twins_.clear();
+    for (std::size_t k = 0; k < order_.size(); ++k) {
+      const auto i = static_cast<std::size_t>(order_[k]);
+      x_[k] = places_px[i].x, y_[k] = places_px[i].y, depth_m_[k] = depths_m[i];
+      if (k > 0 && key(order_[k]) == key(order_[k - 1])) add_twin(k);
+    }
+  }
+  void clear() {
+    grid_.clear();
+    order_.clear();
+    twins_.clear();
   }
 
-  /// Sum over positions within `reach_px` whose depth differs by at most `near_m`.
-  /// Any depth counts if one of the two is NaN. The weight is 1 - (distance / reach)^2.
-  Sum around(const cv::Point2f& px, float depth_m, float reach_px, float near_m) const {
-    const float per_reach2 = 1 / (reach_px * reach_px);
-    const Four none{};
+  /// Fills a field: value(i) and weight(i) of feature i. A weight of 0 leaves the feature out.
+  template <class Value, class Weight>
+  void lay_out(Field& field, const Value& value, const Weight& weight) const {
+    field.values.assign(order_.size() + kLanes, 0.0F);
+    field.weights.assign(order_.size() + kLanes, 0.0F);
+    for (std::size_t k = 0; k < order_.size(); ++k) {
+      const auto i = static_cast<std::size_t>(order_[k]);
+      field.weights[k] = weight(i);
+      field.values[k] = field.weights[k] * value(i);
+    }
+    for (const auto& [begin, end] : twins_) order_twins(field, begin, end);
+  }
+
+  /// Sum over features within `reach_px` whose depth differs by at most `near_m`. Any depth counts if one of
+  /// the two is NaN. Weights are multiplied by 1 - (distance / reach)^2.
+  Sum around(const Field& field, const cv::Point2f& px, float depth_m, float reach_px, float near_m) const {
     Four values{}, weights{};
-    grid_.ranges_around(px, reach_px, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t e = begin; e < end; e += kLanes) {
-        const Four dx = load(x_, e) - px.x, dy = load(y_, e) - px.y, deeper_m = load(depth_m_, e) - depth_m;
-        Four weight = 1 - (dx * dx + dy * dy) * per_reach2;
-        weight = weight > 0 ? weight : none;
-        weight = (deeper_m > near_m || deeper_m < -near_m) ? none : weight;
-        weight = kLane < static_cast<float>(end - e) ? weight : none;
-        values += weight * load(value_, e);
-        weights += weight;
-      }
+    near(px, depth_m, reach_px, near_m, [&](std::size_t e, const Four& weight) {
+      values += weight * load(field.values, e);
+      weights += weight * load(field.weights, e);
+      return false;
     });
     return {sum(values), sum(weights)};
+  }
+  /// True if a feature with a weight is there. Stops at the first.
+  bool any_around(const Field& field, const cv::Point2f& px, float depth_m, float reach_px,
+                  float near_m) const {
+    return near(px, depth_m, reach_px, near_m,
+                [&](std::size_t e, const Four& weight) { return sum(weight * load(field.weights, e)) > 0; });
   }
 
  private:
   using Four = detail::Pack::Four;
   static constexpr std::size_t kLanes = 4;
   static constexpr Four kLane{0, 1, 2, 3};
+  static constexpr float kUnknownFirst = -1;  ///< where a feature without depth sorts
 
-  struct Value {
-    float x, y, depth_m, value;
-    bool operator<(const Value& o) const {
-      return std::tie(y, x, depth_m, value) < std::tie(o.y, o.x, o.depth_m, o.value);
-    }
-  };
+  /// visit(entry, weights of four) until it returns true. Returns whether it did.
+  template <class Visit>
+  bool near(const cv::Point2f& px, float depth_m, float reach_px, float near_m, const Visit& visit) const {
+    const float per_reach2 = 1 / (reach_px * reach_px);
+    const Four none{};
+    bool stopped = false;
+    grid_.ranges_around(px, reach_px, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t e = begin; e < end && !stopped; e += kLanes) {
+        const Four dx = load(x_, e) - px.x, dy = load(y_, e) - px.y, deeper_m = load(depth_m_, e) - depth_m;
+        Four weight = 1 - (dx * dx + dy * dy) * per_reach2;
+        weight = weight > 0 ? weight : none;
+        weight = (deeper_m > near_m || deeper_m < -near_m) ? none : weight;
+        weight = kLane < static_cast<float>(end - e) ? weight : none;
+        stopped = visit(e, weight);
+      }
+    });
+    return stopped;
+  }
 
-  /// Stores one array per number, sorted by position, so that around() reads four at once.
-  void lay_out() {
-    const std::size_t n = by_place_.size();
-    for (std::vector<float>* column : {&x_, &y_, &depth_m_, &value_}) column->assign(n + kLanes, 0.0F);
-    for (std::size_t k = 0; k < n; ++k) {
-      const Value& v = by_place_[k];
-      x_[k] = v.x, y_[k] = v.y, depth_m_[k] = v.depth_m, value_[k] = v.value;
-    }
+  void add_twin(std::size_t k) {
+    if (!twins_.empty() && twins_.back().second == k)
+      ++twins_.back().second;
+    else
+      twins_.emplace_back(k - 1, k + 1);
+  }
+  /// Features at one place have no order of their own: their values decide.
+  static void order_twins(Field& field, std::size_t begin, std::size_t end) {
+    std::vector<std::pair<float, float>> twins;
+    for (std::size_t k = begin; k < end; ++k) twins.emplace_back(field.values[k], field.weights[k]);
+    std::sort(twins.begin(), twins.end());
+    for (std::size_t k = begin; k < end; ++k) std::tie(field.values[k], field.weights[k]) = twins[k - begin];
   }
   static Four load(const std::vector<float>& column, std::size_t at) {
     Four four;
@@ -94,10 +136,10 @@ class NeighbourField {
   }
   static float sum(const Four& v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 
-  std::vector<cv::Point2f> places_;
-  std::vector<Value> values_, by_place_;
-  std::vector<float> x_, y_, depth_m_, value_;
   PointGrid grid_;
+  std::vector<std::int32_t> order_;  ///< features by place
+  std::vector<float> x_, y_, depth_m_;
+  std::vector<std::pair<std::size_t, std::size_t>> twins_;  ///< ranges of order_ at one place
 };
 
 }  // namespace dynfilter

@@ -89,17 +89,19 @@ class MotionProposals {
   static constexpr double kSupportWidth = 0.7;              ///< of the noise: RANSAC finds the sharper points
   static constexpr double kGraduated_px[] = {12, 5, 2, 1};  ///< noise assumed by one fit after the other
   static constexpr double kLooseDepth = RigidMisses::kMostDepthFactor;  ///< depth factor of these fits
-  static constexpr float kNeighbourReach_px = 40;                       ///< a cell of the grid
-  static constexpr double kFarShare = 0.4;                              ///< of the points, the farthest first
-  static constexpr int kFarSearch = 150;                                ///< samples among the far points
-  static constexpr int kSearch = 100;      ///< samples among the points that no motion explains
-  static constexpr int kFirstMotions = 3;  ///< per inlier distance, while no motion is expected
-  static constexpr int kMostSearches = 4;  ///< more movers than that share a motion
+  static constexpr double kStep_sigmas = 0.1;      ///< a fit that is nearer to its optimum is good enough
+  static constexpr float kNeighbourReach_px = 40;  ///< a cell of the grid
+  static constexpr double kFarShare = 0.4;         ///< of the points, the farthest first
+  static constexpr int kFarSearch = 150;           ///< samples among the far points
+  static constexpr int kSearch = 100;              ///< samples among the points that no motion explains
+  static constexpr int kFirstMotions = 3;          ///< per inlier distance, while no motion is expected
+  static constexpr int kMostSearches = 4;          ///< more movers than that share a motion
 
   static RigidMotionOptions rigid_options() {
     RigidMotionOptions options;
     options.min_inlier_share = 0.02;
     options.refine_iterations = 5;
+    options.refine_until_sigmas = kStep_sigmas;
     return options;
   }
 

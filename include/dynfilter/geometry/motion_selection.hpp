@@ -8,6 +8,7 @@
 #include <cstring>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/pack.hpp>
+#include <iterator>
 #include <vector>
 
 namespace dynfilter {
@@ -25,7 +26,8 @@ namespace dynfilter {
 /// A second motion must save more than its six parameters cost. A noise larger than predicted is cheaper than
 /// many motions that each fit a part of it.
 ///
-/// The search is greedy with pruning, at each of five noise levels.
+/// The search is greedy with pruning, at the predicted noise and at its neighbours among five levels, as long as
+/// the description gets shorter.
 /// Cost: O(motions * points * selected). Owns its scratch.
 class MotionSelection {
  public:
@@ -46,18 +48,10 @@ class MotionSelection {
     in_ = &input;
     best_.clear();
     transpose();
-    double least = 0;
-    for (const double factor : kNoiseFactors) {
-      const double noise_px = factor * input.noise_px;
-      measure_losses(noise_px);
-      grow();
-      while (selected_.size() > 1 && prune()) {
-      }
-      const double cost = total_cost(noise_px, std::log(factor));
-      if (!best_.empty() && !(cost < least)) continue;
-      least = cost;
-      best_ = selected_;
-      noise_px_ = noise_px;
+    try_noise(kPredicted);
+    for (std::size_t k = kPredicted + 1; k < std::size(kNoiseFactors) && try_noise(k); ++k) {
+    }
+    for (std::size_t k = kPredicted; k-- > 0 && try_noise(k);) {
     }
     in_ = nullptr;
     return best_;
@@ -71,9 +65,25 @@ class MotionSelection {
   static constexpr float kNu = 3;         ///< degrees of freedom: tails of real matches, as fitted
   static constexpr float kReach_px = 10;  ///< an outlier is found within this
   static constexpr double kNoiseFactors[] = {0.63, 1.0, 1.6, 2.5, 4.0};  ///< of the predicted noise
+  static constexpr std::size_t kPredicted = 1;                           ///< the factor 1
   static constexpr double kNoiseSpread = 0.5;      ///< standard deviation of log(noise / predicted) ...
   static constexpr double kPredictionWeight = 30;  ///< ... which counts as so many points
   static constexpr float kFarthest = 1e12F;  ///< squared residuals are cut off, so that none is infinite
+
+  /// True if this noise gives the shortest description so far.
+  bool try_noise(std::size_t k) {
+    const double noise_px = kNoiseFactors[k] * in_->noise_px;
+    measure_losses(noise_px);
+    grow();
+    while (selected_.size() > 1 && prune()) {
+    }
+    const double cost = total_cost(noise_px, std::log(kNoiseFactors[k]));
+    if (!best_.empty() && !(cost < least_)) return false;
+    least_ = cost;
+    best_ = selected_;
+    noise_px_ = noise_px;
+    return true;
+  }
 
   static Four load(const float* from) {
     Four four;
@@ -220,7 +230,7 @@ class MotionSelection {
   std::vector<float> savings_;                     ///< per motion
   std::vector<std::size_t> selected_, best_;
   float worst_ = 0;
-  double noise_px_ = 0;
+  double noise_px_ = 0, least_ = 0;
 };
 
 }  // namespace dynfilter

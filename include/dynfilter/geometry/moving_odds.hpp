@@ -32,7 +32,7 @@ struct MovingOddsInput {
 ///   odds   = log(mean of exp(odds_v) over both speeds) + log(share / (1 - share))
 /// Where the noise is larger than anything a mover could do in that time, a and b vanish and nothing is said:
 /// a blurred frame is evidence for neither. The units are seconds, so cameras of 10 and 60 Hz behave
-/// alike. About 0.1 us.
+/// alike. About 0.03 us.
 class MovingOdds {
  public:
   explicit MovingOdds(const MovingOddsModel& model = {})
@@ -41,21 +41,22 @@ class MovingOdds {
   double operator()(const MovingOddsInput& in) const {
     const double image2 = in.miss_px * in.miss_px / (in.sigma_px * in.sigma_px);
     const double depth2 = std::max(0.0, in.chi2 - image2);
-    const double fixed = std::log1p(in.chi2 / kNu);
+    const double fixed = 1 + in.chi2 / kNu;
     double sum = 0;
     for (const double speed_mps : {model_.slow_mps, model_.fast_mps}) {
       const double moved_m = speed_mps * in.elapsed_s, moved_px = moved_m * in.px_per_m;
       const double a = moved_px * moved_px / (in.sigma_px * in.sigma_px);
       const double b = moved_m * moved_m / (2 * in.sigma_depth_m * in.sigma_depth_m);
       const double wide = image2 / (1 + a) + depth2 / (1 + b);
-      sum += std::exp(kHalf * (fixed - std::log1p(wide / kNu)) - std::log1p(a) - 0.5 * std::log1p(b));
+      const double ratio = fixed / (1 + wide / kNu), ratio2 = ratio * ratio;
+      sum += ratio2 * ratio2 * std::sqrt(ratio) / ((1 + a) * std::sqrt(1 + b));  // to the (nu + 3) / 2
     }
     return std::log(std::max(kLeast, sum / 2)) + prior_;
   }
 
  private:
-  static constexpr double kNu = 6, kHalf = (kNu + 3) / 2;  ///< tails of real misses, fitted
-  static constexpr double kLeast = 1e-30;                  ///< no logarithm of zero
+  static constexpr double kNu = 6;         ///< tails of real misses, fitted
+  static constexpr double kLeast = 1e-30;  ///< no logarithm of zero
   MovingOddsModel model_;
   double prior_;
 };

@@ -161,9 +161,10 @@ inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
 }
 
 /// Iteratively reweighted Gauss-Newton on SE(3) over the first `count` points, 6x6 normal equations.
-/// Leaves the equations of the last linearisation in `normal`.
+/// Leaves the equations of the last linearisation in `normal`. Ends before the last iteration where a step
+/// is shorter than `until_sigmas` of its own standard deviations.
 inline void refine_rigid(const RigidPoints& points, RobustLoss loss, double scale, int iterations,
-                         std::size_t count, RigidTransform& T, RigidNormal& normal) {
+                         double until_sigmas, std::size_t count, RigidTransform& T, RigidNormal& normal) {
   normal = RigidSums().normal();
   for (int i = 0; i < iterations; ++i) {
     normal = accumulate_rigid(points, loss, scale * scale, count, T);
@@ -174,7 +175,7 @@ inline void refine_rigid(const RigidPoints& points, RobustLoss loss, double scal
     const Eigen::Matrix3d turn = exp_so3(delta.tail<3>());
     T.R = turn * T.R;
     T.t = turn * T.t + delta.head<3>();
-    if (delta.squaredNorm() < 1e-18) return;
+    if (delta.squaredNorm() < 1e-18 || -normal.gradient().dot(delta) < until_sigmas * until_sigmas) return;
   }
 }
 

@@ -23,13 +23,16 @@ enum class RobustLoss { None, Huber, Cauchy, Tukey };
 struct RigidMotionOptions {
   RigidResidualKind residual = RigidResidualKind::ImageDepth;
   RobustLoss loss = RobustLoss::Tukey;
-  double pixel_sigma_px = 1.0;    ///< noise of the flow or match between the frames, per axis
-  DepthNoise depth_noise{};       ///< noise of both depths
-  double inlier_chi2 = 11.345;    ///< inlier bound: 99 % quantile for 3 degrees of freedom
-  double loss_scale = 3.5;        ///< scale of the robust loss, in standard deviations
-  double confidence = 0.99;       ///< probability that at least one sample has no outlier
-  int max_iterations = 300;       ///< of random sampling
-  int refine_iterations = 10;     ///< at most; stops when the step is below 1e-9
+  double pixel_sigma_px = 1.0;  ///< noise of the flow or match between the frames, per axis
+  DepthNoise depth_noise{};     ///< noise of both depths
+  double inlier_chi2 = 11.345;  ///< inlier bound: 99 % quantile for 3 degrees of freedom
+  double loss_scale = 3.5;      ///< scale of the robust loss, in standard deviations
+  double confidence = 0.99;     ///< probability that at least one sample has no outlier
+  int max_iterations = 300;     ///< of random sampling
+  int refine_iterations = 10;   ///< at most; stops when the step is below 1e-9
+  /// A step of the refinement shorter than this many of its own standard deviations is the last. With a
+  /// robust loss the optimum may be a few such steps away.
+  double refine_until_sigmas = 0;
   int min_inliers = 6;            ///< fewer inliers: no motion
   double min_inlier_share = 0.2;  ///< share of the seeds with depth; fewer inliers: no motion
   /// Scores occupied image cells (8x8) instead of points.

@@ -61,24 +61,38 @@ class RigidResidualModel {
   /// If GCC 12 inlines this at -O3, vectorisation changes the last bits from file to file.
   [[gnu::noinline]] RigidResidual operator()(const cv::Point3f& reference, const cv::Point3f& current) const {
     RigidResidual out;
-    if (!valid_depth(reference.z) || !valid_depth(current.z)) return out;
-    const Eigen::Vector3d p(reference.x, reference.y, reference.z), q = R_ * p + t_;
-    if (!(q.z() > 1e-3)) return out;
-    const double inv_z = 1 / q.z(), x = q.x() * inv_z, y = q.y() * inv_z;
-    const Eigen::Vector3d r(camera_.fx_px * (current.x / current.z - x),
-                            camera_.fy_px * (current.y / current.z - y), current.z - q.z());
-    out.predicted_px = {static_cast<float>(x * camera_.fx_px + camera_.cx_px),
-                        static_cast<float>(y * camera_.fy_px + camera_.cy_px)};
-    out.predicted_depth_m = static_cast<float>(q.z());
-    out.image_px = static_cast<float>(std::sqrt(r.x() * r.x() + r.y() * r.y()));
-    out.depth_m = static_cast<float>(r.z());
+    Eigen::Vector3d p, q, r;
+    if (!predict(reference, current, p, q, r, out)) return out;
     out.chi2 = static_cast<float>(has_covariance_ ? chi2_of_estimated_motion(r, p, q, current.z)
                                                   : chi2_of_exact_motion(r, p, q, current.z));
     out.valid = std::isfinite(out.chi2);
     return out;
   }
+  /// The same without chi2, at half the cost.
+  [[gnu::noinline]] RigidResidual miss(const cv::Point3f& reference, const cv::Point3f& current) const {
+    RigidResidual out;
+    Eigen::Vector3d p, q, r;
+    out.valid = predict(reference, current, p, q, r, out) && std::isfinite(out.image_px);
+    return out;
+  }
 
  private:
+  bool predict(const cv::Point3f& reference, const cv::Point3f& current, Eigen::Vector3d& p,
+               Eigen::Vector3d& q, Eigen::Vector3d& r, RigidResidual& out) const {
+    if (!valid_depth(reference.z) || !valid_depth(current.z)) return false;
+    p = {reference.x, reference.y, reference.z};
+    q = R_ * p + t_;
+    if (!(q.z() > kNearest_m)) return false;
+    const double inv_z = 1 / q.z(), x = q.x() * inv_z, y = q.y() * inv_z;
+    r = {camera_.fx_px * (current.x / current.z - x), camera_.fy_px * (current.y / current.z - y),
+         current.z - q.z()};
+    out.predicted_px = {static_cast<float>(x * camera_.fx_px + camera_.cx_px),
+                        static_cast<float>(y * camera_.fy_px + camera_.cy_px)};
+    out.predicted_depth_m = static_cast<float>(q.z());
+    out.image_px = static_cast<float>(std::sqrt(r.x() * r.x() + r.y() * r.y()));
+    out.depth_m = static_cast<float>(r.z());
+    return true;
+  }
   /// S = D + w w^T with D diagonal. The Sherman-Morrison formula inverts it.
   double chi2_of_exact_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
                               double current_z) const {
@@ -126,6 +140,8 @@ class RigidResidualModel {
             2 * (a01 * r.x() * r.y() + a02 * r.x() * r.z() + a12 * r.y() * r.z())) /
            determinant;
   }
+
+  static constexpr double kNearest_m = 1e-3;  ///< in front of the camera
 
   Camera camera_;
   RigidResidualNoise noise_;

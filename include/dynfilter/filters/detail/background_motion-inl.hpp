@@ -49,7 +49,8 @@ DYNFILTER_INLINE void BackgroundMotionFilter::reset() {
   camera_poses_.clear();
   belief_.clear();
   mobility_.clear();
-  moved_.clear();
+  places_.clear();
+  last_places_.clear();
   estimator_.reset();
   match_noise_px_.clear();
   stamps_s_.clear();
@@ -63,6 +64,8 @@ DYNFILTER_INLINE void BackgroundMotionFilter::apply(const Evidence& evidence, Vo
   const Match& match = evidence.match({});
   tracks_ = &evidence.tracks(kTracks);
   keep_time(evidence.frame());
+  std::swap(places_, last_places_);
+  places_.build(evidence.pixels(), evidence.depths_m(), static_cast<float>(params_.neighbour_px));
   recall(evidence, match);
   judge(evidence, match, votes);
   views_.clear();  // they refer to images of kept frames
@@ -124,22 +127,21 @@ inline void BackgroundMotionFilter::recall(const Evidence& evidence, const Match
 inline float BackgroundMotionFilter::mobility_around(const Evidence& evidence, const Match& match,
                                                      std::size_t i) const {
   const bool found = match.reference != nullptr && match.found(i);
-  const NeighbourField::Sum sum = moved_.around(
-      found ? match.correspondences.reference_px[i] : evidence.pixels()[i],
+  const NeighbourPlaces::Sum sum = last_places_.around(
+      moved_, found ? match.correspondences.reference_px[i] : evidence.pixels()[i],
       found && match.valid_depth(i) ? match.reference_points_m[i].z : evidence.depths_m()[i],
       kMobilityReach * static_cast<float>(params_.neighbour_px), static_cast<float>(params_.neighbour_m));
   return sum.weights > 0 ? sum.values / sum.weights : 0;
 }
 
 inline void BackgroundMotionFilter::remember_mobility(const Evidence& evidence) {
-  moved_.clear();
   const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.mobility_s));
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const float now = belief_[i] > 0 ? sure() * (1 - std::exp(-belief_[i])) : 0.0F;
     mobility_[i] = std::max(kept * mobility_[i], now);
-    moved_.add(evidence.pixels()[i], evidence.depths_m()[i], mobility_[i]);
   }
-  moved_.build(static_cast<float>(params_.neighbour_px));
+  places_.lay_out(
+      moved_, [&](std::size_t i) { return mobility_[i]; }, [](std::size_t) { return 1.0F; });
 }
 
 inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, const Match& match,
@@ -231,7 +233,7 @@ inline void BackgroundMotionFilter::measure(const Evidence& evidence, std::size_
                                             const cv::Point3f& then_m, Measured& out,
                                             std::vector<Miss>* misses) {
   const cv::Point3f& now_m = evidence.points_m()[i];
-  const RigidResidual r = models_[static_cast<std::size_t>(gap - 1)](then_m, now_m);
+  const RigidResidual r = models_[static_cast<std::size_t>(gap - 1)].miss(then_m, now_m);
   if (!r.valid) return;
   out = {gap, then_m, r.image_px};
   if (misses == nullptr) return;
@@ -342,10 +344,9 @@ inline float BackgroundMotionFilter::space_odds(const cv::Point3f& point_m) cons
 }
 
 inline void BackgroundMotionFilter::add_neighbours(const Evidence& evidence) {
-  evidence_.clear();
-  for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (seen_[i] != 0) evidence_.add(evidence.pixels()[i], evidence.depths_m()[i], own_[i]);
-  evidence_.build(static_cast<float>(params_.neighbour_px));
+  places_.lay_out(
+      evidence_, [&](std::size_t i) { return own_[i]; },
+      [&](std::size_t i) { return seen_[i] != 0 ? 1.0F : 0.0F; });
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     belief_[i] = own_[i] + mean_around(evidence, i);
     if (evidence.prior(i)) belief_[i] += static_cast<float>(params_.prior_suspicion);
@@ -357,27 +358,28 @@ inline float BackgroundMotionFilter::mean_around(const Evidence& evidence, std::
   const float depth_m = evidence.depths_m()[i];
   const float unseen = std::isnan(depth_m) ? kBlindReach : kUnseenReach;
   const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : unseen);
-  NeighbourField::Sum sum = evidence_.around(px, depth_m, reach, static_cast<float>(params_.neighbour_m));
+  NeighbourPlaces::Sum sum =
+      places_.around(evidence_, px, depth_m, reach, static_cast<float>(params_.neighbour_m));
   if (seen_[i] != 0 && PointGrid::usable(px)) sum.values -= own_[i], sum.weights -= 1;  // itself
   const float trust = std::isnan(depth_m) ? kBlindTrust : 1.0F;
   return trust * sum.values / (trust * sum.weights + kOwnWeight);
 }
 
 inline void BackgroundMotionFilter::find_cores(const Evidence& evidence) {
-  moving_.clear();
+  places_.lay_out(
+      moving_, [&](std::size_t i) { return own_[i] > 0 ? 1.0F : 0.0F; },
+      [&](std::size_t i) { return seen_[i] != 0 ? 1.0F : 0.0F; });
+  is_core_.assign(evidence.size(), 0);
   for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (seen_[i] != 0) moving_.add(evidence.pixels()[i], evidence.depths_m()[i], own_[i] > 0 ? 1.0F : 0.0F);
-  moving_.build(kSupportReach_px);
-  cores_.clear();
-  for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (seen_[i] != 0 && belief_[i] > 0 && supported(evidence, i))
-      cores_.add(evidence.pixels()[i], evidence.depths_m()[i], 1);
-  cores_.build(kCoreReach_px);
+    is_core_[i] = seen_[i] != 0 && belief_[i] > 0 && supported(evidence, i) ? 1 : 0;
+  places_.lay_out(
+      cores_, [](std::size_t) { return 1.0F; },
+      [&](std::size_t i) { return static_cast<float>(is_core_[i]); });
 }
 
 inline bool BackgroundMotionFilter::supported(const Evidence& evidence, std::size_t i) const {
-  const NeighbourField::Sum sum =
-      moving_.around(evidence.pixels()[i], evidence.depths_m()[i], kSupportReach_px, kSupportReach_m);
+  const NeighbourPlaces::Sum sum = places_.around(moving_, evidence.pixels()[i], evidence.depths_m()[i],
+                                                  kSupportReach_px, kSupportReach_m);
   const float moving = sum.values - (own_[i] > 0 ? 1.0F : 0.0F), all = sum.weights - 1;  // without itself
   return moving >= kMinSupport && moving >= kMinSupportShare * all;
 }

@@ -114,7 +114,8 @@ class RigidMotionSearch {
   static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
   void refine(Hypothesis& hypothesis, int iterations, std::size_t count) {
-    refine_rigid(points_, options_.loss, options_.loss_scale, iterations, count, hypothesis, normal_);
+    refine_rigid(points_, options_.loss, options_.loss_scale, iterations, options_.refine_until_sigmas, count,
+                 hypothesis, normal_);
   }
 
   void finish(RigidMotion& result) const {
