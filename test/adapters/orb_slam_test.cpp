@@ -287,9 +287,9 @@ TEST_CASE("a fisheye frame is judged by boxes only: nothing that needs a pinhole
   host::v3::GeometricCamera camera;
   host.frame.mpCamera = &camera;
   orb_slam::FrameReader reader;
-  CHECK(reader.read(host.frame, noise(640, 480), cv::Mat(), 1).camera.has_value());
+  CHECK(reader.read(host.frame, noise(640, 480), cv::Mat(), 1, false).camera.has_value());
   camera.type = 1;
-  const FrameView view = reader.read(host.frame, noise(640, 480), cv::Mat(), 1);
+  const FrameView view = reader.read(host.frame, noise(640, 480), cv::Mat(), 1, false);
   CHECK_FALSE(view.camera);
   CHECK(view.grey.empty());
   CHECK(view.descriptors.empty());
@@ -307,7 +307,7 @@ TEST_CASE_TEMPLATE("a frame is read as it is", Frame, host::v2::Frame, host::v3:
   host.frame.mbf = 40;
   host.points[4].bad = true;
   orb_slam::FrameReader reader;
-  const FrameView view = reader.read(host.frame, noise(640, 480), cv::Mat(), 1);
+  const FrameView view = reader.read(host.frame, noise(640, 480), cv::Mat(), 1, false);
   CHECK(view.size() == 30);
   CHECK(view.keypoints_undistorted.size() == 30);
   CHECK(view.depth_m[5] == Host<Frame>::depth_of(5));
@@ -316,6 +316,10 @@ TEST_CASE_TEMPLATE("a frame is read as it is", Frame, host::v2::Frame, host::v3:
   CHECK(view.camera->cy_px == 240);
   CHECK(view.camera->distortion == std::array<double, 5>{0, 0.25, 0, 0, 0});
   CHECK(view.camera->baseline_fx_px_m == 40);
+  CHECK(view.right_u_px.empty());
+  const FrameView stereo = reader.read(host.frame, noise(640, 480), cv::Mat(), 1, true);
+  CHECK(is_stereo(stereo));
+  CHECK(stereo.right_u_px[5] == host.frame.mvuRight[5]);
   CHECK(view.map_point_ids[2] == 1002);
   CHECK(view.map_point_ids[3] == -1);
   CHECK(view.map_point_ids[4] == -1);

@@ -171,7 +171,7 @@ class OrbSlam {
     note_restart(static_cast<std::int64_t>(frame.mnId));
     grey_ = grey, depth_ = std::move(depth);
     const bool handed_over = has_sole_owner(depth_);
-    FrameView view = reader_.read(frame, grey_, depth_, depth_unit_m_);
+    FrameView view = reader_.read(frame, grey_, depth_, depth_unit_m_, sensor_ == HostSensor::Stereo);
     view.depth_handed_over = handed_over;
     if (pose.has_last)
       pipeline_.update_pose(pose.last_frame_id, pose.last_T_world_camera, PoseProvenance::Estimated);
@@ -194,8 +194,8 @@ class OrbSlam {
   template <class Frame>
   FrameView view_of_known(const Frame& frame) {
     const bool known = last_id_ && *last_id_ == static_cast<std::int64_t>(frame.mnId);
-    FrameView view =
-        reader_.read(frame, known ? grey_ : cv::Mat(), known ? depth_ : cv::Mat(), depth_unit_m_);
+    FrameView view = reader_.read(frame, known ? grey_ : cv::Mat(), known ? depth_ : cv::Mat(), depth_unit_m_,
+                                  sensor_ == HostSensor::Stereo);
     if (known) semantics_.add_to(view);
     if (const std::optional<Pose> T_camera_world = orb_slam::camera_from_world(frame))
       view.T_world_camera = inverse(*T_camera_world), view.pose_provenance = PoseProvenance::Estimated;

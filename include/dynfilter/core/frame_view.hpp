@@ -94,6 +94,11 @@ inline bool valid_depth(float depth_m) {
   return depth_m > 0 && std::isfinite(depth_m);
 }
 
+/// True if depths come from the columns in the right image.
+inline bool is_stereo(const FrameView& frame) {
+  return !frame.right_u_px.empty() && frame.camera && frame.camera->baseline_fx_px_m > 0;
+}
+
 /// False for NaN, negative and infinite columns of FrameView::right_u_px.
 inline bool valid_right(float right_u_px) {
   return right_u_px >= 0 && std::isfinite(right_u_px);

@@ -15,7 +15,7 @@ namespace dynfilter {
 /// 3-D points, computed on first use.
 class CurrentFrame {
  public:
-  /// Depths beyond `max_depth_m` do not count. `max_depth_edge`: see DepthSampler.
+  /// Depths beyond `max_depth_m` do not count, but for those of a stereo pair. `max_depth_edge`: see DepthSampler.
   CurrentFrame(double max_depth_m, double max_depth_edge)
       : max_depth_m_(max_depth_m), max_depth_edge_(max_depth_edge) {}
 
@@ -42,6 +42,8 @@ class CurrentFrame {
 
   /// Depths of the host, except on silhouettes of the depth image.
   void fill_depths();
+  /// From the columns in the right image, whatever `max_depth_m` says.
+  void fill_stereo_depths();
 
   double max_depth_m_, max_depth_edge_;
   FrameCleaner cleaner_;

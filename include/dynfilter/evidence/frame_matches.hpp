@@ -80,7 +80,8 @@ class FrameMatches {
   void fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond);
   void add_time_since(std::chrono::steady_clock::time_point start);
 
-  void fill_reference_geometry(Match& match) const;
+  void fill_reference_geometry(Match& match);
+  void fill_stereo_depths(Match& match);
 
   /// Makes deep copies, because hosts reuse buffers. The pyramid is the copy of the grey image.
   bool keep(StoredFrame& stored);
@@ -96,6 +97,7 @@ class FrameMatches {
   DescriptorMatcher descriptors_;
   std::list<Match> matches_;
   std::list<MatchedFeatures> matched_features_;
+  MatchedFeatures reference_features_;  ///< scratch
   Match step_;
   std::vector<cv::Point2f> sparse_px_;
   std::string note_;

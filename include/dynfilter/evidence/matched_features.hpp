@@ -22,6 +22,8 @@ class MatchedFeatures {
   static constexpr double kMaxOffsetPx = 2.0;
 
   void assign(const FrameView& frame, const Match& match, double max_offset_px);
+  /// The indices only, without descriptors.
+  void find(const Match& match, double max_offset_px);
   bool is_of(const Match& match, double max_offset_px) const {
     return match_ == &match && max_offset_px_ == max_offset_px;
   }

@@ -15,12 +15,14 @@
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/filters/neighbour_field.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/free_space.hpp>
 #include <dynfilter/geometry/moving_odds.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_background.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
+#include <dynfilter/geometry/static_miss.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
@@ -152,12 +154,16 @@ class BackgroundMotionFilter final : public Filter {
   // ---- misses
   struct Measured {
     int gap = 0;  ///< frames; 0: none
-    cv::Point3f then_m;
+    SeenPoint then;
     float image_px = 0;
+    bool in_space = false;  ///< depths in both frames
   };
   void measure_misses(const Evidence& evidence, const Match& match);
-  void measure(const Evidence& evidence, std::size_t i, int gap, const cv::Point3f& then_m, Measured& out,
+  void measure(const Evidence& evidence, std::size_t i, int gap, const SeenPoint& then, Measured& out,
                std::vector<Miss>* misses);
+  SeenPoint now(const Evidence& evidence, std::size_t i) const {
+    return {evidence.undistorted_pixels()[i], evidence.depths_m()[i]};
+  }
   /// Noise that neighbours do not share, summed over the frames of a track.
   double chained_noise_px(std::size_t gap) const;
   RigidResidualNoise noise(double pixel_sigma_px) const;
@@ -224,7 +230,9 @@ class BackgroundMotionFilter final : public Filter {
   double step_ratio_ = kFirstStepRatio, track_ratio_ = kFirstTrackRatio;
   float certainty_ = 0;                      ///< [nats]
   double step_scale_ = 1, track_scale_ = 1;  ///< of chained_noise_px(), in this frame
-  std::vector<RigidResidualModel> models_;   ///< [g - 1]: over g frames
+  DepthNoise sensor_;                        ///< of this frame's depths
+  bool judges_directions_ = false;           ///< features without depth have evidence of their own
+  std::vector<StaticMissModel> models_;      ///< [g - 1]: over g frames
   std::vector<FreeSpaceView> views_;
   std::vector<Measured> step_, track_;
   std::vector<Miss> track_misses_;

@@ -29,6 +29,7 @@ struct RigidBackgroundScene {
   Span<const int> seeds;                           ///< features that may be used, ascending
   std::optional<Pose> expected;                    ///< T_current_reference of a camera with constant velocity
   std::optional<Pose> predicted;                   ///< T_current_reference of the host
+  DepthNoise depth_noise{};                        ///< of the sensor
   /// Whole error of a static match over the noise that neighbours do not share.
   double noise_ratio = 1.5;
 };
@@ -49,7 +50,7 @@ class BackgroundPoints {
     fill_cells();
     collect();
     lay_out();
-    set_depth_noise(DepthNoise());
+    set_depth_noise(scene.depth_noise);
   }
 
   std::size_t size() const { return features_.size(); }

@@ -22,6 +22,14 @@ struct DepthNoise {
   double quadratic_per_m = 0.0019;  ///< growth [1/m]
   double offset_m = 0.4;            ///< depth of least noise [m]
 
+  /// Of a stereo pair: sigma_z = z^2 / (f b) sigma_d, with a constant noise of the disparity.
+  /// `baseline_fx_px_m`: baseline times focal length, > 0.
+  static DepthNoise of_stereo(double baseline_fx_px_m) {
+    return {kStereoBase_m, kDisparity_px / baseline_fx_px_m, 0};
+  }
+  static constexpr double kDisparity_px = 0.25;   ///< of patches matched along a row, with interpolation
+  static constexpr double kStereoBase_m = 0.001;  ///< a depth is never exact
+
   /// Standard deviation [m] at depth `depth_m` [m].
   double sigma_m(double depth_m) const {
     const double d = depth_m - offset_m;

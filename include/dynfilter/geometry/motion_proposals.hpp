@@ -109,10 +109,11 @@ class MotionProposals {
   void measure_noise() {
     graduated_ = fit_gradually();
     const Pose start = graduated_.ok ? graduated_.T_current_reference : scene_->expected.value_or(Pose());
-    misses_.measure(scene_->camera, start, {scene_->reference_m, scene_->current_m, scene_->pixels},
+    misses_.measure(scene_->camera, start,
+                    {scene_->reference_m, scene_->current_m, scene_->pixels, scene_->depth_noise},
                     points_->features());
-    rigid_.options().depth_noise = DepthNoise().scaled(depth_factor());
-    points_->set_depth_noise(DepthNoise().scaled(depth_factor()));
+    rigid_.options().depth_noise = scene_->depth_noise.scaled(depth_factor());
+    points_->set_depth_noise(scene_->depth_noise.scaled(depth_factor()));
     match_noise_px_ = neighbour_noise_.scale(misses_.misses(), kNeighbourReach_px).value_or(kFirstNoise_px);
     noise_px_ = std::max(kNarrow_px, scene_->noise_ratio * match_noise_px_);
   }
@@ -120,7 +121,7 @@ class MotionProposals {
   RigidMotion fit_gradually() {
     RigidMotion motion;
     Pose start = scene_->expected.value_or(Pose());
-    rigid_.options().depth_noise = DepthNoise().scaled(kLooseDepth);
+    rigid_.options().depth_noise = scene_->depth_noise.scaled(kLooseDepth);
     for (const double sigma_px : kGraduated_px) {
       const RigidMotion finer = refine(points_->features(), sigma_px, start);
       if (!finer.ok) break;

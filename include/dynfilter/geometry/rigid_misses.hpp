@@ -20,6 +20,7 @@ namespace dynfilter {
 struct RigidMatches {
   Span<const cv::Point3f> reference_m, current_m;  ///< in the camera frames
   Span<const cv::Point2f> pixels;                  ///< where the features are now
+  DepthNoise depth_noise{};                        ///< of the sensor
 };
 
 /// What a rigid motion leaves of a frame's matches, in the image and in depth. Owns its scratch.
@@ -32,7 +33,7 @@ class RigidMisses {
                Span<const int> points) {
     const Eigen::Matrix3d R = T_current_reference.R();
     const Eigen::Vector3d t = T_current_reference.t();
-    const DepthNoise sensor;
+    const DepthNoise& sensor = matches.depth_noise;
     misses_.clear();
     depth_misses_.clear();
     for (const int i : points) {

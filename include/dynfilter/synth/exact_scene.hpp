@@ -58,6 +58,12 @@ class ExactScene {
   ExactScene& missing_matches(double share) { return missing_matches_ = share, *this; }
 
   // ---- optional inputs, besides keypoints, camera, depth and matches
+  /// A stereo camera instead of depths: columns in the right image, with constant noise of the disparity.
+  ExactScene& stereo(double baseline_m, double disparity_noise_px = 0) {
+    camera_.baseline_fx_px_m = baseline_m * camera_.fx_px;
+    return stereo_ = true, disparity_noise_px_ = disparity_noise_px, *this;
+  }
+  ExactScene& rate_hz(double rate_hz) { return rate_hz_ = rate_hz, *this; }
   ExactScene& mono() { return mono_ = true, *this; }
   /// Provides the true poses with this provenance.
   ExactScene& with_poses(PoseProvenance provenance = PoseProvenance::Estimated) {
@@ -114,6 +120,7 @@ class ExactScene {
   bool hidden(int p, const Eigen::Vector3d& point_m, int k) const;
   Truth truth_of(int p, int k) const;
   void add(const Feature& feature, int k, ExactFrame& out) const;
+  void add_depth(const Feature& feature, int k, ExactFrame& out) const;
   void add_matches(int k, ExactFrame& out) const;
   void add_descriptors(int k, ExactFrame& out) const;
   std::vector<Detection> detections(int k) const;
@@ -126,7 +133,8 @@ class ExactScene {
   double min_depth_m_ = 1.5, max_depth_m_ = 5;
   double pixel_noise_px_ = 0, depth_noise_m_ = 0, missing_depth_ = 0, mismatches_ = 0, missing_matches_ = 0;
   PoseProvenance pose_provenance_ = PoseProvenance::None;
-  bool planar_ = false, mono_ = false, with_detections_ = false, with_descriptors_ = false,
+  double disparity_noise_px_ = 0, rate_hz_ = 30;
+  bool planar_ = false, mono_ = false, stereo_ = false, with_detections_ = false, with_descriptors_ = false,
        with_map_points_ = false, with_matches_ = true;
 };
 

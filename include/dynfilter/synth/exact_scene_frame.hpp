@@ -29,7 +29,8 @@ struct ExactFrame {
   PoseProvenance pose_provenance = PoseProvenance::None;
 
   std::vector<cv::KeyPoint> keypoints, keypoints_undistorted;
-  std::vector<float> depth_m;  ///< empty for a mono scene
+  std::vector<float> depth_m;     ///< empty for a mono and a stereo scene
+  std::vector<float> right_u_px;  ///< of a stereo scene
   cv::Mat descriptors;
   std::int64_t reference_frame_id = -1;  ///< of the matches; -1: no matches
   std::vector<std::int32_t> reference_index;

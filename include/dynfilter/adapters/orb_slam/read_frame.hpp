@@ -94,8 +94,10 @@ class KeyframeReader {
 class FrameReader {
  public:
   /// `image` and `depth` (metres, or units of `depth_unit_m`) may be empty. Nothing is copied.
+  /// `stereo`: the frame's columns in the right image were matched there.
   template <class Frame>
-  FrameView read(const Frame& frame, const cv::Mat& image, const cv::Mat& depth, double depth_unit_m) {
+  FrameView read(const Frame& frame, const cv::Mat& image, const cv::Mat& depth, double depth_unit_m,
+                 bool stereo) {
     require_frame<Frame>();
     FrameView view;
     const std::size_t n = frame.mvKeys.size();
@@ -109,6 +111,8 @@ class FrameReader {
     if (static_cast<std::size_t>(frame.mDescriptors.rows) == n) view.descriptors = frame.mDescriptors;
     view.grey = image;
     view.depth = depth;
+    // Of an RGB-D host these columns are computed from the depth.
+    if (stereo && frame.mvuRight.size() == n) view.right_u_px = frame.mvuRight;
     view.depth_unit_m = depth_unit_m;
     view.camera = camera_of(frame);
     if (view.camera) view.camera->width_px = image.cols, view.camera->height_px = image.rows;

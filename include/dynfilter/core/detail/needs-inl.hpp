@@ -15,7 +15,7 @@ DYNFILTER_INLINE Input inputs_of(const FrameView& frame) {
     if (there) inputs = inputs | input;
   };
   add(!frame.grey.empty(), Input::GreyImage);
-  add(!frame.depth_m.empty() || !frame.depth.empty(), Input::Depth);
+  add(!frame.depth_m.empty() || !frame.depth.empty() || is_stereo(frame), Input::Depth);
   add(frame.camera.has_value() && frame.camera->valid(), Input::Camera);
   add(frame.pose_provenance != PoseProvenance::None, Input::Pose);
   add(frame.detections.has_value(), Input::Detections);

@@ -8,6 +8,7 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
+#include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
 
@@ -57,6 +58,7 @@ inline void CurrentFrame::fill_undistorted() {
 }
 
 inline void CurrentFrame::fill_depths() {
+  if (is_stereo(frame_)) return fill_stereo_depths();
   depths_m_.assign(size(), DepthSampler::kNone);
   const DepthSampler image(frame_.depth, frame_.depth_unit_m, max_depth_edge_);
   image.at_all(pixels_, [&](std::size_t i, float in_image) {
@@ -64,6 +66,14 @@ inline void CurrentFrame::fill_depths() {
     const float given = frame_.depth_m.empty() ? seen : frame_.depth_m[i];
     depths_m_[i] = std::isnan(seen) ? DepthSampler::kNone : depth_within(given, max_depth_m_);
   });
+  depths_ready_ = true;
+}
+
+inline void CurrentFrame::fill_stereo_depths() {
+  const std::vector<cv::Point2f>& undistorted = undistorted_pixels();
+  depths_m_.resize(size());
+  for (std::size_t i = 0; i < size(); ++i)
+    depths_m_[i] = stereo_depth_m(undistorted[i].x, frame_.right_u_px[i], frame_.camera->baseline_fx_px_m);
   depths_ready_ = true;
 }
 

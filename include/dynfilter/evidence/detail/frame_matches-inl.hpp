@@ -13,6 +13,7 @@
 #include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/evidence/reused_slots.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
+#include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -136,14 +137,16 @@ inline void FrameMatches::add_time_since(std::chrono::steady_clock::time_point s
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-inline void FrameMatches::fill_reference_geometry(Match& match) const {
+inline void FrameMatches::fill_reference_geometry(Match& match) {
   const std::size_t n = current_.size();
   const auto& px = match.correspondences.reference_px;
   const Camera camera = match.reference != nullptr ? match.reference->camera.value_or(Camera()) : Camera();
   match.reference_undistorted_px.resize(n);
   undistort_points(camera, px, match.reference_undistorted_px);
   match.reference_depth_m.assign(n, DepthSampler::kNone);
-  if (match.reference != nullptr) {
+  if (match.reference != nullptr && match.reference->stereo) {
+    fill_stereo_depths(match);
+  } else if (match.reference != nullptr) {
     const PastFrame& stored = *match.reference;
     const DepthSampler image(stored.depth, stored.depth_unit_m, params_.max_depth_edge);
     image.at_all(px, [&](std::size_t i, float in_image) {
@@ -158,12 +161,27 @@ inline void FrameMatches::fill_reference_geometry(Match& match) const {
   back_project(camera, match.reference_undistorted_px, match.reference_depth_m, match.reference_points_m);
 }
 
+/// There is no depth image: the depth is that of the reference frame's feature.
+inline void FrameMatches::fill_stereo_depths(Match& match) {
+  const PastFrame& stored = *match.reference;
+  reference_features_.find(match, MatchedFeatures::kMaxOffsetPx);
+  for (std::size_t i = 0; i < current_.size(); ++i) {
+    const auto index = static_cast<std::size_t>(reference_features_.index(i));
+    if (reference_features_.index(i) >= 0 && index < stored.depth_m.size())
+      match.reference_depth_m[i] = stored.depth_m[index];
+  }
+}
+
 inline bool FrameMatches::keep(StoredFrame& stored) {
   const FrameView& frame = current_.frame();
   const bool seen_before = !stored.pyramid.empty();
   stored.timestamp_s = frame.timestamp_s;
   stored.keypoints.assign(frame.keypoints.begin(), frame.keypoints.end());
-  stored.depth_m.assign(frame.depth_m.begin(), frame.depth_m.end());
+  if (is_stereo(frame))
+    stored.depth_m = current_.depths_m();
+  else
+    stored.depth_m.assign(frame.depth_m.begin(), frame.depth_m.end());
+  stored.stereo = is_stereo(frame);
   stored.camera = frame.camera;
   if (frame.pose_provenance != PoseProvenance::None) {
     stored.T_world_camera = frame.T_world_camera;

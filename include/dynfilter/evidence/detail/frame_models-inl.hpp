@@ -7,6 +7,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/evidence/reused_slots.hpp>
+#include <dynfilter/geometry/stereo_depth.hpp>
 
 namespace dynfilter {
 
@@ -28,6 +29,7 @@ DYNFILTER_INLINE const RigidMotion& FrameModels::rigid_motion(const Match& match
                                                               const std::vector<int>& seeds,
                                                               const std::optional<Pose>& prior) {
   return fitted(rigid_motions_, match, seeds, [&] {
+    rigid_motion_.options().depth_noise = depth_noise_of(current_.frame());
     return rigid_motion_.estimate(current_.frame().camera.value_or(Camera()), match.reference_points_m,
                                   current_.points_m(), seeds, prior);
   });

@@ -11,14 +11,17 @@ namespace dynfilter {
 
 DYNFILTER_INLINE void MatchedFeatures::assign(const FrameView& frame, const Match& match,
                                               double max_offset_px) {
-  match_ = &match;
-  max_offset_px_ = max_offset_px;
-  index_.assign(frame.size(), -1);
+  find(match, max_offset_px);
   distance_bits_.assign(frame.size(), -1);
   has_descriptors_ = false;
-  if (match.reference == nullptr) return;
-  find_indices(match);
-  measure(frame.descriptors, *match.reference);
+  if (match.reference != nullptr) measure(frame.descriptors, *match.reference);
+}
+
+DYNFILTER_INLINE void MatchedFeatures::find(const Match& match, double max_offset_px) {
+  match_ = &match;
+  max_offset_px_ = max_offset_px;
+  index_.assign(match.correspondences.found.size(), -1);
+  if (match.reference != nullptr) find_indices(match);
 }
 
 inline void MatchedFeatures::find_indices(const Match& match) {

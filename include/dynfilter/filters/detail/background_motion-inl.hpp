@@ -14,6 +14,7 @@
 #include <dynfilter/geometry/background_points.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/motion_proposals.hpp>
+#include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -64,6 +65,8 @@ DYNFILTER_INLINE void BackgroundMotionFilter::apply(const Evidence& evidence, Vo
   const Match& match = evidence.match({});
   tracks_ = &evidence.tracks(kTracks);
   keep_time(evidence.frame());
+  sensor_ = depth_noise_of(evidence.frame());
+  judges_directions_ = is_stereo(evidence.frame());
   std::swap(places_, last_places_);
   places_.build(evidence.pixels(), evidence.depths_m(), static_cast<float>(params_.neighbour_px));
   recall(evidence, match);
@@ -148,6 +151,7 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
                                                       Votes& votes) {
   RigidBackgroundScene scene;
   scene.camera = *evidence.frame().camera;
+  scene.depth_noise = sensor_;
   scene.reference_m = match.reference_points_m;
   scene.current_m = evidence.points_m();
   scene.pixels = evidence.pixels();
@@ -220,24 +224,25 @@ inline void BackgroundMotionFilter::measure_misses(const Evidence& evidence, con
   track_misses_.clear();
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!match.found(i)) continue;
-    measure(evidence, i, 1, match.reference_points_m[i], step_[i], nullptr);
+    measure(evidence, i, 1, {match.reference_undistorted_px[i], match.reference_depth_m[i]}, step_[i],
+            nullptr);
     const int longest = std::min(tracks_->length(i), static_cast<int>(models_.size()));
     if (longest > 1)
-      measure(evidence, i, longest,
-              back_project(camera, tracks_->at(i, longest), tracks_->depth_m(i, longest)), track_[i],
+      measure(evidence, i, longest, {tracks_->at(i, longest), tracks_->depth_m(i, longest)}, track_[i],
               &track_misses_);
   }
 }
 
 inline void BackgroundMotionFilter::measure(const Evidence& evidence, std::size_t i, int gap,
-                                            const cv::Point3f& then_m, Measured& out,
-                                            std::vector<Miss>* misses) {
-  const cv::Point3f& now_m = evidence.points_m()[i];
-  const RigidResidual r = models_[static_cast<std::size_t>(gap - 1)].miss(then_m, now_m);
-  if (!r.valid) return;
-  out = {gap, then_m, r.image_px};
-  if (misses == nullptr) return;
-  misses->push_back({evidence.pixels()[i], now_m.z, evidence.undistorted_pixels()[i] - r.predicted_px,
+                                            const SeenPoint& then, Measured& out, std::vector<Miss>* misses) {
+  const SeenPoint seen = now(evidence, i);
+  if (!judges_directions_ && !(valid_depth(then.depth_m) && valid_depth(seen.depth_m))) return;
+  const StaticMiss miss = models_[static_cast<std::size_t>(gap - 1)].miss(then, seen);
+  if (miss.axes == StaticMiss::Axes::None) return;
+  const bool in_space = miss.axes == StaticMiss::Axes::Space;
+  out = {gap, then, miss.image_px, in_space};
+  if (misses == nullptr || !in_space) return;
+  misses->push_back({evidence.pixels()[i], seen.depth_m, miss.miss_px,
                      static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
 }
 
@@ -251,7 +256,7 @@ DYNFILTER_INLINE double BackgroundMotionFilter::chained_noise_px(std::size_t gap
 inline RigidResidualNoise BackgroundMotionFilter::noise(double pixel_sigma_px) const {
   RigidResidualNoise noise;
   noise.pixel_sigma_px = pixel_sigma_px;
-  noise.depth_noise = DepthNoise().scaled(std::max(kDepthFactor, estimator_.depth_factor()));
+  noise.depth_noise = sensor_.scaled(std::max(kDepthFactor, estimator_.depth_factor()));
   return noise;
 }
 
@@ -259,7 +264,7 @@ inline void BackgroundMotionFilter::measure_noise(const Evidence& evidence) {
   ratios_.clear();
   const double noise_px = chained_noise_px(1);
   for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (step_[i].gap > 0 && likely_static(i) &&
+    if (step_[i].in_space && likely_static(i) &&
         static_cast<double>(step_[i].image_px) < 3 * kMostStepRatio * noise_px)
       ratios_.push_back(static_cast<float>(static_cast<double>(step_[i].image_px) / noise_px));
   step_scale_ = usual(1, kMostStepRatio, step_ratio_);
@@ -267,7 +272,7 @@ inline void BackgroundMotionFilter::measure_noise(const Evidence& evidence) {
                                    kLeastTrackScale, kMostTrackScale);
   ratios_.clear();
   for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (track_[i].gap > 0 && step_[i].gap > 0 && likely_static(i) &&
+    if (track_[i].in_space && step_[i].in_space && likely_static(i) &&
         static_cast<double>(step_[i].image_px) < 2 * step_scale_ * noise_px)
       ratios_.push_back(static_cast<float>(static_cast<double>(track_[i].image_px) /
                                            chained_noise_px(static_cast<std::size_t>(track_[i].gap))));
@@ -307,15 +312,17 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
 inline float BackgroundMotionFilter::odds_of(const Evidence& evidence, std::size_t i,
                                              const Measured& measured, const MovingOdds& odds) const {
   if (measured.gap == 0) return kLeastOdds;
-  const cv::Point3f& now_m = evidence.points_m()[i];
-  const RigidResidual r = models_[static_cast<std::size_t>(measured.gap - 1)](measured.then_m, now_m);
-  if (!r.valid) return kLeastOdds;
+  const SeenPoint seen = now(evidence, i);
+  const StaticMiss miss = models_[static_cast<std::size_t>(measured.gap - 1)](measured.then, seen);
+  if (miss.axes == StaticMiss::Axes::None) return kLeastOdds;
   MovingOddsInput in;
-  in.chi2 = static_cast<double>(r.chi2);
-  in.miss_px = static_cast<double>(r.image_px);
+  in.chi2 = static_cast<double>(miss.chi2);
+  in.miss_px = static_cast<double>(miss.image_px);
   in.sigma_px = sigma_px(measured.gap);
-  in.sigma_depth_m = noise(1).depth_noise.sigma_m(static_cast<double>(now_m.z));
-  in.px_per_m = evidence.frame().camera->fx_px / static_cast<double>(now_m.z);
+  in.image_axes = miss.axes == StaticMiss::Axes::Line ? 1 : 2;
+  in.depth_axis = measured.in_space;
+  if (in.depth_axis) in.sigma_depth_m = noise(1).depth_noise.sigma_m(static_cast<double>(seen.depth_m));
+  in.px_per_m = static_cast<double>(miss.px_per_m);
   in.elapsed_s = elapsed_s(static_cast<std::size_t>(measured.gap));
   return std::clamp(static_cast<float>(odds(in)), kLeastOdds, kMostOdds);
 }

@@ -9,9 +9,9 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
+#include <dynfilter/geometry/stereo_depth.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
@@ -96,7 +96,7 @@ inline void TrajectoryConsistencyFilter::judge_noise(const Evidence& evidence, c
                                                      Votes& votes) const {
   RigidResidualNoise noise;
   noise.pixel_sigma_px = sigma.pixel_px;
-  noise.depth_noise = DepthNoise().scaled(sigma.depth_factor);
+  noise.depth_noise = depth_noise_of(evidence.frame()).scaled(sigma.depth_factor);
   const bool fitted = motion.inliers > 0;
   const RigidResidualModel residual(*evidence.frame().camera, motion.T_current_reference, noise,
                                     fitted ? motion.covariance.data() : nullptr);
@@ -136,8 +136,10 @@ inline void TrajectoryConsistencyFilter::collect_measured(const Evidence& eviden
 
 inline std::optional<TrajectoryConsistencyFilter::Noise> TrajectoryConsistencyFilter::measure(
     const Evidence& evidence, const Match& match, const RigidMotion& motion) {
-  misses_.measure(*evidence.frame().camera, motion.T_current_reference,
-                  {match.reference_points_m, evidence.points_m(), evidence.pixels()}, seeds_);
+  misses_.measure(
+      *evidence.frame().camera, motion.T_current_reference,
+      {match.reference_points_m, evidence.points_m(), evidence.pixels(), depth_noise_of(evidence.frame())},
+      seeds_);
   const std::optional<double> pixel_px = neighbour_noise_.whole_scale(misses_.misses(), kNeighbours_px);
   if (!pixel_px) return std::nullopt;
   return Noise{*pixel_px, misses_.depth_factor()};
@@ -147,7 +149,7 @@ inline void TrajectoryConsistencyFilter::fit_under(const Noise& noise, const Evi
                                                    const Match& match, RigidMotion& motion) {
   RigidMotionOptions& options = refit_.options();
   options.pixel_sigma_px = std::max(noise.pixel_px, RigidMotionOptions().pixel_sigma_px);
-  options.depth_noise = DepthNoise().scaled(noise.depth_factor);
+  options.depth_noise = depth_noise_of(evidence.frame()).scaled(noise.depth_factor);
   const RigidMotion finer = refit_.refine(*evidence.frame().camera, match.reference_points_m,
                                           evidence.points_m(), seeds_, motion.T_current_reference);
   if (finer.ok) motion = finer;

@@ -113,7 +113,7 @@ DYNFILTER_INLINE Truth ExactScene::truth_of(int p, int k) const {
 DYNFILTER_INLINE ExactFrame ExactScene::frame(int k) const {
   ExactFrame out;
   out.id = k;
-  out.timestamp_s = k / 30.0;
+  out.timestamp_s = k / rate_hz_;
   out.camera = camera_;
   out.T_world_camera = camera_motion_(k);
   out.pose_provenance = pose_provenance_;
@@ -133,12 +133,7 @@ DYNFILTER_INLINE void ExactScene::add(const Feature& feature, int k, ExactFrame&
   out.keypoints.emplace_back(px, 31.0F, -1.0F, 1.0F, octave);
   if (camera_.distorted())
     out.keypoints_undistorted.emplace_back(cv::Point2f(feature.px), 31.0F, -1.0F, 1.0F, octave);
-  if (!mono_) {
-    const double sigma_m = depth_noise_m_ * feature.depth_m * feature.depth_m;
-    const double depth_m = feature.depth_m + sigma_m * random(Purpose::Depth, k, p).gaussian();
-    const bool missing = random(Purpose::NoDepth, k, p).uniform() < missing_depth_;
-    out.depth_m.push_back(missing ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(depth_m));
-  }
+  add_depth(feature, k, out);
   if (with_map_points_) {
     const Eigen::Vector3d at_m = position_m(p, 0);
     out.map_point_ids.push_back(p);
@@ -149,6 +144,21 @@ DYNFILTER_INLINE void ExactScene::add(const Feature& feature, int k, ExactFrame&
   out.label.push_back(label(p));
   out.truth.push_back(truth_of(p, k));
   out.mismatched.push_back(0);
+}
+
+DYNFILTER_INLINE void ExactScene::add_depth(const Feature& feature, int k, ExactFrame& out) const {
+  if (mono_) return;
+  const double noise = random(Purpose::Depth, k, feature.point).gaussian();
+  const bool missing = random(Purpose::NoDepth, k, feature.point).uniform() < missing_depth_;
+  const auto known = [&](double value) {
+    return missing ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(value);
+  };
+  if (stereo_)
+    out.right_u_px.push_back(
+        known(feature.px.x - camera_.baseline_fx_px_m / feature.depth_m + disparity_noise_px_ * noise));
+  else
+    out.depth_m.push_back(
+        known(feature.depth_m + depth_noise_m_ * feature.depth_m * feature.depth_m * noise));
 }
 
 DYNFILTER_INLINE void ExactScene::add_matches(int k, ExactFrame& out) const {

@@ -16,6 +16,7 @@ DYNFILTER_INLINE FrameView ExactFrame::view() const {
   view.keypoints_undistorted = keypoints_undistorted;
   view.descriptors = descriptors;
   view.depth_m = depth_m;
+  view.right_u_px = right_u_px;
   view.camera = camera;
   if (pose_provenance != PoseProvenance::None) view.T_world_camera = T_world_camera;
   view.pose_provenance = pose_provenance;
