@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <dynfilter/geometry/free_space.hpp>
+#include <dynfilter/geometry/undistort.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <optional>

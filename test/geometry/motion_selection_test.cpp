@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/geometry/motion_selection.hpp>
+#include <dynfilter/geometry/detail/motion_selection.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <numeric>
 #include <vector>

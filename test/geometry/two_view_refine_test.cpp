@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/geometry/detail/two_view_refine.hpp>
 #include <dynfilter/geometry/sampling.hpp>
-#include <dynfilter/geometry/two_view_refine.hpp>
 #include <numeric>
 #include <vector>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/geometry/two_view_refine.hpp>
-#include <dynfilter/geometry/two_view_solvers.hpp>
+#include <dynfilter/geometry/detail/two_view_refine.hpp>
+#include <dynfilter/geometry/detail/two_view_solvers.hpp>
 #include <numeric>
 
 #include "doctest/doctest.h"

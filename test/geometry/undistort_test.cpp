@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/calib3d.hpp>
 #include <vector>

@@ -47,11 +47,7 @@ inline Eigen::Vector2d mapped(const Eigen::Matrix3d& H, const Eigen::Vector2d& p
   return {q.x() / q.z(), q.y() / q.z()};
 }
 
-inline Eigen::Matrix3d camera_matrix(const Camera& camera) {
-  Eigen::Matrix3d K;
-  K << camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1;
-  return K;
-}
+Eigen::Matrix3d camera_matrix(const Camera& camera);
 
 }  // namespace detail
 
@@ -98,13 +94,10 @@ inline double transfer_distance_px(const Matrix9& H, cv::Point2f reference, cv::
 
 /// F = K^-T [t]x R K^-1 of a known motion (Hartley and Zisserman, section 9.2).
 /// All zero without translation.
-inline Matrix9 fundamental_from_pose(const Camera& camera, const Pose& T_current_reference) {
-  const Eigen::Matrix3d K_inv = detail::camera_matrix(camera).inverse();
-  const Eigen::Matrix3d E =
-      detail::times(detail::cross_matrix(T_current_reference.t()), T_current_reference.R());
-  const Eigen::Matrix3d F = detail::times(K_inv.transpose(), detail::times(E, K_inv));
-  const double norm = F.norm();
-  return detail::to_array(norm > 0 ? Eigen::Matrix3d(F / norm) : F);
-}
+Matrix9 fundamental_from_pose(const Camera& camera, const Pose& T_current_reference);
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/geometry/detail/epipolar_distance-inl.hpp>
+#endif

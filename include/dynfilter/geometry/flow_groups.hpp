@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <dynfilter/geometry/image_neighbours.hpp>
 #include <vector>
 
@@ -44,33 +45,9 @@ class FlowGroups {
   const std::vector<int>& group(std::size_t g) const { return members_[g]; }
 
  private:
-  int root(int i) {
-    while (parent_[static_cast<std::size_t>(i)] != i) {
-      int& up = parent_[static_cast<std::size_t>(i)];
-      up = parent_[static_cast<std::size_t>(up)];
-      i = up;
-    }
-    return i;
-  }
-  void join(int a, int b) {
-    a = root(a);
-    b = root(b);
-    if (a != b) parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-  }
-  void collect() {
-    const std::size_t n = parent_.size();
-    number_.assign(n, -1);
-    groups_ = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      int& number = number_[static_cast<std::size_t>(root(static_cast<int>(i)))];
-      if (number < 0) {
-        number = static_cast<int>(groups_++);
-        if (members_.size() < groups_) members_.emplace_back();
-        members_[groups_ - 1].clear();
-      }
-      members_[static_cast<std::size_t>(number)].push_back(static_cast<int>(i));
-    }
-  }
+  int root(int i);
+  void join(int a, int b);
+  void collect();
 
   ImageNeighbours grid_;
   std::vector<std::vector<int>> near_, linked_, members_;
@@ -79,3 +56,7 @@ class FlowGroups {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/geometry/detail/flow_groups-inl.hpp>
+#endif

@@ -2,15 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/undistort.hpp>
-#include <limits>
 #include <opencv2/core.hpp>
 #include <optional>
 
@@ -22,48 +17,18 @@ class NearestDepth {
   static constexpr double kLeastKnown = 0.5;  ///< share of a window that must have a depth
 
   /// `depth`: CV_32FC1 or CV_16UC1, not copied. Any other type has no depth anywhere.
-  NearestDepth(const cv::Mat& depth, double unit_m) : depth_(depth), unit_m_(static_cast<float>(unit_m)) {
-    if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
-  }
+  NearestDepth(const cv::Mat& depth, double unit_m);
 
   /// The nearest depth [m] within `radius_px` of a pixel, in rows and columns.
   /// None if it is `beyond_m` or nearer, if the window leaves the image,
   /// or if less than half of it has a depth.
-  std::optional<float> around(const cv::Point2f& px, int radius_px, float beyond_m) const {
-    const auto inside = [&](float at, int size) {
-      return at >= static_cast<float>(radius_px) && at <= static_cast<float>(size - 1 - radius_px);
-    };
-    if (depth_.empty() || !inside(px.x, depth_.cols) || !inside(px.y, depth_.rows)) return std::nullopt;
-    const cv::Point centre(cvRound(px.x), cvRound(px.y));
-    return depth_.type() == CV_32FC1 ? of_window<float>(centre, radius_px, beyond_m)
-                                     : of_window<std::uint16_t>(centre, radius_px, beyond_m);
-  }
+  std::optional<float> around(const cv::Point2f& px, int radius_px, float beyond_m) const;
 
  private:
   /// Most windows hold the point's own surface: the middle row is read first, and the first depth that is
   /// not beyond ends the search.
   template <class T>
-  std::optional<float> of_window(const cv::Point& centre, int radius_px, float beyond_m) const {
-    float nearest_m = std::numeric_limits<float>::infinity();
-    int known = 0;
-    const auto free_row = [&](int y) {
-      const T* row = depth_.ptr<T>(y) + centre.x;
-      for (int dx = -radius_px; dx <= radius_px; ++dx) {
-        const float z_m = static_cast<float>(row[dx]) * unit_m_;
-        if (!valid_depth(z_m)) continue;
-        if (z_m <= beyond_m) return false;
-        nearest_m = std::min(nearest_m, z_m);
-        ++known;
-      }
-      return true;
-    };
-    if (!free_row(centre.y)) return std::nullopt;
-    for (int dy = 1; dy <= radius_px; ++dy)
-      if (!free_row(centre.y - dy) || !free_row(centre.y + dy)) return std::nullopt;
-    const int side = 2 * radius_px + 1;
-    if (known < kLeastKnown * side * side) return std::nullopt;
-    return nearest_m;
-  }
+  std::optional<float> of_window(const cv::Point& centre, int radius_px, float beyond_m) const;
 
   cv::Mat depth_;
   float unit_m_;
@@ -99,19 +64,7 @@ class FreeSpaceView {
         prior_(std::log(model.moving_share / (1 - model.moving_share))) {}
 
   /// Of a point in the current camera's frame [m]. 0: the view says nothing.
-  double odds(const cv::Point3f& point_m) const {
-    if (!valid_depth(point_m.z)) return 0;
-    const Eigen::Vector3d far = R_ * Eigen::Vector3d(point_m.x, point_m.y, point_m.z), p = far + t_;
-    if (!(p.z() > 0) || !(far.z() > 0)) return 0;
-    const cv::Point2f px = pixel(p);
-    const double here_m = model_.depth_noise.sigma_m(point_m.z);
-    const cv::Point2f parallax_px = px - pixel(far);
-    const double along_px = std::hypot(parallax_px.x, parallax_px.y) * here_m / point_m.z;
-    const double radius_px = kReach * std::hypot(model_.sigma_px, along_px) + kSilhouette_px;
-    if (!(radius_px <= kMostRadius_px)) return 0;
-    const auto there_m = depth_.around(px, static_cast<int>(std::ceil(radius_px)), static_cast<float>(p.z()));
-    return there_m ? std::max(0.0, odds_of(*there_m - p.z(), here_m, *there_m)) : 0;
-  }
+  double odds(const cv::Point3f& point_m) const;
 
  private:
   static constexpr double kReach = 3;           ///< standard deviations of a place
@@ -123,15 +76,8 @@ class FreeSpaceView {
   static constexpr double kNu = 6;              ///< tails, as of matches
   static constexpr double kPeak = 0.3827;       ///< t density with nu = 6 at 0
 
-  cv::Point2f pixel(const Eigen::Vector3d& p) const {
-    return distort_point(camera_, project(camera_, {static_cast<float>(p.x()), static_cast<float>(p.y()),
-                                                    static_cast<float>(p.z())}));
-  }
-  double odds_of(double behind_m, double here_m, double there_m) const {
-    const double sigma_m = std::hypot(here_m, model_.depth_noise.sigma_m(there_m)), t = behind_m / sigma_m;
-    const double error = kPeak * std::pow(1 + t * t / kNu, -(kNu + 1) / 2) / sigma_m;
-    return std::log(kThrough / (kRange_m * error + kGross)) + prior_;
-  }
+  cv::Point2f pixel(const Eigen::Vector3d& p) const;
+  double odds_of(double behind_m, double here_m, double there_m) const;
 
   Camera camera_;
   NearestDepth depth_;
@@ -142,3 +88,7 @@ class FreeSpaceView {
 };
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/geometry/detail/free_space-inl.hpp>
+#endif

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <dynfilter/geometry/epipolar_distance.hpp>
-#include <limits>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
@@ -46,45 +44,9 @@ enum class TwoViewReason {
   NoMotion,
 };
 
-inline const char* to_string(TwoViewKind kind) {
-  switch (kind) {
-    case TwoViewKind::None:
-      return "none";
-    case TwoViewKind::Fundamental:
-      return "fundamental";
-    case TwoViewKind::Homography:
-      return "homography";
-    case TwoViewKind::Rotation:
-      return "rotation";
-  }
-  return "";
-}
+const char* to_string(TwoViewKind kind);
 
-inline const char* to_string(TwoViewReason reason) {
-  switch (reason) {
-    case TwoViewReason::TooFewSeeds:
-      return "too few seeds";
-    case TwoViewReason::CollinearSeeds:
-      return "the seeds lie on a line";
-    case TwoViewReason::NoConsensus:
-      return "no model explains enough seeds";
-    case TwoViewReason::General:
-      return "no homography explains half of what F explains";
-    case TwoViewReason::PlaneAndParallax:
-      return "a dominant plane whose own residuals point at the epipole";
-    case TwoViewReason::CalibratedParallax:
-      return "a dominant plane; its motion explains points off it";
-    case TwoViewReason::WeakParallax:
-      return "a homography up to parallax near the noise";
-    case TwoViewReason::Plane:
-      return "a plane";
-    case TwoViewReason::PureRotation:
-      return "no baseline: the camera only turned";
-    case TwoViewReason::NoMotion:
-      return "no baseline: the camera stood still";
-  }
-  return "";
-}
+const char* to_string(TwoViewReason reason);
 
 /// A two-view model and the figures behind it. Plain numbers, in pixels of the undistorted images.
 struct TwoViewModel {
@@ -118,34 +80,14 @@ enum class TwoViewVerdict { CannotSay, Consistent, Inconsistent };
 /// This factor accounts for two coordinates of error instead of one,
 /// so that the same threshold passes the same share of static points.
 /// NaN if the kind is None or a point is not finite.
-inline double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current) {
-  constexpr double kTwoCoordinates = 0.80067;
-  if (model.kind == TwoViewKind::None || !std::isfinite(reference.x + reference.y + current.x + current.y)) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
-  if (model.kind == TwoViewKind::Fundamental) return epipolar_distance_px(model.F, reference, current);
-  const cv::Point2d q = transfer(model.H, reference);
-  const double dx = current.x - q.x, dy = current.y - q.y;
-  if (!(model.allowance_px > 0)) return kTwoCoordinates * std::hypot(dx, dy);
-  const Matrix9& F = model.F;
-  const double X = F[0] * reference.x + F[1] * reference.y + F[2];
-  const double Y = F[3] * reference.x + F[4] * reference.y + F[5];
-  const double norm = std::hypot(X, Y);
-  const double across = norm > 0 ? (X * dx + Y * dy) / norm : 0,
-               along = norm > 0 ? (X * dy - Y * dx) / norm : 0;
-  return kTwoCoordinates * std::hypot(across, std::max(0.0, std::abs(along) - model.allowance_px));
-}
+double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current);
 
 /// The model's verdict on a match for a threshold on `distance_px`.
-inline TwoViewVerdict judge(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current,
-                            double max_distance_px) {
-  const double d = distance_px(model, reference, current);
-  if (std::isnan(d)) return TwoViewVerdict::CannotSay;
-  if (d <= max_distance_px) return TwoViewVerdict::Consistent;
-  if (model.ambiguous && epipolar_distance_px(model.F, reference, current) <= max_distance_px) {
-    return TwoViewVerdict::CannotSay;
-  }
-  return TwoViewVerdict::Inconsistent;
-}
+TwoViewVerdict judge(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current,
+                     double max_distance_px);
 
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/geometry/detail/two_view_model-inl.hpp>
+#endif

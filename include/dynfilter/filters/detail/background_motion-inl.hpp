@@ -11,9 +11,8 @@
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
-#include <dynfilter/geometry/background_points.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/motion_proposals.hpp>
+#include <dynfilter/geometry/motion_proposal.hpp>
 #include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>

@@ -11,7 +11,7 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/rigid_least_squares.hpp>
+#include <dynfilter/geometry/detail/rigid_least_squares.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
 #include <memory>

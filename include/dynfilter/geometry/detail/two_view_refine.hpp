@@ -9,10 +9,10 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/detail/rigid_least_squares.hpp>
+#include <dynfilter/geometry/detail/two_view_points.hpp>
 #include <dynfilter/geometry/epipolar_distance.hpp>
-#include <dynfilter/geometry/rigid_least_squares.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
-#include <dynfilter/geometry/two_view_points.hpp>
 #include <limits>
 
 namespace dynfilter::detail {

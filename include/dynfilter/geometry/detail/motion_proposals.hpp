@@ -5,27 +5,18 @@
 #include <cstddef>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/background_points.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/detail/background_points.hpp>
+#include <dynfilter/geometry/motion_proposal.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/pack.hpp>
+#include <dynfilter/geometry/rigid_background_scene.hpp>
 #include <dynfilter/geometry/rigid_misses.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <optional>
 #include <vector>
 
 namespace dynfilter {
-
-/// One rigid motion that some of the points follow.
-struct MotionProposal {
-  enum class From { Expected, Predicted, Support };
-  From from = From::Support;
-  RigidMotion motion;
-  double sigma_px = 0;  ///< noise that it was fitted with
-  double area = 0;      ///< share of the visible surface that it explains best
-  double order = 0.5;   ///< share of the neighbouring points of other motions that are nearer
-  double score = 0;     ///< log-probability of being the background, up to a constant
-};
 
 namespace detail {
 
@@ -44,7 +35,6 @@ class MotionProposals {
  public:
   using From = MotionProposal::From;
 
-  static constexpr float kMobile = 0.5F;           ///< mobility from which on a point counts as having moved
   static constexpr double kMinShare = 0.04;        ///< of the points: support of a motion worth a search
   static constexpr double kLeastRefined_px = 0.1;  ///< inlier noise; a narrower fit loses good points
 
@@ -160,7 +150,8 @@ class MotionProposals {
   void collect_unmoved() {
     unmoved_.clear();
     for (std::size_t k = 0; k < points_->size(); ++k)
-      if (!points_->moved_recently(k, kMobile)) unmoved_.push_back(points_->features()[k]);
+      if (!points_->moved_recently(k, RigidBackgroundScene::kMobile))
+        unmoved_.push_back(points_->features()[k]);
     if (unmoved_.size() < kMinUnmoved) unmoved_ = points_->features();
   }
 

@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/order_statistics.hpp>
+#include <dynfilter/geometry/detail/two_view_points.hpp>
+#include <dynfilter/geometry/detail/two_view_refine.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
-#include <dynfilter/geometry/two_view_points.hpp>
-#include <dynfilter/geometry/two_view_refine.hpp>
 #include <limits>
 #include <vector>
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <dynfilter/geometry/detail/rigid_points.hpp>
+#include <dynfilter/geometry/detail/rigid_sums_avx2.hpp>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
-#include <dynfilter/geometry/rigid_points.hpp>
-#include <dynfilter/geometry/rigid_sums_avx2.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 
 namespace dynfilter {

@@ -6,33 +6,16 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/pack.hpp>
+#include <dynfilter/geometry/rigid_background_scene.hpp>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <tuple>
 #include <vector>
 
 namespace dynfilter {
-
-/// What a background motion is estimated from. One entry per feature in every span but `seeds`.
-struct RigidBackgroundScene {
-  Camera camera;
-  Span<const cv::Point3f> reference_m, current_m;  ///< in the camera frames; z not finite: no point
-  Span<const cv::Point2f> pixels;                  ///< current positions of the features
-  Span<const float> static_belief;                 ///< [0, 1] from earlier frames; 0.5: unknown
-  Span<const float> mobility;                      ///< [0, 1] moved recently; empty: none did
-  Span<const int> seeds;                           ///< features that may be used, ascending
-  std::optional<Pose> expected;                    ///< T_current_reference of a camera with constant velocity
-  std::optional<Pose> predicted;                   ///< T_current_reference of the host
-  DepthNoise depth_noise{};                        ///< of the sensor
-  /// Whole error of a static match over the noise that neighbours do not share.
-  double noise_ratio = 1.5;
-};
 
 namespace detail {
 
