@@ -147,12 +147,12 @@ const char* const kBoxes =
     "  at_keyframe:\n    - depth_consistency: { against: covisible, prediction: match, max_deviation: 0.08 "
     "}\n";
 
-OrbSlamSettings settings_from(const std::string& text, HostSensor sensor = HostSensor::RgbD) {
+OrbSlamSettings settings_from(const std::string& text) {
   const Folder folder;
-  return read_orb_slam_settings(folder.write("settings.yaml", kHostKeys + text), sensor);
+  return read_orb_slam_settings(folder.write("settings.yaml", kHostKeys + text));
 }
 OrbSlam make(const std::string& keys = "", HostSensor sensor = HostSensor::RgbD) {
-  return OrbSlam(settings_from(keys + kBoxes, sensor), sensor);
+  return OrbSlam(settings_from(keys + kBoxes), sensor);
 }
 const char* const kNoFloor =
     "DynFilter.keep_first_frame: 0\nDynFilter.min_features_before_map: 0\nDynFilter.min_features: 0\n";
@@ -458,11 +458,10 @@ TEST_CASE("until the map exists more is kept, of the first frame all") {
 
 TEST_CASE("settings: where the pipeline comes from, and what is wrong") {
   const Folder folder;
-  const auto read = [&](const std::string& text, HostSensor sensor = HostSensor::RgbD) {
-    return read_orb_slam_settings(folder.write("settings.yaml", kHostKeys + text), sensor);
+  const auto read = [&](const std::string& text) {
+    return read_orb_slam_settings(folder.write("settings.yaml", kHostKeys + text));
   };
   CHECK(read("").pipeline.name == "dynfilter");
-  CHECK(read("", HostSensor::Monocular).pipeline.name == "dynfilter_mono");
   CHECK(read("DynFilter.pipeline: rts_slam\n").pipeline.name == "rts_slam");
   CHECK(read(kBoxes).pipeline.name == "boxes");
   folder.write("mine.yaml", std::string("%YAML:1.0\n---\n") + kBoxes);
@@ -482,7 +481,7 @@ TEST_CASE("settings: where the pipeline comes from, and what is wrong") {
   CHECK(error("DynFilter.pipeline: nowhere\n").find("no pipeline `nowhere`") != std::string::npos);
   CHECK(error(std::string("DynFilter.pipeline: rts_slam\n") + kBoxes).find("both") != std::string::npos);
   CHECK(error("pipeline:\n  before_pose:\n    - nonsense\n").find("settings.yaml") != std::string::npos);
-  CHECK_THROWS_AS(read_orb_slam_settings("/nowhere/settings.yaml", HostSensor::RgbD), ConfigError);
+  CHECK_THROWS_AS(read_orb_slam_settings("/nowhere/settings.yaml"), ConfigError);
   // The host's own part of the file is the host's business ...
   CHECK(read("Camera.fps: 30\nCamera.fps: 30\nViewer.PointSize:2\nbaseline: 1\n").pipeline.name ==
         "dynfilter");
@@ -683,7 +682,7 @@ void check_guide(const std::string& begin, const std::string& wanted) {
 TEST_CASE("the guide's table of settings is that of the parameters") {
   std::string wanted =
       "| key, after `DynFilter.` | default | meaning |\n|---|---|---|\n"
-      "| `pipeline` | `dynfilter` or `dynfilter_mono` | a preset, or a file with a pipeline |\n";
+      "| `pipeline` | `dynfilter` | a preset, or a file with a pipeline |\n";
   for (const FieldInfo& field : describe_parameters<OrbSlamParams>()) {
     const bool number = field.type == "integer" || field.type == "number";
     const std::string value = field.default_value.empty() || field.default_value == "[]" ? "none"

@@ -103,6 +103,38 @@ TEST_CASE("by_region asks `inside` for prior suspects and `outside` for the othe
                          6)) == "SUDSUD");
 }
 
+TEST_CASE("first_available: the first member with its inputs judges, the others do not run") {
+  const auto needing = [](Input input, const std::string& name, const std::string& letters) {
+    return stage(std::make_unique<Scripted>(
+        name,
+        [letters](const Evidence&, Votes& votes) {
+          for (std::size_t i = 0; i < letters.size(); ++i)
+            if (letters[i] == 'D') votes.cast(i, Vote::Dynamic);
+        },
+        Needs{input, Input::None, 0}));
+  };
+  const auto tree = [&] {
+    return first_available(needing(Input::Depth, "deep", "DUU"), needing(Input::None, "flat", "UDU"),
+                           needing(Input::None, "last", "UUD"));
+  };
+  CHECK(letters_of(judge(tree(), 3)) == "UDU");
+  PipelineConfig config;
+  config.floor.min_features = 0;
+  config.before_pose = tree();
+  Pipeline pipeline(std::move(config));
+  const Features features(3);
+  FrameView frame = features.view();
+  const std::vector<float> depth_m(3, 1.0F);
+  frame.depth_m = depth_m;
+  const Verdict verdict = pipeline.before_pose(frame);
+  CHECK(letters_of(verdict) == "DUU");
+  CHECK(verdict.reason(0) == "deep");
+  REQUIRE(verdict.report.stages.size() == 4);
+  CHECK_FALSE(verdict.report.stages[1].skipped);
+  CHECK(verdict.report.stages[2].note == "skipped: an earlier member judged");
+  CHECK(verdict.report.stages[3].skipped);
+}
+
 TEST_CASE("later stages of a sequence see survivors only, and suspects are no seeds") {
   std::vector<std::string> log;
   judge(sequence(stage(says("a", "DPSU")), watch(log), watch(log)), 4);

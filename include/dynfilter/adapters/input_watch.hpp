@@ -10,6 +10,7 @@
 #include <dynfilter/pipeline/stage.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -51,6 +52,7 @@ class InputWatch {
   /// what its members ask for as its own: only what none of them asks for is its own.
   void collect(CallPoint point, const Stage& root);
 
+  static bool has_fallback(const std::vector<std::pair<const Stage*, int>>& nodes, std::size_t i);
   bool has_stages(CallPoint point) const;
   Input never_given() const;
 

@@ -39,8 +39,8 @@ class MaskedHost {
   MaskedHost(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
              const MaskedImageParams& masking = MaskedImageParams(),
              const ProviderRegistry& providers = host_providers())
-      : MaskedHost(read_orb_slam_settings(settings_file, host_sensor(sensor), registry, providers),
-                   settings_file, host_sensor(sensor), masking) {}
+      : MaskedHost(read_orb_slam_settings(settings_file, registry, providers), settings_file,
+                   host_sensor(sensor), masking) {}
   MaskedHost(OrbSlamSettings settings, const std::string& camera_file, HostSensor sensor,
              const MaskedImageParams& masking = MaskedImageParams());
 

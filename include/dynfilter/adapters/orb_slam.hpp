@@ -56,8 +56,7 @@ class OrbSlam {
   /// The same for hosts that handle exceptions: throws ConfigError.
   OrbSlam(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
           const ProviderRegistry& providers = host_providers())
-      : OrbSlam(read_orb_slam_settings(settings_file, host_sensor(sensor), registry, providers),
-                host_sensor(sensor)) {}
+      : OrbSlam(read_orb_slam_settings(settings_file, registry, providers), host_sensor(sensor)) {}
   OrbSlam(OrbSlamSettings settings, HostSensor sensor, Tell tell = nullptr);
 
   // ---- what a detector or a segmenter found; used by all call points of the next frame, then forgotten

@@ -38,6 +38,7 @@ namespace detail {
 StagePtr sequence_of(std::vector<StagePtr> members);
 StagePtr any_of(std::vector<StagePtr> members);
 StagePtr all_of(std::vector<StagePtr> members);
+StagePtr first_available_of(std::vector<StagePtr> members);
 StagePtr vote_of(const VoteParams& params, std::vector<StagePtr> members);
 
 template <class... S>
@@ -54,6 +55,10 @@ std::vector<StagePtr> stages(S&&... members) {
 template <class... S>
 StagePtr sequence(S&&... members) {
   return detail::sequence_of(detail::stages(std::forward<S>(members)...));
+}
+template <class... S>
+StagePtr first_available(S&&... members) {
+  return detail::first_available_of(detail::stages(std::forward<S>(members)...));
 }
 template <class... S>
 StagePtr any(S&&... members) {

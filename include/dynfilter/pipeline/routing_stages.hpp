@@ -49,6 +49,25 @@ class ByRegionStage final : public Combinator {
               Judgement& out) override;
 };
 
+/// `first_available`: the first member that has its inputs in this frame judges; the others do not run.
+/// So one pipeline serves cameras with and without depth. A combinator requires nothing: as a member it is
+/// always available.
+class FirstAvailableStage final : public Combinator {
+ public:
+  static constexpr const char* kName = "first_available";
+  static constexpr const char* kSummary = "the first member whose inputs the frame has judges alone";
+  static constexpr const char* kDynamic = "if the first member that has its inputs votes dynamic";
+  FirstAvailableStage(std::string path, Stages members)
+      : Combinator(kName, std::move(path), std::move(members)) {}
+
+ protected:
+  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
+              Judgement& out) override;
+
+ private:
+  static StageReport not_run(const Stage& member);
+};
+
 }  // namespace dynfilter
 
 #ifdef DYNFILTER_HEADER_ONLY

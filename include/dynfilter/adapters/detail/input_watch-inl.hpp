@@ -4,6 +4,7 @@
 #include <dynfilter/adapters/input_watch.hpp>
 
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/pipeline/routing_stages.hpp>
 #include <utility>
 
 namespace dynfilter {
@@ -58,9 +59,19 @@ inline void InputWatch::collect(CallPoint point, const Stage& root) {
     Input inputs = nodes[i].first->needs().required | (nodes[i].first->needs().optional & kSemantic);
     for (std::size_t k = i + 1; k < nodes.size() && nodes[k].second > nodes[i].second; ++k)
       inputs = without(inputs, nodes[k].first->needs().required | nodes[k].first->needs().optional);
+    if (has_fallback(nodes, i)) inputs = Input::None;
     asked_for_ = asked_for_ | nodes[i].first->needs().required | nodes[i].first->needs().optional;
     asked_.push_back({point, nodes[i].first->name(), inputs, inputs});
   }
+}
+
+/// Without its inputs, a later member of `first_available` judges.
+inline bool InputWatch::has_fallback(const std::vector<std::pair<const Stage*, int>>& nodes, std::size_t i) {
+  std::size_t parent = i, later = i + 1;
+  while (parent > 0 && nodes[parent].second >= nodes[i].second) --parent;
+  while (later < nodes.size() && nodes[later].second > nodes[i].second) ++later;
+  const bool is_last = later == nodes.size() || nodes[later].second < nodes[i].second;
+  return !is_last && dynamic_cast<const FirstAvailableStage*>(nodes[parent].first) != nullptr;
 }
 
 inline bool InputWatch::has_stages(CallPoint point) const {

@@ -16,8 +16,8 @@ DYNFILTER_INLINE std::unique_ptr<OrbSlam> OrbSlam::start(const std::string& sett
                                                          const ProviderRegistry& providers) {
   const HostSensor kind = host_sensor(sensor);
   try {
-    auto made = std::make_unique<OrbSlam>(read_orb_slam_settings(settings_file, kind, registry, providers),
-                                          kind, std::move(tell));
+    auto made = std::make_unique<OrbSlam>(read_orb_slam_settings(settings_file, registry, providers), kind,
+                                          std::move(tell));
     made->say(made->start_line());
     return made;
   } catch (const std::exception& error) {

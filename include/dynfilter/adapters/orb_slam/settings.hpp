@@ -33,12 +33,11 @@ std::string find_pipeline(const std::string& name, const std::string& settings_f
 }  // namespace orb_slam::detail
 
 /// Reads a host's own settings file: the `DynFilter.` keys, and the pipeline from its `pipeline` node, or
-/// from the file or the installed pipeline that `DynFilter.pipeline` names, else the default for the sensor.
+/// from the file or the installed pipeline that `DynFilter.pipeline` names, else the default.
 /// Loads the plugins, and opens the file of boxes or starts the detector, that the keys name. Whatever else
 /// the file holds is the host's, keys that repeat included; only keys that nearly are ours are errors. Throws
 /// ConfigError.
-OrbSlamSettings read_orb_slam_settings(const std::string& file, HostSensor sensor,
-                                       const Registry& registry = builtin_filters(),
+OrbSlamSettings read_orb_slam_settings(const std::string& file, const Registry& registry = builtin_filters(),
                                        const ProviderRegistry& providers = host_providers());
 
 /// What the file says of `DynFilter.on_error`, whatever else is wrong with it. Never throws.

@@ -89,6 +89,7 @@ DYNFILTER_INLINE const std::vector<CombinatorEntry>& combinator_table() {
       detail::of_one<StrictStage>(),
       detail::of_keys<GateStage>({"if", "then"}, {"else"}),
       detail::of_keys<ByRegionStage>({"inside", "outside"}),
+      detail::of_a_list<FirstAvailableStage>(),
       detail::of_parameters<VoteStage>(true),
       detail::of_parameters<ObjectVoteStage>(),
       detail::of_parameters<ClusterExpandStage>(),

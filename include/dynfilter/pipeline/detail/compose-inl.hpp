@@ -35,6 +35,9 @@ namespace detail {
 DYNFILTER_INLINE StagePtr sequence_of(std::vector<StagePtr> members) {
   return std::make_unique<SequenceStage>(SequenceStage::kName, std::move(members));
 }
+DYNFILTER_INLINE StagePtr first_available_of(std::vector<StagePtr> members) {
+  return std::make_unique<FirstAvailableStage>(FirstAvailableStage::kName, std::move(members));
+}
 DYNFILTER_INLINE StagePtr any_of(std::vector<StagePtr> members) {
   return std::make_unique<AnyStage>(AnyStage::kName, std::move(members));
 }

@@ -40,4 +40,26 @@ DYNFILTER_INLINE void ByRegionStage::decide(FrameEvidence& evidence, std::vector
   }
 }
 
+DYNFILTER_INLINE void FirstAvailableStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
+                                                  std::size_t, Judgement& out) {
+  bool judged = false;
+  for (const auto& member : children_) {
+    if (judged) {
+      reports.push_back(not_run(*member));
+      continue;
+    }
+    judged = without(member->needs().required, evidence.inputs()) == Input::None;
+    member->judge(evidence, reports, out);  // without its inputs it only reports that it was skipped
+  }
+}
+
+inline StageReport FirstAvailableStage::not_run(const Stage& member) {
+  StageReport report;
+  report.name = member.name();
+  report.path = member.path();
+  report.skipped = true;
+  report.note = "skipped: an earlier member judged";
+  return report;
+}
+
 }  // namespace dynfilter

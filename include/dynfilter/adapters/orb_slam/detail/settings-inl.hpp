@@ -114,7 +114,7 @@ inline void load_plugins(const std::vector<std::string>& plugins, const std::str
 
 /// `root` must be valid as long as the pipeline is read.
 inline void read_pipeline_of(const YamlNode& root, const std::string& name, const std::string& file,
-                             HostSensor sensor, const Registry& registry, OrbSlamSettings& settings) {
+                             const Registry& registry, OrbSlamSettings& settings) {
   const std::string key = "DynFilter.pipeline";
   if (const auto node = root.find("pipeline")) {
     if (!name.empty()) root.fail("both `pipeline` and `" + key + "` are given: expected one of them");
@@ -122,8 +122,7 @@ inline void read_pipeline_of(const YamlNode& root, const std::string& name, cons
     settings.pipeline_file = file;
     return;
   }
-  const std::string fallback = sensor == HostSensor::RgbD ? "dynfilter" : "dynfilter_mono";
-  settings.pipeline_file = find_pipeline(name.empty() ? fallback : name, file, key);
+  settings.pipeline_file = find_pipeline(name.empty() ? "dynfilter" : name, file, key);
   if (std::filesystem::path(settings.pipeline_file).stem() == "oracle" && registry.find("oracle") == nullptr)
     throw ConfigError(key,
                       "`oracle` knows the labels of a synthetic sequence: only the command `dynfilter` "
@@ -135,8 +134,7 @@ inline void read_pipeline_of(const YamlNode& root, const std::string& name, cons
 
 }  // namespace orb_slam
 
-DYNFILTER_INLINE OrbSlamSettings read_orb_slam_settings(const std::string& file, HostSensor sensor,
-                                                        const Registry& registry,
+DYNFILTER_INLINE OrbSlamSettings read_orb_slam_settings(const std::string& file, const Registry& registry,
                                                         const ProviderRegistry& providers) {
   const YamlDocument document = YamlDocument::from_file(file);
   OrbSlamSettings settings;
@@ -147,7 +145,7 @@ DYNFILTER_INLINE OrbSlamSettings read_orb_slam_settings(const std::string& file,
     Registry filters = registry;
     ProviderRegistry detectors = providers;
     orb_slam::detail::load_plugins(settings.params.plugins, file, filters, detectors);
-    orb_slam::detail::read_pipeline_of(root, name, file, sensor, filters, settings);
+    orb_slam::detail::read_pipeline_of(root, name, file, filters, settings);
     if (settings.params.enabled)
       settings.semantics = orb_slam::detail::make_semantics(settings.params, file, detectors);
     return settings;
