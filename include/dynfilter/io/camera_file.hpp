@@ -15,10 +15,11 @@ namespace dynfilter::io {
 struct CameraFile {
   Camera camera;
   std::optional<double> depth_units_per_m;  ///< `DepthMapFactor`
+  std::optional<double> rate_hz;            ///< `Camera.fps`
 };
 
 /// Reads `Camera.fx fy cx cy` [px].
-/// Optional keys are `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px] and `DepthMapFactor`.
+/// Optional keys are `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px], `fps` and `DepthMapFactor`.
 /// Other keys are ignored. Throws IoError.
 CameraFile read_camera(const std::filesystem::path& path);
 

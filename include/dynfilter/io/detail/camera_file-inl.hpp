@@ -97,6 +97,7 @@ DYNFILTER_INLINE CameraFile read_camera(const std::filesystem::path& path) {
   file.camera.baseline_fx_px_m = keys.number("Camera.bf").value_or(0);
   file.camera.width_px = keys.size_px("Camera.width");
   file.camera.height_px = keys.size_px("Camera.height");
+  if (keys.number("Camera.fps")) file.rate_hz = keys.required_positive("Camera.fps");
   if (keys.number("DepthMapFactor")) file.depth_units_per_m = keys.required_positive("DepthMapFactor");
   if (!file.depth_units_per_m && keys.number("RGBD.DepthMapFactor")) {
     file.depth_units_per_m = keys.required_positive("RGBD.DepthMapFactor");

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/association.hpp>
 #include <dynfilter/io/text_lines.hpp>
 #include <optional>
@@ -18,28 +17,6 @@ struct StampedFile {
   double timestamp_s = 0;
   std::string file;  // relative to the sequence folder
 };
-
-DYNFILTER_INLINE std::string counted(std::size_t n, const std::string& one, const std::string& many) {
-  return std::to_string(n) + " " + (n == 1 ? one : many);
-}
-
-inline double stamp_of(const TextLine& line, std::size_t field, const std::filesystem::path& path) {
-  const auto value = parse_number(line.fields[field]);
-  if (!value || !std::isfinite(*value)) {
-    throw IoError(at_line(path, line.number) + ": '" + line.fields[field] + "' is not a timestamp");
-  }
-  return *value;
-}
-
-// False for a repeated timestamp, which the caller skips. Throws for an earlier one.
-inline bool comes_later(double timestamp_s, double last_s, const TextLine& line,
-                        const std::filesystem::path& path) {
-  if (timestamp_s < last_s) {
-    throw IoError(at_line(path, line.number) + ": timestamps out of order: " + line.fields[0] +
-                  " is earlier than the line before");
-  }
-  return timestamp_s > last_s;
-}
 
 inline std::vector<StampedFile> read_file_list(const std::filesystem::path& folder, const std::string& name,
                                                std::vector<std::string>& notes) {
@@ -76,11 +53,11 @@ inline std::vector<double> stamps_of(const std::vector<StampedFile>& files) {
   return stamps_s;
 }
 
-inline TumIndex index_from_lists(const std::filesystem::path& folder, double max_gap_s) {
-  TumIndex index;
+inline SequenceIndex index_from_lists(const std::filesystem::path& folder, double max_gap_s) {
+  SequenceIndex index;
   const std::vector<StampedFile> colour = read_file_list(folder, "rgb.txt", index.notes);
   const std::vector<StampedFile> depth = read_file_list(folder, "depth.txt", index.notes);
-  for (const StampedFile& file : colour) index.frames.push_back({file.timestamp_s, file.file, ""});
+  for (const StampedFile& file : colour) index.frames.push_back({file.timestamp_s, file.file, "", ""});
   for (const auto& [i, j] : associate(stamps_of(colour), stamps_of(depth), max_gap_s)) {
     index.frames[i].depth = depth[j].file;
   }
@@ -92,10 +69,10 @@ inline bool depth_comes_first(const TextLine& line) {
   return line.fields[1].rfind("depth", 0) == 0 && line.fields[3].rfind("depth", 0) != 0;
 }
 
-inline TumIndex index_from_associations(const std::filesystem::path& folder, const std::string& name,
+inline SequenceIndex index_from_associations(const std::filesystem::path& folder, const std::string& name,
                                         double max_gap_s) {
   const std::filesystem::path path = folder / name;
-  TumIndex index;
+  SequenceIndex index;
   std::size_t repeated = 0, missing = 0;
   double last_s = -1e300;
   for (const TextLine& line : read_text_lines(path)) {
@@ -115,7 +92,7 @@ inline TumIndex index_from_associations(const std::filesystem::path& folder, con
       const std::string& depth = line.fields[depth_at + 1];
       const bool has_depth = std::abs(timestamp_s - depth_s) < max_gap_s &&
                              std::filesystem::is_regular_file(folder / depth, error);
-      index.frames.push_back({timestamp_s, line.fields[colour_at + 1], has_depth ? depth : ""});
+      index.frames.push_back({timestamp_s, line.fields[colour_at + 1], "", has_depth ? depth : ""});
     }
   }
   if (index.frames.empty() && missing > 0)
@@ -139,7 +116,7 @@ inline std::optional<std::string> associations_file(const std::filesystem::path&
 
 // Notes how many frames of rgb.txt associations.txt omits, because frames are counted by index.
 inline void note_unlisted(const std::filesystem::path& folder, const std::string& associations,
-                          TumIndex& index) {
+                          SequenceIndex& index) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(folder / "rgb.txt", error)) return;
   const std::size_t listed = read_text_lines(folder / "rgb.txt").size();
@@ -148,9 +125,15 @@ inline void note_unlisted(const std::filesystem::path& folder, const std::string
                         " of rgb.txt not in it, left out");
 }
 
-DYNFILTER_INLINE TumIndex read_tum_index(const std::filesystem::path& folder, double max_gap_s) {
+DYNFILTER_INLINE bool is_tum_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  return associations_file(folder) || std::filesystem::exists(folder / "rgb.txt", error) ||
+         std::filesystem::exists(folder / "depth.txt", error);
+}
+
+DYNFILTER_INLINE SequenceIndex read_tum_index(const std::filesystem::path& folder, double max_gap_s) {
   const auto associations = associations_file(folder);
-  TumIndex index = associations ? index_from_associations(folder, *associations, max_gap_s)
+  SequenceIndex index = associations ? index_from_associations(folder, *associations, max_gap_s)
                                 : index_from_lists(folder, max_gap_s);
   if (associations) note_unlisted(folder, *associations, index);
   if (associations && *associations != "associations.txt")
@@ -164,6 +147,9 @@ DYNFILTER_INLINE TumIndex read_tum_index(const std::filesystem::path& folder, do
   }
   if (without_depth > 0)
     index.notes.push_back(counted(without_depth, "frame has", "frames have") + " no depth image");
+  add_right_images(folder, index);
+  index.poses = folder / "groundtruth.txt";
+  index.pose_format = TrajectoryFormat::Tum;
   return index;
 }
 

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/io/sequence_index.hpp>
 #include <dynfilter/io/trajectory.hpp>
-#include <dynfilter/io/tum_index.hpp>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -21,34 +21,39 @@ class CameraError : public IoError {
   using IoError::IoError;
 };
 
-struct TumOptions {
-  double max_association_gap_s = 0.02;  ///< largest time difference of a colour and a depth image
-  std::optional<Camera> camera;         ///< replaces the camera of the folder
+struct SequenceOptions {
+  double max_association_gap_s = 0.02;  ///< largest time difference of the images of one frame
+  /// Replaces the camera of the folder. Images are then not rectified.
+  std::optional<Camera> camera;
   /// Replaces the value of the folder, which is 5000 by default.
   std::optional<double> depth_units_per_m;
 };
 
 /// One loaded frame. The caller owns the images.
-struct RgbdFrame {
+struct SequenceFrame {
   double timestamp_s = 0;
   cv::Mat colour;           ///< CV_8UC3, in the order blue, green, red
   cv::Mat grey;             ///< CV_8UC1
+  cv::Mat right;            ///< CV_8UC1, rectified, of the right camera; empty: no right image
   cv::Mat depth;            ///< CV_16UC1, 0 for no depth; empty: no depth image
   double depth_unit_m = 0;  ///< metres per unit of `depth`
 };
 
-/// A TUM RGB-D or Bonn folder as downloaded, with or without associations.txt.
-/// Folders written by synth also have labels.
-class TumSequence {
+/// A recorded sequence as downloaded. The folder tells its layout:
+///  - TUM RGB-D or Bonn, with or without associations.txt, and folders written by synth;
+///  - KITTI odometry: calib.txt, times.txt, image_0/ and image_1/, or the colour images 2 and 3;
+///  - EuRoC or ASL: mav0/cam0 and mav0/cam1 with data.csv and sensor.yaml, rectified when loaded;
+///  - any other folder of images: images/, left/ (with right/), or the images themselves, with camera.yaml.
+class Sequence {
  public:
   /// Reads the lists, not the images.
   /// Throws IoError with one line that names the file:
-  /// if the folder is missing, if lists are missing, empty or out of order,
-  /// if no frame has depth or the camera is unknown.
-  static TumSequence open(const std::filesystem::path& folder, const TumOptions& options = {});
+  /// if the folder is missing or of no known layout, if lists are missing, empty or out of order,
+  /// if no frame of a TUM folder has depth, or the camera is unknown.
+  static Sequence open(const std::filesystem::path& folder, const SequenceOptions& options = {});
 
-  std::size_t size() const { return frames_.size(); }
-  double timestamp_s(std::size_t i) const { return frames_.at(i).timestamp_s; }
+  std::size_t size() const { return index_.frames.size(); }
+  double timestamp_s(std::size_t i) const { return index_.frames.at(i).timestamp_s; }
   /// Name of the colour image without folder and suffix. Related images have the same name.
   std::string image_name(std::size_t i) const;
   const Camera& camera() const { return camera_; }
@@ -56,13 +61,17 @@ class TumSequence {
   /// Name of the folder itself, also for "." and similar paths.
   std::string name() const { return name_of(folder_); }
   /// What was skipped, with counts, one line each.
-  const std::vector<std::string>& notes() const { return notes_; }
+  const std::vector<std::string>& notes() const { return index_.notes; }
+
+  bool has_depth() const;
+  /// True if there are right images and the camera's baseline is known.
+  bool has_stereo() const;
 
   /// Loads a frame. Throws IoError with the file name if an image is missing, truncated or invalid.
   /// Depth must be 16 bit, and the sizes must match each other and the camera.
-  RgbdFrame load(std::size_t i) const;
+  SequenceFrame load(std::size_t i) const;
 
-  /// Reads groundtruth.txt; nullopt if it does not exist. Throws IoError if it cannot be read.
+  /// Poses of the camera; nullopt if there is no file with them. Throws IoError if it cannot be read.
   std::optional<Trajectory> ground_truth() const;
 
   /// True for synthetic sequences, which have labels/ and dynamic/.
@@ -79,9 +88,11 @@ class TumSequence {
   // The TUM lists name the recording in a comment, which remains valid if the folder is renamed.
   static std::string recording_of(const std::filesystem::path& list);
 
-  void find_camera(const TumOptions& options);
+  void find_camera(const SequenceOptions& options);
 
   void check_camera_size(const cv::Size& size, const std::string& file) const;
+
+  cv::Mat load_grey(const std::string& file) const;
 
   cv::Mat load_depth(const detail::IndexedFrame& frame, const cv::Size& colour_size) const;
 
@@ -90,8 +101,7 @@ class TumSequence {
   static std::string text(const cv::Size& size);
 
   std::filesystem::path folder_;
-  std::vector<detail::IndexedFrame> frames_;
-  std::vector<std::string> notes_;
+  detail::SequenceIndex index_;
   Camera camera_;
   double depth_units_per_m_ = 5000;
 };
@@ -99,5 +109,5 @@ class TumSequence {
 }  // namespace dynfilter::io
 
 #ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/io/detail/tum_sequence-inl.hpp>
+#include <dynfilter/io/detail/sequence-inl.hpp>
 #endif
