@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <exception>
 #include <filesystem>
@@ -16,14 +16,14 @@ namespace {
 void run(const char* pipeline_file, const std::filesystem::path& folder) {
   using namespace dynfilter;
   Pipeline pipeline(pipeline_from_file(pipeline_file, builtin_filters()));
-  const io::TumSequence sequence = io::TumSequence::open(folder);
+  const io::Sequence sequence = io::Sequence::open(folder);
   std::optional<io::DetectionTrack> detections;
   if (std::filesystem::exists(folder / "detections.txt"))
     detections = io::read_detections(folder / "detections.txt");
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
 
   for (std::size_t i = 0; i < sequence.size(); ++i) {
-    const io::RgbdFrame image = sequence.load(i);
+    const io::SequenceFrame image = sequence.load(i);
     std::vector<cv::KeyPoint> keypoints;
     orb->detect(image.grey, keypoints);
 

@@ -5,7 +5,7 @@
 //   04_pnp_loop PIPELINE.yaml SEQUENCE
 #include <cstdio>
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
 
@@ -19,7 +19,7 @@ struct Features {
 };
 
 std::vector<float> depth_of(const std::vector<cv::KeyPoint>& keypoints,
-                            const dynfilter::io::RgbdFrame& image) {
+                            const dynfilter::io::SequenceFrame& image) {
   std::vector<float> depth_m;
   for (const cv::KeyPoint& k : keypoints) {
     const int x = cvRound(k.pt.x), y = cvRound(k.pt.y);
@@ -74,12 +74,12 @@ cv::Matx44d motion(const Features& before, const Features& now, const dynfilter:
 
 int run(const char* pipeline_file, const char* folder) {
   dynfilter::Pipeline pipeline(dynfilter::pipeline_from_file(pipeline_file, dynfilter::builtin_filters()));
-  const auto sequence = dynfilter::io::TumSequence::open(folder);
+  const auto sequence = dynfilter::io::Sequence::open(folder);
   const auto orb = cv::ORB::create(1000);
   Features before;
   cv::Matx44d T_world_camera = cv::Matx44d::eye();
   for (std::size_t k = 0; k < sequence.size(); ++k) {
-    const dynfilter::io::RgbdFrame image = sequence.load(k);
+    const dynfilter::io::SequenceFrame image = sequence.load(k);
     Features now;
     orb->detectAndCompute(image.grey, cv::noArray(), now.keypoints, now.descriptors);
     now.depth_m = depth_of(now.keypoints, image);

@@ -17,7 +17,7 @@
 #include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <filesystem>
@@ -209,7 +209,7 @@ TEST_CASE("real frames through the C++11 and the C interface: the verdicts of th
     MESSAGE("skipped: no ../shared/data");
     return;
   }
-  const io::TumSequence sequence = io::TumSequence::open(folder);
+  const io::Sequence sequence = io::Sequence::open(folder);
   const io::DetectionTrack boxes = io::read_detections(folder / "detections_yolov8.txt");
   const auto orb = cv::ORB::create(1000);
   for (const std::string name : {"dynfilter", "rts_slam"}) {
@@ -225,7 +225,7 @@ TEST_CASE("real frames through the C++11 and the C interface: the verdicts of th
     dynfilter_verdicts c_verdicts;
     std::size_t rejected = 0;
     for (int k = 0; k < 8; ++k) {
-      const io::RgbdFrame image = sequence.load(static_cast<std::size_t>(k));
+      const io::SequenceFrame image = sequence.load(static_cast<std::size_t>(k));
       std::vector<cv::KeyPoint> keypoints;
       cv::Mat descriptors;
       orb->detectAndCompute(image.grey, cv::noArray(), keypoints, descriptors);

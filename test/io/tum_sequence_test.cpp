@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/io/camera_file.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 
 using dynfilter::IoError;
-using dynfilter::io::TumOptions;
-using dynfilter::io::TumSequence;
+using dynfilter::io::Sequence;
+using dynfilter::io::SequenceOptions;
 using namespace dynfilter_test;
 namespace fs = std::filesystem;
 
 namespace {
 
 // The error of open() or of load() of any frame; "" without an error.
-std::string complaint(const fs::path& folder, const TumOptions& options = {}) {
+std::string complaint(const fs::path& folder, const SequenceOptions& options = {}) {
   try {
-    const TumSequence sequence = TumSequence::open(folder, options);
+    const Sequence sequence = Sequence::open(folder, options);
     for (std::size_t i = 0; i < sequence.size(); ++i) sequence.load(i);
     return "";
   } catch (const IoError& error) {
@@ -40,7 +40,7 @@ void cut_in_half(const fs::path& file) {
 TEST_CASE("a folder without associations.txt: every colour image, with the closest depth") {
   const TemporaryFolder folder;
   write_tum_folder(folder.path(), 4);
-  const TumSequence sequence = TumSequence::open(folder.path());
+  const Sequence sequence = Sequence::open(folder.path());
   REQUIRE(sequence.size() == 4);
   CHECK(sequence.timestamp_s(2) == doctest::Approx(100.2).epsilon(1e-12));
   CHECK(sequence.camera().fx_px == 20);
@@ -61,7 +61,7 @@ TEST_CASE("associations.txt decides where it is there, in either column order") 
   const std::string colour = "100.100000 rgb/100.100000.png", depth = "100.103000 depth/100.103000.png";
   for (const std::string& line : {colour + " " + depth, depth + "\t" + colour, colour + "," + depth + "\r"}) {
     write_text(folder.path() / "associations.txt", line + "\n");
-    const TumSequence sequence = TumSequence::open(folder.path());
+    const Sequence sequence = Sequence::open(folder.path());
     REQUIRE(sequence.size() == 1);
     REQUIRE(sequence.notes().size() == 1);
     has(sequence.notes()[0], "3 images of rgb.txt not in it");
@@ -74,7 +74,7 @@ TEST_CASE("a frame without depth is kept, counted and reported once") {
   const TemporaryFolder folder;
   write_tum_folder(folder.path(), 4);
   fs::remove(folder.path() / "depth" / "100.203000.png");
-  const TumSequence sequence = TumSequence::open(folder.path());
+  const Sequence sequence = Sequence::open(folder.path());
   CHECK(sequence.size() == 4);
   CHECK(sequence.load(2).depth.empty());
   CHECK_FALSE(sequence.load(1).depth.empty());
@@ -112,7 +112,7 @@ TEST_CASE("bad folders: one line that names the culprit") {
     has(complaint(folder), "associations.txt:2: timestamps out of order");
   }
   SUBCASE("no association within tolerance") {
-    TumOptions options;
+    SequenceOptions options;
     options.max_association_gap_s = 0.002;
     has(complaint(folder, options), "no depth image within 0.002 s of a colour image");
   }
@@ -166,7 +166,7 @@ TEST_CASE("bad images: one line that names the file") {
     has(complaint(folder), "is not a 16-bit depth image");
   }
   SUBCASE("another size than the camera's") {
-    TumOptions options;
+    SequenceOptions options;
     options.camera = dynfilter::io::known_camera("freiburg3");
     has(complaint(folder, options), "is 16x12, but the camera is for 640x480");
   }
@@ -176,17 +176,17 @@ TEST_CASE("the camera: option before file before name before recording; else an 
   const TemporaryFolder root;
   const fs::path& folder = root.path();
   write_tum_folder(folder, 1);
-  TumOptions options;
+  SequenceOptions options;
   options.camera = dynfilter::io::known_camera("rgbd_bonn_crowd");
   REQUIRE(options.camera);
-  CHECK(TumSequence::open(folder, options).camera().fx_px == 542.822841);
-  CHECK(TumSequence::open(folder).camera().fx_px == 20);
+  CHECK(Sequence::open(folder, options).camera().fx_px == 542.822841);
+  CHECK(Sequence::open(folder).camera().fx_px == 20);
   fs::remove(folder / "camera.yaml");
-  CHECK(TumSequence::open(folder).camera().fx_px == 535.4);  // the comment in rgb.txt
+  CHECK(Sequence::open(folder).camera().fx_px == 535.4);  // the comment in rgb.txt
   fs::create_directories(folder / "tum_fr1_xyz");
   write_tum_folder(folder / "tum_fr1_xyz", 1);
   fs::remove(folder / "tum_fr1_xyz" / "camera.yaml");
-  CHECK(TumSequence::open(folder / "tum_fr1_xyz" / "").camera().fx_px == 517.3);
+  CHECK(Sequence::open(folder / "tum_fr1_xyz" / "").camera().fx_px == 517.3);
   write_text(folder / "rgb.txt", "100.0 rgb/100.000000.png\n");
   has(complaint(folder), "the camera is not known");
 }
@@ -198,7 +198,7 @@ TEST_CASE("labels of a synthetic folder are read as they were written") {
   for (const char* kind : {"labels", "dynamic"}) fs::create_directories(folder / kind);
   cv::imwrite((folder / "labels" / "100.000000.png").string(), cv::Mat(12, 16, CV_8UC1, cv::Scalar(3)));
   cv::imwrite((folder / "dynamic" / "100.000000.png").string(), cv::Mat(12, 16, CV_8UC1, cv::Scalar(128)));
-  const TumSequence sequence = TumSequence::open(folder);
+  const Sequence sequence = Sequence::open(folder);
   CHECK(sequence.has_labels());
   CHECK(sequence.load_labels(0).at<std::uint8_t>(3, 4) == 3);
   CHECK(sequence.load_truth(0).at<std::uint8_t>(3, 4) == 128);
@@ -212,7 +212,7 @@ TEST_CASE("the real TUM folders load as downloaded") {
     MESSAGE("skipped: no ../shared/data");
     return;
   }
-  const TumSequence walking = TumSequence::open(data / "tum_fr3_walking_halfsphere");
+  const Sequence walking = Sequence::open(data / "tum_fr3_walking_halfsphere");
   // One of the 50 images has no depth, so associations.txt does not list it.
   CHECK(walking.size() == 49);
   REQUIRE(walking.notes().size() == 1);
@@ -220,7 +220,7 @@ TEST_CASE("the real TUM folders load as downloaded") {
   CHECK(walking.camera().fx_px == 535.4);
   CHECK(walking.load(0).depth.size() == cv::Size(640, 480));
   CHECK(walking.ground_truth()->size() > 100);
-  const TumSequence desk = TumSequence::open(data / "tum_fr1_xyz");
+  const Sequence desk = Sequence::open(data / "tum_fr1_xyz");
   CHECK(desk.size() == 40);
   CHECK(desk.camera().distortion[0] == 0.2624);
 }

@@ -23,7 +23,7 @@ double x_at(int i) {
 double y_at(int i) {
   return 0.08 * (1 - std::cos(0.05 * i));
 }
-io::RgbdFrame sway(int i) {
+io::SequenceFrame sway(int i) {
   return frame_at(x_at(i), y_at(i), i / 30.0);
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("a loss is said, and ends when known places return") {
   for (int i = 0; i < 12; ++i) REQUIRE(odometry.process(sway(i)).state == TrackState::Tracked);
   judge.calls.clear();
   for (int i = 12; i < 15; ++i) {
-    io::RgbdFrame dark = sway(i);
+    io::SequenceFrame dark = sway(i);
     dark.grey = cv::Mat(480, 640, CV_8UC1, cv::Scalar(3));
     const TrackResult result = odometry.process(dark);
     CHECK(result.state == TrackState::Lost);
@@ -153,15 +153,15 @@ TEST_CASE("a loss is said, and ends when known places return") {
 TEST_CASE("a time jump is said and resets the judge; depthless, dark and small images do no harm") {
   RecordingJudge judge;
   Odometry odometry(odometry_test::camera(), {}, &judge);
-  io::RgbdFrame first = sway(0);
+  io::SequenceFrame first = sway(0);
   first.depth = cv::Mat();
   CHECK(odometry.process(first).state == TrackState::NoMap);
   for (int i = 1; i < 4; ++i) CHECK(odometry.process(sway(i)).state == TrackState::Tracked);
-  io::RgbdFrame depthless = sway(4);
+  io::SequenceFrame depthless = sway(4);
   depthless.depth = cv::Mat();
   CHECK(odometry.process(depthless).state == TrackState::Tracked);
   judge.calls.clear();
-  io::RgbdFrame later = sway(5);
+  io::SequenceFrame later = sway(5);
   later.timestamp_s += 100;
   const TrackResult result = odometry.process(later);
   CHECK(result.time_jump);
@@ -169,7 +169,7 @@ TEST_CASE("a time jump is said and resets the judge; depthless, dark and small i
   CHECK(result.state == TrackState::Tracked);
 
   Odometry empty(odometry_test::camera(), {}, nullptr);
-  io::RgbdFrame tiny;
+  io::SequenceFrame tiny;
   tiny.grey = cv::Mat(20, 20, CV_8UC1, cv::Scalar(0));
   CHECK(empty.process(tiny).state == TrackState::NoMap);
   CHECK(empty.trajectory().empty());
@@ -192,14 +192,14 @@ class BoxJudge : public RecordingJudge {
 
 double ate_m(const std::filesystem::path& folder, FeatureJudge* judge, std::size_t& tracked,
              std::size_t& frames) {
-  const auto sequence = io::TumSequence::open(folder);
+  const auto sequence = io::Sequence::open(folder);
   io::DetectionTrack track;
   if (judge) track = io::read_detections(folder / "detections_yolov8.txt");
   Odometry odometry(sequence.camera(), {}, judge);
   frames = sequence.size();
   tracked = 0;
   for (std::size_t i = 0; i < frames; ++i) {
-    const io::RgbdFrame frame = sequence.load(i);
+    const io::SequenceFrame frame = sequence.load(i);
     SemanticInputs inputs;
     if (const auto* detections = track.at(frame.timestamp_s))
       inputs.detections = DetectionInput{-1, Span<const Detection>(*detections)};

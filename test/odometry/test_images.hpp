@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cmath>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
@@ -35,11 +35,11 @@ inline dynfilter::Camera camera() {
 
 /// A camera that looks along z at a textured relief: a wall at z = 2 m with a board at 1.6 m.
 /// Both are parallel to the image. The camera is at (x, y, 0) and does not rotate. Exact depth.
-inline dynfilter::io::RgbdFrame frame_at(double x_m, double y_m, double timestamp_s) {
+inline dynfilter::io::SequenceFrame frame_at(double x_m, double y_m, double timestamp_s) {
   static const cv::Mat wall = texture({1400, 1200}, 11), board = texture({260, 260}, 12);
   const dynfilter::Camera c = camera();
   const double wall_m = 2.0, board_m = 1.6;
-  dynfilter::io::RgbdFrame frame;
+  dynfilter::io::SequenceFrame frame;
   frame.timestamp_s = timestamp_s;
   frame.depth_unit_m = 1.0 / 5000;
   const auto placed = [&](const cv::Mat& picture, double z_m, cv::Mat& out) {

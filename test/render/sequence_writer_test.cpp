@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/render/calibration_error.hpp>
 #include <dynfilter/render/sequence_writer.hpp>
 #include <filesystem>
@@ -46,13 +46,13 @@ TEST_CASE("what is written is read again as a TUM sequence with truth") {
   CHECK(calls == 3);
   CHECK(last == 3);
 
-  const io::TumSequence sequence = io::TumSequence::open(folder.path / "walk");
+  const io::Sequence sequence = io::Sequence::open(folder.path / "walk");
   REQUIRE(sequence.size() == 3);
   CHECK(sequence.has_labels());
   CHECK(sequence.camera() == fr3_camera());
   SequenceRenderer renderer(short_walk());
   const RenderedFrame expected = renderer.frame(2);
-  const io::RgbdFrame got = sequence.load(2);
+  const io::SequenceFrame got = sequence.load(2);
   CHECK(got.timestamp_s == doctest::Approx(expected.timestamp_s).epsilon(1e-15));
   CHECK(cv::norm(got.colour, expected.colour, cv::NORM_INF) == 0);
   CHECK(cv::norm(got.depth, expected.depth, cv::NORM_INF) == 0);
@@ -88,7 +88,7 @@ TEST_CASE("scene.txt tells what the sensor did, camera.yaml what users are told 
   REQUIRE(name.has_value());
   CHECK(name->scene == "walking_static");
   CHECK(name->seed == options.seed);
-  const io::TumSequence sequence = io::TumSequence::open(folder.path / "walk");
+  const io::Sequence sequence = io::Sequence::open(folder.path / "walk");
   CHECK(sequence.camera() == with_calibration_error(fr3_camera(), 1, options.seed));
   CHECK(sequence.timestamp_s(2) - sequence.timestamp_s(0) == doctest::Approx(0.2).epsilon(1e-5));
 }

@@ -13,7 +13,7 @@
 #include <dynfilter/eval/statistics.hpp>
 #include <dynfilter/io/atomic_folder.hpp>
 #include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -50,11 +50,11 @@ class Images {
       file_ = input;
       return;
     }
-    io::TumOptions tum;  // no camera is needed; any camera accepts images of every size
-    tum.camera.emplace();
-    tum.camera->fx_px = tum.camera->fy_px = 1;
-    tum.camera->width_px = tum.camera->height_px = 0;
-    sequence_ = io::TumSequence::open(input, tum);
+    io::SequenceOptions given;  // no camera is needed; any camera accepts images of every size
+    given.camera.emplace();
+    given.camera->fx_px = given.camera->fy_px = 1;
+    given.camera->width_px = given.camera->height_px = 0;
+    sequence_ = io::Sequence::open(input, given);
   }
   std::size_t size() const { return sequence_ ? sequence_->size() : 1; }
   std::string name(std::size_t i) const {
@@ -69,7 +69,7 @@ class Images {
       image.pixels = io::read_image(file_, cv::IMREAD_COLOR);
       return image;
     }
-    const io::RgbdFrame frame = sequence_->load(i);
+    const io::SequenceFrame frame = sequence_->load(i);
     image.timestamp_s = frame.timestamp_s;
     image.pixels = frame.colour;
     image.depth = frame.depth;
@@ -79,7 +79,7 @@ class Images {
 
  private:
   std::filesystem::path file_;
-  std::optional<io::TumSequence> sequence_;
+  std::optional<io::Sequence> sequence_;
 };
 
 /// Number of detections of a class.

@@ -7,8 +7,8 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/io/pose_lookup.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/io/trajectory.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/static_map.hpp>
@@ -27,7 +27,7 @@ namespace dynfilter::command {
 class MapJudge {
  public:
   /// Throws IoError if the sequence does not name its scene, or names another one.
-  MapJudge(const io::TumSequence& sequence, const mapping::MappingParams& params)
+  MapJudge(const io::Sequence& sequence, const mapping::MappingParams& params)
       : sequence_(&sequence),
         truth_(scene_of(sequence)),
         poses_(truth_poses(sequence)),
@@ -40,7 +40,7 @@ class MapJudge {
   }
 
   /// Call with every frame that has depth.
-  void see(std::size_t index, const io::RgbdFrame& frame) {
+  void see(std::size_t index, const io::SequenceFrame& frame) {
     const std::optional<Pose> pose = poses_.at(sequence_->timestamp_s(index));
     if (!pose || frames_++ % kStep != 0) return;
     truth_.see(frame.depth, frame.depth_unit_m, sequence_->load_labels(index), sequence_->camera(), *pose);
@@ -86,14 +86,14 @@ class MapJudge {
   /// Visible surface is computed from every kStep-th frame.
   static constexpr std::size_t kStep = 4;
 
-  static render::MapTruth scene_of(const io::TumSequence& sequence) {
+  static render::MapTruth scene_of(const io::Sequence& sequence) {
     const std::optional<render::SceneName> name = render::read_scene_name(sequence.folder());
     if (!name || !sequence.has_labels())
       throw IoError(sequence.folder().string() +
                     ": has no scene.txt and labels/; --truth needs a sequence that synth wrote");
     return render::MapTruth(name->scene, name->seed);
   }
-  static io::PoseLookup truth_poses(const io::TumSequence& sequence) {
+  static io::PoseLookup truth_poses(const io::Sequence& sequence) {
     std::optional<io::Trajectory> truth = sequence.ground_truth();
     if (!truth) throw IoError(sequence.folder().string() + ": has no groundtruth.txt, which --truth needs");
     return io::PoseLookup(std::move(*truth));
@@ -103,7 +103,7 @@ class MapJudge {
     return params;
   }
 
-  const io::TumSequence* sequence_;
+  const io::Sequence* sequence_;
   render::MapTruth truth_;
   io::PoseLookup poses_;
   mapping::StaticMap oracle_;

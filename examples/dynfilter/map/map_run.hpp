@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/yaml.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <map>
 #include <optional>
 #include <string>
@@ -81,7 +81,7 @@ inline mapping::MappingParams map_params(const RunOptions& options) {
 /// A point is visible if it is in the image and not occluded in the depth image.
 /// Unlike matches, this set changes little from frame to frame.
 inline std::vector<std::int64_t> points_in_view(const odometry::Map& map, const Camera& camera,
-                                                const io::RgbdFrame& frame, const Pose& T_world_camera) {
+                                                const io::SequenceFrame& frame, const Pose& T_world_camera) {
   const Eigen::Isometry3d T = T_world_camera.isometry().inverse();
   const std::size_t settled = map.keyframes.size() < 2 ? 1 : 2;
   std::vector<std::int64_t> seen;
@@ -105,7 +105,7 @@ inline std::vector<std::int64_t> points_in_view(const odometry::Map& map, const 
 
 /// Converts a tracked frame for a keyframe selector.
 inline FrameSummary frame_summary(const odometry::Odometry& odometry, const odometry::TrackResult& result,
-                                  const Camera& camera, const io::RgbdFrame& frame) {
+                                  const Camera& camera, const io::SequenceFrame& frame) {
   FrameSummary summary;
   summary.id = result.frame_id;
   summary.timestamp_s = result.timestamp_s;
@@ -123,7 +123,7 @@ inline FrameSummary frame_summary(const odometry::Odometry& odometry, const odom
 class MapRun {
  public:
   /// `sequence` must outlive this object. Throws Error for unusable options.
-  MapRun(const RunOptions& options, const Pipeline& pipeline, const io::TumSequence& sequence)
+  MapRun(const RunOptions& options, const Pipeline& pipeline, const io::Sequence& sequence)
       : sequence_(&sequence),
         params_(map_params(options)),
         cuts_boxes_(uses_stage(pipeline, "semantic_box")),
@@ -137,7 +137,7 @@ class MapRun {
 
   /// Adds a frame with its `index` in the sequence.
   /// `truth`: CV_8UC1, pixels that move according to the renderer's labels, or empty.
-  void add(std::size_t index, const io::RgbdFrame& frame, const odometry::TrackResult& result,
+  void add(std::size_t index, const io::SequenceFrame& frame, const odometry::TrackResult& result,
            const odometry::Odometry& odometry, const odometry::SemanticInputs& inputs,
            const FrameVerdict& verdict, const cv::Mat& truth) {
     if (frame.depth.empty()) return;
@@ -202,7 +202,7 @@ class MapRun {
   }
   static bool of_this_frame(std::int64_t frame_id, std::int64_t id) { return frame_id < 0 || frame_id == id; }
 
-  MapInput input_of(std::size_t index, const io::RgbdFrame& frame, const odometry::TrackResult& result,
+  MapInput input_of(std::size_t index, const io::SequenceFrame& frame, const odometry::TrackResult& result,
                     const odometry::SemanticInputs& inputs, const FrameVerdict& verdict,
                     const cv::Mat& truth) const {
     MapInput input;
@@ -265,7 +265,7 @@ class MapRun {
           fmt::format("a voxel of {:g} m is about as large as all that was seen", params_.leaf_m));
   }
 
-  const io::TumSequence* sequence_;
+  const io::Sequence* sequence_;
   mapping::MappingParams params_;
   bool cuts_boxes_, cuts_mask_, judges_, settled_ = false;
   MapKeyframes keyframes_;

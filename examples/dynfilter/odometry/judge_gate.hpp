@@ -8,7 +8,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <optional>
 #include <vector>
 
@@ -26,7 +26,7 @@ class JudgeGate {
  public:
   explicit JudgeGate(FeatureJudge* judge) : judge_(judge) {}
 
-  void begin(std::int64_t frame_id, const io::RgbdFrame& frame, const Camera& camera,
+  void begin(std::int64_t frame_id, const io::SequenceFrame& frame, const Camera& camera,
              const SemanticInputs& inputs, std::size_t features) {
     view_ = FrameView{};
     view_.id = frame_id;

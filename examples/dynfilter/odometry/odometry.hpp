@@ -7,8 +7,8 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/io/trajectory.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
 #include <optional>
 #include <vector>
 
@@ -45,7 +45,7 @@ class Odometry {
   /// `known` replaces the estimated pose, for example by that of another SLAM.
   /// Everything else runs as usual, including the judge.
   /// Provide a pose for every frame or for none.
-  TrackResult process(const io::RgbdFrame& frame, const SemanticInputs& inputs = {},
+  TrackResult process(const io::SequenceFrame& frame, const SemanticInputs& inputs = {},
                       const std::optional<Pose>& known = std::nullopt) {
     TrackResult result;
     result.frame_id = next_frame_id_++;
@@ -112,7 +112,7 @@ class Odometry {
     gate_.reset();
   }
 
-  void extract(const io::RgbdFrame& frame) {
+  void extract(const io::SequenceFrame& frame) {
     extractor_.extract(frame.grey, features_.keypoints, features_.descriptors);
     undistort(camera_, features_.keypoints, features_.keypoints_undistorted);
     sample_depth(frame.depth, frame.depth_unit_m, options_.depth, features_.keypoints, features_.depth_m);

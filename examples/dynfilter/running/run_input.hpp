@@ -8,7 +8,7 @@
 #include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
@@ -22,15 +22,16 @@
 
 namespace dynfilter::command {
 
-inline io::TumSequence open_sequence(const RunOptions& options) {
-  io::TumOptions tum;
+inline io::Sequence open_sequence(const RunOptions& options) {
+  io::SequenceOptions given;
   if (!options.camera.empty()) {
     const io::CameraFile file = read_for("--camera", [&] { return io::read_camera(options.camera); });
-    tum.camera = file.camera;
-    tum.depth_units_per_m = file.depth_units_per_m;
+    given.camera = file.camera;
+    given.depth_units_per_m = file.depth_units_per_m;
+    given.rate_hz = file.rate_hz;
   }
   return with_hint<io::CameraError>(" with --camera",
-                                    [&] { return io::TumSequence::open(options.sequence, tum); });
+                                    [&] { return io::Sequence::open(options.sequence, given); });
 }
 
 /// Indices into the sequence in playing order: first reversed, then cut.
@@ -61,7 +62,7 @@ inline std::optional<std::filesystem::path> detections_in(const std::filesystem:
 }
 
 inline std::optional<io::DetectionTrack> load_detections(const RunOptions& options,
-                                                         const io::TumSequence& sequence,
+                                                         const io::Sequence& sequence,
                                                          std::vector<std::string>& notes) {
   if (options.no_detections) return std::nullopt;
   std::optional<std::filesystem::path> path;
@@ -97,7 +98,7 @@ inline std::optional<io::DetectionTrack> load_detections(const RunOptions& optio
 class MaskFolder {
  public:
   /// Throws IoError if a folder was requested and has no mask of the sequence.
-  MaskFolder(const RunOptions& options, const io::TumSequence& sequence) {
+  MaskFolder(const RunOptions& options, const io::Sequence& sequence) {
     if (options.no_masks) return;
     const std::filesystem::path folder =
         options.masks.empty() ? sequence.folder() / "masks" : std::filesystem::path(options.masks);

@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/semantic/async_runner.hpp>
 #include <memory>
 #include <optional>
@@ -31,7 +31,7 @@ namespace dynfilter::command {
 class SequenceFiles final : public SemanticProvider {
  public:
   SequenceFiles(std::optional<io::DetectionTrack> boxes, MaskFolder masks, std::vector<std::size_t> order,
-                const io::TumSequence& sequence)
+                const io::Sequence& sequence)
       : boxes_(std::move(boxes)), masks_(std::move(masks)), order_(std::move(order)) {
     for (std::size_t i = 0; i < sequence.size(); ++i) stamps_s_.push_back(sequence.timestamp_s(i));
   }
@@ -64,7 +64,7 @@ class SemanticFeed {
   }
 
   /// Submits the next frame and returns its semantic inputs, valid until the next call.
-  odometry::SemanticInputs next(std::int64_t frame_id, const io::RgbdFrame& frame) {
+  odometry::SemanticInputs next(std::int64_t frame_id, const io::SequenceFrame& frame) {
     SemanticImage image;
     image.frame_id = frame_id;
     image.timestamp_s = frame.timestamp_s;

@@ -7,8 +7,8 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/eval/classification.hpp>
 #include <dynfilter/io/detections.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/io/trajectory.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 
 #include <algorithm>
@@ -37,14 +37,14 @@ namespace dynfilter::command {
 namespace {
 
 /// All seeds of a rendered scene have one name. A recording is its own scene.
-std::string scene_of(const io::TumSequence& sequence) {
+std::string scene_of(const io::Sequence& sequence) {
   if (const auto rendered = render::read_scene_name(sequence.folder())) return rendered->scene;
   std::error_code error;
   const std::filesystem::path whole = std::filesystem::weakly_canonical(sequence.folder(), error);
   return error ? sequence.name() : whole.lexically_normal().string();
 }
 
-bool has_any_depth(const io::RgbdFrame& frame) {
+bool has_any_depth(const io::SequenceFrame& frame) {
   return !frame.depth.empty() && cv::countNonZero(frame.depth) > 0;
 }
 
@@ -172,7 +172,7 @@ class SequenceRun {
   }
 
   void play(std::size_t i) {
-    io::RgbdFrame frame = sequence_.load(i);
+    io::SequenceFrame frame = sequence_.load(i);
     frame.timestamp_s = played_s(i);
     any_depth_ = any_depth_ || has_any_depth(frame);
     blank_depth_ += !frame.depth.empty() && !has_any_depth(frame) ? 1 : 0;
@@ -195,7 +195,7 @@ class SequenceRun {
       recorder_.emplace(judge_.totals(), order_.size(), record.pictures, record.picture_bytes);
   }
 
-  void take_record(const io::RgbdFrame& frame, const odometry::SemanticInputs& inputs) {
+  void take_record(const io::SequenceFrame& frame, const odometry::SemanticInputs& inputs) {
     if (!recorder_) return;
     const FrameRow& row = rows_.back();
     cv::Mat drawn;
@@ -288,7 +288,7 @@ class SequenceRun {
       counts.add(eval::truth_at(truth, f.pixel), f.decision == Vote::Dynamic);
   }
 
-  OverlayFrame picture_of(const io::RgbdFrame& frame, const odometry::SemanticInputs& inputs,
+  OverlayFrame picture_of(const io::SequenceFrame& frame, const odometry::SemanticInputs& inputs,
                           const FrameRow& row) const {
     OverlayFrame picture;
     picture.colour = frame.colour;
@@ -312,7 +312,7 @@ class SequenceRun {
   RunOptions options_;
   std::shared_ptr<OracleLabels> truth_;
   PipelineJudge judge_;
-  io::TumSequence sequence_;
+  io::Sequence sequence_;
   std::vector<std::size_t> order_;
   odometry::Odometry odometry_;
   std::optional<io::Trajectory> ground_truth_;

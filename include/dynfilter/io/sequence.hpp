@@ -27,6 +27,8 @@ struct SequenceOptions {
   std::optional<Camera> camera;
   /// Replaces the value of the folder, which is 5000 by default.
   std::optional<double> depth_units_per_m;
+  /// Rate of a folder of images that has no stamps. Replaces Camera.fps of camera.yaml.
+  std::optional<double> rate_hz;
 };
 
 /// One loaded frame. The caller owns the images.

@@ -28,10 +28,10 @@ struct SequenceIndex {
   std::optional<Camera> camera;
   std::optional<double> depth_units_per_m;
   std::optional<Rectifier> rectifier;
-  std::filesystem::path poses;           // the ground truth; empty: none
-  std::vector<double> pose_times_s;      // of KITTI's poses
+  std::filesystem::path poses;       // the ground truth; empty: none
+  std::vector<double> pose_times_s;  // of KITTI's poses
   std::optional<TrajectoryFormat> pose_format;
-  Pose T_body_camera;                    // the poses are those of the body
+  Pose T_body_camera;  // the poses are those of the body
 };
 
 std::string counted(std::size_t n, const std::string& one, const std::string& many);

@@ -114,8 +114,8 @@ inline void pair_right_images(const std::vector<std::pair<double, std::string>>&
     ++paired;
   }
   if (paired < index.frames.size())
-    index.notes.push_back(
-        counted(index.frames.size() - paired, "frame has", "frames have") + " no right image");
+    index.notes.push_back(counted(index.frames.size() - paired, "frame has", "frames have") +
+                          " no right image");
 }
 
 DYNFILTER_INLINE bool is_euroc_folder(const std::filesystem::path& folder) {

@@ -65,13 +65,13 @@ DYNFILTER_INLINE bool is_image_folder(const std::filesystem::path& folder) {
   return image_subfolder(folder).has_value();
 }
 
-DYNFILTER_INLINE SequenceIndex read_image_folder_index(const std::filesystem::path& folder) {
+DYNFILTER_INLINE SequenceIndex read_image_folder_index(const std::filesystem::path& folder,
+                                                       std::optional<double> rate_hz) {
   SequenceIndex index;
   const std::string below = *image_subfolder(folder);
   const std::vector<std::string> names = images_in(folder / below);
   std::error_code error;
-  std::optional<double> rate_hz;
-  if (std::filesystem::is_regular_file(folder / "camera.yaml", error))
+  if (!rate_hz && std::filesystem::is_regular_file(folder / "camera.yaml", error))
     rate_hz = read_camera(folder / "camera.yaml").rate_hz;
   const bool has_times = std::filesystem::is_regular_file(folder / "times.txt", error);
   std::optional<std::vector<double>> stamps_s;

@@ -26,10 +26,11 @@ inline SequenceIndex read_index(const std::filesystem::path& folder, const Seque
   if (is_tum_folder(folder)) return read_tum_index(folder, options.max_association_gap_s);
   if (is_kitti_folder(folder)) return read_kitti_index(folder);
   if (is_euroc_folder(folder)) return read_euroc_index(folder, options.max_association_gap_s);
-  if (is_image_folder(folder)) return read_image_folder_index(folder);
-  throw IoError(folder.string() +
-                ": is no sequence: no rgb.txt (TUM), no calib.txt with image_0/ (KITTI), no mav0/cam0/data.csv "
-                "(EuRoC) and no images");
+  if (is_image_folder(folder)) return read_image_folder_index(folder, options.rate_hz);
+  throw IoError(
+      folder.string() +
+      ": is no sequence: no rgb.txt (TUM), no calib.txt with image_0/ (KITTI), no mav0/cam0/data.csv "
+      "(EuRoC) and no images");
 }
 
 }  // namespace detail

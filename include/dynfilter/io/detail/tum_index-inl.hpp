@@ -70,7 +70,7 @@ inline bool depth_comes_first(const TextLine& line) {
 }
 
 inline SequenceIndex index_from_associations(const std::filesystem::path& folder, const std::string& name,
-                                        double max_gap_s) {
+                                             double max_gap_s) {
   const std::filesystem::path path = folder / name;
   SequenceIndex index;
   std::size_t repeated = 0, missing = 0;
@@ -134,7 +134,7 @@ DYNFILTER_INLINE bool is_tum_folder(const std::filesystem::path& folder) {
 DYNFILTER_INLINE SequenceIndex read_tum_index(const std::filesystem::path& folder, double max_gap_s) {
   const auto associations = associations_file(folder);
   SequenceIndex index = associations ? index_from_associations(folder, *associations, max_gap_s)
-                                : index_from_lists(folder, max_gap_s);
+                                     : index_from_lists(folder, max_gap_s);
   if (associations) note_unlisted(folder, *associations, index);
   if (associations && *associations != "associations.txt")
     index.notes.push_back("frames from " + *associations + ", not from rgb.txt and depth.txt");
