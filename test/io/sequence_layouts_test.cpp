@@ -50,7 +50,8 @@ void write_kitti_folder(const fs::path& folder, const std::string& left = "image
   }
   write_text(folder / "calib.txt", kCalibration);
   write_text(folder / "times.txt", "0\n1.0e-01\n2.0e-01\n");
-  write_text(folder / "poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 1\n1 0 0 0 0 1 0 0 0 0 1 2\n");
+  write_text(folder / "poses.txt",
+             "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 1\n1 0 0 0 0 1 0 0 0 0 1 2\n");
 }
 
 /// A camera of a rig in EuRoC's manner, with an image of a few bright dots.
@@ -98,16 +99,17 @@ struct RigView {
 
 Eigen::Isometry3d placed(double x, double y, double z, double roll, double pitch, double yaw) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
-                Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
-                Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
-                   .toRotationMatrix();
+  T.linear() =
+      (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
   T.translation() = Eigen::Vector3d(x, y, z);
   return T;
 }
 
 // The body's z axis is ahead. Both cameras are turned by some degrees and are not level.
-const RigView kLeft{placed(-0.02, -0.06, 0.01, 0.02, -0.01, 0.03), 200, 198, 163, 97, -0.28, 0.07, 2e-4, 2e-5},
+const RigView kLeft{
+    placed(-0.02, -0.06, 0.01, 0.02, -0.01, 0.03), 200, 198, 163, 97, -0.28, 0.07, 2e-4, 2e-5},
     kRight{placed(0.09, -0.055, 0.014, 0.01, 0.015, -0.02), 202, 201, 155, 103, -0.27, 0.06, -1e-4, 3e-4};
 // One dot per quarter of the image, at different depths.
 const std::vector<Eigen::Vector3d> kDots{{-0.5, -0.25, 1.5}, {0.9, -0.5, 2.5}, {-0.8, 0.5, 2}, {1.1, 0.6, 3}};
@@ -270,8 +272,7 @@ TEST_CASE("EuRoC: rectified images have a point on one row, at the disparity of 
     CHECK(sequence.timestamp_s(0) == doctest::Approx(1403636579.763555584).epsilon(1e-15));
     const Camera& camera = sequence.camera();
     CHECK_FALSE(camera.distorted());
-    const double baseline_m =
-        (kRight.T_body_camera.translation() - kLeft.T_body_camera.translation()).norm();
+    const double baseline_m = (kRight.T_body_camera.translation() - kLeft.T_body_camera.translation()).norm();
     CHECK(camera.baseline_m() == doctest::Approx(baseline_m));
     const io::SequenceFrame frame = sequence.load(1);
     CHECK(frame.grey.size() == cv::Size(RigView::kWidth, RigView::kHeight));
@@ -347,8 +348,7 @@ TEST_CASE("bad EuRoC folders: one line that names the culprit") {
   }
   SUBCASE("cameras that look apart") {
     RigView turned = kRight;
-    turned.T_body_camera.linear() =
-        Eigen::AngleAxisd(0.9, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    turned.T_body_camera.linear() = Eigen::AngleAxisd(0.9, Eigen::Vector3d::UnitX()).toRotationMatrix();
     write_text(right / "sensor.yaml", turned.yaml());
     has(complaint(folder), "the cameras look in different directions");
   }

@@ -29,7 +29,7 @@ void print_detector(const DetectorSummary& d) {
 }
 
 void print_text(const Summary& s, const std::string& out, bool wide) {
-  fmt::print("{} on {}\n", s.pipeline, s.sequence);
+  fmt::print("{} on {}, {}\n", s.pipeline, s.sequence, s.sensor);
   fmt::print("  tracked       {} of {} frames\n", s.tracked_frames, s.frames);
   fmt::print("  ATE rmse      {}\n", figure(s.ate_rmse_m, " m"));
   fmt::print("  RPE rmse      {}, {}   (one second apart)\n", figure(s.rpe_trans_rmse_m, " m"),
@@ -64,9 +64,10 @@ void add_run(CLI::App& app, Action& action) {
   auto json = std::make_shared<bool>(false), wide = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(
       "run",
-      "Runs the reference RGB-D odometry with a pipeline on a sequence. Prints the trajectory's error, what "
+      "Runs the reference odometry with a pipeline on a sequence. Prints the trajectory's error, what "
       "each stage of the pipeline did, and notes.\n\n"
-      "A sequence is a TUM RGB-D or Bonn folder as downloaded, or one that synth wrote. Frames come from "
+      "A sequence is a TUM RGB-D, Bonn, KITTI odometry or EuRoC folder as downloaded, one that synth wrote, "
+      "or a folder of images with camera.yaml. Frames of TUM come from "
       "associations.txt, association.txt, associated.txt or associate.txt, if the folder has one of them, "
       "else from rgb.txt and depth.txt.\n\n"
       "The folder of --out gets trajectory.txt, frames.csv, verdicts.csv, summary.json, overlay/ and "

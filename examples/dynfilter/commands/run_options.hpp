@@ -18,6 +18,12 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
                   "camera file (keys as in ORB-SLAM settings) instead of the one found")
       ->type_name("FILE");
   command
+      .add_option("--sensor", options.sensor,
+                  "what the odometry sees: rgbd, stereo or mono; without it what camera.yaml names, else "
+                  "rgbd if there are depth images, stereo if there are right images, mono")
+      ->check(CLI::IsMember({"rgbd", "stereo", "mono"}))
+      ->type_name("SENSOR");
+  command
       .add_option("--detections", options.detections,
                   "boxes; by default detections.txt or detections_*.txt of the sequence")
       ->type_name("FILE");

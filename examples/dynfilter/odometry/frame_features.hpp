@@ -22,6 +22,7 @@ struct FrameFeatures {
   std::vector<cv::KeyPoint> keypoints_undistorted;
   std::vector<Descriptor> descriptors;
   std::vector<float> depth_m;           ///< NaN: no depth, or at a silhouette
+  std::vector<float> right_u_px;        ///< stereo: column in the right image, NaN: no match; else empty
   std::vector<std::int64_t> map_point;  ///< -1: no map point
   std::vector<std::int32_t> extracted;  ///< index among the extracted features
 
@@ -33,6 +34,7 @@ struct FrameFeatures {
     compact_array(keypoints_undistorted, rejected);
     compact_array(descriptors, rejected);
     compact_array(depth_m, rejected);
+    if (!right_u_px.empty()) compact_array(right_u_px, rejected);
     compact_array(map_point, rejected);
     compact_array(extracted, rejected);
   }

@@ -15,6 +15,7 @@
 #include "feature_judge.hpp"
 #include "frame_features.hpp"
 #include "map.hpp"
+#include "sensor.hpp"
 #include "track_result.hpp"
 
 namespace dynfilter::odometry {
@@ -24,7 +25,7 @@ namespace dynfilter::odometry {
 /// It also keeps the rejections for the caller.
 class JudgeGate {
  public:
-  explicit JudgeGate(FeatureJudge* judge) : judge_(judge) {}
+  JudgeGate(Sensor sensor, FeatureJudge* judge) : sensor_(sensor), judge_(judge) {}
 
   void begin(std::int64_t frame_id, const io::SequenceFrame& frame, const Camera& camera,
              const SemanticInputs& inputs, std::size_t features) {
@@ -32,9 +33,12 @@ class JudgeGate {
     view_.id = frame_id;
     view_.timestamp_s = frame.timestamp_s;
     view_.grey = frame.grey;
-    view_.depth = frame.depth;
-    view_.depth_unit_m = frame.depth_unit_m;
+    if (sensor_ == Sensor::Rgbd) {
+      view_.depth = frame.depth;
+      view_.depth_unit_m = frame.depth_unit_m;
+    }
     view_.camera = camera;
+    if (sensor_ != Sensor::Stereo) view_.camera->baseline_fx_px_m = 0;
     view_.detections = inputs.detections;
     view_.mask = inputs.mask;
     rejected_at_.assign(features, RejectedAt::Nowhere);
@@ -87,7 +91,8 @@ class JudgeGate {
     view_.keypoints = features.keypoints;
     view_.keypoints_undistorted = features.keypoints_undistorted;
     view_.descriptors = as_matrix(features.descriptors);
-    view_.depth_m = features.depth_m;
+    if (sensor_ != Sensor::Mono) view_.depth_m = features.depth_m;
+    view_.right_u_px = features.right_u_px;
   }
 
   void show_pose(const Eigen::Isometry3d& T_camera_world, PoseProvenance provenance) {
@@ -111,9 +116,10 @@ class JudgeGate {
     keyframes_.clear();
     for (const std::int32_t k : map.covisible(features.map_point, kShown)) {
       const Keyframe& keyframe = map.keyframes[k];
-      keyframes_.push_back({keyframe.frame_id, keyframe.T_world_camera,
-                            keyframe.features.keypoints_undistorted, keyframe.features.depth_m,
-                            keyframe.features.map_point});
+      keyframes_.push_back(
+          {keyframe.frame_id, keyframe.T_world_camera, keyframe.features.keypoints_undistorted,
+           sensor_ == Sensor::Mono ? Span<const float>() : Span<const float>(keyframe.features.depth_m),
+           keyframe.features.map_point});
     }
     view_.covisible_keyframes = keyframes_;
   }
@@ -125,6 +131,7 @@ class JudgeGate {
     features.compact(flags);
   }
 
+  Sensor sensor_;
   FeatureJudge* judge_;
   FrameView view_;
   std::vector<cv::KeyPoint> extracted_;

@@ -6,9 +6,11 @@
 
 #include "bundle_adjustment.hpp"
 #include "map.hpp"
+#include "new_points.hpp"
 #include "options.hpp"
 #include "projection.hpp"
 #include "sighting.hpp"
+#include "two_view_start.hpp"
 
 namespace dynfilter::odometry {
 
@@ -16,10 +18,14 @@ namespace dynfilter::odometry {
 class Mapper {
  public:
   Mapper(const Pinhole& camera, const OdometryOptions& options)
-      : camera_(camera), options_(options), adjuster_(camera, options.bundle) {}
+      : camera_(camera), options_(options), new_points_(camera, options), adjuster_(camera, options.bundle) {}
 
   const Map& map() const { return map_; }
   Map& map() { return map_; }
+  void clear() {
+    map_ = Map();
+    first_young_ = 0;
+  }
 
   /// The octave in which this camera will observe the point.
   int expected_octave(const MapPoint& point, const Eigen::Isometry3d& T_camera_world) const {
@@ -45,6 +51,36 @@ class Mapper {
       if (features.map_point[i] >= 0)
         map_.observe(features.map_point[i], index, static_cast<std::int32_t>(i));
     }
+    return index;
+  }
+
+  /// Adds points that the newest keyframe and its neighbours see, for features without depth.
+  void triangulate() { new_points_.add(map_, static_cast<std::int32_t>(map_.keyframes.size()) - 1); }
+
+  /// The two keyframes and the points of a mono map. Returns the index of the second keyframe.
+  /// `features` are those of the second one, from which the judge may have removed some.
+  std::int32_t start(const TwoViewStart::Start& start, std::int64_t frame_id, FrameFeatures& features) {
+    FrameFeatures reference = start.reference;
+    insert(start.reference_id, reference, Eigen::Isometry3d::Identity());
+    const std::int32_t index = insert(frame_id, features, start.T_current_reference);
+    std::vector<std::int32_t> left(static_cast<std::size_t>(start.extracted), -1);
+    for (std::size_t i = 0; i < features.size(); ++i)
+      left[static_cast<std::size_t>(features.extracted[i])] = static_cast<std::int32_t>(i);
+    for (const TwoViewStart::Point& point : start.points) {
+      const std::int32_t i = left[static_cast<std::size_t>(point.current)];
+      if (i < 0) continue;
+      MapPoint added;
+      added.world_m = point.reference_m;
+      added.descriptor = features.descriptors[static_cast<std::size_t>(i)];
+      added.octave = features.keypoints[static_cast<std::size_t>(i)].octave;
+      added.distance_m = (start.T_current_reference * point.reference_m).norm();
+      added.born = index;
+      map_.points.push_back(std::move(added));
+      const auto id = static_cast<std::int64_t>(map_.points.size()) - 1;
+      map_.observe(id, 0, point.reference);
+      map_.observe(id, index, i);
+    }
+    features.map_point = map_.keyframes[static_cast<std::size_t>(index)].features.map_point;
     return index;
   }
 
@@ -96,6 +132,7 @@ class Mapper {
   Pinhole camera_;
   OdometryOptions options_;
   Map map_;
+  NewPoints new_points_;
   BundleAdjuster adjuster_;
   std::int64_t first_young_ = 0;
 };

@@ -18,13 +18,16 @@
 #include "mapper.hpp"
 #include "options.hpp"
 #include "orb_extractor.hpp"
+#include "stereo_matcher.hpp"
 #include "stopwatch.hpp"
 #include "track_result.hpp"
 #include "tracker.hpp"
 
 namespace dynfilter::odometry {
 
-/// RGB-D odometry like ORB-SLAM's tracking and local mapping, without loop closing.
+/// Odometry like ORB-SLAM's tracking and local mapping, without loop closing.
+/// For RGB-D, stereo and mono cameras: the sensor of the options.
+/// The unit of a mono map is a third of the median depth of its first points.
 /// It represents a user's SLAM. It knows about moving objects only through the judge.
 /// Single-threaded and deterministic; for bit-exact results call cv::setNumThreads(1).
 /// One object per camera stream.
@@ -35,13 +38,16 @@ class Odometry {
       : camera_(camera),
         options_(options),
         extractor_(options.extractor),
+        stereo_(options.extractor, options.stereo),
         mapper_(pinhole(), options),
         tracker_(pinhole(), options),
-        gate_(judge) {}
+        two_views_(pinhole(), options.start),
+        gate_(options.sensor, judge) {}
 
   /// Processes one frame.
   /// `frame.grey`: CV_8UC1.
-  /// `frame.depth`: CV_16UC1 or CV_32FC1 in units of `depth_unit_m`, or empty.
+  /// `frame.depth`: CV_16UC1 or CV_32FC1 in units of `depth_unit_m`, or empty. For RGB-D only.
+  /// `frame.right`: CV_8UC1, rectified, or empty. For stereo only; the camera then has a baseline.
   /// `known` replaces the estimated pose, for example by that of another SLAM.
   /// Everything else runs as usual, including the judge.
   /// Provide a pose for every frame or for none.
@@ -102,7 +108,10 @@ class Odometry {
     Eigen::Isometry3d T_camera_keyframe;  ///< or T_camera_world
   };
 
-  Pinhole pinhole() const { return Pinhole(camera_, options_.depth.baseline_fx_px_m); }
+  Pinhole pinhole() const {
+    return Pinhole(camera_, options_.sensor == Sensor::Stereo ? camera_.baseline_fx_px_m
+                                                              : options_.depth.baseline_fx_px_m);
+  }
 
   bool jumped(double timestamp_s) const {
     return next_frame_id_ > 1 && !(std::abs(timestamp_s - last_timestamp_s_) <= options_.max_time_gap_s);
@@ -115,11 +124,20 @@ class Odometry {
   void extract(const io::SequenceFrame& frame) {
     extractor_.extract(frame.grey, features_.keypoints, features_.descriptors);
     undistort(camera_, features_.keypoints, features_.keypoints_undistorted);
-    sample_depth(frame.depth, frame.depth_unit_m, options_.depth, features_.keypoints, features_.depth_m);
+    measure_depth(frame);
     features_.map_point.assign(features_.size(), -1);
     features_.extracted.resize(features_.size());
     for (std::size_t i = 0; i < features_.size(); ++i) features_.extracted[i] = static_cast<std::int32_t>(i);
-    tracker_.set_image(frame.grey.size());
+    image_ = frame.grey.size();
+    tracker_.set_image(image_);
+  }
+
+  void measure_depth(const io::SequenceFrame& frame) {
+    if (options_.sensor == Sensor::Stereo)
+      stereo_.match(extractor_, frame.right, camera_.fx_px, camera_.baseline_fx_px_m, features_);
+    else
+      sample_depth(options_.sensor == Sensor::Rgbd ? frame.depth : cv::Mat(), frame.depth_unit_m,
+                   options_.depth, features_.keypoints, features_.depth_m);
   }
 
   bool can_start_map() const {
@@ -128,10 +146,38 @@ class Odometry {
     return with_depth >= options_.min_initial_points && !gate_.wait_for_keyframe();
   }
   void start_map(TrackResult& result, Stopwatch& watch) {
+    if (options_.sensor == Sensor::Mono) return start_from_two_views(result, watch);
     if (!can_start_map()) return;
     pose_ = Eigen::Isometry3d::Identity();
     result.state = TrackState::Tracked;
     make_keyframe(result, watch);
+  }
+
+  void start_from_two_views(TrackResult& result, Stopwatch& watch) {
+    if (gate_.wait_for_keyframe()) return;
+    const auto start = two_views_.add(result.frame_id, features_, image_);
+    result.ms.tracking += watch.lap_ms();
+    if (!start) return;
+    pose_ = start->T_current_reference;
+    gate_.at_keyframe(features_, pose_, mapper_.map());
+    result.ms.judge += watch.lap_ms();
+    const std::int32_t index = mapper_.start(*start, result.frame_id, features_);
+    result.state = TrackState::Tracked;
+    settle_keyframe(index, pose_, result, watch);
+  }
+
+  // A mono map that is lost soon after its start is not worth a return.
+  bool map_is_young() const {
+    return options_.sensor == Sensor::Mono &&
+           static_cast<int>(mapper_.map().keyframes.size()) <= options_.start.young_keyframes;
+  }
+  void start_again() {
+    mapper_.clear();
+    tracker_ = Tracker(pinhole(), options_);
+    tracker_.set_image(image_);
+    two_views_.reset();
+    anchored_.clear();
+    gate_.reset();
   }
 
   void track(const std::optional<Eigen::Isometry3d>& predicted, TrackResult& result, Stopwatch& watch) {
@@ -184,6 +230,12 @@ class Odometry {
     result.ms.judge += watch.lap_ms();
     const Eigen::Isometry3d before = pose_;
     const std::int32_t index = mapper_.insert(result.frame_id, features_, pose_);
+    if (options_.sensor == Sensor::Mono) mapper_.triangulate();
+    settle_keyframe(index, before, result, watch);
+  }
+
+  void settle_keyframe(std::int32_t index, const Eigen::Isometry3d& before, TrackResult& result,
+                       Stopwatch& watch) {
     mapper_.refine(!pose_is_known_);
     pose_ = mapper_.map().keyframes[index].T_camera_world;
     features_.map_point = mapper_.map().keyframes[index].features.map_point;
@@ -201,9 +253,10 @@ class Odometry {
       gate_.done(pose_);
       anchored_.push_back(anchored(result.timestamp_s));
     }
+    last_timestamp_s_ = result.timestamp_s;
+    if (result.state == TrackState::Lost && map_is_young()) return start_again();
     const bool newly_lost = tracker_.frame_done(tracked, result.timestamp_s, features_, pose_);
     if (newly_lost || result.relocalised) gate_.reset();
-    last_timestamp_s_ = result.timestamp_s;
   }
 
   Anchored anchored(double timestamp_s) const {
@@ -216,10 +269,13 @@ class Odometry {
   Camera camera_;
   OdometryOptions options_;
   OrbExtractor extractor_;
+  StereoMatcher stereo_;
   Mapper mapper_;
   Tracker tracker_;
+  TwoViewStart two_views_;
   JudgeGate gate_;
   FrameFeatures features_;
+  cv::Size image_;
   Eigen::Isometry3d pose_ = Eigen::Isometry3d::Identity();  ///< T_camera_world of this frame
   std::vector<Anchored> anchored_;
   std::int64_t next_frame_id_ = 0;

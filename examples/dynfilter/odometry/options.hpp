@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "sensor.hpp"
+
 namespace dynfilter::odometry {
 
 /// Feature extraction.
@@ -21,6 +23,42 @@ struct DepthOptions {
   double edge_noise_per_m = 0.01;   ///< quantisation and noise of disparity
   double baseline_fx_px_m = 40.0;   ///< of the structured-light camera, converts depth to disparity
   double disparity_sigma_px = 0.5;  ///< noise of that disparity, with registration errors
+};
+
+/// Matches of features in a rectified right image.
+struct StereoOptions {
+  double row_tolerance_px = 2.0;    ///< at octave 0; grows with the octave
+  double nearest_baselines = 3.0;   ///< nearest depth that is searched, in baselines
+  double tolerance_px = 1.0;        ///< disparities may be negative by this, as noise
+  double least_disparity_px = 2.0;  ///< smaller: a match, but no depth
+  int max_distance = 75;            ///< Hamming, of 256
+  double max_patch_ratio = 2.1;     ///< of a patch's difference to the median one
+  double disparity_sigma_px = 0.5;  ///< at octave 0; grows with the octave
+};
+
+/// The first map of a mono camera.
+struct StartOptions {
+  int min_matches = 100;         ///< fewer: this frame is the new reference
+  double radius_px = 100.0;      ///< of the search around the last match
+  int max_distance = 50;         ///< Hamming, of 256
+  double max_ratio = 0.9;        ///< best / second-best distance
+  double ransac_px = 1.5;        ///< of inliers of both models
+  double plane_share = 0.45;     ///< of both scores; above it the homography is used
+  int min_points = 50;           ///< in front of both cameras
+  double max_rival_share = 0.7;  ///< points of the second-best motion
+  double min_parallax_deg = 1.0;
+  int young_keyframes = 5;    ///< a map with at most these is started again when it is lost
+  double median_depth = 3.0;  ///< of the first points: the unit of a mono map
+  double scale_factor = 1.2;  ///< of the image pyramid
+};
+
+/// Points from two keyframes, for features without depth.
+struct NewPointOptions {
+  int neighbours = 6;                  ///< keyframes that share most points
+  double least_baseline_share = 0.01;  ///< of the median depth
+  int max_distance = 50;               ///< Hamming, of 256
+  double line_reach_px = 2.0;          ///< from the epipolar line, at octave 0
+  double max_cosine = 0.9998;          ///< of the parallax: 1.1 degrees
 };
 
 struct MatchOptions {
@@ -47,8 +85,12 @@ struct BundleOptions {
 };
 
 struct OdometryOptions {
+  Sensor sensor = Sensor::Rgbd;
   ExtractorOptions extractor;
   DepthOptions depth;
+  StereoOptions stereo;
+  StartOptions start;
+  NewPointOptions new_points;
   MatchOptions match;
   KeyframeOptions keyframe;
   BundleOptions bundle;

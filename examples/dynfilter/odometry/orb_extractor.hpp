@@ -47,6 +47,9 @@ class OrbExtractor {
     }
   }
 
+  /// Pyramid level of the last image, CV_8UC1.
+  const cv::Mat& level(int octave) const { return levels_[static_cast<std::size_t>(octave)]; }
+
  private:
   static constexpr int kHalfPatch = 15;
   static constexpr int kBorder = 19;  // keeps the descriptor's rotated patch inside

@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
 #include <random>
 #include <vector>
 
@@ -14,17 +16,20 @@ namespace dynfilter::odometry {
 
 /// Estimates a pose without a prediction.
 /// Compares descriptors with all known points (mutual best, ratio test).
-/// Then runs RANSAC over three 3D-3D pairs, scored by reprojection.
+/// Then runs RANSAC over three 3D-3D pairs, scored by reprojection; without depth over 3D-2D pairs.
 /// Used for relocalisation only. Cost: about 5 ms.
 class PoseRecovery {
  public:
-  explicit PoseRecovery(const Pinhole& camera) : camera_(camera) {}
+  /// `with_depth`: features have depth. Without it the pose comes from pixels only (PnP).
+  explicit PoseRecovery(const Pinhole& camera, bool with_depth = true)
+      : camera_(camera), with_depth_(with_depth) {}
 
   /// Returns the number of inlier pairs. Sets the pose if it is at least `min_inliers`.
   int recover(const std::vector<SearchPoint>& points, const FrameFeatures& features, int min_inliers,
               Eigen::Isometry3d& T_camera_world) {
     match(points, features);
     if (static_cast<int>(pairs_.size()) < min_inliers) return 0;
+    if (!with_depth_) return recover_from_pixels(points, min_inliers, T_camera_world);
     std::mt19937 random(1);
     int best = 0;
     for (int i = 0; i < kTrials; ++i) {
@@ -40,7 +45,7 @@ class PoseRecovery {
 
  private:
   static constexpr int kTrials = 300, kMaxDistance = 64;
-  static constexpr double kRatio = 0.8, kReach_px = 4.0;
+  static constexpr double kRatio = 0.8, kReach_px = 4.0, kConfidence = 0.999;
 
   struct Pair {
     std::int32_t point;
@@ -71,11 +76,37 @@ class PoseRecovery {
 
   void add_pair(std::int32_t p, const FrameFeatures& features) {
     const std::int32_t f = best_feature_[p].index;
-    if (f < 0 || best_point_[f].index != p || !(features.depth_m[f] > 0)) return;
+    if (f < 0 || best_point_[f].index != p || (with_depth_ && !(features.depth_m[f] > 0))) return;
     const cv::Point2f at = features.keypoints_undistorted[f].pt;
-    const double depth = features.depth_m[f];
+    const double depth = with_depth_ ? features.depth_m[f] : 1;
     pairs_.push_back(
         {p, {at.x, at.y, camera_.baseline_fx_px_m / depth}, camera_.back_project(at.x, at.y, depth)});
+  }
+
+  int recover_from_pixels(const std::vector<SearchPoint>& points, int min_inliers,
+                          Eigen::Isometry3d& T_camera_world) const {
+    std::vector<cv::Point3d> world;
+    std::vector<cv::Point2d> px;
+    for (const Pair& pair : pairs_) {
+      const Eigen::Vector3d& p = points[pair.point].world_m;
+      world.emplace_back(p.x(), p.y(), p.z());
+      px.emplace_back(pair.measured_px.x(), pair.measured_px.y());
+    }
+    const cv::Matx33d K(camera_.fx_px, 0, camera_.cx_px, 0, camera_.fy_px, camera_.cy_px, 0, 0, 1);
+    cv::Mat turn, t, R;
+    std::vector<int> inliers;
+    const bool found =
+        cv::solvePnPRansac(world, px, K, cv::noArray(), turn, t, false, kTrials,
+                           static_cast<float>(kReach_px), kConfidence, inliers, cv::SOLVEPNP_EPNP);
+    if (!found || static_cast<int>(inliers.size()) < min_inliers) return 0;
+    cv::Rodrigues(turn, R);
+    Eigen::Matrix3d rotation;
+    Eigen::Vector3d translation;
+    cv::cv2eigen(R, rotation);
+    cv::cv2eigen(t, translation);
+    T_camera_world.linear() = rotation;
+    T_camera_world.translation() = translation;
+    return static_cast<int>(inliers.size());
   }
 
   bool hypothesis(const std::vector<SearchPoint>& points, std::mt19937& random, Eigen::Isometry3d& T) const {
@@ -109,6 +140,7 @@ class PoseRecovery {
   };
 
   Pinhole camera_;
+  bool with_depth_;
   std::vector<Best> best_point_, best_feature_;
   std::vector<Pair> pairs_;
 };

@@ -18,7 +18,10 @@ inline Sighting sighting(const OdometryOptions& options, const Pinhole& camera, 
   Sighting s;
   s.measured_px = {keypoint.pt.x, keypoint.pt.y, has_depth ? camera.baseline_fx_px_m / depth_m : 0.0};
   s.pixel_weight = std::pow(options.extractor.scale_factor, -keypoint.octave);
-  s.disparity_weight = has_depth ? 1.0 / options.depth.disparity_sigma_px : 0.0;
+  if (!has_depth) return s;
+  // A projected pattern is measured at full size, a patch of the right image in the feature's octave.
+  s.disparity_weight = options.sensor == Sensor::Stereo ? s.pixel_weight / options.stereo.disparity_sigma_px
+                                                        : 1.0 / options.depth.disparity_sigma_px;
   return s;
 }
 

@@ -26,7 +26,7 @@ class Tracker {
       : camera_(camera),
         options_(options),
         refiner_(camera),
-        recovery_(camera),
+        recovery_(camera, options.sensor != Sensor::Mono),
         matcher_(camera, options.extractor.scale_factor, options.extractor.levels) {}
 
   void set_image(cv::Size size) {
@@ -120,7 +120,7 @@ class Tracker {
     const Eigen::Isometry3d motion = pose * map.keyframes[reference_].T_camera_world.inverse();
     const double turned_deg = Eigen::AngleAxisd(motion.linear()).angle() * 180 / M_PI;
     return turned_deg > k.max_rotation_deg ||
-           motion.translation().norm() > k.max_translation_ratio * median_depth(features);
+           motion.translation().norm() > k.max_translation_ratio * median_depth(map, features, pose);
   }
 
   void keyframe_made(const Map& map, std::int32_t index, const Eigen::Isometry3d& before_adjustment) {
@@ -223,10 +223,14 @@ class Tracker {
 
   std::int32_t next_candidate(std::int32_t keyframes) { return candidate_ = (candidate_ + 1) % keyframes; }
 
-  static double median_depth(const FrameFeatures& features) {
+  /// Of the features; of a mono camera, of their map points.
+  static double median_depth(const Map& map, const FrameFeatures& features, const Eigen::Isometry3d& pose) {
     std::vector<float> depths;
     for (const float depth_m : features.depth_m)
       if (depth_m > 0) depths.push_back(depth_m);
+    if (depths.empty())
+      for (const std::int64_t i : features.map_point)
+        if (map.alive(i)) depths.push_back(static_cast<float>((pose * map.point(i).world_m).z()));
     if (depths.empty()) return 1e9;
     std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
     return depths[depths.size() / 2];

@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "odometry/options.hpp"
+#include "odometry/sensor.hpp"
 #include "sequence_run.hpp"
 #include "text/option_hint.hpp"
 
@@ -32,6 +34,26 @@ inline io::Sequence open_sequence(const RunOptions& options) {
   }
   return with_hint<io::CameraError>(" with --camera",
                                     [&] { return io::Sequence::open(options.sequence, given); });
+}
+
+/// The sensor that the options or the data ask for. Throws IoError if the sequence lacks its images.
+inline odometry::Sensor chosen_sensor(const RunOptions& options, const io::Sequence& sequence) {
+  using odometry::Sensor;
+  const auto named = odometry::sensor_named(options.sensor.empty() ? sequence.sensor() : options.sensor);
+  if (!named)
+    return sequence.has_depth() ? Sensor::Rgbd : sequence.has_stereo() ? Sensor::Stereo : Sensor::Mono;
+  if (*named == Sensor::Rgbd && !sequence.has_depth())
+    throw IoError(options.sequence + ": has no depth images, which the sensor rgbd needs");
+  if (*named == Sensor::Stereo && !sequence.has_stereo())
+    throw IoError(options.sequence +
+                  ": the sensor stereo needs right images and the baseline of an undistorted camera");
+  return *named;
+}
+
+inline odometry::OdometryOptions odometry_options(odometry::Sensor sensor) {
+  odometry::OdometryOptions options;
+  options.sensor = sensor;
+  return options;
 }
 
 /// Indices into the sequence in playing order: first reversed, then cut.

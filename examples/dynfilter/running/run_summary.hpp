@@ -46,7 +46,7 @@ struct DetectorSummary {
 
 /// Content of summary.json. NaN is written as null.
 struct Summary {
-  std::string sequence, pipeline;
+  std::string sequence, pipeline, sensor;
   /// Scene of a rendered sequence, else the sequence's name. Runs of one scene can be pooled.
   std::string scene;
   std::size_t frames = 0, tracked_frames = 0;
@@ -104,7 +104,7 @@ inline Json to_json(const Summary& s) {
 
 /// Puts `sequence` and `pipeline` first.
 inline Json named_json(const Summary& s) {
-  Json json{{"sequence", s.sequence}, {"scene", s.scene}, {"pipeline", s.pipeline}};
+  Json json{{"sequence", s.sequence}, {"scene", s.scene}, {"pipeline", s.pipeline}, {"sensor", s.sensor}};
   json.update(to_json(s));
   return json;
 }

@@ -56,13 +56,15 @@ class SequenceRun {
         judge_(named_pipeline(options.pipeline, command_registry(options.plugins, truth_))),
         sequence_(open_sequence(options)),
         order_(playing_order(options, sequence_.size())),
-        odometry_(sequence_.camera(), odometry::OdometryOptions(), &judge_),
+        sensor_(chosen_sensor(options, sequence_)),
+        odometry_(sequence_.camera(), odometry_options(sensor_), &judge_),
         record_(record.record) {
     check_free(options.out, options.force,
                {"summary.json", "trajectory.txt", "frames.csv", "verdicts.csv", "report.html", "overlay"});
     summary_.sequence = sequence_.name();
     summary_.scene = scene_of(sequence_);
     summary_.pipeline = judge_.pipeline().name();
+    summary_.sensor = odometry::to_string(sensor_);
     summary_.notes = sequence_.notes();
     ground_truth_ = sequence_.ground_truth();
     if (!options.trajectory.empty()) read_poses();
@@ -74,6 +76,8 @@ class SequenceRun {
     judged_by_truth_ = sequence_.has_labels() && !options.reverse;
     if (sequence_.has_labels() && options.reverse)
       summary_.notes.emplace_back("played in reverse: no precision and recall");
+    if (!options.map.empty() && sensor_ != odometry::Sensor::Rgbd)
+      throw IoError(options.sequence + ": a map needs depth images");
     if (!options.map.empty()) map_.emplace(options, judge_.pipeline(), sequence_);
     if (!options.out.empty()) output_.emplace(options.out, order_.size(), options.overlay_every);
     open_recorder(record);
@@ -84,7 +88,8 @@ class SequenceRun {
       progress(k, order_.size());
       play(order_[k]);
     }
-    if (!any_depth_) throw IoError(options_.sequence + ": no frame has any depth");
+    if (sensor_ == odometry::Sensor::Rgbd && !any_depth_)
+      throw IoError(options_.sequence + ": no frame has any depth");
     if (blank_depth_ > 0)
       count_note(fmt::format("{} with a depth image of zeros only", frames(blank_depth_)));
     for (const auto& [note, times] : notes_) count_note(fmt::format("{} ({})", note, frames(times)));
@@ -95,6 +100,7 @@ class SequenceRun {
     summarise_frames(rows_, summary_);
     if (nothing_judged()) count_note(unknown_note());
     const io::Trajectory estimate = trajectory();
+    summary_.tracked_frames = estimate.size();  // a mono map that was started again has lost its poses
     summarise_trajectory(ground_truth_, estimate, summary_);
     if (map_) summary_.map = map_->finish(estimate, summary_.notes);
     if (recorder_) finish_record(estimate);
@@ -174,6 +180,7 @@ class SequenceRun {
   void play(std::size_t i) {
     io::SequenceFrame frame = sequence_.load(i);
     frame.timestamp_s = played_s(i);
+    if (sensor_ != odometry::Sensor::Rgbd) frame.depth = cv::Mat();  // nor may the detector have it
     any_depth_ = any_depth_ || has_any_depth(frame);
     blank_depth_ += !frame.depth.empty() && !has_any_depth(frame) ? 1 : 0;
     if (oracle_) truth_->labels = sequence_.load_labels(i);
@@ -301,12 +308,29 @@ class SequenceRun {
   }
 
   // With the frames' own timestamps.
-  io::Trajectory trajectory() const {
+  io::Trajectory trajectory() {
     std::map<double, double> own_s;
     for (const std::size_t i : order_) own_s[played_s(i)] = sequence_.timestamp_s(i);
     io::Trajectory estimate = odometry_.trajectory();
     for (io::StampedPose& pose : estimate) pose.timestamp_s = own_s.at(pose.timestamp_s);
-    return io::sorted_by_time(std::move(estimate));
+    estimate = io::sorted_by_time(std::move(estimate));
+    if (sensor_ == odometry::Sensor::Mono) scale_to_truth(estimate);
+    return estimate;
+  }
+
+  // A mono map has its own unit. With a ground truth, all that is written and judged is in metres.
+  void scale_to_truth(io::Trajectory& estimate) {
+    eval::AteOptions with_scale;
+    with_scale.with_scale = true;
+    if (!ground_truth_ || poses_) return;
+    try {
+      const double scale =
+          eval::absolute_trajectory_error(*ground_truth_, estimate, with_scale).T_truth_estimate.scale;
+      for (io::StampedPose& pose : estimate)
+        for (double& x : pose.T_world_camera.translation_m) x *= scale;
+      count_note(fmt::format("mono: the trajectory is scaled by {:.4g} to the ground truth", scale));
+    } catch (const Error&) {  // too few poses: summarise_trajectory() says so
+    }
   }
 
   RunOptions options_;
@@ -314,6 +338,7 @@ class SequenceRun {
   PipelineJudge judge_;
   io::Sequence sequence_;
   std::vector<std::size_t> order_;
+  odometry::Sensor sensor_;
   odometry::Odometry odometry_;
   std::optional<io::Trajectory> ground_truth_;
   std::optional<SemanticFeed> feed_;

@@ -16,14 +16,17 @@ struct CameraFile {
   Camera camera;
   std::optional<double> depth_units_per_m;  ///< `DepthMapFactor`
   std::optional<double> rate_hz;            ///< `Camera.fps`
+  /// `Camera.sensor`: "rgbd", "stereo" or "mono", what an odometry uses unless told otherwise; "": not said.
+  std::string sensor;
 };
 
 /// Reads `Camera.fx fy cx cy` [px].
-/// Optional keys are `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px], `fps` and `DepthMapFactor`.
+/// Optional keys are `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px], `fps`, `sensor` and `DepthMapFactor`.
 /// Other keys are ignored. Throws IoError.
 CameraFile read_camera(const std::filesystem::path& path);
 
 /// Writes what read_camera() reads. cv::FileStorage can read it too. Atomic. Throws IoError.
+void write_camera(const std::filesystem::path& path, const CameraFile& file);
 void write_camera(const std::filesystem::path& path, const Camera& camera, double depth_units_per_m);
 
 /// Published intrinsics for the name of a TUM (freiburg1-3 or fr1-3) or Bonn sequence.

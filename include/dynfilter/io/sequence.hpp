@@ -65,8 +65,10 @@ class Sequence {
   /// What was skipped, with counts, one line each.
   const std::vector<std::string>& notes() const { return index_.notes; }
 
+  /// "rgbd", "stereo" or "mono" if camera.yaml names one, else "".
+  const std::string& sensor() const { return sensor_; }
   bool has_depth() const;
-  /// True if there are right images and the camera's baseline is known.
+  /// True if there are right images, and the camera has a baseline and no distortion.
   bool has_stereo() const;
 
   /// Loads a frame. Throws IoError with the file name if an image is missing, truncated or invalid.
@@ -105,6 +107,7 @@ class Sequence {
   std::filesystem::path folder_;
   detail::SequenceIndex index_;
   Camera camera_;
+  std::string sensor_;
   double depth_units_per_m_ = 5000;
 };
 

@@ -64,6 +64,13 @@ class CameraKeys {
     if (*value <= 0) throw IoError(path_.string() + ": '" + key + "' must be above 0");
     return *value;
   }
+  std::string sensor() const {
+    const auto found = keys_.find("Camera.sensor");
+    if (found == keys_.end()) return "";
+    const std::string& name = found->second.fields[0];
+    if (name == "rgbd" || name == "stereo" || name == "mono") return name;
+    throw IoError(at_line(path_, found->second.number) + ": 'Camera.sensor' must be rgbd, stereo or mono");
+  }
   int size_px(const std::string& key) const {
     const double value = number(key).value_or(0);
     if (value < 0 || value > 1e5) throw IoError(path_.string() + ": '" + key + "' is out of range");
@@ -97,6 +104,7 @@ DYNFILTER_INLINE CameraFile read_camera(const std::filesystem::path& path) {
   file.camera.baseline_fx_px_m = keys.number("Camera.bf").value_or(0);
   file.camera.width_px = keys.size_px("Camera.width");
   file.camera.height_px = keys.size_px("Camera.height");
+  file.sensor = keys.sensor();
   if (keys.number("Camera.fps")) file.rate_hz = keys.required_positive("Camera.fps");
   if (keys.number("DepthMapFactor")) file.depth_units_per_m = keys.required_positive("DepthMapFactor");
   if (!file.depth_units_per_m && keys.number("RGBD.DepthMapFactor")) {
@@ -107,6 +115,14 @@ DYNFILTER_INLINE CameraFile read_camera(const std::filesystem::path& path) {
 
 DYNFILTER_INLINE void write_camera(const std::filesystem::path& path, const Camera& camera,
                                    double depth_units_per_m) {
+  CameraFile file;
+  file.camera = camera;
+  file.depth_units_per_m = depth_units_per_m;
+  write_camera(path, file);
+}
+
+DYNFILTER_INLINE void write_camera(const std::filesystem::path& path, const CameraFile& file) {
+  const Camera& camera = file.camera;
   write_file_atomically(path, [&](std::ostream& out) {
     out.precision(17);
     const auto& k = camera.distortion;
@@ -121,8 +137,11 @@ DYNFILTER_INLINE void write_camera(const std::filesystem::path& path, const Came
     real("Camera.k3", k[4]);
     if (camera.baseline_fx_px_m > 0) real("Camera.bf", camera.baseline_fx_px_m);
     out << "Camera.width: " << camera.width_px << "\nCamera.height: " << camera.height_px << '\n';
+    if (file.rate_hz) real("Camera.fps", *file.rate_hz);
+    if (!file.sensor.empty()) out << "Camera.sensor: " << file.sensor << '\n';
+    if (!file.depth_units_per_m) return;
     out << "# depth image values per metre\n";
-    real("DepthMapFactor", depth_units_per_m);
+    real("DepthMapFactor", *file.depth_units_per_m);
   });
 }
 

@@ -56,7 +56,7 @@ DYNFILTER_INLINE bool Sequence::has_depth() const {
 }
 
 DYNFILTER_INLINE bool Sequence::has_stereo() const {
-  return camera_.baseline_fx_px_m > 0 &&
+  return camera_.baseline_fx_px_m > 0 && !camera_.distorted() &&
          std::any_of(index_.frames.begin(), index_.frames.end(),
                      [](const detail::IndexedFrame& frame) { return !frame.right.empty(); });
 }
@@ -118,6 +118,7 @@ inline void Sequence::find_camera(const SequenceOptions& options) {
   if (!found && std::filesystem::is_regular_file(file, error)) {
     const CameraFile read = read_camera(file);
     found = read.camera;
+    sensor_ = read.sensor;
     depth_units_per_m_ = read.depth_units_per_m.value_or(depth_units_per_m_);
   }
   for (const std::string& name :
