@@ -9,6 +9,7 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
+#include <dynfilter/filters/neighbour_field.hpp>
 #include <dynfilter/geometry/flow_groups.hpp>
 #include <dynfilter/geometry/ground_plane.hpp>
 #include <dynfilter/geometry/image_neighbours.hpp>
@@ -45,11 +46,12 @@ struct FlowConsistencyParams {
 ///           The other is of the flow against the direction of static points.
 ///           Both are in standard deviations, averaged over time and over the group.
 ///           Each feature is judged over the longest gap that its track covers.
+///           A feature without a track has the mean excess over the limit of its neighbours.
 ///           In addition, groups whose lower end is above the ground are dynamic.
 ///           This detects objects that approach along the epipolar line.
 /// Needs:    correspondences from frame to frame.
 ///           Optional: a camera, else a focal length is assumed.
-/// Abstains: on features without a track, with fewer than 12 tracks,
+/// Abstains: on features without a track whose neighbours do not move, with fewer than 12 tracks,
 ///           and if the tracks cover less than 5 of 72 cells of the image.
 /// Blind to: movers along their epipolar line with an invisible lower end or without `ground`;
 ///           a mover that covers more of the image than the background does.
@@ -109,7 +111,9 @@ class FlowConsistencyFilter final : public Filter {
   static constexpr double kReach = 0.05;   ///< [image widths] radius of the neighbourhood
   /// Largest difference of similar flows.
   static constexpr double kAlike_px = 0.4, kAlikeOfFlow = 0.06;
-  static constexpr std::size_t kGroup = 4;  ///< smallest number of points
+  static constexpr double kUntrackedReach = 0.075;  ///< neighbourhood of a feature without a track
+  static constexpr float kOwnWeight = 0.5F;         ///< of no excess in the mean over neighbours
+  static constexpr std::size_t kGroup = 4;          ///< smallest number of points
 
   void follow(const Evidence& evidence);
 
@@ -207,7 +211,10 @@ class FlowConsistencyFilter final : public Filter {
   /// From the ratios in values_. With few points the lower end is uncertain.
   double sigmas_above_ground();
 
-  void vote(const Evidence& evidence, Votes& votes) const;
+  void spread(const Evidence& evidence);
+  /// Mean excess of the neighbours, near ones first: a body has features whose tracks have just begun.
+  float mean_around(const Evidence& evidence, std::size_t i) const;
+  void vote(const Evidence& evidence, Votes& votes);
 
   Params params_;
   const FeatureTracks* tracks_ = nullptr;  ///< of the current frame
@@ -234,6 +241,9 @@ class FlowConsistencyFilter final : public Filter {
   std::vector<GroundPoint> ground_points_;
   std::vector<int> seeds_, counts_;
   std::vector<bool> judged_;
+  NeighbourPlaces neighbours_;
+  NeighbourPlaces::Field excess_around_;
+  std::vector<float> excess_, depths_m_;  ///< over the limit, in standard deviations; depths: unknown
   std::vector<double> suspicion_, values_, along_;
 };
 

@@ -7,6 +7,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/correspondence/match.hpp>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -363,11 +364,35 @@ inline double FlowConsistencyFilter::sigmas_above_ground() {
   return std::clamp(params_.limit + std::log(ratio / limit) / kRatioSigma, 0.0, kMaxSigmas);
 }
 
-inline void FlowConsistencyFilter::vote(const Evidence& evidence, Votes& votes) const {
+inline void FlowConsistencyFilter::spread(const Evidence& evidence) {
+  const std::size_t n = evidence.size();
+  depths_m_.assign(n, std::numeric_limits<float>::quiet_NaN());
+  excess_.assign(n, 0);
+  for (std::size_t i = 0; i < n; ++i)
+    if (judged_[i])
+      excess_[i] = static_cast<float>(
+          std::min(std::hypot(suspicion_[i], evidence_[i].hanging) - params_.limit, params_.limit));
+  neighbours_.build(evidence.pixels(), depths_m_, static_cast<float>(kReach * cells_.width_px));
+  neighbours_.lay_out(
+      excess_around_, [&](std::size_t i) { return excess_[i]; },
+      [&](std::size_t i) { return judged_[i] ? 1.0F : 0.0F; });
+}
+
+inline float FlowConsistencyFilter::mean_around(const Evidence& evidence, std::size_t i) const {
+  const NeighbourPlaces::Sum sum =
+      neighbours_.around(excess_around_, evidence.pixels()[i], depths_m_[i],
+                         static_cast<float>(kUntrackedReach * cells_.width_px), 0);
+  return sum.values / (sum.weights + kOwnWeight);
+}
+
+inline void FlowConsistencyFilter::vote(const Evidence& evidence, Votes& votes) {
+  spread(evidence);
   for (std::size_t i = 0; i < judged_.size(); ++i) {
-    if (!judged_[i] || !evidence.judged(i)) continue;
-    const double sigmas = std::hypot(suspicion_[i], evidence_[i].hanging);
-    votes.cast(i, sigmas > params_.limit ? Vote::Dynamic : Vote::Static, suspicion(sigmas, params_.limit));
+    if (!evidence.judged(i)) continue;
+    const double excess = static_cast<double>(judged_[i] ? excess_[i] : mean_around(evidence, i));
+    const Vote otherwise = judged_[i] ? Vote::Static : Vote::Unknown;
+    votes.cast(i, excess > 0 ? Vote::Dynamic : otherwise,
+               suspicion(std::max(0.0, params_.limit + excess), params_.limit));
   }
 }
 
