@@ -29,7 +29,7 @@ TEST_CASE("nearest point on a triangle: face, edges, corners") {
 TEST_CASE("the tree finds what looking at every triangle finds") {
   const Scene scene = make_scene("static_desk", 1);
   MeshDistance tree;
-  for (std::size_t i = 0; i < 12; ++i) tree.add(scene.room->models[i]);
+  for (std::size_t i = 0; i < 12; ++i) tree.add(scene.surroundings->models[i]);
   tree.build();
   Random random(5, 1);
   for (int i = 0; i < 60; ++i) {
@@ -38,8 +38,8 @@ TEST_CASE("the tree finds what looking at every triangle finds") {
                             static_cast<float>(random.uniform(0, 2.5)));
     float best = 1e9F;
     for (std::size_t m = 0; m < 12; ++m)
-      for (const Face& f : scene.room->models[m].faces) {
-        const auto& v = scene.room->models[m].vertices;
+      for (const Face& f : scene.surroundings->models[m].faces) {
+        const auto& v = scene.surroundings->models[m].vertices;
         const Eigen::Vector3f q = nearest_on_triangle(p, v[f.corner[0]].position_m, v[f.corner[1]].position_m,
                                                       v[f.corner[2]].position_m);
         best = std::min(best, (p - q).norm());

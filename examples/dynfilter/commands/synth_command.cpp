@@ -21,7 +21,7 @@ namespace {
 struct SynthOptions {
   render::SequenceOptions sequence;
   std::string folder;
-  bool json = false;
+  bool json = false, no_right = false;
 };
 
 std::string scenes() {
@@ -38,6 +38,7 @@ bool is_synthetic(const std::filesystem::path& folder) {
 }
 
 int write(SynthOptions options) {
+  options.sequence.right_images = !options.no_right;
   options.sequence.overwrite = is_synthetic(options.folder);
   render::SensorValues sensor;
   {
@@ -63,10 +64,9 @@ int write(SynthOptions options) {
 }
 
 void add_sensor(CLI::App& command, render::SequenceOptions& sequence) {
-  command.add_option("--hz", sequence.rate_hz, "frames per second")
+  command.add_option("--hz", sequence.rate_hz, "frames per second (default: 30, 10 outdoors, 20 in a hall)")
       ->type_name("HZ")
-      ->check(CLI::Range(10.0, 60.0))
-      ->capture_default_str();
+      ->check(CLI::Range(10.0, 60.0));
   command.add_flag("--blur", sequence.motion_blur, "motion blur: an exposure of 12 ms");
   command
       .add_option("--exposure-ms", sequence.exposure_ms,
@@ -102,7 +102,8 @@ void add_synth(CLI::App& app, Action& action) {
       "synth",
       "Writes a labelled synthetic sequence in TUM's layout. The folder gets rgb/ and depth/ with their "
       "lists, "
-      "groundtruth.txt, camera.yaml, labels/ dynamic/ motion/ (the truth), masks/ and detections.txt (of a "
+      "right/ (of a second camera), groundtruth.txt, camera.yaml, labels/ dynamic/ motion/ (the truth), "
+      "masks/ and detections.txt (of a "
       "detector with faults).\n\nScenes: " +
           scenes());
   command->add_option("SCENE", sequence.scene, "one of the scenes above")->required()->type_name("SCENE");
@@ -117,6 +118,8 @@ void add_synth(CLI::App& app, Action& action) {
       ->type_name("N")
       ->capture_default_str();
   add_sensor(*command, sequence);
+  command->add_flag("--no-right", options->no_right,
+                    "no images of the right camera, which take a third of the time");
   command->add_option("--late", sequence.detector.late_frames, "boxes arrive N frames late")
       ->type_name("N")
       ->check(CLI::Range(0, 30))

@@ -6,6 +6,7 @@
 #include <dynfilter/core/random.hpp>
 #include <dynfilter/render/hand_turn.hpp>
 #include <dynfilter/render/motion.hpp>
+#include <dynfilter/render/route.hpp>
 #include <memory>
 
 namespace dynfilter::render {
@@ -17,7 +18,20 @@ Eigen::Isometry3d look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& tar
 /// Static to Halfsphere are the camera motions of TUM.
 /// Sideways is along x only, Tracking follows a walking person.
 /// Turn is the motion of freiburg1_rpy at a given rate.
-enum class CameraStyle { Static, Xyz, Rpy, Halfsphere, Sideways, Tracking, Turn, Shake, Tripod };
+/// Driving is on the roof of a car, Flying that of a fast flying robot in a hall.
+enum class CameraStyle {
+  Static,
+  Xyz,
+  Rpy,
+  Halfsphere,
+  Sideways,
+  Tracking,
+  Turn,
+  Shake,
+  Tripod,
+  Driving,
+  Flying
+};
 
 /// Smooth hand-held motion. A function of time only, different per seed.
 class CameraMotion {
@@ -26,7 +40,8 @@ class CameraMotion {
     CameraStyle style = CameraStyle::Static;
     Eigen::Vector3d eye_m{0, -2.3, 1.45}, target_m{0, 0.8, 0.98};
     std::shared_ptr<const Walking> tracked;
-    double peak_deg_s = 0;  ///< Turn: largest angular rate
+    double peak_deg_s = 0;                 ///< Turn: largest angular rate
+    std::shared_ptr<const Driving> drive;  ///< Driving: the car
   };
 
   CameraMotion(const Options& options, Random& random);
@@ -55,6 +70,11 @@ class CameraMotion {
   Eigen::Isometry3d sideways(double t) const;
 
   Eigen::Isometry3d tracking(double t) const;
+
+  Eigen::Isometry3d driving(double t) const;
+
+  /// Up to about 3 m/s and 80 degrees per second.
+  Eigen::Isometry3d flying(double t) const;
 
   Options options_;
   double phase_[8];

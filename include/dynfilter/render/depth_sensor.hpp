@@ -26,7 +26,8 @@ class DepthSensor {
   struct Options {
     double baseline_m = 0.075, disparity_step_px = 0.125, fray_px = 1.1;
     double min_depth_m = 0.45, max_depth_m = 8.0, depth_units_per_m = 5000;
-    bool perfect = false;  ///< true depth, no holes
+    bool perfect = false;           ///< true depth, no holes
+    double farthest_perfect_m = 0;  ///< true depth up to here; 0: as far as the units reach
   };
 
   DepthSensor(const Camera& camera, const Options& options, std::uint64_t seed);

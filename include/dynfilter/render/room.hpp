@@ -4,8 +4,7 @@
 #include <Eigen/Core>
 #include <dynfilter/core/random.hpp>
 #include <dynfilter/render/furniture.hpp>
-#include <dynfilter/render/lighting.hpp>
-#include <dynfilter/render/mesh.hpp>
+#include <dynfilter/render/surroundings.hpp>
 #include <dynfilter/render/texture.hpp>
 #include <vector>
 
@@ -14,12 +13,8 @@ namespace dynfilter::render {
 /// The office of every scene: 8 x 7.6 m, z up, origin in the middle of the floor.
 /// Cameras look north (+y) over a double desk with a partition behind it.
 /// Shelves, cabinets and more desks are along the walls.
-class Room {
+class Room : public Surroundings {
  public:
-  std::vector<Model> models;        ///< world frame, shaded
-  std::vector<Detectable> objects;  ///< entry i is instance first_instance + i + 1
-  Lighting lighting;
-
   /// `chairs`: x, y, yaw of additional chairs. Instances are numbered from `first_instance` + 1.
   Room(MaterialSet& set, Random& random, bool plain, const std::vector<Eigen::Vector3f>& chairs,
        int first_instance);

@@ -4,7 +4,9 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <dynfilter/core/random.hpp>
+#include <dynfilter/render/camera_model.hpp>
 #include <dynfilter/render/camera_path.hpp>
+#include <dynfilter/render/car.hpp>
 #include <dynfilter/render/cart.hpp>
 #include <dynfilter/render/furniture.hpp>
 #include <dynfilter/render/mesh.hpp>
@@ -35,11 +37,12 @@ struct Mover {
 /// Everything that a sequence is rendered from.
 struct Scene {
   MaterialSet materials;
-  std::optional<Room> room;
+  std::optional<Surroundings> surroundings;
   std::vector<Mover> movers;
   std::vector<Detectable> objects;  ///< entry i is instance i + 1
   std::optional<CameraMotion> camera;
   double exposure_ms = 0;  ///< of its camera, unless the options replace it; 0: no motion blur
+  CameraModel camera_model;
 };
 
 /// Adds movers to a scene. Used by the scripts below.
@@ -52,6 +55,9 @@ class SceneBuilder {
   std::vector<Eigen::Vector3f> chairs;  ///< x, y, yaw of chairs for sitting people
   bool plain = false;
   double exposure_ms = 0;
+  CameraModel camera_model;
+  /// Makes what does not move, with instances from `first_instance` + 1; empty: the office.
+  std::function<Surroundings(MaterialSet&, Random&, int first_instance)> surroundings;
 
   using Points = std::vector<Eigen::Vector2d>;
 
@@ -66,6 +72,11 @@ class SceneBuilder {
   void rolling_cart(const Points& points, double speed_mps, double offset_share, float wide_m, float high_m);
 
   void sliding(Model model, Sliding::Options options);
+
+  /// A car, seldom a van, of a colour of its own.
+  void car(std::shared_ptr<const Driving> driving);
+  void bus(std::shared_ptr<const Driving> driving);
+
   Model cart_model(float wide_m, float high_m) { return cargo_cart(cargo(), wide_m, high_m, random_); }
   Model box_model(const Eigen::Vector3f& size) { return cargo_box(cargo(), size, random_); }
   Random& random() { return random_; }
@@ -85,6 +96,7 @@ class SceneBuilder {
   Random random_;
   std::uint8_t labels_ = 0;
   std::optional<CargoMaterials> cargo_;
+  std::vector<CarPaint> paints_;
 };
 
 /// Scripts: positions of people, and motion of the camera.

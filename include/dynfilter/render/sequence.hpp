@@ -28,7 +28,8 @@ struct SequenceOptions {
   std::string scene = "walking_xyz";
   int frames = 200;
   std::uint64_t seed = 1;
-  double rate_hz = 30;
+  std::optional<double> rate_hz;      ///< nullopt: value of the scene's camera
+  bool right_images = false;          ///< also those of a second camera, to the right of the first
   bool exposure_variation = false;    ///< smooth gain variation
   bool exposure_steps = false;        ///< gain jumps about once per second
   bool motion_blur = false;           ///< exposure of kBlurExposure_ms, unless exposure_ms is set
@@ -44,14 +45,13 @@ struct SequenceOptions {
   bool overwrite = false;  ///< write_sequence() replaces a folder that is not empty
 };
 
-/// The camera of every sequence: TUM's freiburg3.
-Camera fr3_camera();
-constexpr double kDepthUnitsPerM = 5000.0, kBlurExposure_ms = 12;
+constexpr double kBlurExposure_ms = 12;
 
 struct RenderedFrame {
   double timestamp_s = 0;
   cv::Mat colour;        ///< CV_8UC3
-  cv::Mat depth;         ///< CV_16UC1, kDepthUnitsPerM; 0: no depth
+  cv::Mat right;         ///< CV_8UC3, of the right camera; empty unless the options ask for it
+  cv::Mat depth;         ///< CV_16UC1, in units of the scene's camera; 0: no depth
   cv::Mat true_depth_m;  ///< CV_32FC1, at the pose of the colour image
   TruthImages truth;
   Pose T_world_camera;
@@ -81,8 +81,9 @@ class SequenceRenderer {
   double exposure_ms() const {
     return options_.exposure_ms.value_or(options_.motion_blur ? kBlurExposure_ms : scene_.exposure_ms);
   }
-  double time_s(double frame) const { return frame / options_.rate_hz; }
-  double timestamp_s(int frame) const { return stamp_s(frame * 1e6 / options_.rate_hz); }
+  double rate_hz() const { return options_.rate_hz.value_or(scene_.camera_model.rate_hz); }
+  double time_s(double frame) const { return frame / rate_hz(); }
+  double timestamp_s(int frame) const { return stamp_s(frame * 1e6 / rate_hz()); }
   /// Timestamp of frame 0 of every sequence.
   static double first_timestamp_s() { return stamp_s(0); }
   Pose pose(int frame) const { return Pose::from(scene_.camera->pose(time_s(frame))); }
@@ -103,7 +104,7 @@ class SequenceRenderer {
   static std::string text(double value);
   void check_shutter() const;
   static double stamp_s(double micros) { return (1.7e15 + std::round(micros)) / 1e6; }
-  static DepthSensor::Options depth_options(const SequenceOptions& o);
+  static DepthSensor::Options depth_options(const SequenceOptions& o, const CameraModel& model);
   static ColourSensor::Options colour_options(const SequenceOptions& o);
   Random random_of(int frame, std::uint64_t purpose) const {
     return Random(options_.seed * std::uint64_t{1000003} + static_cast<std::uint64_t>(frame), purpose);
@@ -113,7 +114,10 @@ class SequenceRenderer {
 
   void measure_depth(double now_s, Random& random, cv::Mat& depth);
 
-  void expose(double now_s, cv::Mat& colour);
+  /// `drawn`: the image at `now_s`. `T_camera_eye`: where the image is taken from, in the camera's frame.
+  void expose(double now_s, const cv::Mat& drawn, const Eigen::Isometry3d& T_camera_eye, cv::Mat& colour);
+
+  void take_right_image(int index, double now_s, cv::Mat& right);
 
   /// Longest image path of a point over `span_s`, centred at the frame.
   double largest_motion_px(double now_s, double span_s);
@@ -128,15 +132,15 @@ class SequenceRenderer {
   void give_detections(int index, RenderedFrame& out);
 
   SequenceOptions options_;
-  Camera camera_, calibration_;
   Scene scene_;
+  Camera camera_, calibration_;
   SceneDrawer drawer_;
   DepthSensor depth_sensor_;
   ColourSensor colour_sensor_;
   TruthMaker truth_maker_;
   DetectorModel detector_;
   GeometryImage geometry_, later_;
-  cv::Mat instant_;
+  cv::Mat instant_, drawn_right_;
   LightSum light_;
   std::vector<ItemTruth> items_;
   std::vector<Eigen::Isometry3d> now_, last_, then_;

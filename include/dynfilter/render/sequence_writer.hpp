@@ -3,7 +3,9 @@
 
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/detection.hpp>
+#include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/trajectory.hpp>
+#include <dynfilter/render/camera_model.hpp>
 #include <dynfilter/render/scene_file.hpp>
 #include <dynfilter/render/sequence.hpp>
 #include <filesystem>
@@ -25,7 +27,8 @@ SensorValues sensor_values(const SequenceRenderer& renderer);
 /// Writes one sequence to a folder in the layout of TUM RGB-D, with truth.
 class SequenceWriter {
  public:
-  SequenceWriter(const std::filesystem::path& folder, const Camera& camera);
+  /// `camera`: what users of the sequence believe. Right images are written if frames have them.
+  SequenceWriter(const std::filesystem::path& folder, const Camera& camera, const CameraModel& model = {});
 
   void add(const RenderedFrame& frame);
 
@@ -39,7 +42,7 @@ class SequenceWriter {
   void add_detections(const std::string& stamp, const std::vector<Detection>& detections);
 
   std::filesystem::path folder_;
-  Camera camera_;
+  io::CameraFile camera_;
   std::string rgb_, depth_, associations_, detections_;
   io::Trajectory trajectory_;
 };

@@ -3,6 +3,7 @@
 
 #include <dynfilter/render/camera_path.hpp>
 
+#include <algorithm>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/render/skeleton.hpp>
 
@@ -39,6 +40,10 @@ DYNFILTER_INLINE Eigen::Isometry3d CameraMotion::pose(double time_s) const {
       return shaken(time_s);
     case CameraStyle::Tripod:
       return look_at(options_.eye_m, options_.target_m);
+    case CameraStyle::Driving:
+      return driving(time_s);
+    case CameraStyle::Flying:
+      return flying(time_s);
     case CameraStyle::Static:
       break;
   }
@@ -108,6 +113,27 @@ inline Eigen::Isometry3d CameraMotion::tracking(double t) const {
   Eigen::Vector3d eye = options_.eye_m;
   eye.head<2>() += 0.7 * (smooth - options_.target_m.head<2>());
   return look_at(eye, person);
+}
+
+inline Eigen::Isometry3d CameraMotion::driving(double t) const {
+  constexpr double kHeight_m = 1.65;  // KITTI's
+  const Eigen::Isometry3d car = options_.drive->pose(t);
+  // The body of the car heaves, pitches and rolls on its springs.
+  const Eigen::Vector3d eye = car * Eigen::Vector3d(0, 0, kHeight_m + 0.012 * wave(t, 0.9, 0));
+  const Eigen::Isometry3d level = look_at(eye, eye + car.linear().col(1));
+  const double moving =
+      std::min(1.0, (options_.drive->pose(t + 0.5).translation() - car.translation()).norm());
+  return frame_at(eye, level.linear() * turn(0.004 * moving * wave(t, 1.1, 1), Eigen::Vector3d::UnitX()) *
+                           turn(0.003 * moving * wave(t, 1.4, 2), Eigen::Vector3d::UnitZ()));
+}
+
+inline Eigen::Isometry3d CameraMotion::flying(double t) const {
+  const Eigen::Vector3d eye(4.6 * wave(t, 17, 0), 6.4 * wave(t, 21, 1), 2.0 + 0.7 * wave(t, 9, 2));
+  const double yaw = 0.9 * wave(t, 8.3, 3) + 0.25 * wave(t, 3.1, 4);
+  const Eigen::Vector3d ahead(-std::sin(yaw), std::cos(yaw), -0.12);
+  return frame_at(eye, look_at(eye, eye + ahead).linear() *
+                           turn(0.16 * wave(t, 2.7, 5), Eigen::Vector3d::UnitX()) *
+                           turn(0.18 * wave(t, 3.3, 6), Eigen::Vector3d::UnitZ()));
 }
 
 }  // namespace dynfilter::render

@@ -42,6 +42,7 @@ DYNFILTER_INLINE void DepthSensor::measure(const GeometryImage& scene, const Mat
   out.create(scene.depth_m.size(), CV_16UC1);
   if (options_.perfect) {
     scene.depth_m.convertTo(out, CV_16U, options_.depth_units_per_m);
+    if (options_.farthest_perfect_m > 0) out.setTo(0, scene.depth_m > options_.farthest_perfect_m);
     return;
   }
   offset_ = {random.below(kTile), random.below(kTile)};

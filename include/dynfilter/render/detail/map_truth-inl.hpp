@@ -11,7 +11,7 @@ namespace dynfilter::render {
 
 DYNFILTER_INLINE MapTruth::MapTruth(const std::string& scene, std::uint64_t seed)
     : scene_(make_scene(scene, seed)) {
-  for (const Model& model : scene_.room->models) room_.add(model);
+  for (const Model& model : scene_.surroundings->models) room_.add(model);
   room_.build();
   for (const Mover& mover : scene_.movers)
     for (const MoverPart& part : mover.parts) {

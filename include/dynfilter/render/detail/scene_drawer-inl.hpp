@@ -38,7 +38,7 @@ inline void SceneDrawer::draw_models(const Scene& scene, double time_s,
                                      const Eigen::Isometry3d& T_world_camera) {
   const Eigen::Isometry3f T_camera_world = T_world_camera.inverse().cast<float>();
   item_poses(scene, time_s, poses_);
-  for (const Model& model : scene.room->models) rasteriser_.draw(model, T_camera_world, 0);
+  for (const Model& model : scene.surroundings->models) rasteriser_.draw(model, T_camera_world, 0);
   int item = 0;
   for (const Mover& mover : scene.movers) {
     for (const MoverPart& part : mover.parts) {
@@ -55,7 +55,8 @@ inline void SceneDrawer::shade(const Scene& scene, const Model& model,
   for (std::size_t i = 0; i < shades_.size(); ++i) {
     const Eigen::Vector3f p = T_world_part * model.vertices[i].position_m;
     const float open = std::min(1.0F, 0.62F + 0.28F * p.z());
-    shades_[i] = scene.room->lighting.shade(p, T_world_part.linear() * model.vertices[i].normal, open);
+    shades_[i] =
+        scene.surroundings->lighting.shade(p, T_world_part.linear() * model.vertices[i].normal, open);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/render/person.hpp>
 #include <dynfilter/render/person_materials.hpp>
+#include <dynfilter/render/road_scripts.hpp>
 #include <dynfilter/render/walk_path.hpp>
 #include <utility>
 
@@ -70,6 +71,22 @@ DYNFILTER_INLINE void SceneBuilder::rolling_cart(const Points& points, double sp
 DYNFILTER_INLINE void SceneBuilder::sliding(Model model, Sliding::Options options) {
   options.start_s = start_s;
   thing(std::move(model), std::make_shared<const Sliding>(options));
+}
+
+DYNFILTER_INLINE void SceneBuilder::car(std::shared_ptr<const Driving> driving) {
+  constexpr std::size_t kPaints = 6;  // several cars share one
+  if (paints_.size() < kPaints) paints_.emplace_back(scene_.materials, random_);
+  const CarPaint paint = paints_[static_cast<std::size_t>(random_.below(static_cast<int>(paints_.size())))];
+  const CarKind kind = random_.chance(0.25)  ? CarKind::Van
+                       : random_.chance(0.5) ? CarKind::Saloon
+                                             : CarKind::Hatchback;
+  scene_.objects.push_back({2, "car"});
+  thing(car_model(paint, kind, static_cast<int>(scene_.objects.size())), std::move(driving));
+}
+
+DYNFILTER_INLINE void SceneBuilder::bus(std::shared_ptr<const Driving> driving) {
+  scene_.objects.push_back({5, "bus"});
+  thing(bus_model(scene_.materials, random_, static_cast<int>(scene_.objects.size())), std::move(driving));
 }
 
 inline BodyShape SceneBuilder::somebody() {
@@ -280,6 +297,14 @@ DYNFILTER_INLINE const std::vector<Entry>& all() {
       {"shake", shake},
       {"walking_shake", walking_shake},
       {"standing_camera", standing_camera},
+      {"street", street},
+      {"street_traffic", street_traffic},
+      {"street_follow", street_follow},
+      {"street_oncoming", street_oncoming},
+      {"junction", junction},
+      {"street_turn", street_turn},
+      {"hall", hall},
+      {"hall_people", hall_people},
   };
   return entries;
 }
@@ -300,10 +325,15 @@ DYNFILTER_INLINE Scene make_scene(const std::string& name, std::uint64_t seed) {
     entry.run(builder);
     Random random(seed, 0xA1);
     const std::size_t movers = scene.objects.size();
-    scene.room.emplace(scene.materials, random, builder.plain, builder.chairs, static_cast<int>(movers));
-    scene.objects.insert(scene.objects.end(), scene.room->objects.begin(), scene.room->objects.end());
+    scene.surroundings =
+        builder.surroundings
+            ? builder.surroundings(scene.materials, random, static_cast<int>(movers))
+            : Room(scene.materials, random, builder.plain, builder.chairs, static_cast<int>(movers));
+    const std::vector<Detectable>& objects = scene.surroundings->objects;
+    scene.objects.insert(scene.objects.end(), objects.begin(), objects.end());
     scene.camera.emplace(builder.camera, random);
     scene.exposure_ms = builder.exposure_ms;
+    scene.camera_model = builder.camera_model;
     return scene;
   }
   std::string known;

@@ -13,20 +13,23 @@
 
 namespace dynfilter::render {
 
-DYNFILTER_INLINE Camera fr3_camera() {
-  Camera camera;
-  camera.fx_px = 535.4, camera.fy_px = 539.2, camera.cx_px = 320.1, camera.cy_px = 247.6;
-  camera.width_px = 640, camera.height_px = 480;
+namespace detail {
+
+inline Camera with_baseline(Camera camera, double baseline_m) {
+  camera.baseline_fx_px_m = baseline_m * camera.fx_px;
   return camera;
 }
 
+}  // namespace detail
+
 DYNFILTER_INLINE SequenceRenderer::SequenceRenderer(const SequenceOptions& options)
     : options_(checked(options)),
-      camera_(fr3_camera()),
-      calibration_(with_calibration_error(camera_, options.calibration_error, options.seed)),
       scene_(make_scene(options.scene, options.seed)),
+      camera_(detail::with_baseline(scene_.camera_model.camera,
+                                    options.right_images ? scene_.camera_model.baseline_m : 0)),
+      calibration_(with_calibration_error(camera_, options.calibration_error, options.seed)),
       drawer_(camera_),
-      depth_sensor_(camera_, depth_options(options), options.seed),
+      depth_sensor_(camera_, depth_options(options, scene_.camera_model), options.seed),
       colour_sensor_(colour_options(options), options.seed),
       truth_maker_(camera_, options.truth),
       detector_(options.detector) {
@@ -50,8 +53,9 @@ DYNFILTER_INLINE void SequenceRenderer::render(int index, RenderedFrame& out) {
   geometry_.depth_m.copyTo(out.true_depth_m);
   Random depth_random = random_of(index, 1), colour_random = random_of(index, 2);
   measure_depth(now_s, depth_random, out.depth);
-  expose(now_s, out.colour);
+  expose(now_s, geometry_.colour, Eigen::Isometry3d::Identity(), out.colour);
   colour_sensor_.expose(out.colour, now_s, colour_random);
+  if (options_.right_images) take_right_image(index, now_s, out.right);
   remember_detections(index);
   give_detections(index, out);
 }
@@ -60,7 +64,7 @@ inline const SequenceOptions& SequenceRenderer::checked(const SequenceOptions& o
   if (o.frames < 1) throw ConfigError("frames", "expected at least 1, got " + std::to_string(o.frames));
   if (o.detector.late_frames < 0)
     throw ConfigError("late_frames", "expected 0 or more, got " + std::to_string(o.detector.late_frames));
-  require("rate_hz", o.rate_hz, 1, 1000);
+  if (o.rate_hz) require("rate_hz", *o.rate_hz, 1, 1000);
   require("depth_offset_ms", o.depth_offset_ms, 0, 1000);
   require("calibration_error", o.calibration_error, -20, 20);
   require("window_s", o.truth.window_s, 1e-6, 1e6);
@@ -79,15 +83,17 @@ inline std::string SequenceRenderer::text(double value) {
 }
 
 inline void SequenceRenderer::check_shutter() const {
-  const double most_ms = 1e3 / options_.rate_hz;
+  const double most_ms = 1e3 / rate_hz();
   require("exposure_ms", exposure_ms(), 0, most_ms);
   require("rolling_shutter_ms", options_.rolling_shutter_ms, 0, most_ms);
 }
 
-inline DepthSensor::Options SequenceRenderer::depth_options(const SequenceOptions& o) {
+inline DepthSensor::Options SequenceRenderer::depth_options(const SequenceOptions& o,
+                                                            const CameraModel& model) {
   DepthSensor::Options out;
-  out.perfect = o.perfect_depth;
-  out.depth_units_per_m = kDepthUnitsPerM;
+  out.perfect = o.perfect_depth || model.exact_depth_to_m > 0;
+  if (model.exact_depth_to_m > 0) out.farthest_perfect_m = model.exact_depth_to_m;
+  out.depth_units_per_m = model.depth_units_per_m;
   return out;
 }
 
@@ -102,7 +108,7 @@ inline ColourSensor::Options SequenceRenderer::colour_options(const SequenceOpti
 inline void SequenceRenderer::find_items(int index) {
   item_poses(scene_, time_s(index), now_);
   item_poses(scene_, time_s(index - 1), last_);
-  item_poses(scene_, time_s(index - options_.truth.window_s * options_.rate_hz), then_);
+  item_poses(scene_, time_s(index - options_.truth.window_s * rate_hz()), then_);
   items_.assign(1, {});
   for (const Mover& mover : scene_.movers) {
     for (const MoverPart& part : mover.parts) {
@@ -119,21 +125,32 @@ inline void SequenceRenderer::measure_depth(double now_s, Random& random, cv::Ma
   depth_sensor_.measure(later_s != now_s ? later_ : geometry_, scene_.materials, random, depth);
 }
 
-inline void SequenceRenderer::expose(double now_s, cv::Mat& colour) {
+inline void SequenceRenderer::take_right_image(int index, double now_s, cv::Mat& right) {
+  Eigen::Isometry3d T_camera_eye = Eigen::Isometry3d::Identity();
+  T_camera_eye.translation().x() = scene_.camera_model.baseline_m;
+  drawer_.draw_colour(scene_, now_s, scene_.camera->pose(now_s) * T_camera_eye, {0, camera_.height_px - 1},
+                      drawn_right_);
+  expose(now_s, drawn_right_, T_camera_eye, right);
+  Random random = random_of(index, 4);
+  colour_sensor_.expose(right, now_s, random);
+}
+
+inline void SequenceRenderer::expose(double now_s, const cv::Mat& drawn,
+                                     const Eigen::Isometry3d& T_camera_eye, cv::Mat& colour) {
   const double exposure_s = exposure_ms() / 1e3, readout_s = options_.rolling_shutter_ms / 1e3;
   const double motion_px = largest_motion_px(now_s, exposure_s + readout_s);
   const Shutter shutter(exposure_s, readout_s, Shutter::steps_for(exposure_s, readout_s, motion_px),
                         camera_.height_px);
   if (shutter.steps() == 1) {
-    geometry_.colour.copyTo(colour);
+    drawn.copyTo(colour);
     return;
   }
-  light_.begin(geometry_.colour.size());
+  light_.begin(drawn.size());
   for (int step = 0; step < shutter.steps(); ++step) {
     const RowRange rows = shutter.rows(step);
     if (rows.last < rows.first) continue;
     const double at_s = now_s + shutter.offset_s(step);
-    drawer_.draw_colour(scene_, at_s, scene_.camera->pose(at_s), rows, instant_);
+    drawer_.draw_colour(scene_, at_s, scene_.camera->pose(at_s) * T_camera_eye, rows, instant_);
     for (int y = rows.first; y <= rows.last; ++y) light_.add_row(instant_, y, shutter.weight(step, y));
   }
   light_.write(colour);

@@ -23,7 +23,7 @@ DYNFILTER_INLINE std::string stamp_text(double timestamp_s) {
 
 DYNFILTER_INLINE SensorValues sensor_values(const SequenceRenderer& renderer) {
   const SequenceOptions& o = renderer.options();
-  return {{"hz", o.rate_hz},
+  return {{"hz", renderer.rate_hz()},
           {"exposure_ms", renderer.exposure_ms()},
           {"rolling_shutter_ms", o.rolling_shutter_ms},
           {"depth_offset_ms", o.depth_offset_ms},
@@ -32,8 +32,12 @@ DYNFILTER_INLINE SensorValues sensor_values(const SequenceRenderer& renderer) {
           {"exposure_steps", o.exposure_steps ? 1 : 0}};
 }
 
-DYNFILTER_INLINE SequenceWriter::SequenceWriter(const std::filesystem::path& folder, const Camera& camera)
-    : folder_(folder), camera_(camera) {
+DYNFILTER_INLINE SequenceWriter::SequenceWriter(const std::filesystem::path& folder, const Camera& camera,
+                                                const CameraModel& model)
+    : folder_(folder) {
+  camera_.camera = camera;
+  camera_.depth_units_per_m = model.depth_units_per_m;
+  if (model.is_stereo && camera.baseline_fx_px_m > 0) camera_.sensor = "stereo";
   for (const char* name : {"rgb", "depth", "labels", "motion", "dynamic", "masks"})
     std::filesystem::create_directory(folder_ / name);
 }
@@ -42,6 +46,10 @@ DYNFILTER_INLINE void SequenceWriter::add(const RenderedFrame& frame) {
   const std::string stamp = stamp_text(frame.timestamp_s), file = stamp + ".png";
   image("rgb", file, frame.colour);
   image("depth", file, frame.depth);
+  if (!frame.right.empty()) {
+    std::filesystem::create_directory(folder_ / "right");
+    image("right", file, frame.right);
+  }
   image("labels", file, frame.truth.labels);
   image("motion", file, frame.truth.motion);
   image("dynamic", file, frame.truth.dynamic);
@@ -59,7 +67,7 @@ DYNFILTER_INLINE void SequenceWriter::finish() const {
   text("associations.txt", associations_);
   text("detections.txt", "# timestamp class_id class_name score x1 y1 x2 y2\n" + detections_);
   io::write_tum_trajectory(folder_ / "groundtruth.txt", trajectory_);
-  io::write_camera(folder_ / "camera.yaml", camera_, kDepthUnitsPerM);
+  io::write_camera(folder_ / "camera.yaml", camera_);
 }
 
 inline void SequenceWriter::image(const char* kind, const std::string& file, const cv::Mat& picture) const {
@@ -94,7 +102,7 @@ DYNFILTER_INLINE SensorValues write_sequence(const SequenceOptions& options,
   }
   SequenceRenderer renderer(options);
   io::AtomicFolder results(folder);
-  SequenceWriter writer(results.path(), renderer.calibration());
+  SequenceWriter writer(results.path(), renderer.calibration(), renderer.scene().camera_model);
   RenderedFrame frame;
   for (int i = 0; i < renderer.size(); ++i) {
     renderer.render(i, frame);

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/render/scenes.hpp>
+
+namespace dynfilter::render::script {
+
+/// The own car drives through a street at 8 to 14 m/s. Nothing moves, cars are parked on both sides.
+void street(SceneBuilder& b);
+
+/// The same with oncoming cars, two cars ahead and two pedestrians.
+void street_traffic(SceneBuilder& b);
+
+/// One car ahead at a constant distance: its image stands still.
+void street_follow(SceneBuilder& b);
+
+/// Oncoming cars only. They move along the epipolar lines.
+void street_oncoming(SceneBuilder& b);
+
+/// The own car stands at a crossing. Cars, vans and buses cross in front of it from both sides.
+void junction(SceneBuilder& b);
+
+/// The own car turns right at a crossing, among traffic.
+void street_turn(SceneBuilder& b);
+
+/// A camera flies fast through a hall where nothing moves.
+void hall(SceneBuilder& b);
+
+/// The same with people who walk.
+void hall_people(SceneBuilder& b);
+
+}  // namespace dynfilter::render::script
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/render/detail/road_scripts-inl.hpp>
+#endif

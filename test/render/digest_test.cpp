@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// What rendered scenes show, as one number each. Figures of pipelines on these scenes can be compared only while
+// these numbers stay. Of geometry and truth, not of colours: their filters come from OpenCV, which decides by the
+// processor. The mean colour is compared beside it.
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/render/sequence.hpp>
+#include <opencv2/core.hpp>
+#include <sstream>
+
+#include "doctest/doctest.h"
+
+namespace digest_test {
+
+using namespace dynfilter;
+
+namespace {
+
+/// FNV-1a.
+class Digest {
+ public:
+  void add(std::uint64_t value) {
+    for (int byte = 0; byte < 8; ++byte) {
+      hash_ = (hash_ ^ (value & 0xff)) * 1099511628211ULL;
+      value >>= 8;
+    }
+  }
+  std::string text() const {
+    std::ostringstream out;
+    out << std::hex << hash_;
+    return out.str();
+  }
+
+ private:
+  std::uint64_t hash_ = 14695981039346656037ULL;
+};
+
+std::string digest_of(const render::RenderedFrame& frame) {
+  Digest digest;
+  for (int y = 0; y < frame.depth.rows; ++y)
+    for (int x = 0; x < frame.depth.cols; ++x) {
+      digest.add(frame.truth.labels.at<std::uint8_t>(y, x));
+      digest.add(frame.truth.dynamic.at<std::uint8_t>(y, x));
+      constexpr float kPerMillimetre = 1000;
+      digest.add(
+          static_cast<std::uint64_t>(std::lround(kPerMillimetre * frame.true_depth_m.at<float>(y, x))));
+    }
+  return digest.text();
+}
+
+}  // namespace
+
+TEST_CASE("digests of rendered scenes") {
+  const struct {
+    const char* scene;
+    std::uint64_t seed;
+    int frame;
+    const char* digest;
+    double mean[3];
+  } known[] = {
+      {"walking_xyz", 1, 7, "27fe6f963386cbf", {97.10, 101.11, 102.17}},
+      {"walking_turn_60", 2, 5, "52834e81afd2dbae", {88.65, 94.70, 100.30}},
+      {"moving_box", 3, 20, "ecfc875a05114c80", {90.04, 99.70, 106.56}},
+  };
+  for (const auto& k : known) {
+    CAPTURE(k.scene);
+    render::SequenceOptions options;
+    options.scene = k.scene;
+    options.seed = k.seed;
+    const render::RenderedFrame frame = render::SequenceRenderer(options).frame(k.frame);
+    CHECK(digest_of(frame) == k.digest);
+    const cv::Scalar mean = cv::mean(frame.colour);
+    for (int c = 0; c < 3; ++c) CHECK(mean[c] == doctest::Approx(k.mean[c]).epsilon(0.002));
+  }
+}
+
+}  // namespace digest_test
