@@ -106,7 +106,7 @@ TEST_CASE("a street: KITTI's camera, depth to 100 m, boxes of parked cars, nothi
 TEST_CASE("the car ahead keeps its distance, and moves") {
   SequenceRenderer renderer(with_right("street_follow"));
   std::vector<Eigen::Isometry3d> poses;
-  Eigen::Vector3d first;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
   for (int i = 0; i < 60; i += 10) {
     item_poses(renderer.scene(), renderer.time_s(i), poses);
     REQUIRE(poses.size() == 2);

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/render/scenes.hpp>
+namespace dynfilter::render {
+
+class SceneBuilder;
+
+}  // namespace dynfilter::render
 
 namespace dynfilter::render::script {
 

@@ -7,6 +7,7 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/render/hall.hpp>
 #include <dynfilter/render/route.hpp>
+#include <dynfilter/render/scenes.hpp>
 #include <dynfilter/render/street.hpp>
 #include <memory>
 #include <optional>
@@ -15,7 +16,7 @@ namespace dynfilter::render::script {
 
 namespace detail {
 
-constexpr double kRoadExposure_ms = 5, kFlightExposure_ms = 8;
+constexpr double kRoadExposure_ms = 2, kFlightExposure_ms = 8;
 constexpr double kLane = static_cast<double>(Street::kLane);
 
 inline std::shared_ptr<const Driving> on(const Route& route, Travel travel) {
@@ -108,19 +109,19 @@ DYNFILTER_INLINE void street_oncoming(SceneBuilder& b) {
 }
 
 DYNFILTER_INLINE void junction(SceneBuilder& b) {
-  constexpr float kCrossing_m = 60, kBefore_m = 10;
+  constexpr float kCrossing_m = 60, kBefore_m = 9;
   const Route standing({detail::kLane, static_cast<double>(kCrossing_m - kBefore_m)}, 0);
   detail::outdoors(b, detail::on(standing, steady_travel(0, 0)), kCrossing_m);
-  detail::crossing_traffic(b, Route({0, static_cast<double>(kCrossing_m) - detail::kLane}, -M_PI / 2), 5, 1.6,
+  detail::crossing_traffic(b, Route({0, static_cast<double>(kCrossing_m) - detail::kLane}, -M_PI / 2), 5, 1.2,
                            false);
-  detail::crossing_traffic(b, Route({0, static_cast<double>(kCrossing_m) + detail::kLane}, M_PI / 2), 6, 2.5,
+  detail::crossing_traffic(b, Route({0, static_cast<double>(kCrossing_m) + detail::kLane}, M_PI / 2), 6, 1.8,
                            true);
 }
 
 DYNFILTER_INLINE void street_turn(SceneBuilder& b) {
-  constexpr double kCrossing_m = 60, kRadius_m = 6.5, kArc_m = kRadius_m * M_PI / 2;
-  const double straight_m = kCrossing_m - detail::kLane - kRadius_m;
-  const Route own({detail::kLane, 0}, 0, {{straight_m}, {kArc_m, -1 / kRadius_m}});
+  constexpr double kCrossing_m = 60, kRadius_m = 6.5, kStart_m = 20, kArc_m = kRadius_m * M_PI / 2;
+  const double straight_m = kCrossing_m - detail::kLane - kRadius_m - kStart_m;
+  const Route own({detail::kLane, kStart_m}, 0, {{straight_m}, {kArc_m, -1 / kRadius_m}});
   const Travel travel = turning_travel(straight_m - 4, straight_m + kArc_m + 4);
   detail::outdoors(b, detail::on(own, travel), static_cast<float>(kCrossing_m));
   // Ahead on the same route, oncoming in the first street, and in both lanes of the second one.
