@@ -32,10 +32,10 @@ DYNFILTER_INLINE Hall::Hall(MaterialSet& set, Random& random, int first_instance
 
 inline void Hall::shell(FurnitureBuilder& b) {
   const RoomMaterials& m = b.materials();
-  add_rectangle(b.begin(), {{-kHalfX, kHalfY, 0}, {2 * kHalfX, 0, 0}, {0, -2 * kHalfY, 0}}, {m.floor, 2.6F},
-                0.5F);
-  add_rectangle(b.begin(), {{-kHalfX, -kHalfY, kHigh}, {2 * kHalfX, 0, 0}, {0, 2 * kHalfY, 0}},
-                {m.ceiling, 1.2F}, 0.8F);
+  constexpr float kOver = 0.05F;  // beyond the walls, so that no crack is between them
+  constexpr float kX = kHalfX + kOver, kY = kHalfY + kOver;
+  add_rectangle(b.begin(), {{-kX, kY, 0}, {2 * kX, 0, 0}, {0, -2 * kY, 0}}, {m.floor, 2.6F}, 0.5F);
+  add_rectangle(b.begin(), {{-kX, -kY, kHigh}, {2 * kX, 0, 0}, {0, 2 * kY, 0}}, {m.ceiling, 1.2F}, 0.8F);
   const Eigen::Vector3f down(0, 0, -kHigh);
   const Skin wall{m.wall, 2.8F};
   add_rectangle(b.begin(), {{-kHalfX, kHalfY, kHigh}, {2 * kHalfX, 0, 0}, down}, wall, 0.5F);
