@@ -37,7 +37,7 @@ struct MedianFlowParams {
 /// Blind to: parallax. If the camera moves sideways, near static objects are rejected.
 /// State:    none.
 /// Cost:     one median.
-class MedianFlowFilter final : public dynfilter::Filter {
+class MedianFlowFilter final : public dynfilter::NamedFilter<MedianFlowFilter> {
  public:
   using Params = MedianFlowParams;
   static constexpr const char* kName = "median_flow";
@@ -47,7 +47,6 @@ class MedianFlowFilter final : public dynfilter::Filter {
     dynfilter::check_parameters(params_, kName);
   }
 
-  std::string name() const override { return kName; }
   dynfilter::Needs needs() const override {
     return {dynfilter::Input::Correspondence, dynfilter::Input::None, 1};
   }

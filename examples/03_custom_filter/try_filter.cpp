@@ -3,7 +3,7 @@
 //   try_filter PLUGIN.so PIPELINE.yaml
 #include <cstdio>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>

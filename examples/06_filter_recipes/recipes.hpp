@@ -26,6 +26,7 @@ using dynfilter::Evidence;
 using dynfilter::Filter;
 using dynfilter::Input;
 using dynfilter::Match;
+using dynfilter::NamedFilter;
 using dynfilter::Needs;
 using dynfilter::suspicion;
 using dynfilter::Vote;
@@ -44,7 +45,7 @@ struct TooNearParams {
   }
 };
 
-class TooNear final : public Filter {
+class TooNear final : public NamedFilter<TooNear> {
  public:
   using Params = TooNearParams;
   static constexpr const char* kName = "too_near";
@@ -53,7 +54,6 @@ class TooNear final : public Filter {
   explicit TooNear(Params params = Params()) : params_(params) {
     dynfilter::check_parameters(params_, kName);
   }
-  std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Depth, Input::None, 0}; }
 
   void apply(const Evidence& evidence, Votes& votes) override {

@@ -2,7 +2,7 @@
 #pragma once
 
 /// Everything a front end needs: frame views, filters, pipelines and verdicts.
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>

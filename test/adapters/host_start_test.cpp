@@ -5,7 +5,7 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <filesystem>

@@ -4,7 +4,7 @@
 // The time must grow by at most n^1.1.
 #include <benchmark/benchmark.h>
 
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene.hpp>
 #include <string>

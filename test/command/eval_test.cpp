@@ -116,7 +116,8 @@ TEST_CASE("eval reads KITTI and EuRoC files, and says when stamps look like nano
   check_refused("eval " + tum + " " + tum + " --format kitti", "tum.txt:1: expected the 12 numbers");
 }
 
-TEST_CASE("eval prints the lines that the TUM tools printed for DynaSLAM") {
+TEST_CASE("eval prints the lines that the TUM tools printed for DynaSLAM" *
+          doctest::test_suite("shared_data")) {
   const fs::path data = fs::path(DYNFILTER_DATA_DIR) / "trajectories";
   if (!fs::exists(data)) {
     MESSAGE("skipped: no ../shared/data");

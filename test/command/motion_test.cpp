@@ -110,7 +110,8 @@ TEST_CASE("motion refuses bad input with one line") {
   check_refused("motion " + file + " --pipeline none", "clip.txt:2: expected a label");
 }
 
-TEST_CASE("dynfilter_mono on the KT3DMoSeg clips, movers against background: the goals") {
+TEST_CASE("dynfilter_mono on the KT3DMoSeg clips, movers against background: the goals" *
+          doctest::test_suite("shared_data")) {
   const std::string json = judged("kt3dmoseg", "dynfilter_mono");
   if (json.empty()) return;
   CHECK(total_f1(json, "mean") >= 0.93);
@@ -123,7 +124,8 @@ TEST_CASE("dynfilter_mono on the KT3DMoSeg clips, movers against background: the
 
 // Gaps are times: for a clip declared at half or twice the rate,
 // half or twice as many frames are used.
-TEST_CASE("dynfilter_mono on the KT3DMoSeg clips does not hang on the frame rate") {
+TEST_CASE("dynfilter_mono on the KT3DMoSeg clips does not hang on the frame rate" *
+          doctest::test_suite("shared_data")) {
   for (const char* rate : {" --rate-hz 5", " --rate-hz 7", " --rate-hz 14", " --rate-hz 20"}) {
     CAPTURE(rate);
     const std::string json = judged("kt3dmoseg", "dynfilter_mono", rate);
@@ -132,14 +134,15 @@ TEST_CASE("dynfilter_mono on the KT3DMoSeg clips does not hang on the frame rate
   }
 }
 
-TEST_CASE("dynfilter_mono on the Hopkins155 clips, all but the widest motion: the goals") {
+TEST_CASE("dynfilter_mono on the Hopkins155 clips, all but the widest motion: the goals" *
+          doctest::test_suite("shared_data")) {
   const std::string json = judged("hopkins155", "dynfilter_mono");
   if (json.empty()) return;
   CHECK(total_f1(json, "mean") >= 0.80);
   CHECK(total_f1(json, "median") >= 0.90);
 }
 
-TEST_CASE("mismatch on the AdelaideRMF pairs: the goals") {
+TEST_CASE("mismatch on the AdelaideRMF pairs: the goals" * doctest::test_suite("shared_data")) {
   const std::string json = judged("adelaide_rmf", "mismatch");
   if (json.empty()) return;
   CHECK(total_f1(json, "mean") >= 0.97);

@@ -28,7 +28,7 @@ double worst_ate_m(const std::string& json, const std::string& pipeline) {
 
 }  // namespace
 
-TEST_CASE("people who walk, real frames, no detector: the goals") {
+TEST_CASE("people who walk, real frames, no detector: the goals" * doctest::test_suite("shared_data")) {
   const std::string json = six_runs("tum_fr3_walking_halfsphere", "--pipelines dynfilter --no-detections");
   if (json.empty()) return;
   CHECK(number_in(json, "dynfilter", "tracked_frames") == number_in(json, "dynfilter", "frames"));
@@ -36,21 +36,23 @@ TEST_CASE("people who walk, real frames, no detector: the goals") {
   CHECK(worst_ate_m(json, "dynfilter") <= 0.05);
 }
 
-TEST_CASE("people who walk, real frames and boxes: as good as dropping all in the boxes") {
+TEST_CASE("people who walk, real frames and boxes: as good as dropping all in the boxes" *
+          doctest::test_suite("shared_data")) {
   const std::string json = six_runs("tum_fr3_walking_halfsphere", "--pipelines rts_slam_s,dynfilter");
   if (json.empty()) return;
   CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "rts_slam_s") + 0.001);
   CHECK(worst_ate_m(json, "dynfilter") <= 0.02);
 }
 
-TEST_CASE("a static desk, real frames: nothing gets worse") {
+TEST_CASE("a static desk, real frames: nothing gets worse" * doctest::test_suite("shared_data")) {
   const std::string json = six_runs("tum_fr1_xyz", "--pipelines none,dynfilter");
   if (json.empty()) return;
   CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "none") + 0.001);
 }
 
 // The first turns at 40 to 110 deg/s and is blurred, the second does not.
-TEST_CASE("static desks, real frames: rts_slam with its measured noise does not take blur for motion") {
+TEST_CASE("static desks, real frames: rts_slam with its measured noise does not take blur for motion" *
+          doctest::test_suite("shared_data")) {
   for (const char* sequence : {"tum_fr1_rpy", "tum_fr1_xyz"}) {
     CAPTURE(sequence);
     const std::string json = six_runs(sequence, "--pipelines none,rts_slam --no-detections");

@@ -20,6 +20,17 @@ TEST_CASE("order statistics: by hand") {
   CHECK(std::isnan(median_in_place(none)));
 }
 
+TEST_CASE("averaged median: the middle value, or the mean of the two middle ones") {
+  std::vector<double> odd{5, 1, 4, 2, 3}, even{4, 1, 3, 2}, one{7}, none;
+  CHECK(averaged_median_in_place(odd) == 3.0);
+  CHECK(averaged_median_in_place(even) == 2.5);
+  CHECK(averaged_median_in_place(one) == 7.0);
+  CHECK(std::isnan(averaged_median_in_place(none)));
+  std::vector<double> many;
+  for (int i = 0; i < 100; ++i) many.push_back((i * 37) % 100);  // 0 to 99 in another order
+  CHECK(averaged_median_in_place(many) == 49.5);
+}
+
 TEST_CASE("selection: the place that sorting gives, whatever the values") {
   std::uint32_t state = 1;
   const auto next = [&state] { return (state = state * 1664525U + 1013904223U) >> 8; };

@@ -287,7 +287,8 @@ TEST_CASE("what is not valid takes no part, and buffers of an earlier call do no
   CHECK(of_valid == kept(some, with(0, 3, true, true)));
 }
 
-TEST_CASE("mismatches of real pairs are found with one set of parameters") {
+TEST_CASE("mismatches of real pairs are found with one set of parameters" *
+          doctest::test_suite("shared_data")) {
   const char* const names[] = {"biscuit",      "biscuitbookbox",    "book",    "breadcube", "breadtoy",
                                "carchipscube", "cubebreadtoychips", "cubetoy", "game",      "toycubecar"};
   double sum = 0, sum_published = 0;

@@ -141,7 +141,8 @@ TEST_CASE("statistics of 1 2 3 10, by hand") {
   CHECK(std::isnan(eval::statistics({}).rmse));
 }
 
-TEST_CASE("every figure that the TUM tools gave for DynaSLAM's trajectories, to the printed digit") {
+TEST_CASE("every figure that the TUM tools gave for DynaSLAM's trajectories, to the printed digit" *
+          doctest::test_suite("shared_data")) {
   const fs::path data = fs::path(DYNFILTER_DATA_DIR) / "trajectories";
   if (!fs::exists(data)) {
     MESSAGE("skipped: no ../shared/data");

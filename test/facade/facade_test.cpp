@@ -14,10 +14,10 @@
 #include <cstdint>
 #include <cstring>
 #include <dynfilter/facade/facade.hpp>
-#include <dynfilter/filters/builtin.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/sequence.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <filesystem>
@@ -202,7 +202,8 @@ TEST_CASE("an exact scene through the C++11 interface: the verdicts of the heade
   }
 }
 
-TEST_CASE("real frames through the C++11 and the C interface: the verdicts of the headers, bit for bit") {
+TEST_CASE("real frames through the C++11 and the C interface: the verdicts of the headers, bit for bit" *
+          doctest::test_suite("shared_data")) {
   const std::filesystem::path folder =
       std::filesystem::path(DYNFILTER_DATA_DIR) / "tum_fr3_walking_halfsphere";
   if (!std::filesystem::exists(folder)) {

@@ -141,16 +141,17 @@ TEST_CASE("background_motion: movers that take the majority of the points later 
 
 // Each of the two movers has more points than the background, and the camera's motion is unknown.
 // A single view does not always determine the background.
-// If a mover is mistaken for it, the other mover is found.
-TEST_CASE("background_motion: a majority from the first frame on is solved for some views only") {
+// If a mover is mistaken for it, the other mover is found. A choice by chance would be right in a third of the views.
+TEST_CASE("background_motion: a majority from the first frame on is solved for most views") {
+  constexpr int kViews = 12;
   int solved = 0;
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (std::uint64_t seed = 1; seed <= kViews; ++seed) {
     CAPTURE(seed);
     const Score s = score(noisy(synth::preset(Preset::Majority).seed(seed)));
     CHECK(s.recall() >= 0.45);
     if (s.recall() >= 0.95 && s.static_kept() >= 0.95) ++solved;
   }
-  CHECK(solved >= 1);
+  CHECK(solved >= 8);  // a choice by chance solves as many with a probability of 2 %
 }
 
 // KITTI's camera: f 718 px, baseline 0.54 m, 10 Hz, one metre a frame. Points between 5 and 80 m, a car with 0.9 m a

@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/registry.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <fstream>
 #include <sstream>
 #include <string>

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/filters/neighbour_field.hpp>
+#include <dynfilter/filters/detail/neighbour_field.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
 #include <vector>

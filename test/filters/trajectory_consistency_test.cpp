@@ -15,10 +15,13 @@
 #include <utility>
 
 #include "doctest/doctest.h"
+#include "filters/matched_frames.hpp"
 
 namespace trajectory_consistency_test {
 
 using namespace dynfilter;
+using matched_frames::MatchedFrames;
+using matched_frames::votes_of;
 using synth::CameraStep;
 using synth::MovingBox;
 using synth::Preset;
@@ -220,6 +223,34 @@ TEST_CASE("zero, negative, NaN and infinite depths are none") {
   }
   for (std::size_t i = 0; i < 4; ++i) CHECK(votes[i] == Vote::Unknown);
   CHECK(votes.count(Vote::Static) > 50);
+}
+
+TEST_CASE("less than d1 is static, more than the cap unknown, between dynamic") {
+  // 30 static features at 2 m and three that move by 1, 6 and 30 cm: 5, 30, 150 px.
+  // The camera is static.
+  MatchedFrames frames;
+  frames.camera.fx_px = frames.camera.fy_px = 1000;
+  frames.camera.cx_px = 320, frames.camera.cy_px = 240;
+  for (int k = 0; k < 30; ++k) {
+    const cv::Point2f p(20.0F + static_cast<float>(k % 6) * 100, 30.0F + static_cast<float>(k / 6) * 90);
+    frames.add(p, p);
+  }
+  for (const float moved_px : {5.0F, 30.0F, 150.0F}) frames.add({300, 200}, {300 + moved_px, 200});
+  for (std::size_t i = 0; i < frames.now.size(); ++i)
+    frames.depth_m.push_back(i < 30 ? 2.0F + 0.1F * static_cast<float>(i % 5) : 2.0F);
+  for (const TrajectoryThreshold threshold : {TrajectoryThreshold::Metric, TrajectoryThreshold::Noise}) {
+    TrajectoryConsistencyParams params;
+    params.threshold = threshold;
+    params.alpha_m = params.beta = 0;
+    params.min_displacement_m = 0.02;
+    params.max_displacement_m = 0.1;
+    TrajectoryConsistencyFilter filter(params);
+    const Votes votes = votes_of(filter, frames);
+    CHECK(votes.count(Vote::Static) == 31);
+    CHECK(votes[30] == Vote::Static);
+    CHECK(votes[31] == Vote::Dynamic);
+    CHECK(votes[32] == Vote::Unknown);
+  }
 }
 
 }  // namespace trajectory_consistency_test

@@ -326,10 +326,13 @@ TEST_CASE("numbers that are none and seeds that do not exist are left out") {
   RigidMotion motion = estimator.estimate(scene);
   REQUIRE(motion.ok);
   CHECK(geometry_test::pose_error(motion.T_current_reference, camera) < 0.003);
-  CHECK(estimator.points() <= 193);
-  scene.camera.cx_px = scene.camera.cy_px = 0;  // no telling how large the image is
+  CHECK(estimator.points() <= 193);  // 200 without the seven
+  CHECK(estimator.points() >= 185);  // a cell with more than four points drops the others
+  // Of an image of unknown size everything is in one cell, which keeps four points: too few.
+  scene.camera.cx_px = scene.camera.cy_px = 0;
   motion = estimator.estimate(scene);
-  CHECK(std::isfinite(motion.T_current_reference.t().norm()));
+  CHECK_FALSE(motion.ok);
+  CHECK(estimator.points() == 4);
 }
 
 TEST_CASE("same points, same motion, bit for bit: twice, in another order, and after a reset") {

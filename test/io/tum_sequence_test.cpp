@@ -206,7 +206,7 @@ TEST_CASE("labels of a synthetic folder are read as they were written") {
   CHECK_THROWS_AS(sequence.load_truth(0), IoError);
 }
 
-TEST_CASE("the real TUM folders load as downloaded") {
+TEST_CASE("the real TUM folders load as downloaded" * doctest::test_suite("shared_data")) {
   const fs::path data = DYNFILTER_DATA_DIR;
   if (!fs::exists(data)) {
     MESSAGE("skipped: no ../shared/data");

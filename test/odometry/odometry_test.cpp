@@ -210,7 +210,8 @@ double ate_m(const std::filesystem::path& folder, FeatureJudge* judge, std::size
 
 }  // namespace
 
-TEST_CASE("real frames: a static desk, and walking people with the features in their boxes dropped") {
+TEST_CASE("real frames: a static desk, and walking people with the features in their boxes dropped" *
+          doctest::test_suite("shared_data")) {
   const std::filesystem::path data = DYNFILTER_DATA_DIR;
   if (!std::filesystem::exists(data / "tum_fr1_xyz")) {
     MESSAGE("skipped: no ../shared/data");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "running/pipeline_judge.hpp"
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <odometry/odometry.hpp>
 

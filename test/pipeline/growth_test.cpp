@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/synth/exact_scene.hpp>

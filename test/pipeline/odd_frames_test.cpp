@@ -12,7 +12,7 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <filesystem>

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <filesystem>
 #include <fstream>

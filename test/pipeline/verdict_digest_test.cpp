@@ -6,7 +6,7 @@
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>

@@ -61,7 +61,7 @@ bool has_two(const std::vector<cv::Rect2f>& boxes) {
 
 }  // namespace
 
-TEST_CASE("Yolo-Fastest finds the people of the real walking frames") {
+TEST_CASE("Yolo-Fastest finds the people of the real walking frames" * doctest::test_suite("shared_data")) {
   for (const auto& [name, every] :
        {std::pair<const char*, std::size_t>{"yolo_fastest", 1}, {"yolo_fastest_xl", 4}}) {
     const std::vector<fs::path> images = walking_images(every);
@@ -80,7 +80,7 @@ TEST_CASE("Yolo-Fastest finds the people of the real walking frames") {
   }
 }
 
-TEST_CASE("the DeepLab network marks people, and little beside them") {
+TEST_CASE("the DeepLab network marks people, and little beside them" * doctest::test_suite("shared_data")) {
   const std::vector<fs::path> images = walking_images(12);
   if (images.empty()) return;
   const auto provider = shipped("deeplabv3plus_person"), detector = shipped("yolo_fastest_xl");

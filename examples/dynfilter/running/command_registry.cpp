@@ -3,7 +3,7 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/registry.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>

@@ -24,13 +24,12 @@ struct OracleLabels {
 /// Upper bound with perfect knowledge.
 /// Rejects the features on a labelled mover of a synthetic sequence, moving or not.
 /// The filter belongs to the command, and shows how to add one without the toolkit.
-class OracleFilter final : public Filter {
+class OracleFilter final : public NamedFilter<OracleFilter> {
  public:
   static constexpr const char* kName = "oracle";
 
   explicit OracleFilter(std::shared_ptr<const OracleLabels> truth) : truth_(std::move(truth)) {}
 
-  std::string name() const override { return kName; }
   Needs needs() const override { return {}; }
 
   void apply(const Evidence& evidence, Votes& votes) override {

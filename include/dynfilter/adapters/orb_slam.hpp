@@ -20,7 +20,7 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <functional>

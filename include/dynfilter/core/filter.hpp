@@ -31,4 +31,11 @@ class Filter {
   virtual void reset() {}
 };
 
+/// A filter F that says its name once, as the constant F::kName.
+template <class F>
+class NamedFilter : public Filter {
+ public:
+  std::string name() const final { return F::kName; }
+};
+
 }  // namespace dynfilter

@@ -68,6 +68,17 @@ T median_in_place(std::vector<T>& values) {
   return quantile_in_place(values, 50);
 }
 
+/// The median; the mean of the two middle values for an even count. Reorders the values. NaN without values.
+template <class T>
+T averaged_median_in_place(std::vector<T>& values) {
+  if (values.empty()) return std::numeric_limits<T>::quiet_NaN();
+  const std::size_t half = values.size() / 2;
+  const T upper = select_in_place(values.data(), values.size(), half);
+  if (values.size() % 2 == 1) return upper;
+  return T(0.5) *
+         (upper + *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(half)));
+}
+
 /// Median of the values inside the window of `width` that contains most values.
 /// The lowest window wins a tie.
 /// This is the exact optimum of a RANSAC with a one-parameter model.

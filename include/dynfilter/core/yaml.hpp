@@ -3,7 +3,6 @@
 
 #include <climits>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/yaml_text.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +10,8 @@
 #include <vector>
 
 namespace dynfilter {
+
+struct YamlValue;  // yaml_text.hpp
 
 /// A strict view of one value of a YAML text.
 /// A wrong type, a number out of range or a duplicate key throws ConfigError
@@ -22,9 +23,9 @@ class YamlNode {
   YamlNode(const YamlValue& value, std::string path) : value_(&value), path_(std::move(path)) {}
 
   const std::string& path() const { return path_; }
-  bool is_map() const { return is(YamlValue::Kind::Map); }
-  bool is_sequence() const { return is(YamlValue::Kind::List); }
-  bool is_text() const { return is(YamlValue::Kind::Quoted) || (is(YamlValue::Kind::Plain) && !is_number()); }
+  bool is_map() const;
+  bool is_sequence() const;
+  bool is_text() const;
   bool is_none() const { return value_ == nullptr; }
 
   [[noreturn]] void fail(const std::string& message) const;
@@ -52,7 +53,6 @@ class YamlNode {
   std::string shown() const;
 
  private:
-  bool is(YamlValue::Kind kind) const { return value_ != nullptr && value_->kind == kind; }
   /// True for a number without quotes.
   /// 010 is rejected because some readers take it as 8 and others as 10.
   bool is_number() const;

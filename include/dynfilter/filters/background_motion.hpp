@@ -14,7 +14,7 @@
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
-#include <dynfilter/filters/neighbour_field.hpp>
+#include <dynfilter/filters/detail/neighbour_field.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/free_space.hpp>
 #include <dynfilter/geometry/moving_odds.hpp>
@@ -71,7 +71,7 @@ struct BackgroundMotionParams {
 /// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. The pipeline
 ///           keeps 12 frames. Cost: see the
 ///           card.
-class BackgroundMotionFilter final : public Filter {
+class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> {
  public:
   using Params = BackgroundMotionParams;
   static constexpr const char* kName = "background_motion";
@@ -80,7 +80,6 @@ class BackgroundMotionFilter final : public Filter {
 
   explicit BackgroundMotionFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override {
     return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, static_cast<int>(kMaxFrames)};
   }

@@ -42,7 +42,7 @@ struct BoxBlurParams {
 ///           Objects out of focus and stripes along x or y are mistaken for motion.
 /// State:    none.
 /// Cost:     about 0.3 ms for 640 x 480. Reads every second pixel of every second row once.
-class BoxBlurFilter final : public Filter {
+class BoxBlurFilter final : public NamedFilter<BoxBlurFilter> {
  public:
   using Params = BoxBlurParams;
   static constexpr const char* kName = "box_blur";
@@ -51,7 +51,6 @@ class BoxBlurFilter final : public Filter {
 
   explicit BoxBlurFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override {
     return {Input::Detections | Input::GreyImage, Input::Correspondence,
             LateResult::history_frames(params_.max_age_frames)};

@@ -43,7 +43,7 @@ struct DbscanFilterParams {
 ///           Static surfaces within Eps of a mover are rejected too.
 /// State:    adaptive: the chosen parameters, until reset().
 /// Cost:     0.1 ms for 1000 features; 2 ms in the frame that chooses.
-class DbscanFilter final : public Filter {
+class DbscanFilter final : public NamedFilter<DbscanFilter> {
  public:
   using Params = DbscanFilterParams;
   static constexpr const char* kName = "dbscan";
@@ -52,7 +52,6 @@ class DbscanFilter final : public Filter {
 
   explicit DbscanFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Depth | Input::Camera, Input::None, 0}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;

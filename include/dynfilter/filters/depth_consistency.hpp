@@ -73,7 +73,7 @@ struct DepthConsistencyParams {
 ///           Motion below the threshold, which is 0.36 m at 3 m for 12 %.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.1 ms for 1000 features, with motion, without flow.
-class DepthConsistencyFilter final : public Filter {
+class DepthConsistencyFilter final : public NamedFilter<DepthConsistencyFilter> {
  public:
   using Params = DepthConsistencyParams;
   static constexpr const char* kName = "depth_consistency";
@@ -82,7 +82,6 @@ class DepthConsistencyFilter final : public Filter {
 
   explicit DepthConsistencyFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override;
 
   void apply(const Evidence& evidence, Votes& votes) override;

@@ -30,7 +30,7 @@ struct DescriptorDistanceParams {
 /// Blind to: everything except appearance.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.03 ms for 1000 matches.
-class DescriptorDistanceFilter final : public Filter {
+class DescriptorDistanceFilter final : public NamedFilter<DescriptorDistanceFilter> {
  public:
   using Params = DescriptorDistanceParams;
   static constexpr const char* kName = "descriptor_distance";
@@ -39,7 +39,6 @@ class DescriptorDistanceFilter final : public Filter {
 
   explicit DescriptorDistanceFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override {
     return {Input::Descriptors | Input::Correspondence, Input::None, params_.gap_frames};
   }

@@ -57,7 +57,7 @@ struct EpipolarParams {
 /// Blind to: motion along the epipolar line; everything if the model was fitted on movers.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.3 ms for 1000 features with 30 % outliers, with model, without flow.
-class EpipolarFilter final : public Filter {
+class EpipolarFilter final : public NamedFilter<EpipolarFilter> {
  public:
   using Params = EpipolarParams;
   static constexpr const char* kName = "epipolar";
@@ -65,7 +65,6 @@ class EpipolarFilter final : public Filter {
 
   explicit EpipolarFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, params_.gap_frames}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;

@@ -9,7 +9,7 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
-#include <dynfilter/filters/neighbour_field.hpp>
+#include <dynfilter/filters/detail/neighbour_field.hpp>
 #include <dynfilter/geometry/flow_groups.hpp>
 #include <dynfilter/geometry/ground_plane.hpp>
 #include <dynfilter/geometry/image_neighbours.hpp>
@@ -59,7 +59,7 @@ struct FlowConsistencyParams {
 ///           the last motion and ground.
 ///           The pipeline keeps one earlier frame.
 /// Cost:     about 1.1 ms for 320 features, 3.3 ms for 1280, without flow.
-class FlowConsistencyFilter final : public Filter {
+class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
  public:
   using Params = FlowConsistencyParams;
   static constexpr const char* kName = "flow_consistency";
@@ -67,7 +67,6 @@ class FlowConsistencyFilter final : public Filter {
 
   explicit FlowConsistencyFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, 1}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;
@@ -154,8 +153,6 @@ class FlowConsistencyFilter final : public Filter {
   static double line_length(const ViewFlow& flow) {
     return flow.inverse_depth != 0 ? flow.along_px / flow.inverse_depth : 0;
   }
-
-  double median_of(std::vector<double>& values) const;
 
   /// 1.48 times the median distance of the points that agree with the motion.
   double measured_noise_px();

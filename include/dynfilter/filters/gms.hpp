@@ -48,7 +48,7 @@ struct GmsFilterParams {
 /// Blind to: large movers, whose matches support each other; motion within a cell.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.05 ms for 1000 matches, 8 times that with rotation, 5 times with scale.
-class GmsFilter final : public Filter {
+class GmsFilter final : public NamedFilter<GmsFilter> {
  public:
   using Params = GmsFilterParams;
   static constexpr const char* kName = "gms";
@@ -57,7 +57,6 @@ class GmsFilter final : public Filter {
 
   explicit GmsFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::None, params_.gap_frames}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;

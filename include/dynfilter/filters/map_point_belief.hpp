@@ -43,7 +43,7 @@ struct MapPointBeliefParams {
 /// State:    one belief per map point observed in the last forget_frames.
 ///           The pipeline keeps max_age_frames frames for late masks.
 /// Cost:     about 0.1 us per feature; 10 us with a mask for 1000 features.
-class MapPointBeliefFilter final : public Filter {
+class MapPointBeliefFilter final : public NamedFilter<MapPointBeliefFilter> {
  public:
   using Params = MapPointBeliefParams;
   static constexpr const char* kName = "map_point_belief";
@@ -52,7 +52,6 @@ class MapPointBeliefFilter final : public Filter {
 
   explicit MapPointBeliefFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override {
     return {Input::MapPoints, Input::Mask | Input::Correspondence, params_.max_age_frames};
   }

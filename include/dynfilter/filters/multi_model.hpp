@@ -38,7 +38,7 @@ struct MultiModelParams {
 /// Blind to: movers, by design; mismatches that agree with each other (repeated texture).
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 3 ms for 300 matches, a third of them wrong.
-class MultiModelFilter final : public Filter {
+class MultiModelFilter final : public NamedFilter<MultiModelFilter> {
  public:
   using Params = MultiModelParams;
   static constexpr const char* kName = "multi_model";
@@ -46,7 +46,6 @@ class MultiModelFilter final : public Filter {
 
   explicit MultiModelFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override { return {Input::Correspondence, Input::Camera, params_.gap_frames}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;

@@ -39,7 +39,7 @@ struct SemanticBoxParams {
 /// Blind to: classes that the detector does not detect; whether the object moves at all.
 /// State:    none; the pipeline carries late boxes.
 /// Cost:     one comparison per box and feature, about 5 us.
-class SemanticBoxFilter final : public Filter {
+class SemanticBoxFilter final : public NamedFilter<SemanticBoxFilter> {
  public:
   using Params = SemanticBoxParams;
   static constexpr const char* kName = "semantic_box";
@@ -47,7 +47,6 @@ class SemanticBoxFilter final : public Filter {
 
   explicit SemanticBoxFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override {
     return {Input::Detections, Input::Depth | Input::Correspondence,
             LateResult::history_frames(params_.max_age_frames)};

@@ -66,7 +66,7 @@ struct TrajectoryConsistencyParams {
 ///           everything if the motion was fitted on movers.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.1 ms for 1000 features, with motion, without flow; measured_noise adds 0.3 ms.
-class TrajectoryConsistencyFilter final : public Filter {
+class TrajectoryConsistencyFilter final : public NamedFilter<TrajectoryConsistencyFilter> {
  public:
   using Params = TrajectoryConsistencyParams;
   static constexpr const char* kName = "trajectory_consistency";
@@ -74,7 +74,6 @@ class TrajectoryConsistencyFilter final : public Filter {
 
   explicit TrajectoryConsistencyFilter(Params params = Params());
 
-  std::string name() const override { return kName; }
   Needs needs() const override {
     return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, params_.gap_frames};
   }

@@ -5,7 +5,7 @@
 #include <dynfilter/adapters/orb_slam/params.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/registry.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>

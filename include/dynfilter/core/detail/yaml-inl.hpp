@@ -7,11 +7,29 @@
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/numbers.hpp>
+#include <dynfilter/core/yaml_text.hpp>
 #include <fstream>
 #include <ios>
 #include <set>
 
 namespace dynfilter {
+
+namespace detail {
+inline bool is_kind(const YamlValue* value, YamlValue::Kind kind) {
+  return value != nullptr && value->kind == kind;
+}
+}  // namespace detail
+
+DYNFILTER_INLINE bool YamlNode::is_map() const {
+  return detail::is_kind(value_, YamlValue::Kind::Map);
+}
+DYNFILTER_INLINE bool YamlNode::is_sequence() const {
+  return detail::is_kind(value_, YamlValue::Kind::List);
+}
+DYNFILTER_INLINE bool YamlNode::is_text() const {
+  return detail::is_kind(value_, YamlValue::Kind::Quoted) ||
+         (detail::is_kind(value_, YamlValue::Kind::Plain) && !is_number());
+}
 
 DYNFILTER_INLINE void YamlNode::fail(const std::string& message) const {
   throw ConfigError(path_, message);
@@ -119,7 +137,7 @@ DYNFILTER_INLINE std::string YamlNode::shown() const {
 }
 
 DYNFILTER_INLINE bool YamlNode::is_number() const {
-  if (!is(YamlValue::Kind::Plain)) return false;
+  if (!detail::is_kind(value_, YamlValue::Kind::Plain)) return false;
   const std::string& text = value_->text;
   const std::size_t first = text.find_first_not_of("+-");
   if (first == std::string::npos) return false;

@@ -4,16 +4,13 @@
 #include <dynfilter/eval/statistics.hpp>
 
 #include <algorithm>
-#include <cstddef>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 
 namespace dynfilter::eval {
 
 DYNFILTER_INLINE double median(std::vector<double> values) {
-  if (values.empty()) return NAN;
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+  return averaged_median_in_place(values);
 }
 
 DYNFILTER_INLINE ErrorStatistics statistics(const std::vector<double>& errors) {

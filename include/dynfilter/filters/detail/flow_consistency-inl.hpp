@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <limits>
 #include <tuple>
@@ -231,19 +232,12 @@ inline void FlowConsistencyFilter::group() {
   });
 }
 
-inline double FlowConsistencyFilter::median_of(std::vector<double>& values) const {
-  if (values.empty()) return 0;
-  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), half, values.end());
-  if (values.size() % 2 == 1) return *half;
-  return 0.5 * (*half + *std::max_element(values.begin(), half));
-}
-
 inline double FlowConsistencyFilter::measured_noise_px() {
   values_.clear();
   for (const Point& p : points_)
     if (std::abs(p.flow.across_px) < params_.max_distance_px) values_.push_back(std::abs(p.flow.across_px));
-  return std::max(params_.noise_px, 1.48 * median_of(values_));
+  return values_.empty() ? params_.noise_px
+                         : std::max(params_.noise_px, 1.48 * averaged_median_in_place(values_));
 }
 
 inline void FlowConsistencyFilter::weigh_flows() {
@@ -255,8 +249,8 @@ inline void FlowConsistencyFilter::weigh_flows() {
       values_.push_back(points_[static_cast<std::size_t>(j)].flow.across_px);
       along_.push_back(points_[static_cast<std::size_t>(j)].flow.along_px);
     }
-    const double across = median_of(values_);
-    double wrong_way = median_of(along_);
+    const double across = averaged_median_in_place(values_);
+    double wrong_way = averaged_median_in_place(along_);
     if (motion_->motion.has_baseline()) wrong_way = std::min(0.0, wrong_way);
     const double sigma_px = std::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
     TrackEvidence& evidence = evidence_of(k);
@@ -275,7 +269,7 @@ inline void FlowConsistencyFilter::weigh_groups() {
     const std::vector<int>& members = groups_.group(g);
     values_.clear();
     for (const int m : members) values_.push_back(evidence_of(static_cast<std::size_t>(m)).flow);
-    const double together = median_of(values_);
+    const double together = averaged_median_in_place(values_);
     for (const int m : members) {
       const auto k = static_cast<std::size_t>(m), i = static_cast<std::size_t>(points_[k].feature);
       if (judged_[i]) continue;

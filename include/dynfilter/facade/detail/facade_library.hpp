@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: MIT
+#pragma once
+
+/// The functions of the shared library's C++11 interface. Only its own source includes them.
+
 #include <dlfcn.h>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/detection.hpp>
@@ -11,7 +15,7 @@
 #include <dynfilter/pipeline/pipeline.hpp>
 
 #include <dynfilter/facade/facade.hpp>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/version.hpp>

@@ -1,6 +1,10 @@
-# Pipelines behind a C++11 and a plain C interface, for programs that cannot use the
-# headers. It lies here because, like the modules above, it is a shared object made of the headers.
-add_library(dynfilter_facade SHARED facade.cpp c_interface.cpp)
+# The shared library dynfilter::facade: pipelines behind a C++11 and a plain C interface, for programs that cannot use the
+# headers. Its two sources, in the build tree, include the functions of facade/detail/.
+foreach(part facade_library c_library)
+  file(GENERATE OUTPUT "${PROJECT_BINARY_DIR}/library/${part}.cpp" CONTENT "#include <dynfilter/facade/detail/${part}.hpp>\n")
+  list(APPEND facade_sources "${PROJECT_BINARY_DIR}/library/${part}.cpp")
+endforeach()
+add_library(dynfilter_facade SHARED ${facade_sources})
 add_library(dynfilter::facade ALIAS dynfilter_facade)
 target_include_directories(dynfilter_facade ${DYNFILTER_SYSTEM} PUBLIC
   "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
@@ -15,6 +19,6 @@ set_target_properties(dynfilter_facade PROPERTIES
   EXPORT_NAME facade VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
   CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
 
-set(DYNFILTER_COMPONENTS ${DYNFILTER_COMPONENTS} facade PARENT_SCOPE)
-set(DYNFILTER_facade_COMPONENTS "" PARENT_SCOPE)
-set(DYNFILTER_facade_OPENCV core PARENT_SCOPE)
+list(APPEND DYNFILTER_COMPONENTS facade)
+set(DYNFILTER_facade_COMPONENTS "")
+set(DYNFILTER_facade_OPENCV core)

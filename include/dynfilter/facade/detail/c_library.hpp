@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: MIT
+#pragma once
+
+/// The functions of the shared library's C interface. Only its own source includes them.
+
 #include <dynfilter/facade/dynfilter.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/filters/background_motion.hpp>

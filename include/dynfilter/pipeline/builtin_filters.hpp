@@ -11,5 +11,5 @@ Registry builtin_filters();
 }  // namespace dynfilter
 
 #ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/filters/detail/builtin-inl.hpp>
+#include <dynfilter/pipeline/detail/builtin_filters-inl.hpp>
 #endif
