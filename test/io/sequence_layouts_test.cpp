@@ -453,3 +453,19 @@ TEST_CASE("TUM folders may have right images") {
   CHECK(sequence.has_depth());
   CHECK(sequence.load(1).right.at<std::uint8_t>(0, 0) == 7);
 }
+
+TEST_CASE("the real KITTI folder loads as it is" * doctest::test_suite("shared_data")) {
+  if (!fs::exists(DYNFILTER_DATA_DIR)) {
+    MESSAGE("skipped: no ../shared/data");
+    return;
+  }
+  const io::Sequence sequence = io::Sequence::open(fs::path(DYNFILTER_DATA_DIR) / "kitti_stereo");
+  CHECK(sequence.size() == 51);
+  CHECK(sequence.notes().empty());
+  CHECK(sequence.camera().baseline_m() == doctest::Approx(379.8145 / 707.0912));
+  CHECK(sequence.has_stereo());
+  CHECK(sequence.load(50).grey.size() == cv::Size(1226, 370));
+  CHECK(sequence.load(50).right.size() == cv::Size(1226, 370));
+  REQUIRE(sequence.ground_truth());
+  CHECK(sequence.ground_truth()->size() == 51);
+}

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/eval/ate.hpp>
+#include <filesystem>
 #include <odometry/odometry.hpp>
 
 #include "test_images.hpp"
@@ -139,5 +141,28 @@ TEST_CASE("a swaying stereo camera is followed to millimetres, in metres") {
     const double k = static_cast<double>(i);
     const Eigen::Vector3d truth(0.15 * std::sin(0.07 * k), 0.08 * (1 - std::cos(0.05 * k)), 0);
     CHECK((poses[i].T_world_camera.t() - truth).norm() < 0.004);
+  }
+}
+
+TEST_CASE("real frames: a street, with both cameras and with the left one alone" *
+          doctest::test_suite("shared_data")) {
+  if (!std::filesystem::exists(DYNFILTER_DATA_DIR)) {
+    MESSAGE("skipped: no ../shared/data");
+    return;
+  }
+  const io::Sequence sequence =
+      io::Sequence::open(std::filesystem::path(DYNFILTER_DATA_DIR) / "kitti_stereo");
+  for (const Sensor sensor : {Sensor::Stereo, Sensor::Mono}) {
+    CAPTURE(to_string(sensor));
+    OdometryOptions options;
+    options.sensor = sensor;
+    Odometry odometry(sequence.camera(), options, nullptr);
+    for (std::size_t i = 0; i < sequence.size(); ++i) odometry.process(sequence.load(i));
+    const io::Trajectory poses = odometry.trajectory();
+    CHECK(poses.size() >= 48);  // a mono map begins with the second or third frame
+    eval::AteOptions ate;
+    ate.with_scale = sensor == Sensor::Mono;
+    // 60 m of driving; an error of a fifth of a per cent of the way is usual for such systems.
+    CHECK(eval::absolute_trajectory_error(*sequence.ground_truth(), poses, ate).error_m.rmse < 0.12);
   }
 }
