@@ -15,7 +15,6 @@
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/registration.hpp>
 #include <dynfilter/mapping/voxel_grid.hpp>
-#include <dynfilter/mapping/voxel_key.hpp>
 #include <dynfilter/mapping/voxel_map.hpp>
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -104,19 +103,12 @@ class StaticMap {
     std::vector<VoxelPoint> cloud, key_cloud;  ///< camera frame
     DepthView view;
   };
-  struct Shown {
-    std::vector<std::uint32_t> fine, coarse;  ///< voxels in cloud order
-  };
   struct Neighbour {
     std::int64_t number;
     Pose T_world_camera;
     std::vector<VoxelPoint> cloud;
   };
 
-  static int log2_of(int power);
-  static std::uint64_t without_label(std::uint64_t key) {
-    return key & ((std::uint64_t{1} << (3 * VoxelKey::kAxisBits)) - 1);
-  }
   double unit_m() const { return params_.leaf_m / (1 << VoxelMap::kLeafBits); }
   double key_unit_m() const { return unit_m() / params_.key_divisor; }
   static std::size_t bytes_of(const Keyframe& k) {
@@ -154,16 +146,9 @@ class StaticMap {
 
   /// Adds a keyframe's votes on the voxels from these indices.
   void vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin, int sign);
-  static void vote_in(VoxelMap& map, const Keyframe& keyframe, std::size_t begin, double leaf_m, int sign);
   void vote_on_new(VoxelMap& map, std::size_t begin, double leaf_m);
 
   void make_room(MapReport& report);
-  /// Moves its votes to the permanent counters, from which nothing is removed.
-  void make_permanent(const Keyframe& keyframe);
-  static void make_vote_permanent(std::uint16_t& live, std::uint16_t& old, int vote);
-
-  Shown shown_voxels() const;
-  std::vector<std::uint32_t> left_standing(const VoxelMap& map) const;
 
   static constexpr float kFarthestM = 65;              ///< range of DepthView
   static constexpr std::size_t kMaxKeyframes = 60000;  ///< votes count up to 65535

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <chrono>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/mapping/carving.hpp>
 #include <dynfilter/mapping/map_cloud.hpp>
-#include <dynfilter/mapping/outliers.hpp>
+#include <dynfilter/mapping/shown_voxels.hpp>
+#include <dynfilter/mapping/view_votes.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <utility>
@@ -91,14 +91,14 @@ DYNFILTER_INLINE bool StaticMap::can_move(std::int64_t id) const {
 
 DYNFILTER_INLINE MapCloud StaticMap::cloud() const {
   MapCloud cloud;
-  const Shown shown = shown_voxels();
+  const ShownVoxels shown = shown_voxels(map_, key_map_, params_);
   append_cloud(key_map_, shown.fine, key_unit_m(), cloud);
   append_cloud(map_, shown.coarse, unit_m(), cloud);
   return cloud;
 }
 
 DYNFILTER_INLINE MapSources StaticMap::sources() const {
-  const Shown shown = shown_voxels();
+  const ShownVoxels shown = shown_voxels(map_, key_map_, params_);
   const auto fine = SourceCollector::places(key_map_, shown.fine, 0),
              coarse = SourceCollector::places(map_, shown.coarse, shown.fine.size());
   SourceCollector collector;
@@ -133,12 +133,6 @@ DYNFILTER_INLINE void StaticMap::double_leaf() {
   key_map_.coarsen();
   if (!params_.carve.enabled) return;
   for (const auto& keyframe : keyframes_) vote(*keyframe, 0, 0, 1);
-}
-
-inline int StaticMap::log2_of(int power) {
-  int bits = 0;
-  while (power >> bits > 1) ++bits;
-  return bits;
 }
 
 inline StaticMap::Keyframe* StaticMap::find(std::int64_t id) {
@@ -300,23 +294,15 @@ inline __attribute__((noinline)) std::size_t StaticMap::to_world(const std::vect
 
 DYNFILTER_INLINE void StaticMap::vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin,
                                       int sign) {
-  vote_in(map_, keyframe, begin, leaf_m(), sign);
-  vote_in(key_map_, keyframe, key_begin, key_leaf_m(), sign);
-}
-
-inline void StaticMap::vote_in(VoxelMap& map, const Keyframe& keyframe, std::size_t begin, double leaf_m,
-                               int sign) {
-  std::vector<VoxelVotes>& votes = map.votes();
-  keyframe.view.visit(map.key_list(), begin, leaf_m, keyframe.T_world_camera,
-                      [&](std::size_t i, int seen, int through) {
-                        votes[i].seen = static_cast<std::uint16_t>(votes[i].seen + sign * seen);
-                        votes[i].through = static_cast<std::uint16_t>(votes[i].through + sign * through);
-                      });
+  const Pose& T = keyframe.T_world_camera;
+  add_votes(map_, keyframe.view, T, begin, leaf_m(), sign);
+  add_votes(key_map_, keyframe.view, T, key_begin, key_leaf_m(), sign);
 }
 
 inline void StaticMap::vote_on_new(VoxelMap& map, std::size_t begin, double leaf_m) {
   if (!params_.carve.enabled) return;
-  for (const auto& keyframe : keyframes_) vote_in(map, *keyframe, begin, leaf_m, 1);
+  for (const auto& keyframe : keyframes_)
+    add_votes(map, keyframe->view, keyframe->T_world_camera, begin, leaf_m, 1);
 }
 
 inline void StaticMap::make_room(MapReport& report) {
@@ -327,54 +313,16 @@ inline void StaticMap::make_room(MapReport& report) {
   const double limit = params_.max_keyframe_mb * 1e6;
   while (!keyframes_.empty() &&
          (static_cast<double>(keyframe_bytes_) > limit || keyframes_.size() > kMaxKeyframes)) {
-    make_permanent(*keyframes_.front());
-    report.made_permanent.push_back(keyframes_.front()->id);
-    keyframe_bytes_ -= bytes_of(*keyframes_.front());
+    const Keyframe& oldest = *keyframes_.front();
+    if (params_.carve.enabled) {
+      make_votes_permanent(map_, oldest.view, oldest.T_world_camera, leaf_m());
+      make_votes_permanent(key_map_, oldest.view, oldest.T_world_camera, key_leaf_m());
+    }
+    report.made_permanent.push_back(oldest.id);
+    keyframe_bytes_ -= bytes_of(oldest);
     keyframes_.pop_front();
     ++permanent_;
   }
-}
-
-inline void StaticMap::make_permanent(const Keyframe& keyframe) {
-  if (!params_.carve.enabled) return;
-  for (VoxelMap* map : {&map_, &key_map_}) {
-    std::vector<VoxelVotes>& votes = map->votes();
-    const double leaf = map == &map_ ? leaf_m() : key_leaf_m();
-    keyframe.view.visit(map->key_list(), 0, leaf, keyframe.T_world_camera,
-                        [&](std::size_t i, int seen, int through) {
-                          VoxelVotes& v = votes[i];
-                          make_vote_permanent(v.seen, v.old_seen, seen);
-                          make_vote_permanent(v.through, v.old_through, through);
-                        });
-  }
-}
-
-inline void StaticMap::make_vote_permanent(std::uint16_t& live, std::uint16_t& old, int vote) {
-  live = static_cast<std::uint16_t>(live - vote);
-  old = static_cast<std::uint16_t>(std::min(65535, old + vote));
-}
-
-inline StaticMap::Shown StaticMap::shown_voxels() const {
-  std::vector<std::uint64_t> refined;
-  const int nested = log2_of(params_.key_divisor) + map_.level() - key_map_.level();
-  for (const std::uint64_t key : key_map_.keys())
-    refined.push_back(without_label(VoxelKey::coarser(key, nested)));
-  std::sort(refined.begin(), refined.end());
-  const auto is_refined = [&](std::uint64_t key) {
-    return std::binary_search(refined.begin(), refined.end(), without_label(key));
-  };
-  Shown shown{left_standing(key_map_), left_standing(map_)};
-  shown.coarse.erase(std::remove_if(shown.coarse.begin(), shown.coarse.end(),
-                                    [&](std::uint32_t i) { return is_refined(map_.keys()[i]); }),
-                     shown.coarse.end());
-  return shown;
-}
-
-inline std::vector<std::uint32_t> StaticMap::left_standing(const VoxelMap& map) const {
-  const Carving carving(map, params_.carve);
-  std::vector<std::uint32_t> order = voxels_in_order(map, [&](std::uint32_t i) { return !carving.gone(i); });
-  OutlierFilter(params_.outliers).run(map, order);
-  return order;
 }
 
 }  // namespace dynfilter::mapping
