@@ -20,10 +20,23 @@ class WaveTexture {
                         6.283185307 / length_px * std::sin(direction), 6.283185307 * unit()});
     }
   }
+  /// As many waves in each octave of lengths up to 600 px, like in views of a room. No pixel is saturated.
+  static WaveTexture broad(unsigned seed, int waves = 60) {
+    WaveTexture texture(seed, 0);
+    texture.contrast_ = 35;
+    std::mt19937 random(seed);
+    const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
+    for (int w = 0; w < waves; ++w) {
+      const double length_px = 6 * std::pow(100, unit()), direction = 6.283185307 * unit();
+      texture.waves_.push_back({6.283185307 / length_px * std::cos(direction),
+                                6.283185307 / length_px * std::sin(direction), 6.283185307 * unit()});
+    }
+    return texture;
+  }
   double operator()(double x, double y) const {
     double sum = 0;
     for (const Wave& w : waves_) sum += std::cos(w.kx * x + w.ky * y + w.phase);
-    return 128 + 90 * sum / std::sqrt(static_cast<double>(waves_.size()));
+    return 128 + contrast_ * sum / std::sqrt(static_cast<double>(waves_.size()));
   }
   /// Pixel (x, y) shows the texture at (x + shift.x, y + shift.y).
   cv::Mat image(cv::Size size, cv::Point2d shift = {}) const {
@@ -39,6 +52,7 @@ class WaveTexture {
     double kx, ky, phase;
   };
   std::vector<Wave> waves_;
+  double contrast_ = 90;
 };
 
 inline cv::Mat noise_image(cv::Size size, unsigned seed, double sigma_px) {

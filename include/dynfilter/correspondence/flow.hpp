@@ -8,6 +8,7 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/flow_params.hpp>
+#include <dynfilter/correspondence/guided_flow.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/lucas_kanade.hpp>
 #include <dynfilter/correspondence/patch_residual.hpp>
@@ -23,13 +24,14 @@ namespace dynfilter {
 class FlowTracker {
  public:
   /// Throws ConfigError for parameters out of range.
-  explicit FlowTracker(const FlowParams& params = FlowParams())
-      : params_(checked(params)), patches_(params_.window_px) {}
+  /// Own and OpenCv use OpenCV's threads, Guided at most `threads` of them.
+  explicit FlowTracker(const FlowParams& params = FlowParams(), int threads = 1)
+      : params_(checked(params)), guided_(params_, threads), patches_(params_.window_px) {}
   const FlowParams& params() const { return params_; }
 
   /// Builds the pyramid of an image with this tracker's settings.
   void build(const cv::Mat& grey, ImagePyramid& pyramid) const {
-    pyramid.build(grey, params_.window_px, params_.levels, !own());
+    pyramid.build(grey, params_.window_px, params_.levels, !(guided() || own()));
   }
 
   /// `current_px` are distorted pixels.
@@ -37,7 +39,7 @@ class FlowTracker {
   /// An empty `guess` means no motion.
   /// Points that are NaN, outside the image or fail the check are not found.
   /// Images of different size find nothing.
-  /// Cost: 3 to 4 ms for 1000 points on one core, twice that with ForwardBackward.
+  /// Cost: see docs/explanation/correspondence.md.
   void track(const ImagePyramid& current, const ImagePyramid& reference, Span<const cv::Point2f> current_px,
              Span<const cv::Point2f> guess, Correspondences& out) {
     track(current, reference, current_px, guess, params_.check, out);
@@ -61,11 +63,18 @@ class FlowTracker {
 
   void collect(const cv::Size& size, Span<const cv::Point2f> current_px, Span<const cv::Point2f> guess);
 
-  bool own() const { return params_.engine == FlowEngine::Own && LucasKanade::supports(params_.window_px); }
+  bool guided() const {
+    return params_.engine == FlowEngine::Guided && GuidedFlow::supports(params_.window_px);
+  }
+  bool own() const {
+    return params_.engine != FlowEngine::OpenCv && LucasKanade::supports(params_.window_px);
+  }
 
   void lucas_kanade(const ImagePyramid& a, const ImagePyramid& b, const Points& from, Points& to);
 
   void keep_inside(const cv::Size& size);
+
+  void check_each(const ImagePyramid& current, const ImagePyramid& reference, FlowCheck check);
 
   void keep_alike(const cv::Mat& current, const cv::Mat& reference);
 
@@ -77,6 +86,7 @@ class FlowTracker {
   float border() const { return static_cast<float>(params_.border_px); }
 
   FlowParams params_;
+  GuidedFlow guided_;
   std::vector<std::size_t> index_;  // of the points that are still tracked
   Points from_, start_, to_, back_;
   std::vector<std::uint8_t> status_;

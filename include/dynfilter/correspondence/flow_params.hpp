@@ -11,13 +11,17 @@ namespace dynfilter {
 enum class FlowCheck {
   None,      ///< LK's status and the borders only
   Residual,  ///< also requires similar patches
-  /// Also requires that tracking back returns to the start; most reliable, at twice the cost.
+  /// Also requires that tracking back returns to the start; most reliable, at up to twice the cost.
   ForwardBackward
 };
 
-/// Lucas-Kanade implementation. Own is correspondence/lucas_kanade.hpp.
-/// Falls back to OpenCV's for window sizes and processors that Own does not support.
-enum class FlowEngine { Own, OpenCv };
+/// Lucas-Kanade implementation.
+/// For window sizes that it does not support, Guided falls back to Own, and Own to OpenCV's.
+enum class FlowEngine {
+  Guided,  ///< correspondence/guided_flow.hpp: coarse levels on a grid, points on level 0; windows 12 to 16
+  Own,     ///< correspondence/lucas_kanade.hpp: every point on every level
+  OpenCv   ///< cv::calcOpticalFlowPyrLK
+};
 
 struct FlowParams {
   FlowEngine engine = FlowEngine::Own;
@@ -30,6 +34,9 @@ struct FlowParams {
   double max_residual = 0.3;
   double max_forward_backward_px = 1.0;
   int border_px = 5;
+
+  /// The fast flow of the default pipelines: engine Guided, and the settings that it was measured with.
+  static FlowParams guided();
 
   static const FieldTable<FlowParams>& fields();
 };

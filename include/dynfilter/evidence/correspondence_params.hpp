@@ -16,6 +16,7 @@ struct CorrespondenceParams {
   CorrespondenceSource source = CorrespondenceSource::Auto;
   double max_depth_m = 8.0;
   double max_depth_edge = 0.06;
+  int threads = 1;
   FlowParams flow;
   DescriptorMatchParams descriptors;
 

@@ -29,8 +29,8 @@ class FrameMatches {
   FrameMatches(const CorrespondenceParams& params, CurrentFrame& current)
       : params_(params),
         current_(current),
-        flow_(params.flow),
-        step_flow_(checked_once(params.flow)),
+        flow_(params.flow, params.threads),
+        step_flow_(checked_once(params.flow), params.threads),
         descriptors_(params.descriptors) {}
 
   const History& history() const { return history_; }

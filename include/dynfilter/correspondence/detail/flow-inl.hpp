@@ -44,10 +44,14 @@ DYNFILTER_INLINE void FlowTracker::track(const ImagePyramid& current, const Imag
   if (!guess.empty() && guess.size() != current_px.size()) guess = {};
   collect(current.size(), current_px, guess);
   if (index_.empty()) return;
-  lucas_kanade(current, reference, from_, to_);
-  keep_inside(current.size());
-  if (check != FlowCheck::None) keep_alike(current.image(), reference.image());
-  if (check == FlowCheck::ForwardBackward) keep_returning(current, reference);
+  if (guided()) {
+    guided_.track(current, reference, check, from_, to_, status_);
+    keep_inside(current.size());
+  } else {
+    lucas_kanade(current, reference, from_, to_);
+    keep_inside(current.size());
+    check_each(current, reference, check);
+  }
   for (std::size_t k = 0; k < index_.size(); ++k) out.set(index_[k], to_[k]);
 }
 
@@ -82,6 +86,12 @@ DYNFILTER_INLINE void FlowTracker::lucas_kanade(const ImagePyramid& a, const Ima
 
 inline void FlowTracker::keep_inside(const cv::Size& size) {
   keep([&](std::size_t k) { return status_[k] != 0 && detail::inside(to_[k], size, border()); });
+}
+
+inline void FlowTracker::check_each(const ImagePyramid& current, const ImagePyramid& reference,
+                                    FlowCheck check) {
+  if (check != FlowCheck::None) keep_alike(current.image(), reference.image());
+  if (check == FlowCheck::ForwardBackward) keep_returning(current, reference);
 }
 
 inline void FlowTracker::keep_alike(const cv::Mat& current, const cv::Mat& reference) {

@@ -8,10 +8,22 @@
 
 namespace dynfilter {
 
+DYNFILTER_INLINE FlowParams FlowParams::guided() {
+  FlowParams params;
+  params.engine = FlowEngine::Guided;
+  params.window_px = 16;
+  params.levels = 4;
+  params.max_iterations = 4;  // more follow the noise of blurred patches
+  params.epsilon_px = 0.05;
+  return params;
+}
+
 DYNFILTER_INLINE const FieldTable<FlowParams>& FlowParams::fields() {
   static const FieldTable<FlowParams> table{
-      choice("engine", &FlowParams::engine, {{"own", FlowEngine::Own}, {"opencv", FlowEngine::OpenCv}},
-             "Lucas-Kanade implementation; both are equally accurate, own takes less than half the time"),
+      choice("engine", &FlowParams::engine,
+             {{"guided", FlowEngine::Guided}, {"own", FlowEngine::Own}, {"opencv", FlowEngine::OpenCv}},
+             "Lucas-Kanade implementation; guided shares the coarse levels between points (windows of 12 to "
+             "16 px, else own), own has OpenCV's results"),
       integer("window_px", &FlowParams::window_px, "px", {5, 63}, "side of the square patch"),
       integer("levels", &FlowParams::levels, "", {0, 8},
               "pyramid levels above the image; each doubles the largest motion that can be tracked"),

@@ -20,6 +20,8 @@ DYNFILTER_INLINE const FieldTable<CorrespondenceParams>& CorrespondenceParams::f
            "largest depth that is used; larger depths count as no depth"),
       real("max_depth_edge", &P::max_depth_edge, "", {0, 10},
            "largest relative depth difference to neighbouring pixels; beyond it, a pixel has no depth"),
+      integer("threads", &P::threads, "", {1, 64},
+              "how many of OpenCV's threads the guided flow may use; results do not depend on it"),
       group("flow", &P::flow, "parameters of pyramidal Lucas-Kanade flow"),
       group("descriptors", &P::descriptors, "parameters of windowed descriptor matching"),
   };

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <dynfilter/correspondence/small_patch.hpp>
+#include <limits>
+#include <opencv2/core.hpp>
+
+namespace dynfilter::detail {
+
+/// Lucas-Kanade for one point on one level: a patch of one image, and its position in another.
+/// The patch is cut at the whole pixel nearest to the point, and the remainder is added to the result.
+/// Gradients are the patch's, so one Hessian serves all steps (inverse compositional; Baker and Matthews,
+/// IJCV 2004). The mean of the differences is subtracted, so a step of the exposure is no motion.
+/// Both images have a readable border of `window_px` pixels.
+template <class Kernels>
+class SmallWindow {
+ public:
+  explicit SmallWindow(int window_px) : window_px_(window_px), count_(window_px * window_px) {}
+
+  /// False if the patch is not readable, or NaN.
+  bool cut(const cv::Mat& image, const cv::Point2f& at) {
+    const float half = static_cast<float>(window_px_ - 1) / 2;
+    const cv::Point2f ideal = at - cv::Point2f(half, half);
+    if (!readable(image, ideal)) return false;
+    const cv::Point corner(cvRound(ideal.x), cvRound(ideal.y));
+    Kernels::cut(image, corner.x, corner.y, window_px_, patch_);
+    to_corner_ = cv::Point2f(corner) - at;
+    return true;
+  }
+
+  /// False if the patch has less texture. `min_eigenvalue` is OpenCV's. Call it before refine().
+  bool textured(double min_eigenvalue) {
+    const double n = count_, x = patch_.x, y = patch_.y;
+    const double xx = patch_.xx - x * x / n, xy = patch_.xy - x * y / n, yy = patch_.yy - y * y / n;
+    const double determinant = xx * yy - xy * xy, trace = xx + yy;
+    const double least = min_eigenvalue * kEigenvalueScale * n;
+    // Both eigenvalues of M are at least `least` if M - least I has no negative one.
+    if (trace < 2 * least || determinant < least * (trace - least) || determinant <= 0) return false;
+    const double scale = kStepScale / determinant;
+    xx_ = xx * scale, xy_ = xy * scale, yy_ = yy * scale;
+    return true;
+  }
+
+  /// Mean square of image - patch, without the mean. Infinite if not readable.
+  float difference(const cv::Mat& image, const cv::Point2f& at) const {
+    const cv::Point2f corner = at + to_corner_;
+    if (!readable(image, corner)) return std::numeric_limits<float>::infinity();
+    const SmallPatchLikeness off = Kernels::likeness(image, SmallCorner(corner), window_px_, patch_);
+    const double mean = static_cast<double>(off.sum) / count_;
+    return static_cast<float>(static_cast<double>(off.square) / count_ - mean * mean);
+  }
+
+  /// Moves `at` until a step is shorter than `epsilon_px`. False if it leaves the image.
+  bool refine(const cv::Mat& image, int max_iterations, float epsilon_px, cv::Point2f& at) const {
+    cv::Point2f corner = at + to_corner_, previous;
+    for (int k = 0; k < max_iterations; ++k) {
+      if (!readable(image, corner)) return false;
+      const cv::Point2f step = step_at(image, corner);
+      corner += step;
+      if (step.dot(step) <= epsilon_px * epsilon_px) break;
+      if (k > 0 && std::abs(step.x + previous.x) < kOscillationPx &&
+          std::abs(step.y + previous.y) < kOscillationPx) {
+        corner -= step * 0.5F;
+        break;
+      }
+      previous = step;
+    }
+    at = corner - to_corner_;
+    return readable(image, corner);
+  }
+
+  /// 1 - NCC of the patch and the image; 1 without texture or if not readable.
+  double residual(const cv::Mat& image, const cv::Point2f& at) const {
+    const cv::Point2f corner = at + to_corner_;
+    if (!readable(image, corner)) return 1;
+    const SmallPatchLikeness off = Kernels::likeness(image, SmallCorner(corner), window_px_, patch_);
+    const double n = count_, a = patch_.sum, b = a + off.sum, aa = patch_.square;
+    const double ab = aa + off.product, bb = ab + off.product + off.square;
+    const double variances = (n * aa - a * a) * (n * bb - b * b);
+    return variances > 0 ? 1 - (n * ab - a * b) / std::sqrt(variances) : 1;
+  }
+
+ private:
+  static constexpr float kOscillationPx = 0.01F;  ///< of a step and the one before, in opposite directions
+  /// OpenCV's eigenvalue is of the mean of squared gradients, divided by 1024.
+  static constexpr double kEigenvalueScale = 1024.0 * SmallPatch::kGradientScale * SmallPatch::kGradientScale;
+  static constexpr double kStepScale =
+      static_cast<double>(SmallPatch::kGradientScale) / SmallPatch::kGreyScale;
+
+  cv::Point2f step_at(const cv::Mat& image, const cv::Point2f& corner) const {
+    const SmallPatchMismatch off = Kernels::mismatch(image, SmallCorner(corner), window_px_, patch_);
+    const double mean = static_cast<double>(off.sum) / count_;
+    const double x = off.x - patch_.x * mean, y = off.y - patch_.y * mean;
+    return {static_cast<float>(xy_ * y - yy_ * x), static_cast<float>(xy_ * x - xx_ * y)};
+  }
+
+  /// True if a patch whose corner is here, rounded or between pixels, is within the border. False for NaN.
+  bool readable(const cv::Mat& image, const cv::Point2f& corner) const {
+    const auto border = static_cast<float>(window_px_);
+    return corner.x >= 2 - border && corner.y >= 2 - border &&
+           corner.x <= static_cast<float>(image.cols + window_px_ - SmallPatch::kColumns - 2) &&
+           corner.y <= static_cast<float>(image.rows - 2);
+  }
+
+  int window_px_, count_;
+  SmallPatch patch_;
+  cv::Point2f to_corner_;  ///< from the point to the patch's corner
+  double xx_ = 0, xy_ = 0, yy_ = 0;
+};
+
+}  // namespace dynfilter::detail
