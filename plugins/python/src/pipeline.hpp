@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <memory>
+
+#include "arguments.hpp"
+#include "python_filter.hpp"
+
+namespace dynfilter::python {
+
+/// A pipeline from a preset's name, a file, YAML text or an object of dynfilter.Filter.
+PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& link);
+
+}  // namespace dynfilter::python

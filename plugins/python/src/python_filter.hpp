@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/registry.hpp>
+#include <exception>
+#include <memory>
+#include <string>
+
+#include "arguments.hpp"
+
+namespace dynfilter::python {
+
+/// What the filters of one pipeline share with its owner.
+struct FilterLink {
+  /// The images of the frame that is judged; null: they own their memory.
+  const Images* images = nullptr;
+  /// The first exception of a filter that the caller has not seen.
+  std::exception_ptr error;
+
+  /// Throws it.
+  void raise() {
+    if (error) std::rethrow_exception(std::exchange(error, nullptr));
+  }
+};
+
+/// A filter written in Python. Takes the GIL for each call.
+class PythonFilter final : public Filter {
+ public:
+  /// `object`: of a class derived from dynfilter.Filter.
+  PythonFilter(py::object object, std::shared_ptr<FilterLink> link);
+  ~PythonFilter() override;
+
+  std::string name() const override { return name_; }
+  Needs needs() const override { return needs_; }
+  void apply(const Evidence& evidence, Votes& votes) override;
+  void reset() override;
+
+ private:
+  [[noreturn]] void report(py::error_already_set& error);
+
+  py::object object_;
+  std::shared_ptr<FilterLink> link_;
+  std::string name_;
+  Needs needs_;
+};
+
+/// The filters of the toolkit, those of loaded plugins and those written in Python.
+Registry registry(const std::shared_ptr<FilterLink>& link);
+
+/// What a Python filter's class says of itself.
+FilterCard card_of(py::handle filter_class);
+
+}  // namespace dynfilter::python

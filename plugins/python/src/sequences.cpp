@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
+#include <dynfilter/io/image_file.hpp>
+#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/synth/scenes.hpp>
+#include <dynfilter/synth/sequence.hpp>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <string>
+
+#include "arguments.hpp"
+#include "bindings.hpp"
+#include "trajectory.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+py::object array_or_none(const cv::Mat& image) {
+  return image.empty() ? py::object(py::none()) : py::object(array_of(image));
+}
+
+std::size_t checked_index(std::int64_t i, std::size_t size) {
+  const auto n = static_cast<std::int64_t>(size);
+  if (i < -n || i >= n) throw py::index_error("frame " + std::to_string(i) + " of " + std::to_string(n));
+  return static_cast<std::size_t>(i < 0 ? i + n : i);
+}
+
+/// Arguments of dynfilter.sequences.Frame.
+py::dict loaded(const io::TumSequence& sequence, std::int64_t index) {
+  const std::size_t i = checked_index(index, sequence.size());
+  io::RgbdFrame frame;
+  cv::Mat truth, labels;
+  {
+    const py::gil_scoped_release no_gil;
+    frame = sequence.load(i);
+    if (sequence.has_labels()) truth = sequence.load_truth(i), labels = sequence.load_labels(i);
+  }
+  py::dict out;
+  out["timestamp"] = frame.timestamp_s;
+  out["colour"] = array_of(frame.colour);
+  out["grey"] = array_of(frame.grey);
+  out["depth"] = array_or_none(frame.depth);
+  out["depth_unit_m"] = frame.depth_unit_m;
+  out["truth"] = array_or_none(truth);
+  out["labels"] = array_or_none(labels);
+  return out;
+}
+
+py::dict rendered(synth::SequenceRenderer& renderer, std::int64_t index) {
+  const std::size_t i = checked_index(index, static_cast<std::size_t>(renderer.size()));
+  synth::RenderedFrame frame;
+  cv::Mat grey;
+  {
+    const py::gil_scoped_release no_gil;
+    frame = renderer.frame(static_cast<int>(i));
+    cv::cvtColor(frame.colour, grey, cv::COLOR_BGR2GRAY);
+  }
+  py::dict out;
+  out["timestamp"] = frame.timestamp_s;
+  out["colour"] = array_of(frame.colour);
+  out["grey"] = array_of(grey);
+  out["depth"] = array_of(frame.depth);
+  out["depth_unit_m"] = 1 / synth::kDepthUnitsPerM;
+  out["truth"] = array_of(frame.truth.dynamic);
+  out["labels"] = array_of(frame.truth.labels);
+  out["mask"] = array_of(frame.truth.person);
+  out["pose"] = matrix_of(frame.T_world_camera);
+  if (frame.detections) {
+    out["boxes"] = py::cast(*frame.detections);
+    out["boxes_frame_id"] = frame.detected_on_frame;
+  }
+  return out;
+}
+
+std::unique_ptr<synth::SequenceRenderer> make_renderer(const std::string& scene, int frames,
+                                                       std::uint64_t seed, double rate_hz, bool motion_blur,
+                                                       bool exposure_variation, double image_noise,
+                                                       bool perfect_depth, int late_boxes) {
+  synth::SequenceOptions options;
+  options.scene = scene, options.frames = frames, options.seed = seed, options.rate_hz = rate_hz;
+  options.motion_blur = motion_blur, options.exposure_variation = exposure_variation;
+  options.image_noise = image_noise, options.perfect_depth = perfect_depth;
+  options.detector.late_frames = late_boxes;
+  return std::make_unique<synth::SequenceRenderer>(options);
+}
+
+io::TumSequence open_tum(const std::string& folder, const std::optional<Camera>& camera) {
+  io::TumOptions options;
+  options.camera = camera;
+  return io::TumSequence::open(folder, options);
+}
+
+}  // namespace
+
+void bind_sequences(py::module_& module) {
+  py::class_<io::TumSequence>(module, "_TumReader")
+      .def(py::init(&open_tum), py::arg("folder"), py::arg("camera") = py::none())
+      .def("__len__", &io::TumSequence::size)
+      .def("load", &loaded, py::arg("i"))
+      .def("timestamp", [](const io::TumSequence& s, std::size_t i) { return s.timestamp_s(i); }, py::arg("i"))
+      .def("image_name", &io::TumSequence::image_name, py::arg("i"))
+      .def("ground_truth",
+           [](const io::TumSequence& s) {
+             const auto truth = s.ground_truth();
+             return truth ? py::object(arrays_of(*truth)) : py::object(py::none());
+           })
+      .def_property_readonly("camera", &io::TumSequence::camera)
+      .def_property_readonly("name", &io::TumSequence::name)
+      .def_property_readonly("has_labels", &io::TumSequence::has_labels)
+      .def_property_readonly("notes", &io::TumSequence::notes);
+  py::class_<synth::SequenceRenderer>(module, "_Renderer")
+      .def(py::init(&make_renderer), py::arg("scene"), py::arg("frames"), py::arg("seed"), py::arg("rate_hz"),
+           py::arg("motion_blur"), py::arg("exposure_variation"), py::arg("image_noise"),
+           py::arg("perfect_depth"), py::arg("late_boxes"))
+      .def("__len__", &synth::SequenceRenderer::size)
+      .def("load", &rendered, py::arg("i"))
+      .def("timestamp", [](const synth::SequenceRenderer& r, int i) { return r.timestamp_s(i); }, py::arg("i"))
+      .def("pose", [](const synth::SequenceRenderer& r, int i) { return matrix_of(r.pose(i)); }, py::arg("i"))
+      .def_property_readonly("camera", &synth::SequenceRenderer::calibration);
+  module.def("scene_names", &synth::scene_names, "Scenes that render() draws.");
+  module.def(
+      "_read_mask", [](const std::string& path) { return array_of(io::read_image(path, cv::IMREAD_GRAYSCALE)); },
+      py::arg("path"));
+}
+
+}  // namespace dynfilter::python

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+#include "verdict.hpp"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <dynfilter/adapters/draw_verdict.hpp>
+#include <dynfilter/adapters/host_mask.hpp>
+#include <string>
+
+#include "arguments.hpp"
+#include "bindings.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+constexpr const char* kDrop255 = "255_drops";
+constexpr const char* kDrop0 = "0_drops";
+
+MaskPolarity polarity_of(const std::string& name) {
+  if (name == kDrop255) return MaskPolarity::NonzeroDrops;
+  if (name == kDrop0) return MaskPolarity::ZeroDrops;
+  throw py::value_error("polarity: expected \"255_drops\" or \"0_drops\", got \"" + name + "\"");
+}
+
+HostMask host_mask(double radius_px, double keep_radius_px, const std::string& polarity) {
+  MaskedImageParams params;
+  params.radius_px = radius_px, params.keep_radius_px = keep_radius_px;
+  return HostMask(polarity_of(polarity), params);
+}
+
+cv::Size size_of(py::handle shape) {
+  if (!py::isinstance<py::sequence>(shape) || py::len(shape) < 2)
+    refuse("shape", "(height, width), as image.shape gives it", shape);
+  return {shape[py::int_(1)].cast<int>(), shape[py::int_(0)].cast<int>()};
+}
+
+py::array mask(const PyVerdict& self, py::handle shape, double radius_px, double keep_radius_px,
+               const std::string& polarity) {
+  HostMask host = host_mask(radius_px, keep_radius_px, polarity);
+  return array_of(host.image(self.keypoints, self.verdict, size_of(shape)));
+}
+
+py::array depth(const PyVerdict& self, py::handle depth, double radius_px, double keep_radius_px) {
+  if (depth.is_none()) refuse("depth", "a float32 or uint16 image", depth);
+  Images images;
+  const cv::Mat given = images.depth("depth", depth);
+  HostMask host = host_mask(radius_px, keep_radius_px, kDrop255);
+  return array_of(host.depth(self.keypoints, self.verdict, given));
+}
+
+py::array draw(const PyVerdict& self, py::handle image) {
+  Images images;
+  return array_of(draw_verdict(images.colour("image", image), self.keypoints, self.verdict));
+}
+
+std::vector<std::string> reasons(const PyVerdict& self) {
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < self.verdict.size(); ++i) texts.push_back(self.verdict.reason(i));
+  return texts;
+}
+
+std::vector<std::string> stage_names(const FrameReport& report) {
+  std::vector<std::string> names;
+  for (const StageReport& stage : report.stages) names.push_back(stage.name);
+  return names;
+}
+
+py::array rejected_by(const PyVerdict& self, const std::string& stage) {
+  std::uint64_t bits = 0;
+  const std::vector<std::string> names = stage_names(self.verdict.report);
+  for (std::size_t k = 0; k < names.size() && k < 64; ++k)
+    if (names[k] == stage) bits |= std::uint64_t{1} << k;
+  if (bits == 0) {
+    std::string known;
+    for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
+    throw py::value_error("stage: expected one of " + known + ", got \"" + stage + "\"");
+  }
+  py::array_t<bool> out(static_cast<py::ssize_t>(self.verdict.size()));
+  for (std::size_t i = 0; i < self.verdict.size(); ++i)
+    out.mutable_data()[i] = !self.verdict.keep(i) && (self.verdict.reasons[i] & bits) != 0;
+  return std::move(out);
+}
+
+py::array rejected_ids(const PyVerdict& self, py::handle ids) {
+  const auto n = static_cast<py::ssize_t>(self.verdict.size());
+  const auto given = array_of<std::int64_t>("ids", ids, n);
+  std::vector<std::int64_t> rejected;
+  dynfilter::rejected_ids(self.verdict, std::vector<std::int64_t>(given.data(), given.data() + n), rejected);
+  return py::array_t<std::int64_t>(static_cast<py::ssize_t>(rejected.size()), rejected.data());
+}
+
+void bind_report(py::module_& module) {
+  py::class_<StageReport>(module, "StageReport", "What one stage did with one frame.")
+      .def_readonly("name", &StageReport::name)
+      .def_readonly("path", &StageReport::path, "place in the pipeline file")
+      .def_readonly("skipped", &StageReport::skipped, "an input was missing: see note")
+      .def_readonly("failed", &StageReport::failed, "it raised: see note; its votes count as unknown")
+      .def_readonly("note", &StageReport::note)
+      .def_readonly("judged", &StageReport::judged)
+      .def_readonly("dynamic", &StageReport::dynamic)
+      .def_readonly("unknown", &StageReport::unknown)
+      .def_readonly("prior", &StageReport::prior, "suspects, kept out of the fit of models")
+      .def_readonly("time_ms", &StageReport::time_ms)
+      .def("__repr__", [](const StageReport& s) {
+        return "StageReport(" + s.name + ": " + std::to_string(s.dynamic) + " of " +
+               std::to_string(s.judged) + " dynamic" + (s.note.empty() ? "" : "; " + s.note) + ")";
+      });
+  py::class_<FrameReport>(module, "Report", "What the pipeline did with one frame.")
+      .def_readonly("frame_id", &FrameReport::frame_id)
+      .def_property_readonly("call_point", [](const FrameReport& r) { return to_string(r.call_point); })
+      .def_readonly("stages", &FrameReport::stages)
+      .def_readonly("notes", &FrameReport::notes, "resets, the floor, inputs that could not be used")
+      .def_readonly("features", &FrameReport::features)
+      .def_readonly("rejected", &FrameReport::rejected)
+      .def_readonly("restored", &FrameReport::restored, "judged dynamic, but brought back by the floor")
+      .def_readonly("wait_for_keyframe", &FrameReport::wait_for_keyframe,
+                    "before the first keyframe: wait with it")
+      .def_readonly("correspondence_ms", &FrameReport::correspondence_ms)
+      .def_readonly("total_ms", &FrameReport::total_ms, "in C++, without Python's own time")
+      .def("__str__", &summary_line)
+      .def("__repr__", [](const FrameReport& r) { return "Report(" + summary_line(r) + ")"; });
+}
+
+}  // namespace
+
+void bind_verdict(py::module_& module) {
+  bind_report(module);
+  const auto bytes = [](std::vector<std::uint8_t> Verdict::*member) {
+    return [member](py::object self) {
+      const auto& values = self.cast<const PyVerdict&>().verdict.*member;
+      return shown(py::dtype::of<bool>(), values.data(), values.size(), self);
+    };
+  };
+  py::class_<PyVerdict>(module, "Verdict",
+                        "The decision per feature, in the order of the keypoints. Arrays are read-only views.")
+      .def("__len__", [](const PyVerdict& v) { return v.verdict.size(); })
+      .def_property_readonly(
+          "keep",
+          [](py::object self) {
+            const auto& keep = self.cast<const PyVerdict&>().keep;
+            return shown(py::dtype::of<bool>(), keep.data(), keep.size(), self);
+          },
+          "(n,) bool: False on something that moves. Unknown features are kept.")
+      .def_property_readonly(
+          "decision",
+          [](py::object self) {
+            const auto& decision = self.cast<const PyVerdict&>().verdict.decision;
+            return shown(py::dtype::of<std::uint8_t>(), decision.data(), decision.size(), self);
+          },
+          "(n,) uint8: 0 unknown, 1 static, 2 dynamic")
+      .def_property_readonly(
+          "suspicion",
+          [](py::object self) {
+            const auto& suspicion = self.cast<const PyVerdict&>().verdict.suspicion;
+            return shown(py::dtype::of<float>(), suspicion.data(), suspicion.size(), self);
+          },
+          "(n,) float32 in [0, 1]; 0.5: no stage has an idea")
+      .def_property_readonly("prior", bytes(&Verdict::prior), "(n,) bool: a semantic stage suspects it")
+      .def_property_readonly("restored", bytes(&Verdict::restored),
+                             "(n,) bool: judged dynamic, but brought back by the floor")
+      .def_property_readonly(
+          "reason_bits",
+          [](py::object self) {
+            const auto& reasons = self.cast<const PyVerdict&>().verdict.reasons;
+            return shown(py::dtype::of<std::uint64_t>(), reasons.data(), reasons.size(), self);
+          },
+          "(n,) uint64: bit k means that stages[k] judged it dynamic")
+      .def_property_readonly("reasons", &reasons, "list of n texts such as \"epipolar+semantic_box\"; \"\": none")
+      .def_property_readonly(
+          "stages", [](const PyVerdict& v) { return stage_names(v.verdict.report); }, "names of the stages")
+      .def_property_readonly(
+          "report", [](const PyVerdict& v) -> const FrameReport& { return v.verdict.report; },
+          py::return_value_policy::reference_internal)
+      .def_property_readonly(
+          "map_points",
+          [](const PyVerdict& v) {
+            py::list list;
+            for (const MapPointVerdict& p : v.verdict.map_points)
+              list.append(py::make_tuple(p.map_point_id, static_cast<int>(p.vote), p.suspicion));
+            return list;
+          },
+          "at a keyframe: (map point id, decision, suspicion) of each feature with a map point")
+      .def("rejected_by", &rejected_by, py::arg("stage"), "(n,) bool: rejected, and this stage said so.")
+      .def("rejected_ids", &rejected_ids, py::arg("ids"),
+           "The ids of rejected features, int64. `ids`: (n,) integers of the host.")
+      .def("mask", &mask, py::arg("shape"), py::kw_only(), py::arg("radius_px") = 14.0,
+           py::arg("keep_radius_px") = 7.0, py::arg("polarity") = kDrop255,
+           "(height, width) uint8 for hosts that take a mask: discs around rejected features, none of a kept one."
+           "\n`shape`: image.shape. `radius_px`: of a disc at octave 0, 1.2 times more per octave.\n"
+           "`keep_radius_px`: a kept feature protects its surroundings up to here.\n"
+           "`polarity`: \"255_drops\" (OpenVINS, cuVSLAM) or \"0_drops\" (stella_vslam, pySLAM, Kimera-VIO).")
+      .def("depth", &depth, py::arg("depth"), py::kw_only(), py::arg("radius_px") = 14.0,
+           py::arg("keep_radius_px") = 7.0,
+           "A copy of a depth image with zero on the same discs, for hosts that drop features without depth.")
+      .def("draw", &draw, py::arg("image"),
+           "A colour copy (BGR) of a uint8 image: green kept, red rejected, yellow restored.")
+      .def("__repr__", [](const PyVerdict& v) { return "Verdict(" + summary_line(v.verdict.report) + ")"; });
+}
+
+}  // namespace dynfilter::python
