@@ -94,8 +94,7 @@ std::int64_t integer_of(const std::string& argument, py::handle value) {
 template <class T>
 py::array_t<T> array_of(const std::string& argument, py::handle value, py::ssize_t rows,
                         py::ssize_t columns) {
-  const std::string wanted =
-      std::string(kind_text<T>()) + " of shape " + shape_wanted(rows, columns);
+  const std::string wanted = std::string(kind_text<T>()) + " of shape " + shape_wanted(rows, columns);
   const py::array any = py::array::ensure(value);
   if (!any) {
     PyErr_Clear();
@@ -269,8 +268,7 @@ py::array matrix_of(const Pose& pose) {
   py::array_t<double> matrix({4, 4});
   double* m = matrix.mutable_data();
   for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t column = 0; column < 3; ++column)
-      m[4 * row + column] = pose.rotation[3 * row + column];
+    for (std::size_t column = 0; column < 3; ++column) m[4 * row + column] = pose.rotation[3 * row + column];
     m[4 * row + 3] = pose.translation_m[row];
   }
   m[12] = m[13] = m[14] = 0, m[15] = 1;

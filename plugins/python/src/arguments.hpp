@@ -92,8 +92,8 @@ py::array matrix_of(const Pose& pose);  ///< (4, 4) float64
 /// An array that owns what it shows: a reference to the image's memory, or a copy if the image does not own it.
 py::array array_of(const cv::Mat& image);
 py::array copy_of(const std::vector<float>& values);
-py::array copy_of(const std::vector<cv::Point2f>& points);  ///< (n, 2)
-py::array copy_of(const std::vector<cv::Point3f>& points);  ///< (n, 3)
+py::array copy_of(const std::vector<cv::Point2f>& points);          ///< (n, 2)
+py::array copy_of(const std::vector<cv::Point3f>& points);          ///< (n, 3)
 py::array points_of(const cv::KeyPoint* keypoints, std::size_t n);  ///< (n, 2)
 /// Read-only, shares the memory of a member of `owner`.
 py::array shown(py::dtype type, const void* data, std::size_t n, py::handle owner);

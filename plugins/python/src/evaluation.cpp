@@ -61,7 +61,8 @@ eval::AteResult ate(py::handle truth, py::handle estimate, bool scale, double ma
 }
 
 eval::RpeResult rpe(py::handle truth, py::handle estimate, double delta_s) {
-  return eval::relative_pose_error(trajectory_of("truth", truth), trajectory_of("estimate", estimate), delta_s);
+  return eval::relative_pose_error(trajectory_of("truth", truth), trajectory_of("estimate", estimate),
+                                   delta_s);
 }
 
 py::array similarity(const eval::AteResult& result) {
@@ -89,14 +90,17 @@ void bind_evaluation(py::module_& module) {
       .def_readonly("std", &ErrorStatistics::std)
       .def_readonly("min", &ErrorStatistics::min)
       .def_readonly("max", &ErrorStatistics::max);
-  py::class_<eval::AteResult>(module, "Ate", "Absolute trajectory error [m], as evaluate_ate.py of the TUM tools.")
+  py::class_<eval::AteResult>(module, "Ate",
+                              "Absolute trajectory error [m], as evaluate_ate.py of the TUM tools.")
       .def_readonly("pairs", &eval::AteResult::pairs)
       .def_readonly("error_m", &eval::AteResult::error_m)
       .def_property_readonly("rmse_m", [](const eval::AteResult& r) { return r.error_m.rmse; })
-      .def_property_readonly("timestamps", [](const eval::AteResult& r) { return values_of(r.timestamps_s); },
-                             "(pairs,) [s], of the truth")
-      .def_property_readonly("errors_m", [](const eval::AteResult& r) { return values_of(r.errors_m); },
-                             "(pairs,) distance after alignment [m]")
+      .def_property_readonly(
+          "timestamps", [](const eval::AteResult& r) { return values_of(r.timestamps_s); },
+          "(pairs,) [s], of the truth")
+      .def_property_readonly(
+          "errors_m", [](const eval::AteResult& r) { return values_of(r.errors_m); },
+          "(pairs,) distance after alignment [m]")
       .def_property_readonly("T_truth_estimate", &similarity, "(4, 4), the alignment, with its scale")
       .def_property_readonly("scale", [](const eval::AteResult& r) { return r.T_truth_estimate.scale; })
       .def("__repr__", [](const eval::AteResult& r) {

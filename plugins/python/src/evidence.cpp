@@ -18,7 +18,8 @@ namespace dynfilter::python {
 
 const Evidence& EvidenceLink::open() const {
   if (evidence == nullptr)
-    throw std::runtime_error("evidence and votes are of one frame: copy what you keep before apply() returns");
+    throw std::runtime_error(
+        "evidence and votes are of one frame: copy what you keep before apply() returns");
   return *evidence;
 }
 
@@ -148,14 +149,16 @@ void for_each(const Votes& votes, py::handle where, const Use& use) {
   const auto indices = array_of<std::int64_t>("where", where, -1);
   for (py::ssize_t k = 0; k < indices.size(); ++k) {
     const std::int64_t i = indices.at(k);
-    if (i < 0 || i >= n) throw py::value_error("where: index " + std::to_string(i) + " of " + std::to_string(n));
+    if (i < 0 || i >= n)
+      throw py::value_error("where: index " + std::to_string(i) + " of " + std::to_string(n));
     use(static_cast<std::size_t>(i), k);
   }
 }
 
 /// One suspicion for all, one per feature, or one per index.
 void cast(Votes& votes, Vote vote, py::handle where, py::handle suspicion) {
-  if (suspicion.is_none()) return for_each(votes, where, [&](std::size_t i, py::ssize_t) { votes.cast(i, vote); });
+  if (suspicion.is_none())
+    return for_each(votes, where, [&](std::size_t i, py::ssize_t) { votes.cast(i, vote); });
   if (py::isinstance<py::float_>(suspicion) || py::isinstance<py::int_>(suspicion)) {
     const auto value = suspicion.cast<float>();
     return for_each(votes, where, [&](std::size_t i, py::ssize_t) { votes.cast(i, vote, value); });
@@ -234,13 +237,15 @@ void bind_votes(py::module_& module) {
   py::class_<PyVotes>(module, "Votes", "One vote per feature. All are unknown at first, and unknown is kept.")
       .def("__len__", [](const PyVotes& self) { return self.get().size(); })
       .def("dynamic", cast_as(Vote::Dynamic), py::arg("where"), py::arg("suspicion") = py::none(),
-           "`where`: (n,) bool, or indices. `suspicion`: in [0, 1], a number, or an array as long as `where`;\n"
+           "`where`: (n,) bool, or indices. `suspicion`: in [0, 1], a number, or an array as long as "
+           "`where`;\n"
            "1 without it. The floor restores the least suspicious features first.")
       .def("static", cast_as(Vote::Static), py::arg("where"), py::arg("suspicion") = py::none(),
            "As dynamic(); the suspicion is 0 without one.")
-      .def("by_distance", &by_distance, py::arg("distance"), py::arg("limit"),
-           "Dynamic where the distance is above the limit, static where it is not, unknown where one is NaN.\n"
-           "`distance`: (n,). `limit`: a number or (n,). Suspicion: distance / (distance + limit).")
+      .def(
+          "by_distance", &by_distance, py::arg("distance"), py::arg("limit"),
+          "Dynamic where the distance is above the limit, static where it is not, unknown where one is NaN.\n"
+          "`distance`: (n,). `limit`: a number or (n,). Suspicion: distance / (distance + limit).")
       .def(
           "suspect",
           [](const PyVotes& self, py::handle where) {
@@ -268,10 +273,11 @@ void bind_evidence(py::module_& module) {
   bind_match(module);
   bind_votes(module);
   using Self = PyEvidence;
-  py::class_<Self>(module, "Evidence",
-                   "What a filter may know of the current frame. Arrays have one entry per feature and are "
-                   "copies;\nimages are read-only views. Measurements are computed at the first call, once per "
-                   "frame, for all filters.")
+  py::class_<Self>(
+      module, "Evidence",
+      "What a filter may know of the current frame. Arrays have one entry per feature and are "
+      "copies;\nimages are read-only views. Measurements are computed at the first call, once per "
+      "frame, for all filters.")
       .def("__len__", [](const Self& e) { return e.get().size(); })
       .def_property_readonly("frame_id", [](const Self& e) { return e.frame().id; })
       .def_property_readonly(
@@ -341,7 +347,8 @@ void bind_evidence(py::module_& module) {
       .def("host_motion", &host_motion, py::arg("match"),
            "(4, 4) T_now_then of the camera from the host's poses; None: it gave none.")
       .def("tracks", &tracks, py::arg("max_length"),
-           "(n, max_length + 1, 2) float32: undistorted pixels, [:, k] is k frames ago; NaN: before the track.\n"
+           "(n, max_length + 1, 2) float32: undistorted pixels, [:, k] is k frames ago; NaN: before the "
+           "track.\n"
            "Ask for it in every frame.");
 }
 

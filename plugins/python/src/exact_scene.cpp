@@ -91,8 +91,12 @@ MovingBox make_mover(int points, const Eigen::Vector3d& at_m, const Eigen::Vecto
                      const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& half_size_m, int still_until,
                      const std::string& class_name) {
   MovingBox box(points);
-  return box.at(at_m).moving(step_m).turning(turn_rad).half_size(half_size_m).still_until(still_until).named(
-      class_name);
+  return box.at(at_m)
+      .moving(step_m)
+      .turning(turn_rad)
+      .half_size(half_size_m)
+      .still_until(still_until)
+      .named(class_name);
 }
 
 py::array keypoints_of(const std::vector<cv::KeyPoint>& keypoints) {
@@ -176,7 +180,8 @@ void bind_score(py::module_& module) {
       .def_readonly("static_count", &Score::static_count)
       .def_readonly("static_lost", &Score::static_lost, "static features that were voted dynamic")
       .def_property_readonly("recall", &Score::recall, "share of the dynamic features that are found")
-      .def_property_readonly("precision", &Score::precision, "share of the rejected features that are dynamic")
+      .def_property_readonly("precision", &Score::precision,
+                             "share of the rejected features that are dynamic")
       .def_property_readonly("static_kept", &Score::static_kept, "share of the static features that are kept")
       .def(
           "add",
@@ -204,21 +209,27 @@ void bind_exact_frame(py::module_& module) {
       .def_readonly("id", &ExactFrame::id)
       .def_readonly("timestamp", &ExactFrame::timestamp_s, "[s]")
       .def_readonly("camera", &ExactFrame::camera)
-      .def_property_readonly("pose", [](const ExactFrame& f) { return matrix_of(f.T_world_camera); },
-                             "(4, 4) true T_world_camera")
+      .def_property_readonly(
+          "pose", [](const ExactFrame& f) { return matrix_of(f.T_world_camera); },
+          "(4, 4) true T_world_camera")
       .def_property_readonly(
           "keypoints", [](const ExactFrame& f) { return points_of(f.keypoints.data(), f.size()); },
           "(n, 2) float32, distorted pixels")
-      .def_property_readonly("depth_m", [](const ExactFrame& f) { return values_of(f.depth_m); },
-                             "(n,) float32 [m]; empty for a mono scene")
-      .def_property_readonly("point", [](const ExactFrame& f) { return values_of(f.point); },
-                             "(n,) int32, point of the scene, the same in all frames")
-      .def_property_readonly("label", [](const ExactFrame& f) { return values_of(f.label); },
-                             "(n,) int32: 0 static background, k: mover k, moving or not")
-      .def_property_readonly("dynamic", [](const ExactFrame& f) { return truth_is(f, synth::Truth::Dynamic); },
-                             "(n,) bool: moved more than 10 mm and 1 px over the last frames")
-      .def_property_readonly("static", [](const ExactFrame& f) { return truth_is(f, synth::Truth::Static); },
-                             "(n,) bool: did not move at all")
+      .def_property_readonly(
+          "depth_m", [](const ExactFrame& f) { return values_of(f.depth_m); },
+          "(n,) float32 [m]; empty for a mono scene")
+      .def_property_readonly(
+          "point", [](const ExactFrame& f) { return values_of(f.point); },
+          "(n,) int32, point of the scene, the same in all frames")
+      .def_property_readonly(
+          "label", [](const ExactFrame& f) { return values_of(f.label); },
+          "(n,) int32: 0 static background, k: mover k, moving or not")
+      .def_property_readonly(
+          "dynamic", [](const ExactFrame& f) { return truth_is(f, synth::Truth::Dynamic); },
+          "(n,) bool: moved more than 10 mm and 1 px over the last frames")
+      .def_property_readonly(
+          "static", [](const ExactFrame& f) { return truth_is(f, synth::Truth::Static); },
+          "(n,) bool: did not move at all")
       .def_property_readonly(
           "mismatched",
           [](const ExactFrame& f) {
@@ -235,9 +246,9 @@ void bind_exact_scene(py::module_& module) {
   const Eigen::Vector3d none(0, 0, 0);
   py::class_<MovingBox>(module, "MovingBox", "A rigid box of points that moves.")
       .def(py::init(&make_mover), py::arg("points") = 60, py::kw_only(),
-           py::arg("at_m") = Eigen::Vector3d(0.3, 0, 2.5), py::arg("step_m") = none, py::arg("turn_rad") = none,
-           py::arg("half_size_m") = Eigen::Vector3d(0.25, 0.5, 0.15), py::arg("still_until") = 0,
-           py::arg("class_name") = "person",
+           py::arg("at_m") = Eigen::Vector3d(0.3, 0, 2.5), py::arg("step_m") = none,
+           py::arg("turn_rad") = none, py::arg("half_size_m") = Eigen::Vector3d(0.25, 0.5, 0.15),
+           py::arg("still_until") = 0, py::arg("class_name") = "person",
            "`at_m`: centre at frame 0 in the world (x right, y down, z forward).\n"
            "`step_m`, `turn_rad`: motion per frame, which begins after frame `still_until`.\n"
            "`class_name`: what a detector calls it.");
@@ -245,32 +256,33 @@ void bind_exact_scene(py::module_& module) {
   bind_score(module);
   py::class_<ExactScene>(module, "ExactScene",
                          "A small scene without images and with exact truth. Deterministic per seed.")
-      .def(py::init([](std::optional<std::string> preset, std::optional<int> points,
-                       std::optional<std::uint64_t> seed, std::optional<std::vector<MovingBox>> movers,
-                       std::optional<std::string> camera_motion, std::optional<int> gap, Number pixel_noise_px,
-                       Number depth_noise_m, Number missing_depth, Number mismatches, Number missing_matches,
-                       bool planar, bool mono, bool boxes, std::optional<int> late_boxes, bool poses,
-                       bool descriptors, bool map_points, bool matches) {
-             return make_scene(preset, {points, late_boxes, gap, seed, std::move(camera_motion),
-                                        std::move(movers), pixel_noise_px, depth_noise_m, missing_depth,
-                                        mismatches, missing_matches, planar, mono, boxes, poses, descriptors,
-                                        map_points, matches});
-           }),
-           py::arg("preset") = py::none(), py::kw_only(), py::arg("points") = py::none(),
-           py::arg("seed") = py::none(), py::arg("movers") = py::none(), py::arg("camera_motion") = py::none(),
-           py::arg("gap") = py::none(), py::arg("pixel_noise_px") = py::none(),
-           py::arg("depth_noise_m") = py::none(), py::arg("missing_depth") = py::none(),
-           py::arg("mismatches") = py::none(), py::arg("missing_matches") = py::none(),
-           py::arg("planar") = false, py::arg("mono") = false, py::arg("boxes") = false,
-           py::arg("late_boxes") = py::none(), py::arg("poses") = false, py::arg("descriptors") = false,
-           py::arg("map_points") = false, py::arg("matches") = true,
-           "`preset`: one of exact_scene_names(), or None for 300 static points.\n"
-           "`movers`: are added. `gap`: frames between a frame and the reference of its matches.\n"
-           "`camera_motion`: none, general, sideways, forward, pure_rotation or small_baseline.\n"
-           "`depth_noise_m`: sigma at 1 m, grows with the square of the depth; 0.0014 for a Kinect.\n"
-           "`missing_depth`, `mismatches`, `missing_matches`: shares in [0, 1].\n"
-           "`boxes`, `poses`, `descriptors`, `map_points`: inputs that frames then have.\n"
-           "`late_boxes`: boxes are of that many frames before.")
+      .def(
+          py::init([](std::optional<std::string> preset, std::optional<int> points,
+                      std::optional<std::uint64_t> seed, std::optional<std::vector<MovingBox>> movers,
+                      std::optional<std::string> camera_motion, std::optional<int> gap, Number pixel_noise_px,
+                      Number depth_noise_m, Number missing_depth, Number mismatches, Number missing_matches,
+                      bool planar, bool mono, bool boxes, std::optional<int> late_boxes, bool poses,
+                      bool descriptors, bool map_points, bool matches) {
+            return make_scene(
+                preset, {points, late_boxes, gap, seed, std::move(camera_motion), std::move(movers),
+                         pixel_noise_px, depth_noise_m, missing_depth, mismatches, missing_matches, planar,
+                         mono, boxes, poses, descriptors, map_points, matches});
+          }),
+          py::arg("preset") = py::none(), py::kw_only(), py::arg("points") = py::none(),
+          py::arg("seed") = py::none(), py::arg("movers") = py::none(), py::arg("camera_motion") = py::none(),
+          py::arg("gap") = py::none(), py::arg("pixel_noise_px") = py::none(),
+          py::arg("depth_noise_m") = py::none(), py::arg("missing_depth") = py::none(),
+          py::arg("mismatches") = py::none(), py::arg("missing_matches") = py::none(),
+          py::arg("planar") = false, py::arg("mono") = false, py::arg("boxes") = false,
+          py::arg("late_boxes") = py::none(), py::arg("poses") = false, py::arg("descriptors") = false,
+          py::arg("map_points") = false, py::arg("matches") = true,
+          "`preset`: one of exact_scene_names(), or None for 300 static points.\n"
+          "`movers`: are added. `gap`: frames between a frame and the reference of its matches.\n"
+          "`camera_motion`: none, general, sideways, forward, pure_rotation or small_baseline.\n"
+          "`depth_noise_m`: sigma at 1 m, grows with the square of the depth; 0.0014 for a Kinect.\n"
+          "`missing_depth`, `mismatches`, `missing_matches`: shares in [0, 1].\n"
+          "`boxes`, `poses`, `descriptors`, `map_points`: inputs that frames then have.\n"
+          "`late_boxes`: boxes are of that many frames before.")
       .def(
           "frame",
           [](const ExactScene& scene, int k) {
@@ -278,7 +290,7 @@ void bind_exact_scene(py::module_& module) {
             return scene.frame(k);
           },
           py::arg("k"), "Frame k, 0 or more. Frames can be asked for in any order.")
-      .def_property_readonly("camera", &ExactScene::camera);
+      .def_property_readonly("camera", [](const ExactScene& scene) { return scene.camera(); });
   module.def("exact_scene_names", &preset_names, "Scenes that are known to be difficult.");
   module.def("_judge", &judge, py::arg("filter"), py::arg("scene"), py::arg("frame"));
 }

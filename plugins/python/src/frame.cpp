@@ -12,8 +12,8 @@
 namespace dynfilter::python {
 namespace {
 
-Camera make_camera(double fx_px, double fy_px, double cx_px, double cy_px, py::handle distortion, int width_px,
-                   int height_px, double baseline_fx_px_m) {
+Camera make_camera(double fx_px, double fy_px, double cx_px, double cy_px, py::handle distortion,
+                   int width_px, int height_px, double baseline_fx_px_m) {
   Camera camera;
   camera.fx_px = fx_px, camera.fy_px = fy_px, camera.cx_px = cx_px, camera.cy_px = cy_px;
   camera.width_px = width_px, camera.height_px = height_px, camera.baseline_fx_px_m = baseline_fx_px_m;

@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <atomic>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/pipeline/compose.hpp>
@@ -72,8 +73,7 @@ struct FrameData {
 
   template <class T>
   Span<const T> per_feature(const char* name, py::handle value, py::ssize_t columns = 0) {
-    const auto array =
-        python::array_of<T>(name, value, static_cast<py::ssize_t>(keypoints.size()), columns);
+    const auto array = python::array_of<T>(name, value, static_cast<py::ssize_t>(keypoints.size()), columns);
     kept.push_back(array);
     return {array.data(), keypoints.size()};
   }
@@ -81,8 +81,8 @@ struct FrameData {
 
 /// The arguments of before_pose(), in their order.
 struct FrameArguments {
-  py::handle keypoints, timestamp, frame_id, octaves, keypoints_undistorted, descriptors, depth_m, grey, depth,
-      depth_unit_m, camera, pose, pose_kind, boxes, boxes_frame_id, mask, mask_frame_id, matches,
+  py::handle keypoints, timestamp, frame_id, octaves, keypoints_undistorted, descriptors, depth_m, right_u_px,
+      grey, depth, depth_unit_m, camera, pose, pose_kind, boxes, boxes_frame_id, mask, mask_frame_id, matches,
       matches_frame_id, map_point_ids, map_points_m, keyframes, min_features;
 };
 
@@ -118,9 +118,7 @@ class PyPipeline {
     last_id_.reset();
   }
   const std::string& name() const { return pipeline_.name(); }
-  std::string needs() const {
-    return to_string(pipeline_.needs().required | pipeline_.needs().optional);
-  }
+  std::string needs() const { return to_string(pipeline_.needs().required | pipeline_.needs().optional); }
   std::string tree() const {
     std::string text;
     for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
@@ -162,7 +160,9 @@ class PyPipeline {
   std::int64_t frame_id(py::handle given, double timestamp_s) {
     const std::int64_t same = last_id_.value_or(0);
     const bool is_new = !last_id_ || timestamp_s != last_timestamp_s_;
-    const std::int64_t id = !given.is_none() ? integer_of("frame_id", given) : last_id_ && is_new ? same + 1 : same;
+    const std::int64_t id = !given.is_none()     ? integer_of("frame_id", given)
+                            : last_id_ && is_new ? same + 1
+                                                 : same;
     if (!last_id_ || id != *last_id_) previous_id_ = last_id_;
     last_id_ = id, last_timestamp_s_ = timestamp_s;
     return id;
@@ -176,6 +176,7 @@ class PyPipeline {
       view.keypoints_undistorted = {data_.undistorted.data(), data_.undistorted.size()};
     }
     if (!a.depth_m.is_none()) view.depth_m = data_.per_feature<float>("depth_m", a.depth_m);
+    if (!a.right_u_px.is_none()) view.right_u_px = data_.per_feature<float>("right_u_px", a.right_u_px);
     if (!a.map_point_ids.is_none())
       view.map_point_ids = data_.per_feature<std::int64_t>("map_point_ids", a.map_point_ids);
     if (!a.map_points_m.is_none()) {
@@ -230,8 +231,9 @@ class PyPipeline {
   void fill_matches(const FrameArguments& a) {
     if (a.matches.is_none()) return;
     const Span<const std::int32_t> index = data_.per_feature<std::int32_t>("matches", a.matches);
-    const std::int64_t reference = !a.matches_frame_id.is_none() ? integer_of("matches_frame_id", a.matches_frame_id)
-                                                                 : previous_id_.value_or(-1);
+    const std::int64_t reference = !a.matches_frame_id.is_none()
+                                       ? integer_of("matches_frame_id", a.matches_frame_id)
+                                       : previous_id_.value_or(-1);
     data_.view.matches = HostMatches{reference, index};
   }
 
@@ -246,17 +248,17 @@ class PyPipeline {
 template <CallPoint kPoint>
 std::unique_ptr<PyVerdict> call(PyPipeline& self, py::handle keypoints, py::handle timestamp,
                                 py::handle frame_id, py::handle octaves, py::handle keypoints_undistorted,
-                                py::handle descriptors, py::handle depth_m, py::handle grey, py::handle depth,
-                                py::handle depth_unit_m, py::handle camera, py::handle pose,
-                                py::handle pose_kind, py::handle boxes, py::handle boxes_frame_id,
-                                py::handle mask, py::handle mask_frame_id, py::handle matches,
-                                py::handle matches_frame_id, py::handle map_point_ids,
+                                py::handle descriptors, py::handle depth_m, py::handle right_u_px,
+                                py::handle grey, py::handle depth, py::handle depth_unit_m, py::handle camera,
+                                py::handle pose, py::handle pose_kind, py::handle boxes,
+                                py::handle boxes_frame_id, py::handle mask, py::handle mask_frame_id,
+                                py::handle matches, py::handle matches_frame_id, py::handle map_point_ids,
                                 py::handle map_points_m, py::handle keyframes, py::handle min_features) {
-  return self.process({keypoints,     timestamp,    frame_id,      octaves,       keypoints_undistorted,
-                       descriptors,   depth_m,      grey,          depth,         depth_unit_m,
-                       camera,        pose,         pose_kind,     boxes,         boxes_frame_id,
-                       mask,          mask_frame_id, matches,      matches_frame_id, map_point_ids,
-                       map_points_m,  keyframes,    min_features},
+  return self.process({keypoints,      timestamp,    frame_id,      octaves,     keypoints_undistorted,
+                       descriptors,    depth_m,      right_u_px,    grey,        depth,
+                       depth_unit_m,   camera,       pose,          pose_kind,   boxes,
+                       boxes_frame_id, mask,         mask_frame_id, matches,     matches_frame_id,
+                       map_point_ids,  map_points_m, keyframes,     min_features},
                       kPoint);
 }
 
@@ -267,13 +269,15 @@ constexpr const char* kCallDoc =
     "frame_id: by default frames are counted: a new timestamp is a new frame.\n"
     "octaves: (n,) integers. keypoints_undistorted: as keypoints; computed from the camera without.\n"
     "descriptors: (n, bytes) uint8. depth_m: (n,) float32 [m]; NaN, 0 and less: none.\n"
+    "right_u_px: (n,) float32, stereo: column of the match in the rectified right image; NaN: none.\n"
     "grey: (height, width) uint8. depth: (height, width) float32 or uint16, in units of depth_unit_m [m].\n"
     "camera: Camera or (3, 3) matrix. pose: (4, 4) T_world_camera.\n"
     "pose_kind: \"predicted\" (default before the pose), \"estimated\" (default later) or \"refined\".\n"
     "boxes: list of Detection; [] means that the detector found nothing, None that no result came.\n"
     "mask: (height, width) uint8 or bool, 0: background.\n"
     "boxes_frame_id, mask_frame_id: the frame that they were computed on; by default this one.\n"
-    "matches: (n,) integers, index of each feature in frame matches_frame_id (by default the one before); -1: "
+    "matches: (n,) integers, index of each feature in frame matches_frame_id (by default the one before); "
+    "-1: "
     "none.\n"
     "map_point_ids: (n,) integers, -1: none. map_points_m: (n, 3) in the world.\n"
     "keyframes: list of Keyframe that share map points, at a keyframe.\n"
@@ -286,25 +290,37 @@ void def_call(py::class_<PyPipeline>& type, const char* name) {
   const py::none none;
   type.def(name, &call<kPoint>, py::arg("keypoints"), py::kw_only(), py::arg("timestamp"),
            py::arg("frame_id") = none, py::arg("octaves") = none, py::arg("keypoints_undistorted") = none,
-           py::arg("descriptors") = none, py::arg("depth_m") = none, py::arg("grey") = none,
-           py::arg("depth") = none, py::arg("depth_unit_m") = none, py::arg("camera") = none,
-           py::arg("pose") = none, py::arg("pose_kind") = none, py::arg("boxes") = none,
-           py::arg("boxes_frame_id") = none, py::arg("mask") = none, py::arg("mask_frame_id") = none,
-           py::arg("matches") = none, py::arg("matches_frame_id") = none, py::arg("map_point_ids") = none,
-           py::arg("map_points_m") = none, py::arg("keyframes") = py::tuple(), py::arg("min_features") = 0,
-           kCallDoc);
+           py::arg("descriptors") = none, py::arg("depth_m") = none, py::arg("right_u_px") = none,
+           py::arg("grey") = none, py::arg("depth") = none, py::arg("depth_unit_m") = none,
+           py::arg("camera") = none, py::arg("pose") = none, py::arg("pose_kind") = none,
+           py::arg("boxes") = none, py::arg("boxes_frame_id") = none, py::arg("mask") = none,
+           py::arg("mask_frame_id") = none, py::arg("matches") = none, py::arg("matches_frame_id") = none,
+           py::arg("map_point_ids") = none, py::arg("map_points_m") = none,
+           py::arg("keyframes") = py::tuple(), py::arg("min_features") = 0, kCallDoc);
 }
 
 }  // namespace
 
+PipelineConfig config_of(const std::string& source, const Registry& registry) {
+  const std::vector<std::string> presets = preset_names(preset_folders());
+  const bool is_preset = std::find(presets.begin(), presets.end(), source) != presets.end();
+  const Registry::Entry* filter = is_preset ? nullptr : registry.find(source);
+  if (filter == nullptr) return load_pipeline(source, registry, preset_folders());
+  PipelineConfig config;
+  config.name = source;
+  config.before_pose = stage(filter->make(YamlNode()));
+  return config;
+}
+
 PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& link) {
   if (py::hasattr(source, "__fspath__")) return config_of(source.attr("__fspath__")(), link);
   if (py::isinstance<py::str>(source))
-    return load_pipeline(source.cast<std::string>(), registry(link), preset_folders());
+    return config_of(source.cast<std::string>(), registry(link));
   if (!py::isinstance(source, py::module_::import("dynfilter.filters").attr("Filter")))
-    refuse("source", "a preset, a file, YAML text or a dynfilter.Filter", source);
+    refuse("source", "a preset, a filter's name, a file, YAML text or a dynfilter.Filter", source);
   PipelineConfig config;
-  config.before_pose = stage(std::make_unique<PythonFilter>(py::reinterpret_borrow<py::object>(source), link));
+  config.before_pose =
+      stage(std::make_unique<PythonFilter>(py::reinterpret_borrow<py::object>(source), link));
   config.name = source.attr("name").cast<std::string>();
   return config;
 }
@@ -319,7 +335,7 @@ void bind_pipeline(py::module_& module) {
                               "Judges the features of one camera stream, from one thread at a time. The GIL "
                               "is released.");
   type.def(py::init<py::handle>(), py::arg("source"),
-           "`source`: a preset's name, the path of a file, YAML text, or an object of dynfilter.Filter.\n"
+           "`source`: a preset's name, a filter's name, the path of a file, YAML text, or an object of dynfilter.Filter.\n"
            "Raises ConfigError with the YAML path.");
   def_call<CallPoint::BeforePose>(type, "before_pose");
   def_call<CallPoint::AfterPose>(type, "after_pose");

@@ -3,13 +3,16 @@
 
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <memory>
+#include <string>
 
 #include "arguments.hpp"
 #include "python_filter.hpp"
 
 namespace dynfilter::python {
 
-/// A pipeline from a preset's name, a file, YAML text or an object of dynfilter.Filter.
+/// A pipeline from a preset's name, a file or YAML text, or of one filter with its default parameters.
+PipelineConfig config_of(const std::string& source, const Registry& registry);
+/// A pipeline from a preset's name, a filter's name, a file, YAML text or an object of dynfilter.Filter.
 PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& link);
 
 }  // namespace dynfilter::python

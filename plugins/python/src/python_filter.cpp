@@ -24,10 +24,11 @@ struct PythonField {
 };
 
 const std::pair<const char*, Input> kInputs[] = {
-    {"grey", Input::GreyImage},          {"depth", Input::Depth},          {"camera", Input::Camera},
-    {"pose", Input::Pose},               {"boxes", Input::Detections},     {"mask", Input::Mask},
-    {"descriptors", Input::Descriptors}, {"map_points", Input::MapPoints}, {"keyframes", Input::Keyframes},
-    {"matches", Input::Correspondence}};
+    {"grey", Input::GreyImage},          {"depth", Input::Depth},
+    {"camera", Input::Camera},           {"pose", Input::Pose},
+    {"boxes", Input::Detections},        {"mask", Input::Mask},
+    {"descriptors", Input::Descriptors}, {"map_points", Input::MapPoints},
+    {"keyframes", Input::Keyframes},     {"matches", Input::Correspondence}};
 
 Input input_of(const std::string& name) {
   std::string known;
@@ -36,12 +37,6 @@ Input input_of(const std::string& name) {
     known += (known.empty() ? "" : ", ") + std::string(word);
   }
   throw py::value_error("needs: expected some of " + known + ", got `" + name + "`");
-}
-
-Input inputs_of(py::handle names) {
-  Input inputs = Input::None;
-  for (const py::handle name : names) inputs = inputs | input_of(name.cast<std::string>());
-  return inputs;
 }
 
 Needs needs_of(py::handle filter_class) {
@@ -53,11 +48,10 @@ std::vector<PythonField> fields_of(py::handle filter_class) {
   std::vector<PythonField> fields;
   for (const py::handle f : filter_class.attr("_fields")()) {
     const auto text = [&](const char* key) { return f.attr(key).cast<std::string>(); };
-    fields.push_back(
-        {{text("name"), text("kind"), text("unit"), text("default"), text("range"), text("doc")},
-         f.attr("min").cast<double>(),
-         f.attr("max").cast<double>(),
-         f.attr("choices").cast<std::vector<std::string>>()});
+    fields.push_back({{text("name"), text("kind"), text("unit"), text("default"), text("range"), text("doc")},
+                      f.attr("min").cast<double>(),
+                      f.attr("max").cast<double>(),
+                      f.attr("choices").cast<std::vector<std::string>>()});
   }
   return fields;
 }
@@ -125,6 +119,12 @@ py::object made(const py::object& filter_class, const YamlNode& node) {
 }
 
 }  // namespace
+
+Input inputs_of(py::handle names) {
+  Input inputs = Input::None;
+  for (const py::handle name : names) inputs = inputs | input_of(name.cast<std::string>());
+  return inputs;
+}
 
 PythonFilter::PythonFilter(py::object object, std::shared_ptr<FilterLink> link)
     : object_(std::move(object)),

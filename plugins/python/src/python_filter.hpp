@@ -8,6 +8,7 @@
 #include <exception>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "arguments.hpp"
 
@@ -49,6 +50,9 @@ class PythonFilter final : public Filter {
 
 /// The filters of the toolkit, those of loaded plugins and those written in Python.
 Registry registry(const std::shared_ptr<FilterLink>& link);
+
+/// Names of inputs as Python filters write them. Raises ValueError that lists them.
+Input inputs_of(py::handle names);
 
 /// What a Python filter's class says of itself.
 FilterCard card_of(py::handle filter_class);

@@ -3,8 +3,8 @@
 
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/tum_sequence.hpp>
-#include <dynfilter/synth/scenes.hpp>
-#include <dynfilter/synth/sequence.hpp>
+#include <dynfilter/render/scenes.hpp>
+#include <dynfilter/render/sequence.hpp>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -49,9 +49,9 @@ py::dict loaded(const io::TumSequence& sequence, std::int64_t index) {
   return out;
 }
 
-py::dict rendered(synth::SequenceRenderer& renderer, std::int64_t index) {
+py::dict rendered(render::SequenceRenderer& renderer, std::int64_t index) {
   const std::size_t i = checked_index(index, static_cast<std::size_t>(renderer.size()));
-  synth::RenderedFrame frame;
+  render::RenderedFrame frame;
   cv::Mat grey;
   {
     const py::gil_scoped_release no_gil;
@@ -63,7 +63,7 @@ py::dict rendered(synth::SequenceRenderer& renderer, std::int64_t index) {
   out["colour"] = array_of(frame.colour);
   out["grey"] = array_of(grey);
   out["depth"] = array_of(frame.depth);
-  out["depth_unit_m"] = 1 / synth::kDepthUnitsPerM;
+  out["depth_unit_m"] = 1 / render::kDepthUnitsPerM;
   out["truth"] = array_of(frame.truth.dynamic);
   out["labels"] = array_of(frame.truth.labels);
   out["mask"] = array_of(frame.truth.person);
@@ -75,16 +75,16 @@ py::dict rendered(synth::SequenceRenderer& renderer, std::int64_t index) {
   return out;
 }
 
-std::unique_ptr<synth::SequenceRenderer> make_renderer(const std::string& scene, int frames,
-                                                       std::uint64_t seed, double rate_hz, bool motion_blur,
-                                                       bool exposure_variation, double image_noise,
-                                                       bool perfect_depth, int late_boxes) {
-  synth::SequenceOptions options;
+std::unique_ptr<render::SequenceRenderer> make_renderer(const std::string& scene, int frames,
+                                                        std::uint64_t seed, double rate_hz, bool motion_blur,
+                                                        bool exposure_variation, double image_noise,
+                                                        bool perfect_depth, int late_boxes) {
+  render::SequenceOptions options;
   options.scene = scene, options.frames = frames, options.seed = seed, options.rate_hz = rate_hz;
   options.motion_blur = motion_blur, options.exposure_variation = exposure_variation;
   options.image_noise = image_noise, options.perfect_depth = perfect_depth;
   options.detector.late_frames = late_boxes;
-  return std::make_unique<synth::SequenceRenderer>(options);
+  return std::make_unique<render::SequenceRenderer>(options);
 }
 
 io::TumSequence open_tum(const std::string& folder, const std::optional<Camera>& camera) {
@@ -100,7 +100,8 @@ void bind_sequences(py::module_& module) {
       .def(py::init(&open_tum), py::arg("folder"), py::arg("camera") = py::none())
       .def("__len__", &io::TumSequence::size)
       .def("load", &loaded, py::arg("i"))
-      .def("timestamp", [](const io::TumSequence& s, std::size_t i) { return s.timestamp_s(i); }, py::arg("i"))
+      .def(
+          "timestamp", [](const io::TumSequence& s, std::size_t i) { return s.timestamp_s(i); }, py::arg("i"))
       .def("image_name", &io::TumSequence::image_name, py::arg("i"))
       .def("ground_truth",
            [](const io::TumSequence& s) {
@@ -111,18 +112,22 @@ void bind_sequences(py::module_& module) {
       .def_property_readonly("name", &io::TumSequence::name)
       .def_property_readonly("has_labels", &io::TumSequence::has_labels)
       .def_property_readonly("notes", &io::TumSequence::notes);
-  py::class_<synth::SequenceRenderer>(module, "_Renderer")
+  py::class_<render::SequenceRenderer>(module, "_Renderer")
       .def(py::init(&make_renderer), py::arg("scene"), py::arg("frames"), py::arg("seed"), py::arg("rate_hz"),
            py::arg("motion_blur"), py::arg("exposure_variation"), py::arg("image_noise"),
            py::arg("perfect_depth"), py::arg("late_boxes"))
-      .def("__len__", &synth::SequenceRenderer::size)
+      .def("__len__", &render::SequenceRenderer::size)
       .def("load", &rendered, py::arg("i"))
-      .def("timestamp", [](const synth::SequenceRenderer& r, int i) { return r.timestamp_s(i); }, py::arg("i"))
-      .def("pose", [](const synth::SequenceRenderer& r, int i) { return matrix_of(r.pose(i)); }, py::arg("i"))
-      .def_property_readonly("camera", &synth::SequenceRenderer::calibration);
-  module.def("scene_names", &synth::scene_names, "Scenes that render() draws.");
+      .def(
+          "timestamp", [](const render::SequenceRenderer& r, int i) { return r.timestamp_s(i); },
+          py::arg("i"))
+      .def(
+          "pose", [](const render::SequenceRenderer& r, int i) { return matrix_of(r.pose(i)); }, py::arg("i"))
+      .def_property_readonly("camera", &render::SequenceRenderer::calibration);
+  module.def("scene_names", &render::scene_names, "Scenes that render() draws.");
   module.def(
-      "_read_mask", [](const std::string& path) { return array_of(io::read_image(path, cv::IMREAD_GRAYSCALE)); },
+      "_read_mask",
+      [](const std::string& path) { return array_of(io::read_image(path, cv::IMREAD_GRAYSCALE)); },
       py::arg("path"));
 }
 

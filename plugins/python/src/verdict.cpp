@@ -125,6 +125,9 @@ void bind_report(py::module_& module) {
 }  // namespace
 
 void bind_verdict(py::module_& module) {
+  module.attr("UNKNOWN") = static_cast<int>(Vote::Unknown);
+  module.attr("STATIC") = static_cast<int>(Vote::Static);
+  module.attr("DYNAMIC") = static_cast<int>(Vote::Dynamic);
   bind_report(module);
   const auto bytes = [](std::vector<std::uint8_t> Verdict::*member) {
     return [member](py::object self) {
@@ -132,8 +135,9 @@ void bind_verdict(py::module_& module) {
       return shown(py::dtype::of<bool>(), values.data(), values.size(), self);
     };
   };
-  py::class_<PyVerdict>(module, "Verdict",
-                        "The decision per feature, in the order of the keypoints. Arrays are read-only views.")
+  py::class_<PyVerdict>(
+      module, "Verdict",
+      "The decision per feature, in the order of the keypoints. Arrays are read-only views.")
       .def("__len__", [](const PyVerdict& v) { return v.verdict.size(); })
       .def_property_readonly(
           "keep",
@@ -166,7 +170,8 @@ void bind_verdict(py::module_& module) {
             return shown(py::dtype::of<std::uint64_t>(), reasons.data(), reasons.size(), self);
           },
           "(n,) uint64: bit k means that stages[k] judged it dynamic")
-      .def_property_readonly("reasons", &reasons, "list of n texts such as \"epipolar+semantic_box\"; \"\": none")
+      .def_property_readonly("reasons", &reasons,
+                             "list of n texts such as \"epipolar+semantic_box\"; \"\": none")
       .def_property_readonly(
           "stages", [](const PyVerdict& v) { return stage_names(v.verdict.report); }, "names of the stages")
       .def_property_readonly(
@@ -186,7 +191,8 @@ void bind_verdict(py::module_& module) {
            "The ids of rejected features, int64. `ids`: (n,) integers of the host.")
       .def("mask", &mask, py::arg("shape"), py::kw_only(), py::arg("radius_px") = 14.0,
            py::arg("keep_radius_px") = 7.0, py::arg("polarity") = kDrop255,
-           "(height, width) uint8 for hosts that take a mask: discs around rejected features, none of a kept one."
+           "(height, width) uint8 for hosts that take a mask: discs around rejected features, none of a kept "
+           "one."
            "\n`shape`: image.shape. `radius_px`: of a disc at octave 0, 1.2 times more per octave.\n"
            "`keep_radius_px`: a kept feature protects its surroundings up to here.\n"
            "`polarity`: \"255_drops\" (OpenVINS, cuVSLAM) or \"0_drops\" (stella_vslam, pySLAM, Kimera-VIO).")

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""Rejectors of features on moving objects for visual SLAM.
+
+::
+
+    pipeline = dynfilter.Pipeline("dynfilter")
+    verdict = pipeline.before_pose(keypoints, timestamp=t, grey=grey, depth=depth, depth_unit_m=1 / 5000, camera=K)
+    keypoints = keypoints[verdict.keep]
+"""
+
+from ._core import (
+    DYNAMIC,
+    STATIC,
+    UNKNOWN,
+    Ate,
+    Camera,
+    Detection,
+    Evidence,
+    ExactFrame,
+    ExactScene,
+    FilterCard,
+    Keyframe,
+    MapReport,
+    Match,
+    MovingBox,
+    Parameter,
+    Pipeline,
+    Report,
+    Rpe,
+    Score,
+    StageReport,
+    StaticMap,
+    Statistics,
+    TwoView,
+    Verdict,
+    Votes,
+    __version__,
+    ate,
+    exact_scene_names,
+    filter_cards,
+    has_odometry,
+    keypoint_type,
+    load_plugin,
+    presets,
+    read_camera,
+    read_detections,
+    read_trajectory,
+    rpe,
+    scene_names,
+    write_trajectory,
+)
+from .compare import Comparison, Judgement, Run, compare, judge, run, run_scene
+from .errors import ConfigError, Error, IoError, PluginError
+from .filters import Filter, param
+from .sequences import Frame, RenderedSequence, Sequence, TumSequence, render
+
+if has_odometry:
+    from ._core import Classification, Odometry, Track
+
+__all__ = [name for name in dir() if not name.startswith("_")]

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: MIT
+"""Filters and pipelines on exact scenes and on sequences, as figures."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from dataclasses import dataclass, field
+from typing import Any, Iterable, List, Optional, Sequence as Many, Tuple, Union
+
+import numpy as np
+
+from . import _core
+from .errors import Error
+from .filters import Filter
+from .sequences import Sequence, Trajectory
+
+Source = Union[str, Filter]
+"""A preset, a file, YAML text or a filter."""
+
+_FIRST_FRAME = 5
+"""Frames of an exact scene before this one are not counted: filters fill their state."""
+_LAST_FRAME = 14
+
+
+@dataclass
+class Run:
+    """One pipeline on one sequence or scene. NaN where there is nothing to compare with."""
+
+    pipeline: str
+    sequence: str
+    frames: int = 0
+    tracked_frames: int = 0
+    """Read it beside the ATE: lost frames flatter the ATE."""
+    ate_rmse_m: float = math.nan
+    rpe_trans_rmse_m: float = math.nan
+    rpe_rot_rmse_deg: float = math.nan
+    precision: float = math.nan
+    recall: float = math.nan
+    """Share of the dynamic features that were rejected."""
+    static_kept: float = math.nan
+    """Share of the static features that were kept."""
+    judge_ms: float = math.nan
+    """Median time of all calls of the pipeline, per frame."""
+    trajectory: Optional[Trajectory] = field(default=None, repr=False)
+
+
+@dataclass
+class Judgement:
+    """Votes of one filter on one frame of an exact scene."""
+
+    decision: Any
+    """(n,) uint8: 0 unknown, 1 static, 2 dynamic"""
+    score: _core.Score
+
+    @property
+    def recall(self) -> float:
+        return self.score.recall
+
+    @property
+    def precision(self) -> float:
+        return self.score.precision
+
+    @property
+    def static_kept(self) -> float:
+        return self.score.static_kept
+
+
+def judge(filter: Source, scene: _core.ExactScene, frame: int = 8) -> Judgement:
+    """Votes of a single filter on a frame of an exact scene, after all frames before it.
+
+    `filter`: an object, or the name of a filter, with its default parameters. Without a pipeline there is no floor.
+    Raises ConfigError if the scene lacks an input that the filter needs, and whatever the filter raises.
+    """
+    decision, score = _core._judge(filter, scene, frame)
+    return Judgement(decision, score)
+
+
+def run_scene(pipeline: Source, scene: _core.ExactScene, name: str = "exact scene") -> Run:
+    """Runs a pipeline on frames 0 to 14 of an exact scene, and counts from frame 5 on."""
+    judged = _core.Pipeline(pipeline)
+    score, times = _core.Score(), []
+    for k in range(_LAST_FRAME + 1):
+        frame = scene.frame(k)
+        verdict = judged.before_pose(**frame.arguments())
+        times.append(verdict.report.total_ms)
+        if k >= _FIRST_FRAME:
+            score.add(verdict.decision, frame)
+    return Run(
+        judged.name,
+        name,
+        frames=len(times),
+        tracked_frames=len(times),
+        precision=score.precision,
+        recall=score.recall,
+        static_kept=score.static_kept,
+        judge_ms=statistics.median(times),
+    )
+
+
+def run(pipeline: Source, sequence: Sequence, *, frames: Optional[int] = None) -> Run:
+    """Runs the reference odometry with a pipeline on a sequence, as `dynfilter run` does.
+
+    `pipeline`: also "none" and, where the sequence has labels, "oracle". `frames`: at most so many.
+    """
+    if not _core.has_odometry:
+        raise NotImplementedError("this build has no odometry: it needs Ceres, fmt and nlohmann-json")
+    odometry = _core.Odometry(sequence.camera, pipeline)
+    counts, times, tracked, n = _core.Classification(), [], 0, 0
+    for frame in sequence:
+        if frames is not None and n >= frames:
+            break
+        track = odometry.process(
+            frame.grey,
+            timestamp=frame.timestamp,
+            depth=frame.depth,
+            depth_unit_m=frame.depth_unit_m,
+            boxes=frame.boxes,
+            boxes_frame_id=frame.boxes_frame_id,
+            mask=frame.mask,
+            labels=frame.labels,
+        )
+        if frame.truth is not None and n >= _core.Classification.first_frame:
+            counts.add(frame.truth, track.keypoints, track.decision == _core.DYNAMIC)
+        tracked += track.state == "tracked"
+        times.append(track.judge_ms)
+        n += 1
+    result = Run(odometry.pipeline, sequence.name, n, tracked, trajectory=odometry.trajectory())
+    result.precision, result.recall, result.static_kept = counts.precision, counts.recall, counts.static_kept
+    result.judge_ms = statistics.median(times) if times else math.nan
+    _add_errors(result, sequence.ground_truth())
+    return result
+
+
+def _add_errors(result: Run, truth: Optional[Trajectory]) -> None:
+    if truth is None or result.trajectory is None:
+        return
+    try:
+        result.ate_rmse_m = _core.ate(truth, result.trajectory).rmse_m
+        rpe = _core.rpe(truth, result.trajectory)
+        result.rpe_trans_rmse_m, result.rpe_rot_rmse_deg = rpe.translation_m.rmse, rpe.rotation_deg.rmse
+    except Error:  # too few poses, or shorter than a second: NaN
+        pass
+
+
+class Comparison(List[Run]):
+    """Runs, printed as a table."""
+
+    _COLUMNS: Many[Tuple[str, str, str]] = (
+        ("tracked", "tracked", ""),
+        ("ATE m", "ate_rmse_m", ".4f"),
+        ("RPE m", "rpe_trans_rmse_m", ".4f"),
+        ("precision", "precision", ".3f"),
+        ("recall", "recall", ".3f"),
+        ("kept", "static_kept", ".3f"),
+        ("ms", "judge_ms", ".2f"),
+    )
+
+    def _table(self) -> List[List[str]]:
+        columns = [c for c in self._COLUMNS if c[1] == "tracked" or any(_known(run, c[1]) for run in self)]
+        rows = [["sequence", "pipeline"] + [title for title, _, _ in columns]]
+        for run in self:
+            cells = [run.sequence, run.pipeline]
+            for _, key, shape in columns:
+                if key == "tracked":
+                    cells.append(f"{run.tracked_frames}/{run.frames}")
+                else:
+                    cells.append(format(getattr(run, key), shape) if _known(run, key) else "-")
+            rows.append(cells)
+        return rows
+
+    def __str__(self) -> str:
+        rows = self._table()
+        wide = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+        return "\n".join(
+            "  ".join(cell.ljust(w) if i < 2 else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, wide))).rstrip()
+            for row in rows
+        )
+
+    def markdown(self) -> str:
+        """The table as Markdown."""
+        head, *rows = self._table()
+        lines = [head, ["---", "---"] + ["---:"] * (len(head) - 2)] + rows
+        return "\n".join("| " + " | ".join(row) + " |" for row in lines)
+
+    def _repr_html_(self) -> str:
+        head, *rows = ("".join(f"<td>{cell}</td>" for cell in row) for row in self._table())
+        return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
+
+
+def _known(run: Run, key: str) -> bool:
+    return not math.isnan(getattr(run, key))
+
+
+def compare(
+    pipelines: Iterable[Source],
+    on: Iterable[Union[str, _core.ExactScene, Sequence]],
+    *,
+    frames: Optional[int] = None,
+) -> Comparison:
+    """Runs every pipeline on every sequence or scene. Print the result.
+
+    `pipelines`: presets, files, YAML text or filters.
+    `on`: names of exact_scene_names(), ExactScene, TumSequence, render(...).
+    """
+    judged = list(pipelines)
+    runs = Comparison()
+    for place in on:
+        for pipeline in judged:
+            if isinstance(pipeline, Filter):
+                pipeline.reset()
+            if isinstance(place, (str, _core.ExactScene)):
+                scene = _core.ExactScene(place) if isinstance(place, str) else place
+                runs.append(run_scene(pipeline, scene, place if isinstance(place, str) else "exact scene"))
+            else:
+                runs.append(run(pipeline, place, frames=frames))
+    return runs

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+// The reference odometry of `dynfilter run`, and its judge, on frames that Python hands over.
+#include "bindings.hpp"
+
+#ifdef DYNFILTER_PYTHON_ODOMETRY
+
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <dynfilter/eval/classification.hpp>
+#include <memory>
+#include <odometry/odometry.hpp>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+#include <running/oracle_filter.hpp>
+#include <running/pipeline_judge.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arguments.hpp"
+#include "pipeline.hpp"
+#include "registered.hpp"
+#include "trajectory.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+/// One frame, and what the judge made of its features.
+struct Track {
+  odometry::TrackResult result;
+  std::vector<cv::Point2f> pixels;
+  std::vector<std::uint8_t> decision;
+  double judge_ms = 0;
+};
+
+class Odometry {
+ public:
+  Odometry(py::handle camera, py::handle pipeline)
+      : link_(std::make_shared<FilterLink>()),
+        labels_(std::make_shared<command::OracleLabels>()),
+        judge_(config(pipeline)),
+        odometry_(camera_of("camera", camera), odometry::OdometryOptions(), &judge_) {}
+
+  Track process(py::handle grey, double timestamp, py::handle depth, double depth_unit_m, py::handle boxes,
+                std::int64_t boxes_frame_id, py::handle mask, py::handle labels, py::handle pose) {
+    Images images;
+    io::RgbdFrame frame;
+    frame.timestamp_s = timestamp, frame.depth_unit_m = depth_unit_m;
+    frame.grey = images.grey("grey", grey).clone();  // the odometry keeps what it is given
+    if (frame.grey.empty()) refuse("grey", "a uint8 image of shape (height, width)", grey);
+    frame.depth = images.depth("depth", depth).clone();
+    labels_->labels = images.mask("labels", labels);
+    odometry::SemanticInputs inputs;
+    const std::vector<Detection> found =
+        boxes.is_none() ? std::vector<Detection>() : detections_of("boxes", boxes);
+    if (!boxes.is_none()) inputs.detections = DetectionInput{boxes_frame_id, found};
+    if (!mask.is_none()) inputs.mask = MaskInput{-1, images.mask("mask", mask)};
+    std::optional<Pose> known;
+    if (!pose.is_none()) known = pose_of("pose", pose);
+    Track track;
+    {
+      const py::gil_scoped_release no_gil;
+      track.result = odometry_.process(frame, inputs, known);
+    }
+    labels_->labels = cv::Mat();
+    link_->raise();
+    take_verdict(track);
+    return track;
+  }
+
+  py::tuple trajectory() const { return arrays_of(odometry_.trajectory()); }
+  const std::string& pipeline() const { return judge_.pipeline().name(); }
+
+ private:
+  PipelineConfig config(py::handle source) {
+    if (!py::isinstance<py::str>(source)) return config_of(source, link_);
+    Registry all = registry(link_);
+    command::add_oracle(all, labels_);
+    return config_of(source.cast<std::string>(), all);
+  }
+
+  void take_verdict(Track& track) const {
+    const command::FrameVerdict& verdict = judge_.record();
+    for (const command::MarkedFeature& feature : verdict.features) {
+      track.pixels.push_back(feature.pixel);
+      track.decision.push_back(static_cast<std::uint8_t>(feature.decision));
+    }
+    track.judge_ms = track.result.ms.judge;
+  }
+
+  std::shared_ptr<FilterLink> link_;
+  std::shared_ptr<command::OracleLabels> labels_;
+  command::PipelineJudge judge_;
+  odometry::Odometry odometry_;
+};
+
+void bind_track(py::module_& module) {
+  py::class_<Track>(module, "Track", "What the odometry did with one frame.")
+      .def_property_readonly(
+          "state", [](const Track& t) { return to_string(t.result.state); }, "tracked, lost or no_map")
+      .def_property_readonly(
+          "pose",
+          [](const Track& t) {
+            const auto& pose = t.result.T_world_camera;
+            return pose ? py::object(matrix_of(*pose)) : py::object(py::none());
+          },
+          "(4, 4) T_world_camera; the world is the first camera. None unless tracked")
+      .def_property_readonly("keyframe", [](const Track& t) { return t.result.keyframe; })
+      .def_property_readonly("rejected", [](const Track& t) { return t.result.rejected; })
+      .def_property_readonly(
+          "keypoints", [](const Track& t) { return copy_of(t.pixels); },
+          "(n, 2) float32, all extracted features [px]")
+      .def_property_readonly(
+          "decision",
+          [](const Track& t) {
+            return py::array_t<std::uint8_t>(static_cast<py::ssize_t>(t.decision.size()), t.decision.data());
+          },
+          "(n,) uint8: 0 unknown, 1 static, 2 dynamic, over all call points")
+      .def_readonly("judge_ms", &Track::judge_ms, "all calls of the pipeline")
+      .def_property_readonly("total_ms", [](const Track& t) { return t.result.ms.total(); });
+}
+
+/// Truth images have 0 static, 128 don't care, 255 dynamic.
+void classify(eval::Classification& self, py::handle truth, py::handle pixels, py::handle rejected) {
+  Images images;
+  const cv::Mat image = images.grey("truth", truth);
+  const auto px = array_of<float>("pixels", pixels, -1, 2);
+  if (!py::isinstance<py::array_t<bool>>(rejected)) refuse("rejected", "bool of shape (n,)", rejected);
+  const auto out = py::reinterpret_borrow<py::array_t<bool>>(rejected);
+  if (out.ndim() != 1 || out.shape(0) != px.shape(0)) refuse("rejected", "one flag per pixel", rejected);
+  for (py::ssize_t i = 0; i < px.shape(0); ++i)
+    self.add(eval::truth_at(image, {px.at(i, 0), px.at(i, 1)}), out.at(i));
+}
+
+}  // namespace
+
+void bind_odometry(py::module_& module) {
+  module.attr("has_odometry") = true;
+  bind_track(module);
+  py::class_<Odometry>(module, "Odometry",
+                       "RGB-D odometry as ORB-SLAM's tracking and local mapping, without loop closing: the "
+                       "SLAM of `dynfilter run`.")
+      .def(py::init<py::handle, py::handle>(), py::arg("camera"), py::arg("pipeline") = "none",
+           "`pipeline`: as for Pipeline; also \"oracle\", which rejects what `labels` say.")
+      .def("process", &Odometry::process, py::arg("grey"), py::kw_only(), py::arg("timestamp"),
+           py::arg("depth"), py::arg("depth_unit_m") = 1.0, py::arg("boxes") = py::none(),
+           py::arg("boxes_frame_id") = -1, py::arg("mask") = py::none(), py::arg("labels") = py::none(),
+           py::arg("pose") = py::none(),
+           "One frame. Frames are counted from 0, which `boxes_frame_id` refers to.\n"
+           "`labels`: (height, width) uint8, not 0 on movers. `pose`: (4, 4), replaces the estimate.")
+      .def("trajectory", &Odometry::trajectory,
+           "(timestamps (n,) [s], poses (n, 4, 4)) of the tracked frames, refined since.")
+      .def_property_readonly("pipeline", &Odometry::pipeline, "the pipeline's name");
+  py::class_<eval::Classification>(module, "Classification",
+                                   "Features rejected and kept, compared with a truth image.")
+      .def(py::init<>())
+      .def("add", &classify, py::arg("truth"), py::arg("pixels"), py::arg("rejected"),
+           "`truth`: uint8 image, 0 static, 128 don't care, 255 dynamic. `pixels`: (n, 2). `rejected`: (n,) "
+           "bool.")
+      .def_property_readonly("precision", &eval::Classification::precision)
+      .def_property_readonly("recall", &eval::Classification::recall)
+      .def_property_readonly("static_kept", &eval::Classification::static_kept)
+      .def_property_readonly_static("first_frame",
+                                    [](py::object) { return eval::Classification::kFirstFrame; });
+  module.def(
+      "_set_threads", [](int n) { cv::setNumThreads(n); }, py::arg("n"));
+}
+
+}  // namespace dynfilter::python
+
+#else
+
+namespace dynfilter::python {
+
+void bind_odometry(pybind11::module_& module) {
+  module.attr("has_odometry") = false;
+}
+
+}  // namespace dynfilter::python
+
+#endif
