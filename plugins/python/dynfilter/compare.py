@@ -8,8 +8,6 @@ import statistics
 from dataclasses import dataclass, field
 from typing import Any, Iterable, List, Optional, Sequence as Many, Tuple, Union
 
-import numpy as np
-
 from . import _core
 from .errors import Error
 from .filters import Filter
@@ -91,11 +89,15 @@ def run_scene(pipeline: Source, scene: _core.ExactScene, name: str = "exact scen
         name,
         frames=len(times),
         tracked_frames=len(times),
-        precision=score.precision,
-        recall=score.recall,
-        static_kept=score.static_kept,
+        precision=_share(score.precision, score.dynamic_found + score.static_lost),
+        recall=_share(score.recall, score.dynamic_count),
+        static_kept=_share(score.static_kept, score.static_count),
         judge_ms=statistics.median(times),
     )
+
+
+def _share(value: float, of: int) -> float:
+    return value if of > 0 else math.nan
 
 
 def run(pipeline: Source, sequence: Sequence, *, frames: Optional[int] = None) -> Run:

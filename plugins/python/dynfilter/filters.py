@@ -24,9 +24,13 @@ registered: Dict[str, Type["Filter"]] = {}
 def param(default: T, *, unit: str = "", min: float = -math.inf, max: float = math.inf, doc: str = "") -> T:
     """A parameter of a filter, with its unit, range (both ends included) and meaning."""
     about = {"unit": unit, "min": min, "max": max, "doc": doc}
-    if isinstance(default, list):
-        return typing.cast(T, dataclasses.field(default_factory=lambda: list(default), metadata=about))
-    return typing.cast(T, dataclasses.field(default=default, metadata=about))
+    value: Any = default
+    made: Any = (
+        dataclasses.field(default_factory=value.copy, metadata=about)
+        if isinstance(value, list)
+        else dataclasses.field(default=value, metadata=about)
+    )
+    return typing.cast(T, made)
 
 
 @dataclass(frozen=True)

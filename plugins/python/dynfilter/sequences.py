@@ -7,7 +7,7 @@ import bisect
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Optional, Protocol, Tuple, Union
+from typing import Any, Dict, Iterator, List, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,32 +64,28 @@ class Frame:
         return out
 
 
-class Sequence(Protocol):
-    """What compare() and run() take."""
+class Sequence:
+    """What compare() and run() take. Derive from it to bring frames of your own."""
 
     name: str
     camera: _core.Camera
-
-    def __len__(self) -> int: ...
-    def __getitem__(self, index: int) -> Frame: ...
-    def __iter__(self) -> Iterator[Frame]: ...
-    def ground_truth(self) -> Optional[Trajectory]: ...
-
-
-class _Frames:
-    """Iteration over frames by their index."""
 
     def __len__(self) -> int:
         raise NotImplementedError
 
     def __getitem__(self, index: int) -> Frame:
+        """Frame `index`; IndexError beyond the last one."""
         raise NotImplementedError
 
     def __iter__(self) -> Iterator[Frame]:
         return (self[i] for i in range(len(self)))
 
+    def ground_truth(self) -> Optional[Trajectory]:
+        """The true poses, or None."""
+        return None
 
-class TumSequence(_Frames):
+
+class TumSequence(Sequence):
     """A TUM RGB-D or Bonn folder as downloaded, or one that `dynfilter synth` wrote.
 
     Boxes come from `detections.txt`, else from the first `detections_*.txt`; masks from `masks/`.
@@ -123,7 +119,7 @@ class TumSequence(_Frames):
         return Frame(index=i, camera=self.camera, boxes=boxes, mask=self._mask(i), **loaded)
 
     def ground_truth(self) -> Optional[Trajectory]:
-        """The poses of groundtruth.txt, or None."""
+        """The poses of groundtruth.txt; None without that file."""
         return self._reader.ground_truth()
 
     def _mask(self, i: int) -> Optional[Array]:
@@ -133,7 +129,7 @@ class TumSequence(_Frames):
         return _core._read_mask(str(file)) if file.is_file() else None
 
 
-class RenderedSequence(_Frames):
+class RenderedSequence(Sequence):
     """Frames of a rendered scene, drawn when they are asked for. See render()."""
 
     def __init__(self, renderer: _core._Renderer, name: str, boxes: bool, masks: bool) -> None:

@@ -289,9 +289,6 @@ py::array array_of(const cv::Mat& image) {
   return py::array(type, shape, strides, image.data, owner);
 }
 
-py::array copy_of(const std::vector<float>& values) {
-  return py::array_t<float>(static_cast<py::ssize_t>(values.size()), values.data());
-}
 py::array copy_of(const std::vector<cv::Point2f>& points) {
   return points_copied<cv::Point2f, 2>(points);
 }

@@ -91,7 +91,10 @@ std::vector<Detection> detections_of(const std::string& argument, py::handle val
 py::array matrix_of(const Pose& pose);  ///< (4, 4) float64
 /// An array that owns what it shows: a reference to the image's memory, or a copy if the image does not own it.
 py::array array_of(const cv::Mat& image);
-py::array copy_of(const std::vector<float>& values);
+template <class T>
+py::array_t<T> copy_of(const std::vector<T>& values) {
+  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
+}
 py::array copy_of(const std::vector<cv::Point2f>& points);          ///< (n, 2)
 py::array copy_of(const std::vector<cv::Point3f>& points);          ///< (n, 3)
 py::array points_of(const cv::KeyPoint* keypoints, std::size_t n);  ///< (n, 2)

@@ -74,11 +74,6 @@ py::array similarity(const eval::AteResult& result) {
   return std::move(scaled);
 }
 
-template <class T>
-py::array_t<T> values_of(const std::vector<T>& values) {
-  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
-}
-
 }  // namespace
 
 void bind_evaluation(py::module_& module) {
@@ -96,10 +91,10 @@ void bind_evaluation(py::module_& module) {
       .def_readonly("error_m", &eval::AteResult::error_m)
       .def_property_readonly("rmse_m", [](const eval::AteResult& r) { return r.error_m.rmse; })
       .def_property_readonly(
-          "timestamps", [](const eval::AteResult& r) { return values_of(r.timestamps_s); },
+          "timestamps", [](const eval::AteResult& r) { return copy_of(r.timestamps_s); },
           "(pairs,) [s], of the truth")
       .def_property_readonly(
-          "errors_m", [](const eval::AteResult& r) { return values_of(r.errors_m); },
+          "errors_m", [](const eval::AteResult& r) { return copy_of(r.errors_m); },
           "(pairs,) distance after alignment [m]")
       .def_property_readonly("T_truth_estimate", &similarity, "(4, 4), the alignment, with its scale")
       .def_property_readonly("scale", [](const eval::AteResult& r) { return r.T_truth_estimate.scale; })

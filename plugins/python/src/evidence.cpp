@@ -206,11 +206,7 @@ void bind_match(py::module_& module) {
           "points_m", [](const PyMatch& m) { return copy_of(m.get().reference_points_m); },
           "(n, 3) float32 [m], in the frame of the earlier camera; NaN: none")
       .def_property_readonly(
-          "index",
-          [](const PyMatch& m) {
-            const std::vector<std::int32_t>& index = m.get().correspondences.reference_index;
-            return py::array_t<std::int32_t>(static_cast<py::ssize_t>(index.size()), index.data());
-          },
+          "index", [](const PyMatch& m) { return copy_of(m.get().correspondences.reference_index); },
           "(n,) int32, feature of the earlier frame; -1: none (always for optical flow)")
       .def_property_readonly(
           "frame_id",

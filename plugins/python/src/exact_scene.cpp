@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
+#include <Eigen/Core>
 #include <dynfilter/synth/exact_scene.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
@@ -31,7 +31,7 @@ ExactScene preset_scene(const std::string& name) {
   throw py::value_error("preset: expected one of " + known + ", got \"" + name + "\"");
 }
 
-std::vector<std::string> preset_names() {
+std::vector<std::string> scene_preset_names() {
   std::vector<std::string> names;
   for (const synth::Preset preset : synth::all_presets()) names.push_back(to_string(preset));
   return names;
@@ -87,27 +87,24 @@ ExactScene make_scene(const std::optional<std::string>& preset, const SceneOptio
   return scene;
 }
 
-MovingBox make_mover(int points, const Eigen::Vector3d& at_m, const Eigen::Vector3d& step_m,
-                     const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& half_size_m, int still_until,
-                     const std::string& class_name) {
+Eigen::Vector3d vector_of(const char* name, py::handle value) {
+  const auto v = array_of<double>(name, value, 3);
+  return {v.at(0), v.at(1), v.at(2)};
+}
+
+MovingBox make_mover(int points, py::handle at_m, py::handle step_m, py::handle turn_rad,
+                     py::handle half_size_m, int still_until, const std::string& class_name) {
   MovingBox box(points);
-  return box.at(at_m)
-      .moving(step_m)
-      .turning(turn_rad)
-      .half_size(half_size_m)
-      .still_until(still_until)
-      .named(class_name);
+  box.at(vector_of("at_m", at_m))
+      .moving(vector_of("step_m", step_m))
+      .turning(vector_of("turn_rad", turn_rad));
+  return box.half_size(vector_of("half_size_m", half_size_m)).still_until(still_until).named(class_name);
 }
 
 py::array keypoints_of(const std::vector<cv::KeyPoint>& keypoints) {
   py::array array(keypoint_type(), static_cast<py::ssize_t>(keypoints.size()));
   std::copy(keypoints.begin(), keypoints.end(), static_cast<cv::KeyPoint*>(array.mutable_data()));
   return array;
-}
-
-template <class T>
-py::array_t<T> values_of(const std::vector<T>& values) {
-  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
 /// The arguments of Pipeline.before_pose().
@@ -118,18 +115,18 @@ py::dict arguments_of(const ExactFrame& f) {
   a["frame_id"] = f.id;
   a["camera"] = f.camera;
   if (!f.keypoints_undistorted.empty()) a["keypoints_undistorted"] = keypoints_of(f.keypoints_undistorted);
-  if (!f.depth_m.empty()) a["depth_m"] = values_of(f.depth_m);
+  if (!f.depth_m.empty()) a["depth_m"] = copy_of(f.depth_m);
   if (!f.descriptors.empty()) a["descriptors"] = array_of(f.descriptors);
   if (f.pose_provenance != PoseProvenance::None) {
     a["pose"] = matrix_of(f.T_world_camera);
     a["pose_kind"] = "estimated";
   }
   if (f.reference_frame_id >= 0) {
-    a["matches"] = values_of(f.reference_index);
+    a["matches"] = copy_of(f.reference_index);
     a["matches_frame_id"] = f.reference_frame_id;
   }
   if (!f.map_point_ids.empty()) {
-    a["map_point_ids"] = values_of(f.map_point_ids);
+    a["map_point_ids"] = copy_of(f.map_point_ids);
     a["map_points_m"] = copy_of(f.map_points_world_m);
   }
   if (f.detections) {
@@ -146,7 +143,7 @@ py::array truth_is(const ExactFrame& f, synth::Truth truth) {
 }
 
 /// (votes, score) of a filter's object, or of a compiled filter with its default parameters.
-py::tuple judge(py::handle filter, const ExactScene& scene, int frame) {
+py::tuple judged(py::handle filter, const ExactScene& scene, int frame) {
   const auto link = std::make_shared<FilterLink>();
   std::unique_ptr<Filter> judged;
   if (py::isinstance<py::str>(filter)) {
@@ -216,13 +213,13 @@ void bind_exact_frame(py::module_& module) {
           "keypoints", [](const ExactFrame& f) { return points_of(f.keypoints.data(), f.size()); },
           "(n, 2) float32, distorted pixels")
       .def_property_readonly(
-          "depth_m", [](const ExactFrame& f) { return values_of(f.depth_m); },
+          "depth_m", [](const ExactFrame& f) { return copy_of(f.depth_m); },
           "(n,) float32 [m]; empty for a mono scene")
       .def_property_readonly(
-          "point", [](const ExactFrame& f) { return values_of(f.point); },
+          "point", [](const ExactFrame& f) { return copy_of(f.point); },
           "(n,) int32, point of the scene, the same in all frames")
       .def_property_readonly(
-          "label", [](const ExactFrame& f) { return values_of(f.label); },
+          "label", [](const ExactFrame& f) { return copy_of(f.label); },
           "(n,) int32: 0 static background, k: mover k, moving or not")
       .def_property_readonly(
           "dynamic", [](const ExactFrame& f) { return truth_is(f, synth::Truth::Dynamic); },
@@ -243,11 +240,11 @@ void bind_exact_frame(py::module_& module) {
 }  // namespace
 
 void bind_exact_scene(py::module_& module) {
-  const Eigen::Vector3d none(0, 0, 0);
+  const py::tuple none = py::make_tuple(0, 0, 0);
   py::class_<MovingBox>(module, "MovingBox", "A rigid box of points that moves.")
       .def(py::init(&make_mover), py::arg("points") = 60, py::kw_only(),
-           py::arg("at_m") = Eigen::Vector3d(0.3, 0, 2.5), py::arg("step_m") = none,
-           py::arg("turn_rad") = none, py::arg("half_size_m") = Eigen::Vector3d(0.25, 0.5, 0.15),
+           py::arg("at_m") = py::make_tuple(0.3, 0, 2.5), py::arg("step_m") = none,
+           py::arg("turn_rad") = none, py::arg("half_size_m") = py::make_tuple(0.25, 0.5, 0.15),
            py::arg("still_until") = 0, py::arg("class_name") = "person",
            "`at_m`: centre at frame 0 in the world (x right, y down, z forward).\n"
            "`step_m`, `turn_rad`: motion per frame, which begins after frame `still_until`.\n"
@@ -291,8 +288,8 @@ void bind_exact_scene(py::module_& module) {
           },
           py::arg("k"), "Frame k, 0 or more. Frames can be asked for in any order.")
       .def_property_readonly("camera", [](const ExactScene& scene) { return scene.camera(); });
-  module.def("exact_scene_names", &preset_names, "Scenes that are known to be difficult.");
-  module.def("_judge", &judge, py::arg("filter"), py::arg("scene"), py::arg("frame"));
+  module.def("exact_scene_names", &scene_preset_names, "Scenes that are known to be difficult.");
+  module.def("_judge", &judged, py::arg("filter"), py::arg("scene"), py::arg("frame"));
 }
 
 }  // namespace dynfilter::python

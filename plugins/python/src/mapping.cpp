@@ -28,10 +28,9 @@ std::string yaml_of(py::handle value) {
 
 /// Keyword arguments are the keys of a map's YAML.
 std::unique_ptr<StaticMap> make_map(const py::kwargs& parameters) {
-  std::string text = "{";
-  for (const auto& [key, value] : parameters)
-    text += (text.size() > 1 ? ", " : "") + key.cast<std::string>() + ": " + yaml_of(value);
-  const YamlDocument document = YamlDocument::from_text(text + "}\n");
+  std::string text;
+  for (const auto& [key, value] : parameters) text += key.cast<std::string>() + ": " + yaml_of(value) + "\n";
+  const YamlDocument document = YamlDocument::from_text(text);
   return std::make_unique<StaticMap>(read_parameters<mapping::MappingParams>(document.root()));
 }
 

@@ -112,10 +112,7 @@ void bind_track(py::module_& module) {
           "keypoints", [](const Track& t) { return copy_of(t.pixels); },
           "(n, 2) float32, all extracted features [px]")
       .def_property_readonly(
-          "decision",
-          [](const Track& t) {
-            return py::array_t<std::uint8_t>(static_cast<py::ssize_t>(t.decision.size()), t.decision.data());
-          },
+          "decision", [](const Track& t) { return copy_of(t.decision); },
           "(n,) uint8: 0 unknown, 1 static, 2 dynamic, over all call points")
       .def_readonly("judge_ms", &Track::judge_ms, "all calls of the pipeline")
       .def_property_readonly("total_ms", [](const Track& t) { return t.result.ms.total(); });

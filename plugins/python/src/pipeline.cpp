@@ -188,6 +188,8 @@ class PyPipeline {
     if (!a.descriptors.is_none() && view.descriptors.rows != n)
       refuse("descriptors", "uint8 of shape (" + std::to_string(n) + ", bytes)", a.descriptors);
     data_.keyframe_views.clear();
+    if (!py::isinstance<py::sequence>(a.keyframes))
+      refuse("keyframes", "a list of dynfilter.Keyframe", a.keyframes);
     for (const py::handle keyframe : a.keyframes) {
       if (!py::isinstance<Keyframe>(keyframe)) refuse("keyframes", "a list of dynfilter.Keyframe", keyframe);
       data_.keyframe_views.push_back(keyframe.cast<const Keyframe&>().view());
@@ -314,8 +316,7 @@ PipelineConfig config_of(const std::string& source, const Registry& registry) {
 
 PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& link) {
   if (py::hasattr(source, "__fspath__")) return config_of(source.attr("__fspath__")(), link);
-  if (py::isinstance<py::str>(source))
-    return config_of(source.cast<std::string>(), registry(link));
+  if (py::isinstance<py::str>(source)) return config_of(source.cast<std::string>(), registry(link));
   if (!py::isinstance(source, py::module_::import("dynfilter.filters").attr("Filter")))
     refuse("source", "a preset, a filter's name, a file, YAML text or a dynfilter.Filter", source);
   PipelineConfig config;
@@ -335,7 +336,8 @@ void bind_pipeline(py::module_& module) {
                               "Judges the features of one camera stream, from one thread at a time. The GIL "
                               "is released.");
   type.def(py::init<py::handle>(), py::arg("source"),
-           "`source`: a preset's name, a filter's name, the path of a file, YAML text, or an object of dynfilter.Filter.\n"
+           "`source`: a preset's name, a filter's name, the path of a file, YAML text, or an object of "
+           "dynfilter.Filter.\n"
            "Raises ConfigError with the YAML path.");
   def_call<CallPoint::BeforePose>(type, "before_pose");
   def_call<CallPoint::AfterPose>(type, "after_pose");

@@ -67,11 +67,13 @@ void bind_registry(py::module_& module) {
       .def_property_readonly("needs", [](const FilterCard& card) { return to_string(card.needs.required); })
       .def("__str__", &text_of)
       .def("__repr__", [](const FilterCard& card) { return "FilterCard(" + card.name + ")"; });
-  module.def("filter_cards", &cards, "Cards of all filters: of the toolkit, of plugins and written in Python.");
+  module.def("filter_cards", &cards,
+             "Cards of all filters: of the toolkit, of plugins and written in Python.");
   module.def(
       "is_compiled_filter", [](const std::string& name) { return compiled_filters().find(name) != nullptr; },
       py::arg("name"));
-  module.def("_check_inputs", [](py::handle names) { inputs_of(names); }, py::arg("names"));
+  module.def(
+      "_check_inputs", [](py::handle names) { inputs_of(names); }, py::arg("names"));
   module.def(
       "presets", [] { return preset_names(preset_folders()); }, "Names of the pipelines that are installed.");
   module.def(

@@ -87,7 +87,7 @@ py::array rejected_ids(const PyVerdict& self, py::handle ids) {
   const auto given = array_of<std::int64_t>("ids", ids, n);
   std::vector<std::int64_t> rejected;
   dynfilter::rejected_ids(self.verdict, std::vector<std::int64_t>(given.data(), given.data() + n), rejected);
-  return py::array_t<std::int64_t>(static_cast<py::ssize_t>(rejected.size()), rejected.data());
+  return copy_of(rejected);
 }
 
 void bind_report(py::module_& module) {
