@@ -9,7 +9,8 @@ set(config_destination ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/dynfilter" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h"
         PATTERN "facade/detail" EXCLUDE)
-install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/pipelines" "${PROJECT_SOURCE_DIR}/examples/detectors" DESTINATION ${DYNFILTER_DATA_DESTINATION}
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/pipelines" "${PROJECT_SOURCE_DIR}/examples/detectors"
+  "${PROJECT_SOURCE_DIR}/examples/benchmarks" DESTINATION ${DYNFILTER_DATA_DESTINATION}
         COMPONENT data OPTIONAL FILES_MATCHING PATTERN "*.yaml")
 if(NOT DYNFILTER_DEBIAN)  # which has a file of its own for it
   install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)

@@ -5,6 +5,7 @@ build_packages="cmake g++ ninja-build ccache pkg-config libopencv-dev libeigen3-
   libcli11-dev nlohmann-json3-dev libfmt-dev"
 test_packages="doctest-dev libbenchmark-dev clang-format clang-tidy"
 browser_packages="chromium python3"
+python_packages="python3-dev python3-numpy python3-opencv python3-pip python3-pytest python3-venv pybind11-dev mypy"
 
 # need_packages NAME...: installs what is missing, as root or through sudo; otherwise says what to type.
 need_packages() {

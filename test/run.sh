@@ -33,10 +33,10 @@ check() {
   if "$@"; then count 1 0 0; else count 0 1 0; failures="$failures $name"; fi
 }
 
-# build_and_test PRESET
+# build_and_test PRESET [OPTION...]
 build_and_test() {
   step "build: $1"
-  if ! { cmake --preset "$1" >"build/$1.log" 2>&1 || { cat "build/$1.log"; false; }; } ||
+  if ! { cmake --preset "$@" >"build/$1.log" 2>&1 || { cat "build/$1.log"; false; }; } ||
      ! cmake --build --preset "$1" -j "$jobs"; then
     count 0 1 0
     failures="$failures build:$1"
@@ -61,12 +61,12 @@ tidy_check() {
 }
 
 step "packages"
-need_packages $build_packages $test_packages
+need_packages $build_packages $test_packages $python_packages
 want_packages $browser_packages
 choose_tools
 mkdir -p build
 
-build_and_test release
+build_and_test release -DDYNFILTER_BUILD_PYTHON=ON
 if [ "$mode" != quick ]; then
   build_and_test asan-ubsan
   step "format"

@@ -62,6 +62,7 @@ int dispatch(int argc, char** argv) {
   add_synth(app, action);
   add_run(app, action);
   add_compare(app, action);
+  add_bench(app, action);
   add_map(app, action);
   add_eval(app, action);
   add_detect(app, action);

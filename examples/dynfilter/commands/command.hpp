@@ -15,6 +15,7 @@ using Action = std::function<int()>;
 enum ExitCode { kDone = 0, kFailed = 1, kBadInput = 2 };
 
 // One file per subcommand. Each adds its options to `app` and sets `action` if it is selected.
+void add_bench(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_completion(CLI::App& app, Action& action);

@@ -455,6 +455,7 @@ class ExactScene:
         missing_depth: Optional[float] = None,
         mismatches: Optional[float] = None,
         missing_matches: Optional[float] = None,
+        stereo_baseline_m: Optional[float] = None,
         planar: bool = False,
         mono: bool = False,
         boxes: bool = False,

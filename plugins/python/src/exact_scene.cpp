@@ -60,7 +60,7 @@ struct SceneOptions {
   std::optional<std::uint64_t> seed;
   std::optional<std::string> camera_motion;
   std::optional<std::vector<MovingBox>> movers;
-  Number pixel_noise_px, depth_noise_m, missing_depth, mismatches, missing_matches;
+  Number pixel_noise_px, depth_noise_m, missing_depth, mismatches, missing_matches, stereo_baseline_m;
   bool planar, mono, boxes, poses, descriptors, map_points, matches;
 };
 
@@ -77,6 +77,7 @@ ExactScene make_scene(const std::optional<std::string>& preset, const SceneOptio
   if (o.missing_depth) scene.missing_depth(*o.missing_depth);
   if (o.mismatches) scene.mismatches(*o.mismatches);
   if (o.missing_matches) scene.missing_matches(*o.missing_matches);
+  if (o.stereo_baseline_m) scene.stereo(*o.stereo_baseline_m);
   if (o.planar) scene.planar();
   if (o.mono) scene.mono();
   if (o.boxes) scene.with_detections(o.late_boxes.value_or(0));
@@ -116,6 +117,7 @@ py::dict arguments_of(const ExactFrame& f) {
   a["camera"] = f.camera;
   if (!f.keypoints_undistorted.empty()) a["keypoints_undistorted"] = keypoints_of(f.keypoints_undistorted);
   if (!f.depth_m.empty()) a["depth_m"] = copy_of(f.depth_m);
+  if (!f.right_u_px.empty()) a["right_u_px"] = copy_of(f.right_u_px);
   if (!f.descriptors.empty()) a["descriptors"] = array_of(f.descriptors);
   if (f.pose_provenance != PoseProvenance::None) {
     a["pose"] = matrix_of(f.T_world_camera);
@@ -253,33 +255,35 @@ void bind_exact_scene(py::module_& module) {
   bind_score(module);
   py::class_<ExactScene>(module, "ExactScene",
                          "A small scene without images and with exact truth. Deterministic per seed.")
-      .def(
-          py::init([](std::optional<std::string> preset, std::optional<int> points,
-                      std::optional<std::uint64_t> seed, std::optional<std::vector<MovingBox>> movers,
-                      std::optional<std::string> camera_motion, std::optional<int> gap, Number pixel_noise_px,
-                      Number depth_noise_m, Number missing_depth, Number mismatches, Number missing_matches,
-                      bool planar, bool mono, bool boxes, std::optional<int> late_boxes, bool poses,
-                      bool descriptors, bool map_points, bool matches) {
-            return make_scene(
-                preset, {points, late_boxes, gap, seed, std::move(camera_motion), std::move(movers),
-                         pixel_noise_px, depth_noise_m, missing_depth, mismatches, missing_matches, planar,
-                         mono, boxes, poses, descriptors, map_points, matches});
-          }),
-          py::arg("preset") = py::none(), py::kw_only(), py::arg("points") = py::none(),
-          py::arg("seed") = py::none(), py::arg("movers") = py::none(), py::arg("camera_motion") = py::none(),
-          py::arg("gap") = py::none(), py::arg("pixel_noise_px") = py::none(),
-          py::arg("depth_noise_m") = py::none(), py::arg("missing_depth") = py::none(),
-          py::arg("mismatches") = py::none(), py::arg("missing_matches") = py::none(),
-          py::arg("planar") = false, py::arg("mono") = false, py::arg("boxes") = false,
-          py::arg("late_boxes") = py::none(), py::arg("poses") = false, py::arg("descriptors") = false,
-          py::arg("map_points") = false, py::arg("matches") = true,
-          "`preset`: one of exact_scene_names(), or None for 300 static points.\n"
-          "`movers`: are added. `gap`: frames between a frame and the reference of its matches.\n"
-          "`camera_motion`: none, general, sideways, forward, pure_rotation or small_baseline.\n"
-          "`depth_noise_m`: sigma at 1 m, grows with the square of the depth; 0.0014 for a Kinect.\n"
-          "`missing_depth`, `mismatches`, `missing_matches`: shares in [0, 1].\n"
-          "`boxes`, `poses`, `descriptors`, `map_points`: inputs that frames then have.\n"
-          "`late_boxes`: boxes are of that many frames before.")
+      .def(py::init([](std::optional<std::string> preset, std::optional<int> points,
+                       std::optional<std::uint64_t> seed, std::optional<std::vector<MovingBox>> movers,
+                       std::optional<std::string> camera_motion, std::optional<int> gap,
+                       Number pixel_noise_px, Number depth_noise_m, Number missing_depth, Number mismatches,
+                       Number missing_matches, Number stereo_baseline_m, bool planar, bool mono, bool boxes,
+                       std::optional<int> late_boxes, bool poses, bool descriptors, bool map_points,
+                       bool matches) {
+             return make_scene(
+                 preset, {points, late_boxes, gap, seed, std::move(camera_motion), std::move(movers),
+                          pixel_noise_px, depth_noise_m, missing_depth, mismatches, missing_matches,
+                          stereo_baseline_m, planar, mono, boxes, poses, descriptors, map_points, matches});
+           }),
+           py::arg("preset") = py::none(), py::kw_only(), py::arg("points") = py::none(),
+           py::arg("seed") = py::none(), py::arg("movers") = py::none(),
+           py::arg("camera_motion") = py::none(), py::arg("gap") = py::none(),
+           py::arg("pixel_noise_px") = py::none(), py::arg("depth_noise_m") = py::none(),
+           py::arg("missing_depth") = py::none(), py::arg("mismatches") = py::none(),
+           py::arg("missing_matches") = py::none(), py::arg("stereo_baseline_m") = py::none(),
+           py::arg("planar") = false, py::arg("mono") = false, py::arg("boxes") = false,
+           py::arg("late_boxes") = py::none(), py::arg("poses") = false, py::arg("descriptors") = false,
+           py::arg("map_points") = false, py::arg("matches") = true,
+           "`preset`: one of exact_scene_names(), or None for 300 static points.\n"
+           "`movers`: are added. `gap`: frames between a frame and the reference of its matches.\n"
+           "`camera_motion`: none, general, sideways, forward, pure_rotation or small_baseline.\n"
+           "`depth_noise_m`: sigma at 1 m, grows with the square of the depth; 0.0014 for a Kinect.\n"
+           "`stereo_baseline_m`: a stereo camera, with columns in the right image instead of depths.\n"
+           "`missing_depth`, `mismatches`, `missing_matches`: shares in [0, 1].\n"
+           "`boxes`, `poses`, `descriptors`, `map_points`: inputs that frames then have.\n"
+           "`late_boxes`: boxes are of that many frames before.")
       .def(
           "frame",
           [](const ExactScene& scene, int k) {
