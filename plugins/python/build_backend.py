@@ -47,29 +47,30 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     name = f"dynfilter-{version()}-{tag()}.whl"
     with tempfile.TemporaryDirectory() as stage:
         build_dir = os.environ.get("DYNFILTER_PYTHON_BUILD_DIR") or os.path.join(stage, "build")
-        install(build_dir, os.path.join(stage, "install"), config_settings or {})
-        write_wheel(Path(wheel_directory) / name, Path(stage) / "install")
+        if not os.path.exists(os.path.join(build_dir, "CMakeCache.txt")):
+            configure(build_dir, config_settings or {})
+        installed = Path(stage) / "install"
+        run("cmake", "--build", build_dir, "--target", "dynfilter_python", "--parallel", str(jobs()))
+        run("cmake", "--install", build_dir, "--component", "python", "--strip", "--prefix", str(installed))
+        (module,) = installed.rglob("_core*.so")
+        write_wheel(Path(wheel_directory) / name, module.parent.parent)
     return name
 
 
-def install(build_dir, destination, settings):
-    """Builds nothing but the package. Libraries that are built already in `build_dir` are not built again."""
+def configure(build_dir, settings):
+    """Nothing but the package. A tree in DYNFILTER_PYTHON_BUILD_DIR that is configured already is taken as it is."""
     options = {
         "CMAKE_BUILD_TYPE": "Release",
-        "CMAKE_INSTALL_PREFIX": destination,
         "DYNFILTER_BUILD_PYTHON": "ON",
         "DYNFILTER_BUILD_EXAMPLES": "OFF",
         "DYNFILTER_BUILD_PLUGINS": "OFF",
         "DYNFILTER_BUILD_FACADE": "OFF",
         "DYNFILTER_BUILD_TESTS": "OFF",
-        "DYNFILTER_PYTHON_DESTINATION": ".",
         "Python3_EXECUTABLE": sys.executable,
         **settings,
     }
     definitions = [f"-D{key}={value}" for key, value in options.items()]
     run("cmake", "-S", str(ROOT), "-B", build_dir, *definitions, *shlex.split(os.environ.get("CMAKE_ARGS", "")))
-    run("cmake", "--build", build_dir, "--target", "dynfilter_python", "--parallel", str(jobs()))
-    run("cmake", "--install", build_dir, "--component", "python", "--strip")
 
 
 def jobs():

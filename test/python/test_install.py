@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A source package and a wheel, as pip makes them, in a fresh virtual environment."""
 
+import importlib
 import os
 import subprocess
 import sys
@@ -23,39 +24,43 @@ print("works", dynfilter.__version__)
 """
 
 
-@pytest.fixture(scope="module")
-def packages(tmp_path_factory):
-    return tmp_path_factory.mktemp("packages")
-
-
-def environment():
+def environment(**more):
     names = ("PYTHONPATH", "MYPYPATH")
-    return {key: value for key, value in os.environ.items() if key not in names}
+    return {**{key: value for key, value in os.environ.items() if key not in names}, **more}
 
 
-def pip(python, *arguments):
-    offline = ["--no-index", "--no-build-isolation", "--disable-pip-version-check", "-q"]
-    subprocess.run([python, "-m", "pip", *arguments, *offline], check=True, env=environment())
+@pytest.fixture
+def backend(root, monkeypatch):
+    monkeypatch.syspath_prepend(str(root / "plugins/python"))
+    return importlib.import_module("build_backend")
 
 
-def test_source_package_builds_a_wheel_that_works(packages, root, tmp_path):
-    sys.path.insert(0, str(root / "plugins/python"))
-    import build_backend
-
-    name = build_backend.build_sdist(str(packages))
-    with tarfile.open(packages / name) as archive:
-        archive.extractall(tmp_path)
-    source = tmp_path / name[: -len(".tar.gz")]
-    assert (source / "PKG-INFO").is_file() and not list(source.rglob("*.so"))
-    # NumPy is the system's.
-    venv.create(tmp_path / "venv", system_site_packages=True, with_pip=True)
+def test_wheel_in_a_fresh_virtual_environment(root, tmp_path, tool):
+    """As `pip install .`, with the libraries of this build."""
+    venv.create(tmp_path / "venv", system_site_packages=True, with_pip=True)  # NumPy is the system's
     python = str(tmp_path / "venv/bin/python")
-    pip(python, "wheel", str(source), "--no-deps", "-w", str(tmp_path / "wheels"))
-    (wheel,) = (tmp_path / "wheels").glob("dynfilter-*.whl")
-    pip(python, "install", str(wheel))
+    offline = ["--no-index", "--no-build-isolation", "--disable-pip-version-check", "-q"]
+    subprocess.run(
+        [python, "-m", "pip", "install", str(root), *offline],
+        check=True,
+        env=environment(DYNFILTER_PYTHON_BUILD_DIR=tool("BUILD_FOLDER"), CMAKE_BUILD_PARALLEL_LEVEL="1"),
+    )
     checked = subprocess.run(
         [python, "-c", CHECK], check=True, env=environment(), cwd=tmp_path, capture_output=True, text=True
     )
     assert checked.stdout.startswith("works")
     library = next((tmp_path / "venv").rglob("_core*.so")).read_bytes()
-    assert str(root).encode() not in library and str(tmp_path).encode() not in library
+    assert str(root).encode() not in library, "the module names the source tree"
+    subprocess.run([python, "-m", "pip", "uninstall", "-y", "-q", "dynfilter"], check=True, env=environment())
+    assert not list((tmp_path / "venv").rglob("_core*.so"))
+
+
+def test_source_package_has_what_the_build_needs(backend, tmp_path):
+    name = backend.build_sdist(str(tmp_path))
+    with tarfile.open(tmp_path / name) as archive:
+        archive.extractall(tmp_path)
+    source = tmp_path / name[: -len(".tar.gz")]
+    assert (source / "PKG-INFO").read_text().startswith("Metadata-Version: 2.1\nName: dynfilter\n")
+    assert not list(source.rglob("*.so"))
+    backend.ROOT = source
+    backend.configure(str(tmp_path / "build"), {"Python3_EXECUTABLE": sys.executable})
