@@ -126,10 +126,10 @@ TEST_CASE("VINS-Fusion reduces all its arrays by one status") {
   stand_ins::VinsFeatureTracker tracker{c.points, c.points, {4, 5, 6}, {1, 2, 3}};
   std::vector<uchar> status;
   keep_status(c.verdict, status);
-  reduceVector(tracker.prev_pts, status);
-  reduceVector(tracker.cur_pts, status);
-  reduceVector(tracker.ids, status);
-  reduceVector(tracker.track_cnt, status);
+  stand_ins::reduceVector(tracker.prev_pts, status);
+  stand_ins::reduceVector(tracker.cur_pts, status);
+  stand_ins::reduceVector(tracker.ids, status);
+  stand_ins::reduceVector(tracker.track_cnt, status);
   check_kept(tracker.cur_pts);
   CHECK(tracker.ids == std::vector<int>{5});
   CHECK(tracker.track_cnt == std::vector<int>{2});

@@ -78,7 +78,7 @@ inline std::string bench_page(const Manifest& manifest, const std::vector<BenchR
         "<th>tracked</th><th>ATE cm</th><th>recall</th><th>ms</th><th></th></tr>\n",
         report::escaped(sequence.name));
     const double largest_m = detail_bench::largest_ate_m(rows, sequence.name);
-    for (const BenchRow& row : rows) {
+    for (const BenchRow& row : shown_rows(rows)) {
       if (row.sequence != sequence.name) continue;
       page += detail_bench::row_html(row, largest_m);
       missing = missing || row.state == "missing";

@@ -46,6 +46,19 @@ inline Json to_json(const BenchRow& row) {
           {"ms_total", number_or_null(row.total_ms)}};
 }
 
+/// Of a sequence that is not there, one row is enough.
+inline std::vector<BenchRow> shown_rows(const std::vector<BenchRow>& rows) {
+  std::vector<BenchRow> shown;
+  for (const BenchRow& row : rows) {
+    const bool missing = row.state == "missing";
+    if (missing && !shown.empty() && shown.back().state == "missing" && shown.back().sequence == row.sequence)
+      continue;
+    shown.push_back(row);
+    if (missing) shown.back().system = "ours", shown.back().alignment.clear();
+  }
+  return shown;
+}
+
 inline Table bench_table(const std::vector<BenchRow>& rows) {
   Table table({{"sequence", true},
                {"system", true},
@@ -57,7 +70,7 @@ inline Table bench_table(const std::vector<BenchRow>& rows) {
                {"kept", false, 3},
                {"ms", false, 2},
                {"", true}});
-  for (const BenchRow& row : rows) {
+  for (const BenchRow& row : shown_rows(rows)) {
     const std::string tracked = row.frames > 0 ? fmt::format("{}/{}", row.tracked_frames, row.frames) : "";
     table.add({row.sequence, row.system, row.alignment, tracked, cell(100 * row.ate_rmse_m, 1),
                cell(row.rpe_trans_rmse_m, 4), cell(row.recall, 3), cell(row.static_kept, 3),

@@ -125,7 +125,7 @@ void print(const BenchOptions& options, const Bench& bench) {
     fmt::print("{}", bench_table(bench.rows()).markdown());
     return;
   }
-  print_table(bench_table(bench.rows()), false);
+  print_table(bench_table(bench.rows()), true);
   for (const BenchRow& row : bench.rows())
     if (row.state == "failed") fmt::print("failed: {} on {}: {}\n", row.system, row.sequence, row.note);
   if (bench.any("missing")) fmt::print("missing: {}\n", bench.manifest().download);
