@@ -19,7 +19,7 @@ out = Path(sys.argv[2] if len(sys.argv) > 2 else "masks_for_host")
 polarity = sys.argv[3] if len(sys.argv) > 3 else "0_drops"
 out.mkdir(parents=True, exist_ok=True)
 
-sequence = dynfilter.TumSequence(folder) if folder else dynfilter.render("walking_xyz", frames=12)
+sequence = dynfilter.Recording(folder) if folder else dynfilter.render("walking_xyz", frames=12)
 pipeline = dynfilter.Pipeline("dynfilter")
 dropped = 0.0
 for frame in sequence:

@@ -69,7 +69,7 @@ def track(sequence: dynfilter.Sequence, pipeline: str, frames: int) -> dynfilter
 def main() -> None:
     folder = sys.argv[1] if len(sys.argv) > 1 else None
     pipeline = sys.argv[2] if len(sys.argv) > 2 else "dynfilter"
-    sequence = dynfilter.TumSequence(folder) if folder else dynfilter.render("walking_xyz", frames=40)
+    sequence = dynfilter.Recording(folder) if folder else dynfilter.render("walking_xyz", frames=40)
     for name in ("none", pipeline):
         print(f"{name}: ATE {track(sequence, name, frames=200).rmse_m:.4f} m")
 

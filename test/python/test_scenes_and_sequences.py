@@ -89,7 +89,7 @@ def folder(tmp_path_factory):
 
 
 def test_a_written_sequence_is_the_rendered_one(folder, rendered):
-    sequence = dynfilter.TumSequence(folder)
+    sequence = dynfilter.Recording(folder)
     assert len(sequence) == 12 and sequence.name == "walking"
     for k in (0, 11):
         read, drawn = sequence[k], rendered[k]
@@ -101,13 +101,31 @@ def test_a_written_sequence_is_the_rendered_one(folder, rendered):
         assert read.timestamp == pytest.approx(drawn.timestamp, abs=1e-6)
     np.testing.assert_allclose(sequence.ground_truth()[1], rendered.ground_truth()[1], atol=1e-6)
     assert sequence[0].mask is not None
-    bare = dynfilter.TumSequence(folder, detections=False, masks=False)
+    bare = dynfilter.Recording(folder, detections=False, masks=False)
     assert bare[0].boxes is None and bare[0].mask is None
+
+
+def test_a_mono_folder(rendered, tmp_path):
+    """Images and a camera: the layout that any camera can write."""
+    import cv2
+
+    (tmp_path / "images").mkdir()
+    for frame in rendered:
+        cv2.imwrite(str(tmp_path / "images" / f"{frame.index:03}.png"), frame.grey)
+    K = rendered.camera
+    keys = {"fx": K.fx_px, "fy": K.fy_px, "cx": K.cx_px, "cy": K.cy_px, "width": K.width_px, "height": K.height_px}
+    text = "".join(f"Camera.{key}: {value}\n" for key, value in keys.items())
+    (tmp_path / "camera.yaml").write_text("%YAML:1.0\n---\n" + text)
+    sequence = dynfilter.Recording(tmp_path, rate_hz=30)
+    assert len(sequence) == 12 and sequence.sensor == "mono" and sequence.ground_truth() is None
+    np.testing.assert_array_equal(sequence[5].grey, rendered[5].grey)
+    assert sequence[5].depth is None and sequence[5].right is None
+    assert dynfilter.run("none", sequence, frames=3).frames == 3
 
 
 def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(dynfilter.IoError, match="no such folder"):
-        dynfilter.TumSequence(tmp_path / "none")
+        dynfilter.Recording(tmp_path / "none")
     with pytest.raises(OSError, match="none.txt"):
         dynfilter.read_trajectory(str(tmp_path / "none.txt"))
 
@@ -120,7 +138,7 @@ def test_the_odometry_is_that_of_the_command(folder, tmp_path, tool):
         run = [tool("DYNFILTER_COMMAND"), "run", str(folder), "--pipeline", pipeline, "--out", str(out)]
         subprocess.run(run, check=True, capture_output=True)
         expected = json.loads((out / "summary.json").read_text())
-        ours = dynfilter.run(pipeline, dynfilter.TumSequence(folder))
+        ours = dynfilter.run(pipeline, dynfilter.Recording(folder))
         assert ours.frames == ours.tracked_frames == expected["tracked_frames"] == 12
         for key in ("ate_rmse_m", "precision", "recall", "static_kept"):
             assert getattr(ours, key) == pytest.approx(expected[key], abs=1e-12), key

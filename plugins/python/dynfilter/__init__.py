@@ -52,7 +52,7 @@ from ._core import (
 from .compare import Comparison, Judgement, Run, compare, judge, run, run_scene
 from .errors import ConfigError, Error, IoError, PluginError
 from .filters import Filter, param
-from .sequences import Frame, RenderedSequence, Sequence, TumSequence, render
+from .sequences import Frame, Recording, RenderedSequence, Sequence, render
 
 __all__ = [
     "Ate",
@@ -77,6 +77,7 @@ __all__ = [
     "Parameter",
     "Pipeline",
     "PluginError",
+    "Recording",
     "RenderedSequence",
     "Report",
     "Rpe",
@@ -87,7 +88,6 @@ __all__ = [
     "StageReport",
     "StaticMap",
     "Statistics",
-    "TumSequence",
     "TwoView",
     "UNKNOWN",
     "Verdict",

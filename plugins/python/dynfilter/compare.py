@@ -107,7 +107,7 @@ def run(pipeline: Source, sequence: Sequence, *, frames: Optional[int] = None) -
     """
     if not _core.has_odometry:
         raise NotImplementedError("this build has no odometry: it needs Ceres, fmt and nlohmann-json")
-    odometry = _core.Odometry(sequence.camera, pipeline)
+    odometry = _core.Odometry(sequence.camera, pipeline, sensor=sequence.sensor)
     counts, times, tracked, n = _core.Classification(), [], 0, 0
     for frame in sequence:
         if frames is not None and n >= frames:
@@ -115,7 +115,8 @@ def run(pipeline: Source, sequence: Sequence, *, frames: Optional[int] = None) -
         track = odometry.process(
             frame.grey,
             timestamp=frame.timestamp,
-            depth=frame.depth,
+            right=frame.right if sequence.sensor == "stereo" else None,
+            depth=frame.depth if sequence.sensor == "rgbd" else None,
             depth_unit_m=frame.depth_unit_m,
             boxes=frame.boxes,
             boxes_frame_id=frame.boxes_frame_id,
@@ -130,14 +131,19 @@ def run(pipeline: Source, sequence: Sequence, *, frames: Optional[int] = None) -
     result = Run(odometry.pipeline, sequence.name, n, tracked, trajectory=odometry.trajectory())
     result.precision, result.recall, result.static_kept = counts.precision, counts.recall, counts.static_kept
     result.judge_ms = statistics.median(times) if times else math.nan
-    _add_errors(result, sequence.ground_truth())
+    if sequence.sensor == "mono":  # a map that was started again has lost its poses
+        result.tracked_frames = len(odometry.trajectory()[0])
+    _add_errors(result, sequence.ground_truth(), sequence.sensor == "mono")
     return result
 
 
-def _add_errors(result: Run, truth: Optional[Trajectory]) -> None:
+def _add_errors(result: Run, truth: Optional[Trajectory], mono: bool) -> None:
+    """A mono map has its own unit: it is scaled to the truth."""
     if truth is None or result.trajectory is None:
         return
     try:
+        if mono:
+            result.trajectory[1][:, :3, 3] *= _core.ate(truth, result.trajectory, scale=True).scale
         result.ate_rmse_m = _core.ate(truth, result.trajectory).rmse_m
         rpe = _core.rpe(truth, result.trajectory)
         result.rpe_trans_rmse_m, result.rpe_rot_rmse_deg = rpe.translation_m.rmse, rpe.rotation_deg.rmse
@@ -203,7 +209,7 @@ def compare(
     """Runs every pipeline on every sequence or scene. Print the result.
 
     `pipelines`: presets, files, YAML text or filters.
-    `on`: names of exact_scene_names(), ExactScene, TumSequence, render(...).
+    `on`: names of exact_scene_names(), ExactScene, Recording, render(...).
     """
     judged = list(pipelines)
     runs = Comparison()

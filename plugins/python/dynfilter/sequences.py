@@ -35,6 +35,8 @@ class Frame:
     """uint8"""
     grey: Array
     """uint8"""
+    right: Optional[Array] = None
+    """uint8, the rectified image of the right camera of a stereo pair"""
     depth: Optional[Array] = None
     """uint16, in units of `depth_unit_m`; 0: no depth"""
     depth_unit_m: float = 1.0
@@ -69,6 +71,8 @@ class Sequence:
 
     name: str
     camera: _core.Camera
+    sensor: str = "rgbd"
+    """rgbd, stereo or mono: what the odometry uses of a frame."""
 
     def __len__(self) -> int:
         raise NotImplementedError
@@ -85,11 +89,12 @@ class Sequence:
         return None
 
 
-class TumSequence(Sequence):
-    """A TUM RGB-D or Bonn folder as downloaded, or one that `dynfilter synth` wrote.
+class Recording(Sequence):
+    """A folder as downloaded: TUM RGB-D, Bonn, KITTI odometry, EuRoC, images with a camera.yaml, or of `synth`.
 
     Boxes come from `detections.txt`, else from the first `detections_*.txt`; masks from `masks/`.
     `detections`, `masks`: other files; False: none. `camera`: instead of the folder's.
+    `rate_hz`: of images without timestamps.
     Raises IoError.
     """
 
@@ -100,9 +105,11 @@ class TumSequence(Sequence):
         detections: Union[None, bool, str, "os.PathLike[str]"] = None,
         masks: Union[None, bool, str, "os.PathLike[str]"] = None,
         camera: Optional[_core.Camera] = None,
+        rate_hz: Optional[float] = None,
     ) -> None:
         self.folder = Path(folder)
-        self._reader = _core._TumReader(str(self.folder), camera)
+        self._reader = _core._Reader(str(self.folder), camera, rate_hz)
+        self.sensor = self._reader.sensor
         self.camera = self._reader.camera
         self.name = self._reader.name
         self.notes = self._reader.notes
@@ -119,7 +126,7 @@ class TumSequence(Sequence):
         return Frame(index=i, camera=self.camera, boxes=boxes, mask=self._mask(i), **loaded)
 
     def ground_truth(self) -> Optional[Trajectory]:
-        """The poses of groundtruth.txt; None without that file."""
+        """The poses of the folder; None if it has none."""
         return self._reader.ground_truth()
 
     def _mask(self, i: int) -> Optional[Array]:

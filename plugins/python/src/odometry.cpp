@@ -36,20 +36,22 @@ struct Track {
 
 class Odometry {
  public:
-  Odometry(py::handle camera, py::handle pipeline)
+  Odometry(py::handle camera, py::handle pipeline, const std::string& sensor)
       : link_(std::make_shared<FilterLink>()),
         labels_(std::make_shared<command::OracleLabels>()),
         judge_(config(pipeline)),
-        odometry_(camera_of("camera", camera), odometry::OdometryOptions(), &judge_) {}
+        odometry_(camera_of("camera", camera), options_of(sensor), &judge_) {}
 
   Track process(py::handle grey, double timestamp, py::handle depth, double depth_unit_m, py::handle boxes,
-                std::int64_t boxes_frame_id, py::handle mask, py::handle labels, py::handle pose) {
+                std::int64_t boxes_frame_id, py::handle mask, py::handle labels, py::handle pose,
+                py::handle right) {
     Images images;
-    io::RgbdFrame frame;
+    io::SequenceFrame frame;
     frame.timestamp_s = timestamp, frame.depth_unit_m = depth_unit_m;
     frame.grey = images.grey("grey", grey).clone();  // the odometry keeps what it is given
     if (frame.grey.empty()) refuse("grey", "a uint8 image of shape (height, width)", grey);
     frame.depth = images.depth("depth", depth).clone();
+    frame.right = images.grey("right", right).clone();
     labels_->labels = images.mask("labels", labels);
     odometry::SemanticInputs inputs;
     const std::vector<Detection> found =
@@ -73,6 +75,14 @@ class Odometry {
   const std::string& pipeline() const { return judge_.pipeline().name(); }
 
  private:
+  static odometry::OdometryOptions options_of(const std::string& sensor) {
+    const auto named = odometry::sensor_named(sensor);
+    if (!named) throw py::value_error("sensor: expected rgbd, stereo or mono, got \"" + sensor + "\"");
+    odometry::OdometryOptions options;
+    options.sensor = *named;
+    return options;
+  }
+
   PipelineConfig config(py::handle source) {
     if (!py::isinstance<py::str>(source)) return config_of(source, link_);
     Registry all = registry(link_);
@@ -136,16 +146,19 @@ void bind_odometry(py::module_& module) {
   module.attr("has_odometry") = true;
   bind_track(module);
   py::class_<Odometry>(module, "Odometry",
-                       "RGB-D odometry as ORB-SLAM's tracking and local mapping, without loop closing: the "
+                       "Odometry as ORB-SLAM's tracking and local mapping, without loop closing: the "
                        "SLAM of `dynfilter run`.")
-      .def(py::init<py::handle, py::handle>(), py::arg("camera"), py::arg("pipeline") = "none",
-           "`pipeline`: as for Pipeline; also \"oracle\", which rejects what `labels` say.")
+      .def(py::init<py::handle, py::handle, const std::string&>(), py::arg("camera"),
+           py::arg("pipeline") = "none", py::kw_only(), py::arg("sensor") = "rgbd",
+           "`pipeline`: as for Pipeline; also \"oracle\", which rejects what `labels` say.\n"
+           "`sensor`: rgbd, stereo or mono. A mono map has a unit of its own.")
       .def("process", &Odometry::process, py::arg("grey"), py::kw_only(), py::arg("timestamp"),
-           py::arg("depth"), py::arg("depth_unit_m") = 1.0, py::arg("boxes") = py::none(),
+           py::arg("depth") = py::none(), py::arg("depth_unit_m") = 1.0, py::arg("boxes") = py::none(),
            py::arg("boxes_frame_id") = -1, py::arg("mask") = py::none(), py::arg("labels") = py::none(),
-           py::arg("pose") = py::none(),
+           py::arg("pose") = py::none(), py::arg("right") = py::none(),
            "One frame. Frames are counted from 0, which `boxes_frame_id` refers to.\n"
-           "`labels`: (height, width) uint8, not 0 on movers. `pose`: (4, 4), replaces the estimate.")
+           "`labels`: (height, width) uint8, not 0 on movers. `pose`: (4, 4), replaces the estimate.\n"
+           "`right`: (height, width) uint8, rectified, for stereo.")
       .def("trajectory", &Odometry::trajectory,
            "(timestamps (n,) [s], poses (n, 4, 4)) of the tracked frames, refined since.")
       .def_property_readonly("pipeline", &Odometry::pipeline, "the pipeline's name");

@@ -2,7 +2,7 @@
 #include <pybind11/stl.h>
 
 #include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/tum_sequence.hpp>
+#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/render/scenes.hpp>
 #include <dynfilter/render/sequence.hpp>
 #include <memory>
@@ -29,9 +29,9 @@ std::size_t checked_index(std::int64_t i, std::size_t size) {
 }
 
 /// Arguments of dynfilter.sequences.Frame.
-py::dict loaded(const io::TumSequence& sequence, std::int64_t index) {
+py::dict loaded(const io::Sequence& sequence, std::int64_t index) {
   const std::size_t i = checked_index(index, sequence.size());
-  io::RgbdFrame frame;
+  io::SequenceFrame frame;
   cv::Mat truth, labels;
   {
     const py::gil_scoped_release no_gil;
@@ -42,6 +42,7 @@ py::dict loaded(const io::TumSequence& sequence, std::int64_t index) {
   out["timestamp"] = frame.timestamp_s;
   out["colour"] = array_of(frame.colour);
   out["grey"] = array_of(frame.grey);
+  out["right"] = array_or_none(frame.right);
   out["depth"] = array_or_none(frame.depth);
   out["depth_unit_m"] = frame.depth_unit_m;
   out["truth"] = array_or_none(truth);
@@ -87,31 +88,39 @@ std::unique_ptr<render::SequenceRenderer> make_renderer(const std::string& scene
   return std::make_unique<render::SequenceRenderer>(options);
 }
 
-io::TumSequence open_tum(const std::string& folder, const std::optional<Camera>& camera) {
-  io::TumOptions options;
-  options.camera = camera;
-  return io::TumSequence::open(folder, options);
+io::Sequence open_recording(const std::string& folder, const std::optional<Camera>& camera,
+                            std::optional<double> rate_hz) {
+  io::SequenceOptions options;
+  options.camera = camera, options.rate_hz = rate_hz;
+  return io::Sequence::open(folder, options);
+}
+
+std::string sensor_of(const io::Sequence& sequence) {
+  if (!sequence.sensor().empty()) return sequence.sensor();
+  return sequence.has_depth() ? "rgbd" : sequence.has_stereo() ? "stereo" : "mono";
 }
 
 }  // namespace
 
 void bind_sequences(py::module_& module) {
-  py::class_<io::TumSequence>(module, "_TumReader")
-      .def(py::init(&open_tum), py::arg("folder"), py::arg("camera") = py::none())
-      .def("__len__", &io::TumSequence::size)
+  py::class_<io::Sequence>(module, "_Reader")
+      .def(py::init(&open_recording), py::arg("folder"), py::arg("camera") = py::none(),
+           py::arg("rate_hz") = py::none())
+      .def("__len__", &io::Sequence::size)
       .def("load", &loaded, py::arg("i"))
       .def(
-          "timestamp", [](const io::TumSequence& s, std::size_t i) { return s.timestamp_s(i); }, py::arg("i"))
-      .def("image_name", &io::TumSequence::image_name, py::arg("i"))
+          "timestamp", [](const io::Sequence& s, std::size_t i) { return s.timestamp_s(i); }, py::arg("i"))
+      .def("image_name", &io::Sequence::image_name, py::arg("i"))
       .def("ground_truth",
-           [](const io::TumSequence& s) {
+           [](const io::Sequence& s) {
              const auto truth = s.ground_truth();
              return truth ? py::object(arrays_of(*truth)) : py::object(py::none());
            })
-      .def_property_readonly("camera", &io::TumSequence::camera)
-      .def_property_readonly("name", &io::TumSequence::name)
-      .def_property_readonly("has_labels", &io::TumSequence::has_labels)
-      .def_property_readonly("notes", &io::TumSequence::notes);
+      .def_property_readonly("camera", &io::Sequence::camera)
+      .def_property_readonly("name", &io::Sequence::name)
+      .def_property_readonly("sensor", &sensor_of)
+      .def_property_readonly("has_labels", &io::Sequence::has_labels)
+      .def_property_readonly("notes", &io::Sequence::notes);
   py::class_<render::SequenceRenderer>(module, "_Renderer")
       .def(py::init(&make_renderer), py::arg("scene"), py::arg("frames"), py::arg("seed"), py::arg("rate_hz"),
            py::arg("motion_blur"), py::arg("exposure_variation"), py::arg("image_noise"),
