@@ -10,8 +10,8 @@ namespace fs = std::filesystem;
 namespace {
 
 const std::vector<std::string>& subcommands() {
-  static const std::vector<std::string> names{"filters", "check", "presets", "synth",  "run",  "compare",
-                                              "map",     "eval",  "detect",  "motion", "serve"};
+  static const std::vector<std::string> names{"filters", "check", "presets", "synth",  "run",    "compare",
+                                              "bench",   "map",   "eval",    "detect", "motion", "serve"};
   return names;
 }
 
