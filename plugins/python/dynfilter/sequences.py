@@ -35,11 +35,11 @@ class Frame:
     """uint8"""
     grey: Array
     """uint8"""
-    right: Optional[Array] = None
-    """uint8, the rectified image of the right camera of a stereo pair"""
     depth: Optional[Array] = None
     """uint16, in units of `depth_unit_m`; 0: no depth"""
     depth_unit_m: float = 1.0
+    right: Optional[Array] = None
+    """uint8, the rectified image of the right camera of a stereo pair"""
     boxes: Optional[List[_core.Detection]] = None
     """None: no result came. An empty list: the detector found nothing."""
     boxes_frame_id: int = -1
