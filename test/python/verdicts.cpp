@@ -5,7 +5,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/render/sequence.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>

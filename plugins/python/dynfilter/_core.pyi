@@ -498,12 +498,13 @@ class _Renderer:
         scene: str,
         frames: int,
         seed: int,
-        rate_hz: float,
+        rate_hz: Optional[float],
         motion_blur: bool,
         exposure_variation: bool,
         image_noise: float,
         perfect_depth: bool,
         late_boxes: int,
+        right_images: bool,
     ) -> None: ...
     def __len__(self) -> int: ...
     def load(self, i: int) -> Dict[str, Any]: ...

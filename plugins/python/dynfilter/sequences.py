@@ -168,7 +168,7 @@ def render(
     *,
     frames: int = 200,
     seed: int = 1,
-    rate_hz: float = 30.0,
+    rate_hz: Optional[float] = None,
     boxes: bool = True,
     masks: bool = False,
     late_boxes: int = 0,
@@ -176,17 +176,30 @@ def render(
     exposure_variation: bool = False,
     image_noise: float = 1.6,
     perfect_depth: bool = False,
+    right_images: bool = False,
 ) -> RenderedSequence:
     """A rendered RGB-D sequence with labels; scene_names() lists the scenes.
 
     `boxes`: of a simulated detector; `late_boxes`: each result is of that many frames before.
     `masks`: exact masks of people. `image_noise`: grey levels.
+    `rate_hz`: None: that of the scene's camera. `right_images`: of a stereo camera, which run() then uses.
     A frame takes about 50 ms. Raises ConfigError for an unknown scene.
     """
     renderer = _core._Renderer(
-        scene, frames, seed, rate_hz, motion_blur, exposure_variation, image_noise, perfect_depth, late_boxes
+        scene,
+        frames,
+        seed,
+        rate_hz,
+        motion_blur,
+        exposure_variation,
+        image_noise,
+        perfect_depth,
+        late_boxes,
+        right_images,
     )
-    return RenderedSequence(renderer, f"{scene}_{seed}" if seed != 1 else scene, boxes, masks)
+    sequence = RenderedSequence(renderer, f"{scene}_{seed}" if seed != 1 else scene, boxes, masks)
+    sequence.sensor = "stereo" if right_images else "rgbd"
+    return sequence
 
 
 class _boxes:

@@ -4,7 +4,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <dynfilter/filters/builtin.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <string>
 #include <vector>

@@ -53,18 +53,20 @@ py::dict loaded(const io::Sequence& sequence, std::int64_t index) {
 py::dict rendered(render::SequenceRenderer& renderer, std::int64_t index) {
   const std::size_t i = checked_index(index, static_cast<std::size_t>(renderer.size()));
   render::RenderedFrame frame;
-  cv::Mat grey;
+  cv::Mat grey, right;
   {
     const py::gil_scoped_release no_gil;
     frame = renderer.frame(static_cast<int>(i));
     cv::cvtColor(frame.colour, grey, cv::COLOR_BGR2GRAY);
+    if (!frame.right.empty()) cv::cvtColor(frame.right, right, cv::COLOR_BGR2GRAY);
   }
   py::dict out;
   out["timestamp"] = frame.timestamp_s;
   out["colour"] = array_of(frame.colour);
   out["grey"] = array_of(grey);
   out["depth"] = array_of(frame.depth);
-  out["depth_unit_m"] = 1 / render::kDepthUnitsPerM;
+  out["right"] = array_or_none(right);
+  out["depth_unit_m"] = 1 / renderer.scene().camera_model.depth_units_per_m;
   out["truth"] = array_of(frame.truth.dynamic);
   out["labels"] = array_of(frame.truth.labels);
   out["mask"] = array_of(frame.truth.person);
@@ -77,14 +79,16 @@ py::dict rendered(render::SequenceRenderer& renderer, std::int64_t index) {
 }
 
 std::unique_ptr<render::SequenceRenderer> make_renderer(const std::string& scene, int frames,
-                                                        std::uint64_t seed, double rate_hz, bool motion_blur,
-                                                        bool exposure_variation, double image_noise,
-                                                        bool perfect_depth, int late_boxes) {
+                                                        std::uint64_t seed, std::optional<double> rate_hz,
+                                                        bool motion_blur, bool exposure_variation,
+                                                        double image_noise, bool perfect_depth,
+                                                        int late_boxes, bool right_images) {
   render::SequenceOptions options;
   options.scene = scene, options.frames = frames, options.seed = seed, options.rate_hz = rate_hz;
   options.motion_blur = motion_blur, options.exposure_variation = exposure_variation;
   options.image_noise = image_noise, options.perfect_depth = perfect_depth;
   options.detector.late_frames = late_boxes;
+  options.right_images = right_images;
   return std::make_unique<render::SequenceRenderer>(options);
 }
 
@@ -124,7 +128,7 @@ void bind_sequences(py::module_& module) {
   py::class_<render::SequenceRenderer>(module, "_Renderer")
       .def(py::init(&make_renderer), py::arg("scene"), py::arg("frames"), py::arg("seed"), py::arg("rate_hz"),
            py::arg("motion_blur"), py::arg("exposure_variation"), py::arg("image_noise"),
-           py::arg("perfect_depth"), py::arg("late_boxes"))
+           py::arg("perfect_depth"), py::arg("late_boxes"), py::arg("right_images"))
       .def("__len__", &render::SequenceRenderer::size)
       .def("load", &rendered, py::arg("i"))
       .def(
