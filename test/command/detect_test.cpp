@@ -136,7 +136,9 @@ TEST_CASE("serve answers images with boxes, until the stream ends") {
   const CommandResult result = dynfilter("serve " + shop.file("d.yaml") + " <" + shop.file("images"));
   CAPTURE(result.err);
   CHECK(result.exit_code == 0);
-  CHECK(result.out == "dynfilter-provider 1\ndetections 1\n0 1 2 2 6 6 thing\nend\ndetections 0\nend\n");
+  CHECK(result.out ==
+        "dynfilter-provider 1\nresult 7\ndetections 1\n0 1 2 2 6 6 thing\nend\n"
+        "result 8\ndetections 0\nend\n");
 }
 
 TEST_CASE("serve says in one line what it cannot read") {

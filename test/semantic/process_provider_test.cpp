@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/semantic/process_provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <fstream>
@@ -179,6 +180,82 @@ TEST_CASE("a program that is missing, dies, hangs or talks nonsense: one clear l
     CAPTURE(words);
     CHECK(answer(std::string(words) + "; sleep 100").rfind("/bin/sh: killed: expected `", 0) == 0);
   }
+}
+
+TEST_CASE("an answer to another image is dropped and shifts no later one") {
+  const auto box = [](int id, int x) {
+    return "echo result " + std::to_string(id) + "; echo detections 1; echo 0 0.5 " + std::to_string(x) +
+           " 2 50 60 person; echo end; ";
+  };
+  // Answers image 1 twice, the second time after the next request, and an image that was never sent.
+  const auto provider =
+      shell(kHello + kRead + box(1, 11) + kRead + box(1, 12) + box(99, 13) +
+            "echo result 98; echo error old; " + box(2, 21) + kRead + box(3, 31) + "cat > /dev/null");
+  for (int k = 1; k <= 3; ++k) {
+    CAPTURE(k);
+    const std::optional<SemanticResult> result = provider->infer(image_of(k, kColour));
+    REQUIRE(result);
+    CHECK(result->frame_id == k);
+    CHECK(result->detections->at(0).box.x == static_cast<float>(10 * k + 1));
+  }
+}
+
+TEST_CASE("a second answer without a frame id is dropped when it is there before the next image") {
+  // One write for both answers, so that the second is there with the first.
+  const auto twice = [](int x) {
+    const std::string box = "detections 1\\n0 0.5 " + std::to_string(x) + " 2 50 60 person\\nend\\n";
+    return "printf '" + box + box + "'; ";
+  };
+  const auto provider =
+      shell(kHello + kRead + twice(11) + kRead + twice(21) + kRead + twice(31) + "cat > /dev/null");
+  for (int k = 1; k <= 3; ++k) {
+    const std::optional<SemanticResult> result = provider->infer(image_of(k, kColour));
+    REQUIRE(result);
+    CHECK(result->detections->at(0).box.x == static_cast<float>(10 * k + 1));
+  }
+}
+
+TEST_CASE("boxes that cannot be: an error of the program, which continues") {
+  const auto boxes = [](const std::string& numbers) {
+    return kRead + "echo detections 2; echo 0 0.5 1 2 11 22 person; echo 0 " + numbers +
+           " person; echo end; ";
+  };
+  const auto provider =
+      shell(kHello + boxes("5 1 2 11 22") + boxes("-0.1 1 2 11 22") + boxes("0.5 1 2 1e38 22") +
+            boxes("0.5 -1e38 2 11 1e38") + boxes("0.5 2 2 12 22") + "cat > /dev/null");
+  const auto answer = [&](int k) { return error_of([&] { provider->infer(image_of(k, kColour)); }); };
+  CHECK(answer(0) == "/bin/sh: a score of 5, expected 0 to 1");
+  CHECK(answer(1) == "/bin/sh: a score of -0.1, expected 0 to 1");
+  CHECK(answer(2) == "/bin/sh: a coordinate of 1e+38, expected less than a million pixels");
+  CHECK(answer(3) == "/bin/sh: a coordinate of -1e+38, expected less than a million pixels");
+  const std::optional<SemanticResult> result = provider->infer(image_of(4, kColour));
+  REQUIRE(result);
+  CHECK(result->detections->size() == 2);
+}
+
+TEST_CASE("control characters of a program do not reach a terminal") {
+  const auto provider = shell(
+      kHello + kRead + "printf 'error \\033[31mred\\r\\302\\233m\\n'; " + kRead +
+      "printf 'detections 1\\n0 0.5 1 2 11 22 per\\033[2Json stra\\303\\237e\\nend\\n'; cat > /dev/null");
+  CHECK(error_of([&] { provider->infer(image_of(0, kColour)); }) == "/bin/sh: ?[31mred???m");
+  const std::optional<SemanticResult> result = provider->infer(image_of(1, kColour));
+  REQUIRE(result);
+  CHECK(result->detections->at(0).class_name == "per?[2Json stra\303\237e");
+}
+
+TEST_CASE("what a program may send is limited before memory is taken") {
+  const auto answer = [](const std::string& words) {
+    const auto provider = shell(kHello + kRead + words + "; sleep 100");
+    return error_of([&] { provider->infer(image_of(0, kColour)); });
+  };
+  const std::string killed = "/bin/sh: killed: ", expected = killed + "expected `";
+  CHECK(answer("echo detections " + std::to_string(limits::kMaxBoxes + 1)).rfind(expected, 0) == 0);
+  // Each side is allowed, both together are 268 million pixels.
+  CHECK(answer("echo labels 16384 16384").rfind(expected, 0) == 0);
+  CHECK(answer("echo labels 16385 1").rfind(expected, 0) == 0);
+  CHECK(answer("echo detections 0; echo detections 0").rfind(expected, 0) == 0);
+  CHECK(answer("echo result x").rfind(expected, 0) == 0);
+  CHECK(answer("head -c 5000 /dev/zero; echo") == killed + "a line of more than 4096 bytes");
 }
 
 TEST_CASE("a program that hangs is killed, and started again as often as allowed") {

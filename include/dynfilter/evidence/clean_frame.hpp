@@ -9,6 +9,7 @@
 #include <dynfilter/core/span.hpp>
 #include <limits>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,10 @@ namespace dynfilter {
 ///  - images have a supported type;
 ///  - a camera has a focal length, or only an image size (focal lengths 0, no distortion);
 ///  - a pose is rigid;
-///  - boxes have an area;
+///  - boxes have an area and a score in [0, 1], and there are at most limits::kMaxBoxes;
 ///  - pixel positions are NaN or within 1e6 pixels.
+/// Of more boxes those with the highest scores are kept.
+/// Of more than limits::kMaxFeatures features none is judged.
 /// Unusable input is removed, with a note.
 /// An unusual array is replaced by a copy in this object, valid until the next call.
 class FrameCleaner {
@@ -43,20 +46,28 @@ class FrameCleaner {
 
   void drop_odd_images(FrameView& frame);
 
+  /// Returns false if there are too many features; then no feature has a position.
+  bool clean_count(FrameView& frame);
   void clean_places(FrameView& frame);
   /// Returns how many positions were set to NaN.
   static std::size_t clean_places(Span<const cv::KeyPoint>& given, std::vector<cv::KeyPoint>& own);
 
   void clean_boxes(FrameView& frame);
   static bool sound(const Detection& detection);
+  static bool sound_box(const cv::Rect2f& box);
   /// Clips a box that reaches far beyond the image, so that its part in the image remains.
   static cv::Rect2f clipped(const cv::Rect2f& box);
+  /// The box as filters may use it, or nullopt.
+  static std::optional<cv::Rect2f> usable_box(const Detection& detection);
+  /// Keeps the boxes with the highest scores in kept_, in the order given.
+  void keep_best(Span<const Detection> given);
 
   static bool sound(const Camera& camera);
 
   std::vector<std::string> notes_;
   std::vector<cv::KeyPoint> keypoints_, undistorted_;
   std::vector<Detection> detections_;
+  std::vector<std::size_t> kept_;
 };
 
 }  // namespace dynfilter

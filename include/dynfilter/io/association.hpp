@@ -11,7 +11,7 @@ namespace dynfilter::io {
 /// Sorted by `a_s`.
 /// Greedy like associate.py of the TUM tools:
 /// the closest pair first, then the closest of the rest, each timestamp once.
-/// Both lists are ascending. Cost: n log n plus the number of close pairs.
+/// Both lists are strictly ascending. Cost: n log n, however many pairs are close.
 std::vector<std::pair<std::size_t, std::size_t>> associate(const std::vector<double>& a_s,
                                                            const std::vector<double>& b_s, double max_gap_s);
 

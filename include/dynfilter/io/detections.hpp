@@ -37,7 +37,8 @@ inline bool usable(const Detection& d) {
 }  // namespace detail
 
 /// Reads lines `timestamp class_id class_name score x1 y1 x2 y2` [px] and `timestamp none`.
-/// `#` starts a comment. Throws IoError with file and line.
+/// `#` starts a comment. Throws IoError with file and line,
+/// also for an image with more than limits::kMaxBoxes boxes.
 DetectionTrack read_detections(const std::filesystem::path& path);
 
 /// Writes what read_detections() reads, with boxes rounded to 0.001 px.

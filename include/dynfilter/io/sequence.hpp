@@ -96,7 +96,7 @@ class Sequence {
 
   void check_camera_size(const cv::Size& size, const std::string& file) const;
 
-  cv::Mat load_grey(const std::string& file) const;
+  cv::Mat load_right(const detail::IndexedFrame& frame, const cv::Size& left_size) const;
 
   cv::Mat load_depth(const detail::IndexedFrame& frame, const cv::Size& colour_size) const;
 

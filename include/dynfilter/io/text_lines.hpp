@@ -5,6 +5,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,28 @@ struct TextLine {
   bool has_commas = false;
 };
 
+/// The lines of a text file, without their line ends.
+class LineReader {
+ public:
+  /// Throws IoError if the file cannot be read.
+  explicit LineReader(std::filesystem::path path);
+
+  /// False at the end. Throws IoError if the line has more than limits::kMaxLineBytes.
+  bool next(std::string& line);
+
+  /// Number of the last line, counted from 1.
+  int number() const { return number_; }
+
+ private:
+  std::filesystem::path path_;
+  std::ifstream in_;
+  std::vector<char> buffer_;
+  int number_ = 0;
+};
+
 /// Reads the lines with data. Skips blank lines and `#` comments.
-/// Throws IoError if the file cannot be read.
+/// Throws IoError if the file cannot be read, a line is too long,
+/// or there are more than limits::kMaxTextFields fields.
 std::vector<TextLine> read_text_lines(const std::filesystem::path& path);
 
 using dynfilter::parse_number;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/late/motion_trail.hpp>
@@ -60,9 +59,7 @@ class CarriedMask {
     int points = 0;
   };
 
-  static cv::Point cell_of(const cv::Point2f& px) {
-    return {static_cast<int>(std::floor(px.x / kCellPx)), static_cast<int>(std::floor(px.y / kCellPx))};
-  }
+  static cv::Point cell_of(const cv::Point2f& px) { return MotionTrail::cell_of(px); }
   bool in_grid(const cv::Point& cell) const {
     return cell.x >= 0 && cell.y >= 0 && cell.x < grid_.cols && cell.y < grid_.rows;
   }

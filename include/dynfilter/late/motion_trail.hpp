@@ -39,6 +39,10 @@ class MotionTrail {
   void add(std::int64_t id, const Match& match, const std::vector<cv::Point2f>& px,
            const std::vector<float>& depths_m, cv::Mat& thin_depth_m, cv::Size image_px);
 
+  /// The cell that contains this pixel position.
+  /// Positions far outside any image and NaN give a cell far outside, too.
+  static cv::Point cell_of(const cv::Point2f& px);
+
   /// Every 4th pixel of a depth image. See TrailFrame.
   /// Only CV_32FC1 and CV_16UC1 are read; other types give an empty image.
   static void thin_depth(const cv::Mat& depth, double unit_m, cv::Mat& out);

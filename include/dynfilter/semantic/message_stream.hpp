@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstddef>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <string>
 
 namespace dynfilter {
@@ -37,13 +38,17 @@ class MessageStream {
 
   void read_bytes(unsigned char* to, std::size_t n);
 
+  /// Discards what the other side has sent so far, without waiting.
+  /// Throws Error beyond limits::kMaxSurplusBytes.
+  void discard_unread();
+
   void write_text(const std::string& text) { write_bytes(text.data(), text.size()); }
 
   void write_bytes(const void* from, std::size_t n);
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::size_t kMaxLine = 4096;
+  static constexpr std::size_t kMaxLine = limits::kMaxMessageLineBytes;
 
   std::size_t receive(void* to, std::size_t n);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/message_stream.hpp>
@@ -16,13 +17,18 @@ namespace dynfilter {
 namespace protocol {
 
 inline constexpr const char* kHello = "dynfilter-provider 1";
-inline constexpr int kMaxSide = 16384;
-inline constexpr int kMaxDetections = 10000;
 
 /// An exception of the provider, reported by the protocol.
 class Told : public Error {
  public:
   using Error::Error;
+};
+
+/// One answer of the program.
+struct Answer {
+  std::optional<std::int64_t> frame_id;  ///< of its line `result ID`; unset: it has none
+  std::optional<SemanticResult> result;
+  std::string error;  ///< why there is no result; empty: it did not fail
 };
 
 Error unexpected(const std::string& expected, std::string line);
@@ -35,12 +41,23 @@ void write_image(MessageStream& stream, const SemanticImage& image);
 
 void read_image(MessageStream& stream, SemanticImage& image);
 
-/// Writes `detections N` with N lines `CLASS_ID SCORE X1 Y1 X2 Y2 CLASS NAME`,
+/// Writes `result ID` if the result has a frame id,
+/// `detections N` with N lines `CLASS_ID SCORE X1 Y1 X2 Y2 CLASS NAME`,
 /// and `labels WIDTH HEIGHT` with the rows. Each part is optional. Ends with `end`.
 void write_result(MessageStream& stream, const std::optional<SemanticResult>& result);
 
+/// Control characters of the class name become `?`.
 Detection read_detection(const std::string& line);
 
+/// Reads the next answer. One with boxes that cannot be is an error of the program:
+/// a score out of [0, 1], or coordinates of a million pixels and more.
+/// Throws Error if it violates the protocol.
+Answer read_answer(MessageStream& stream);
+
+/// Reads the answer to this image. Answers to other images are dropped.
+Answer read_answer(MessageStream& stream, std::int64_t frame_id);
+
+/// The next answer's result. Throws Told if the program failed.
 std::optional<SemanticResult> read_result(MessageStream& stream);
 
 /// The provider's side: answers images on `in` until the host closes the stream.

@@ -70,6 +70,7 @@ class ProcessProvider final : public SemanticProvider {
   std::unique_ptr<ChildProcess> child_;
   std::optional<MessageStream> stream_;
   int starts_ = 0;
+  bool numbered_ = false;  ///< its answers name their image
 };
 
 }  // namespace dynfilter

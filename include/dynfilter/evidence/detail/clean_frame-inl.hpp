@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <opencv2/core.hpp>
+#include <tuple>
 
 namespace dynfilter {
 
@@ -15,7 +17,7 @@ DYNFILTER_INLINE void FrameCleaner::clean(FrameView& frame) {
   notes_.clear();
   drop_odd_arrays(frame);
   drop_odd_images(frame);
-  clean_places(frame);
+  if (clean_count(frame)) clean_places(frame);
   clean_boxes(frame);
   drop(frame.camera && !sound(*frame.camera), "camera cannot be used: not finite or out of range",
        frame.camera);
@@ -61,6 +63,17 @@ inline void FrameCleaner::drop_odd_images(FrameView& frame) {
              frame.mask);
 }
 
+inline bool FrameCleaner::clean_count(FrameView& frame) {
+  const std::size_t n = frame.size();
+  if (n <= limits::kMaxFeatures) return true;
+  notes_.push_back(std::to_string(n) + " features, expected at most " + std::to_string(limits::kMaxFeatures) +
+                   ": not judged");
+  keypoints_.assign(n, cv::KeyPoint(kNone, kNone, 0));
+  frame.keypoints = keypoints_;
+  if (!frame.keypoints_undistorted.empty()) frame.keypoints_undistorted = keypoints_;
+  return false;
+}
+
 inline void FrameCleaner::clean_places(FrameView& frame) {
   const std::size_t nowhere = clean_places(frame.keypoints, keypoints_);
   if (nowhere > 0) notes_.push_back(std::to_string(nowhere) + " keypoints are in no image: not judged");
@@ -82,24 +95,51 @@ inline std::size_t FrameCleaner::clean_places(Span<const cv::KeyPoint>& given,
 inline void FrameCleaner::clean_boxes(FrameView& frame) {
   if (!frame.detections) return;
   Span<const Detection>& given = frame.detections->detections;
-  if (std::all_of(given.begin(), given.end(), [](const Detection& box) { return sound(box); })) return;
+  const auto is_sound = [](const Detection& box) { return sound(box); };
+  if (given.size() <= limits::kMaxBoxes && std::all_of(given.begin(), given.end(), is_sound)) return;
+  keep_best(given);
   detections_.clear();
-  for (const Detection& detection : given) {
-    Detection box = detection;
+  for (const std::size_t k : kept_) {
+    Detection box = given[k];
     if (!box.mask.empty() && box.mask.type() != CV_8UC1) box.mask = cv::Mat();
-    if (!sound(box)) box.box = clipped(box.box);
-    if (sound(box)) detections_.push_back(box);
+    box.box = *usable_box(given[k]);
+    detections_.push_back(std::move(box));
   }
-  if (detections_.size() < given.size())
-    notes_.push_back(std::to_string(given.size() - detections_.size()) + " of " +
-                     std::to_string(given.size()) + " boxes cannot be used");
   given = detections_;
 }
 
+inline void FrameCleaner::keep_best(Span<const Detection> given) {
+  kept_.clear();
+  for (std::size_t k = 0; k < given.size(); ++k)
+    if (usable_box(given[k])) kept_.push_back(k);
+  const std::string of_all = " of " + std::to_string(given.size()) + " boxes cannot be used";
+  if (kept_.size() < given.size()) notes_.push_back(std::to_string(given.size() - kept_.size()) + of_all);
+  if (kept_.size() <= limits::kMaxBoxes) return;
+  notes_.push_back(std::to_string(kept_.size()) + " boxes: only the " + std::to_string(limits::kMaxBoxes) +
+                   " with the highest scores are used");
+  const auto first = kept_.begin() + static_cast<std::ptrdiff_t>(limits::kMaxBoxes);
+  std::nth_element(kept_.begin(), first, kept_.end(), [&](std::size_t a, std::size_t b) {
+    return std::tuple(-given[a].score, a) < std::tuple(-given[b].score, b);
+  });
+  kept_.erase(first, kept_.end());
+  std::sort(kept_.begin(), kept_.end());
+}
+
+inline std::optional<cv::Rect2f> FrameCleaner::usable_box(const Detection& detection) {
+  if (!(detection.score >= 0 && detection.score <= 1)) return std::nullopt;
+  if (sound_box(detection.box)) return detection.box;
+  const cv::Rect2f box = clipped(detection.box);
+  if (!sound_box(box)) return std::nullopt;
+  return box;
+}
+
 inline bool FrameCleaner::sound(const Detection& detection) {
-  const cv::Rect2f& box = detection.box;
-  return box.width > 0 && box.height > 0 && PointGrid::usable(box.tl()) && PointGrid::usable(box.br()) &&
-         std::isfinite(detection.score) && (detection.mask.empty() || detection.mask.type() == CV_8UC1);
+  return sound_box(detection.box) && detection.score >= 0 && detection.score <= 1 &&
+         (detection.mask.empty() || detection.mask.type() == CV_8UC1);
+}
+
+inline bool FrameCleaner::sound_box(const cv::Rect2f& box) {
+  return box.width > 0 && box.height > 0 && PointGrid::usable(box.tl()) && PointGrid::usable(box.br());
 }
 
 inline cv::Rect2f FrameCleaner::clipped(const cv::Rect2f& box) {

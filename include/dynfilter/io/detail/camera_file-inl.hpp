@@ -12,10 +12,8 @@
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/text_lines.hpp>
-#include <fstream>
 #include <map>
 #include <ostream>
-#include <system_error>
 
 namespace dynfilter::io {
 
@@ -23,12 +21,10 @@ namespace detail {
 
 /// Reads only the flat `key: value` lines at the left margin. The rest of the file is ignored.
 inline std::map<std::string, TextLine> flat_keys(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) throw IoError(path.string() + ": no such file");
-  std::ifstream in(path);
+  LineReader reader(path);
   std::map<std::string, TextLine> keys;
-  std::string text;
-  for (int number = 1; std::getline(in, text); ++number) {
+  for (std::string text; reader.next(text);) {
+    const int number = reader.number();
     text = text.substr(0, text.find('#'));
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos || text[0] == '%' || std::isspace(static_cast<unsigned char>(text[0])))

@@ -7,6 +7,8 @@
 #include <array>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/limits.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/text_lines.hpp>
 #include <iomanip>
@@ -51,6 +53,7 @@ inline Detection parse_detection(const TextLine& line, const std::filesystem::pa
   if (!(std::abs(id) < 1e9)) throw IoError(at_line(path, line.number) + ": the class id is not a number");
   d.class_id = static_cast<int>(id);
   for (std::size_t i = 2; i < n - 5; ++i) d.class_name += (i > 2 ? " " : "") + line.fields[i];
+  d.class_name = without_controls(d.class_name);
   d.score = static_cast<float>(tail[0]);
   d.box = cv::Rect2f(cv::Point2f(static_cast<float>(tail[1]), static_cast<float>(tail[2])),
                      cv::Point2f(static_cast<float>(tail[3]), static_cast<float>(tail[4])));
@@ -71,6 +74,9 @@ DYNFILTER_INLINE DetectionTrack read_detections(const std::filesystem::path& pat
     if (line.fields.size() == 2 && line.fields[1] == "none") continue;
     const Detection d = detail::parse_detection(line, path);
     detail::usable(d) ? of_image.push_back(d) : void(++track.unusable);
+    if (of_image.size() > limits::kMaxBoxes)
+      throw IoError(at_line(path, line.number) + ": more than " + std::to_string(limits::kMaxBoxes) +
+                    " boxes for one image");
   }
   for (auto& [stamp_s, detections] : by_time) track.images.push_back({stamp_s, std::move(detections)});
   return track;

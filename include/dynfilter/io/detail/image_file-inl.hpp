@@ -4,9 +4,12 @@
 #include <dynfilter/io/image_file.hpp>
 
 #include <array>
+#include <cctype>
+#include <cstdlib>
 #include <cstring>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <fstream>
 #include <ios>
 #include <opencv2/core.hpp>
@@ -79,28 +82,115 @@ DYNFILTER_INLINE std::vector<unsigned char> read_bytes(const std::filesystem::pa
   if (!std::filesystem::is_regular_file(path, error)) throw IoError(path.string() + ": no such file");
   std::ifstream in(path, std::ios::binary | std::ios::ate);
   if (!in) throw IoError(path.string() + ": cannot be read");
-  std::vector<unsigned char> bytes(static_cast<std::size_t>(in.tellg()));
+  const auto size = static_cast<std::size_t>(in.tellg());
+  if (size > limits::kMaxImageBytes)
+    throw IoError(path.string() + ": has more than " + std::to_string(limits::kMaxImageBytes) + " bytes");
+  std::vector<unsigned char> bytes(size);
   in.seekg(0);
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!in) throw IoError(path.string() + ": cannot be read");
   return bytes;
 }
 
+using Bytes = std::vector<unsigned char>;
+
+inline bool begins_with(const Bytes& bytes, const char* signature, std::size_t size) {
+  return bytes.size() >= size && std::memcmp(bytes.data(), signature, size) == 0;
+}
+
+inline std::optional<cv::Size> positive(std::int64_t width, std::int64_t height) {
+  constexpr std::int64_t kMost = INT32_MAX;
+  if (width < 1 || height < 1 || width > kMost || height > kMost) return std::nullopt;
+  return cv::Size(static_cast<int>(width), static_cast<int>(height));
+}
+
+inline std::optional<cv::Size> png_size(const Bytes& bytes) {
+  if (bytes.size() < 24) return std::nullopt;
+  return positive(big_endian32(&bytes[16]), big_endian32(&bytes[20]));
+}
+
+/// The size is in the first frame header, SOF0 to SOF15.
+inline std::optional<cv::Size> jpeg_size(const Bytes& bytes) {
+  for (std::size_t at = 2; at + 9 < bytes.size();) {
+    if (bytes[at] != 0xFF) return std::nullopt;
+    const unsigned marker = bytes[at + 1];
+    if (marker == 0xFF) {  // padding
+      ++at;
+      continue;
+    }
+    const bool table = marker == 0xC4 || marker == 0xC8 || marker == 0xCC;
+    const auto short_at = [&](std::size_t i) { return (std::int64_t{bytes[i]} << 8) | bytes[i + 1]; };
+    if (marker >= 0xC0 && marker <= 0xCF && !table) return positive(short_at(at + 7), short_at(at + 5));
+    at += 2 + static_cast<std::size_t>(short_at(at + 2));
+  }
+  return std::nullopt;
+}
+
+inline std::optional<cv::Size> bmp_size(const Bytes& bytes) {
+  if (bytes.size() < 26) return std::nullopt;
+  const bool os2 = little_endian32(&bytes[14]) == 12;
+  if (os2) return positive(bytes[18] | (bytes[19] << 8), bytes[20] | (bytes[21] << 8));
+  const auto signed_at = [&](std::size_t i) {
+    return std::int64_t{static_cast<std::int32_t>(little_endian32(&bytes[i]))};
+  };
+  return positive(signed_at(18), std::abs(signed_at(22)));  // a negative height: rows from the top
+}
+
+/// Two numbers in text, between blanks and comments.
+inline std::optional<cv::Size> pnm_size(const Bytes& bytes) {
+  std::int64_t numbers[2] = {0, 0};
+  std::size_t at = 2;
+  for (std::int64_t& number : numbers) {
+    for (; at < bytes.size() && (std::isspace(bytes[at]) != 0 || bytes[at] == '#'); ++at)
+      if (bytes[at] == '#')
+        while (at + 1 < bytes.size() && bytes[at] != '\n') ++at;
+    for (; at < bytes.size() && std::isdigit(bytes[at]) != 0 && number < INT32_MAX; ++at)
+      number = 10 * number + (bytes[at] - '0');
+  }
+  return positive(numbers[0], numbers[1]);
+}
+
+DYNFILTER_INLINE std::optional<cv::Size> image_size(const std::vector<unsigned char>& bytes) {
+  if (begins_with(bytes, "\x89PNG\r\n\x1A\n", 8)) return png_size(bytes);
+  if (begins_with(bytes, "\xFF\xD8", 2)) return jpeg_size(bytes);
+  if (begins_with(bytes, "BM", 2)) return bmp_size(bytes);
+  if (begins_with(bytes, "P", 1) && bytes.size() > 2 && bytes[1] >= '1' && bytes[1] <= '6')
+    return pnm_size(bytes);
+  return std::nullopt;
+}
+
+inline void check_limits(const std::filesystem::path& path, const cv::Size& size) {
+  if (size.width <= limits::kMaxImageSide_px && size.height <= limits::kMaxImageSide_px &&
+      std::int64_t{size.width} * size.height <= limits::kMaxImagePixels)
+    return;
+  throw IoError(path.string() + ": is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+                ", expected at most " + std::to_string(limits::kMaxImageSide_px) + " on a side and " +
+                std::to_string(limits::kMaxImagePixels) + " pixels");
+}
+
 }  // namespace detail
 
-DYNFILTER_INLINE cv::Mat read_image(const std::filesystem::path& path, int flags) {
+DYNFILTER_INLINE cv::Mat read_image(const std::filesystem::path& path, int flags, const CheckSize& check) {
   const std::vector<unsigned char> bytes = detail::read_bytes(path);
   if (path.extension() == ".png") {
     if (const std::string fault = detail::png_fault(bytes); !fault.empty()) {
       throw IoError(path.string() + ": " + fault);
     }
   }
+  const std::optional<cv::Size> size = detail::image_size(bytes);
+  if (!size)
+    throw IoError(path.string() + ": cannot be decoded as an image: no PNG, JPEG, BMP or PNM header");
+  detail::check_limits(path, *size);
+  // OpenCV turns a JPEG as its metadata says, so its size is known when it is decoded.
+  const bool may_turn = bytes[0] == 0xFF;
+  if (check && !may_turn) check(*size);
   cv::Mat image;
   try {
-    if (!bytes.empty()) image = cv::imdecode(bytes, flags);
+    image = cv::imdecode(bytes, flags);
   } catch (const cv::Exception&) {
   }
   if (image.empty()) throw IoError(path.string() + ": cannot be decoded as an image");
+  if (check && may_turn) check(image.size());
   return image;
 }
 

@@ -9,7 +9,6 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/text_lines.hpp>
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <optional>
 
@@ -58,9 +57,9 @@ inline bool read_track_header(const std::vector<std::string>& words, PointTracks
 }
 
 inline void read_track_comments(const std::filesystem::path& path, PointTracks& tracks) {
-  std::ifstream in(path);
+  LineReader reader(path);
   bool found = false;
-  for (std::string line; std::getline(in, line) && !line.empty() && line[0] == '#';) {
+  for (std::string line; reader.next(line) && !line.empty() && line[0] == '#';) {
     const std::vector<std::string> words = words_of_comment(line);
     if (tracks.title.empty() && !words.empty()) tracks.title = words[0];
     found = found || read_track_header(words, tracks);

@@ -10,8 +10,8 @@
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/image_folder_index.hpp>
 #include <dynfilter/io/kitti_index.hpp>
+#include <dynfilter/io/text_lines.hpp>
 #include <dynfilter/io/tum_index.hpp>
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -67,16 +67,13 @@ DYNFILTER_INLINE SequenceFrame Sequence::load(std::size_t i) const {
   SequenceFrame loaded;
   loaded.timestamp_s = frame.timestamp_s;
   loaded.depth_unit_m = 1.0 / depth_units_per_m_;
-  loaded.colour = read_image(folder_ / frame.image, cv::IMREAD_COLOR);
-  check_camera_size(loaded.colour.size(), frame.image);
+  loaded.colour = read_image(folder_ / frame.image, cv::IMREAD_COLOR,
+                             [&](const cv::Size& size) { check_camera_size(size, frame.image); });
   if (rectifier) loaded.colour = rectifier->left(loaded.colour);
   cv::cvtColor(loaded.colour, loaded.grey, cv::COLOR_BGR2GRAY);
   if (!frame.depth.empty()) loaded.depth = load_depth(frame, loaded.colour.size());
   if (frame.right.empty()) return loaded;
-  loaded.right = load_grey(frame.right);
-  if (loaded.right.size() != loaded.grey.size())
-    throw IoError((folder_ / frame.right).string() + ": is " + text(loaded.right.size()) +
-                  ", but its left image " + frame.image + " is " + text(loaded.grey.size()));
+  loaded.right = load_right(frame, loaded.grey.size());
   if (rectifier) loaded.right = rectifier->right(loaded.right);
   return loaded;
 }
@@ -103,11 +100,11 @@ DYNFILTER_INLINE std::string Sequence::name_of(const std::filesystem::path& fold
 }
 
 inline std::string Sequence::recording_of(const std::filesystem::path& list) {
-  std::ifstream in(list);
-  std::string line;
-  for (int i = 0; i < 3 && std::getline(in, line); ++i) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(list, error)) return "";
+  LineReader reader(list);
+  for (std::string line; reader.number() < 3 && reader.next(line);)
     if (line.rfind("# file:", 0) == 0) return line;
-  }
   return "";
 }
 
@@ -145,20 +142,27 @@ inline void Sequence::check_camera_size(const cv::Size& size, const std::string&
                     text(expected) + "; give another camera file");
 }
 
-inline cv::Mat Sequence::load_grey(const std::string& file) const {
+inline cv::Mat Sequence::load_right(const detail::IndexedFrame& frame, const cv::Size& left_size) const {
+  const std::filesystem::path path = folder_ / frame.right;
   cv::Mat grey;
-  cv::cvtColor(read_image(folder_ / file, cv::IMREAD_COLOR), grey, cv::COLOR_BGR2GRAY);
+  const auto check = [&](const cv::Size& size) {
+    if (size == left_size) return;
+    throw IoError(path.string() + ": is " + text(size) + ", but its left image " + frame.image + " is " +
+                  text(left_size));
+  };
+  cv::cvtColor(read_image(path, cv::IMREAD_COLOR, check), grey, cv::COLOR_BGR2GRAY);
   return grey;
 }
 
 inline cv::Mat Sequence::load_depth(const detail::IndexedFrame& frame, const cv::Size& colour_size) const {
   const std::filesystem::path path = folder_ / frame.depth;
-  cv::Mat depth = read_image(path, cv::IMREAD_UNCHANGED);
+  const auto check = [&](const cv::Size& size) {
+    if (size == colour_size) return;
+    throw IoError(path.string() + ": is " + text(size) + ", but its colour image " + frame.image + " is " +
+                  text(colour_size));
+  };
+  cv::Mat depth = read_image(path, cv::IMREAD_UNCHANGED, check);
   if (depth.type() != CV_16UC1) throw IoError(path.string() + ": is not a 16-bit depth image");
-  if (depth.size() != colour_size) {
-    throw IoError(path.string() + ": is " + text(depth.size()) + ", but its colour image " + frame.image +
-                  " is " + text(colour_size));
-  }
   return depth;
 }
 

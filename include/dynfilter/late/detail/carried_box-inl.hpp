@@ -31,10 +31,11 @@ DYNFILTER_INLINE cv::Mat carried_instance(const CarriedBox& carried, cv::Size im
   for (int r = 0; r < out.rows; ++r)
     for (int c = 0; c < out.cols; ++c) {
       const cv::Point2f px((static_cast<float>(c) + 0.5F) * cell, (static_cast<float>(r) + 0.5F) * cell);
-      const int x = cvFloor(((px.x - now.x) / now.width * then.width + then.x) * to_mask_x),
-                y = cvFloor(((px.y - now.y) / now.height * then.height + then.y) * to_mask_y);
-      if (x >= 0 && y >= 0 && x < mask.cols && y < mask.rows)
-        out.at<std::uint8_t>(r, c) = mask.at<std::uint8_t>(y, x);
+      const float x = ((px.x - now.x) / now.width * then.width + then.x) * to_mask_x,
+                  y = ((px.y - now.y) / now.height * then.height + then.y) * to_mask_y;
+      // Compared before they are converted: a narrow box gives values that do not fit an int.
+      if (x >= 0 && y >= 0 && x < static_cast<float>(mask.cols) && y < static_cast<float>(mask.rows))
+        out.at<std::uint8_t>(r, c) = mask.at<std::uint8_t>(static_cast<int>(y), static_cast<int>(x));
     }
   return out;
 }

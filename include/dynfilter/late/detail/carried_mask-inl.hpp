@@ -4,6 +4,7 @@
 #include <dynfilter/late/carried_mask.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>

@@ -22,6 +22,15 @@ DYNFILTER_INLINE void MotionTrail::add(std::int64_t id, const Match& match,
   cv::swap(frame.depth_m, thin_depth_m);
 }
 
+DYNFILTER_INLINE cv::Point MotionTrail::cell_of(const cv::Point2f& px) {
+  // Other values do not fit an int.
+  constexpr float kMost = 1e8F;
+  const auto cell = [](float at) {
+    return at > -kMost && at < kMost ? cvFloor(at / static_cast<float>(kCellPx)) : -static_cast<int>(kMost);
+  };
+  return {cell(px.x), cell(px.y)};
+}
+
 DYNFILTER_INLINE void MotionTrail::thin_depth(const cv::Mat& depth, double unit_m, cv::Mat& out) {
   if (depth.type() == CV_16UC1)
     thin<std::uint16_t>(depth, static_cast<float>(unit_m), out);

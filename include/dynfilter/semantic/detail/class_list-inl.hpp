@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <fstream>
+#include <dynfilter/core/printable_text.hpp>
+#include <dynfilter/io/text_lines.hpp>
 #include <utility>
 
 namespace dynfilter {
@@ -22,13 +23,12 @@ DYNFILTER_INLINE ClassList::ClassList(std::vector<std::string> names, int first_
 }
 
 DYNFILTER_INLINE std::vector<std::string> ClassList::from_file(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  if (!in) throw IoError(path.string() + ": cannot be read");
+  io::LineReader reader(path);
   std::vector<std::string> names;
-  for (std::string line; std::getline(in, line);) {
+  for (std::string line; reader.next(line);) {
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ' || line.back() == '\t'))
       line.pop_back();
-    names.push_back(line);
+    names.push_back(without_controls(line));
   }
   while (!names.empty() && names.back().empty()) names.pop_back();
   if (names.empty()) throw IoError(path.string() + ": expected a class name on each line");

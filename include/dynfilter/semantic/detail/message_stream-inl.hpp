@@ -19,11 +19,13 @@ DYNFILTER_INLINE std::string MessageStream::read_line() {
   for (;;) {
     const std::size_t end = buffer_.find('\n', begin_);
     if (end != std::string::npos) {
+      if (end - begin_ > kMaxLine) throw Error("a line of more than " + std::to_string(kMaxLine) + " bytes");
       std::string line = buffer_.substr(begin_, end - begin_);
       begin_ = end + 1;
       return line;
     }
-    if (buffer_.size() - begin_ > kMaxLine) throw Error("a line of more than 4096 bytes");
+    if (buffer_.size() - begin_ > kMaxLine)
+      throw Error("a line of more than " + std::to_string(kMaxLine) + " bytes");
     buffer_.erase(0, begin_);
     begin_ = 0;
     char chunk[4096];
@@ -33,9 +35,24 @@ DYNFILTER_INLINE std::string MessageStream::read_line() {
 
 DYNFILTER_INLINE void MessageStream::read_bytes(unsigned char* to, std::size_t n) {
   const std::size_t known = std::min(n, buffer_.size() - begin_);
-  std::memcpy(to, buffer_.data() + begin_, known);
+  if (known > 0) std::memcpy(to, buffer_.data() + begin_, known);
   begin_ += known;
   for (std::size_t done = known; done < n;) done += receive(to + done, n - done);
+}
+
+DYNFILTER_INLINE void MessageStream::discard_unread() {
+  std::size_t discarded = buffer_.size() - begin_;
+  buffer_.clear();
+  begin_ = 0;
+  char chunk[4096];
+  for (pollfd watched{in_, POLLIN, 0}; ::poll(&watched, 1, 0) > 0;) {
+    ssize_t got = ::recv(in_, chunk, sizeof(chunk), MSG_DONTWAIT);
+    if (got < 0 && errno == ENOTSOCK) got = ::read(in_, chunk, sizeof(chunk));
+    if (got <= 0) return;  // the next call reports the end
+    discarded += static_cast<std::size_t>(got);
+    if (discarded > limits::kMaxSurplusBytes)
+      throw Error("more than " + std::to_string(limits::kMaxSurplusBytes) + " bytes that answer no image");
+  }
 }
 
 DYNFILTER_INLINE void MessageStream::write_bytes(const void* from, std::size_t n) {

@@ -35,13 +35,19 @@ DYNFILTER_INLINE std::optional<SemanticResult> ProcessProvider::infer(const Sema
     start();
   }
   return talk(params_.timeout_s, [&] {
+    // What is unread now is a second answer to an earlier image.
+    if (!numbered_) stream_->discard_unread();
     protocol::write_image(*stream_, image);
-    return protocol::read_result(*stream_);
+    protocol::Answer answer = protocol::read_answer(*stream_, image.frame_id);
+    numbered_ = answer.frame_id.has_value();
+    if (!answer.error.empty()) throw protocol::Told(answer.error);
+    return answer.result;
   });
 }
 
 inline void ProcessProvider::start() {
   ++starts_;
+  numbered_ = false;
   child_ = std::make_unique<ChildProcess>(params_.command);
   stream_.emplace(child_->socket(), child_->socket());
   talk(params_.start_timeout_s, [&] {

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// Largest sizes that are accepted from outside. They are checked before memory is allocated for them.
+/// docs/explanation/trust.md lists them with those of YAML texts, and says what happens beyond each.
+namespace dynfilter::limits {
+
+/// Boxes per frame. Detectors give at most 300.
+inline constexpr std::size_t kMaxBoxes = 1000;
+
+/// Features per frame. ORB-SLAM extracts 1000 to 5000, dense front ends about 20,000.
+inline constexpr std::size_t kMaxFeatures = 100'000;
+
+/// Width and height of an image [px].
+inline constexpr int kMaxImageSide_px = 16'384;
+
+/// Pixels of an image. Decoded in colour it takes 200 MB.
+inline constexpr std::int64_t kMaxImagePixels = 64LL * 1024 * 1024;
+
+/// Bytes of an image file.
+inline constexpr std::size_t kMaxImageBytes = std::size_t{256} * 1024 * 1024;
+
+/// Bytes of a line of a text file. A track of 50,000 frames takes that much.
+inline constexpr std::size_t kMaxLineBytes = std::size_t{1024} * 1024;
+
+/// Fields of a text file. Each takes 32 bytes of memory.
+inline constexpr std::size_t kMaxTextFields = 20'000'000;
+
+/// Bytes of a line of a provider program.
+inline constexpr std::size_t kMaxMessageLineBytes = 4096;
+
+/// Bytes of a provider program that belong to no image and are discarded.
+inline constexpr std::size_t kMaxSurplusBytes = std::size_t{1024} * 1024;
+
+}  // namespace dynfilter::limits

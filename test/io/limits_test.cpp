@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/limits.hpp>
+#include <dynfilter/io/association.hpp>
+#include <dynfilter/io/camera_file.hpp>
+#include <dynfilter/io/detections.hpp>
+#include <dynfilter/io/image_file.hpp>
+#include <dynfilter/io/point_tracks.hpp>
+#include <dynfilter/io/text_lines.hpp>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+#include <tuple>
+
+#include "doctest/doctest.h"
+#include "io/tum_folder.hpp"
+
+using namespace dynfilter::io;
+using namespace dynfilter_test;
+using dynfilter::IoError;
+namespace fs = std::filesystem;
+namespace limits = dynfilter::limits;
+
+namespace {
+
+constexpr double kMost_s = 2;
+
+template <class F>
+double seconds(const F& f) {
+  const auto begin = std::chrono::steady_clock::now();
+  f();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+/// All close pairs, sorted by gap.
+Pairs associate_all_pairs(const std::vector<double>& a_s, const std::vector<double>& b_s, double max_gap_s) {
+  std::vector<std::tuple<double, std::size_t, std::size_t>> close;
+  for (std::size_t i = 0; i < a_s.size(); ++i)
+    for (std::size_t j = 0; j < b_s.size(); ++j)
+      if (std::abs(a_s[i] - b_s[j]) < max_gap_s) close.emplace_back(std::abs(a_s[i] - b_s[j]), i, j);
+  std::sort(close.begin(), close.end());
+  std::vector<bool> a_taken(a_s.size()), b_taken(b_s.size());
+  Pairs pairs;
+  for (const auto& [gap_s, i, j] : close) {
+    if (a_taken[i] || b_taken[j]) continue;
+    a_taken[i] = b_taken[j] = true;
+    pairs.emplace_back(i, j);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+std::vector<double> stamps(std::mt19937& random, int n, int most) {
+  std::vector<double> result;
+  for (int k = 0; k < n; ++k) result.push_back(std::uniform_int_distribution<int>(0, most)(random) / 64.0);
+  std::sort(result.begin(), result.end());
+  result.erase(std::unique(result.begin(), result.end()), result.end());
+  return result;
+}
+
+void write_bytes(const fs::path& path, const std::vector<unsigned char>& bytes) {
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+}  // namespace
+
+TEST_CASE("association equals the greedy choice among all pairs") {
+  std::mt19937 random(3);
+  for (int trial = 0; trial < 300; ++trial) {
+    // Stamps on a grid of 1/64 s: many gaps are equal.
+    const std::vector<double> a_s = stamps(random, trial % 40, 100), b_s = stamps(random, trial % 23, 100);
+    CAPTURE(trial);
+    CHECK(associate(a_s, b_s, 0.1) == associate_all_pairs(a_s, b_s, 0.1));
+  }
+}
+
+TEST_CASE("association of 200,000 stamps that are all close takes less than 2 s") {
+  constexpr std::size_t kStamps = 200'000;
+  std::vector<double> a_s, b_s;
+  for (std::size_t k = 0; k < kStamps; ++k) {
+    a_s.push_back(1e-8 * static_cast<double>(k));
+    b_s.push_back(1e-8 * (static_cast<double>(k) + 0.25));
+  }
+  Pairs pairs;
+  CHECK(seconds([&] { pairs = associate(a_s, b_s, 0.02); }) < kMost_s);
+  REQUIRE(pairs.size() == kStamps);
+  CHECK(std::all_of(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.first == pair.second; }));
+}
+
+TEST_CASE("the size of an image is known before it is decoded") {
+  cv::Mat image(37, 301, CV_8UC3, cv::Scalar(1, 2, 3));
+  for (const char* suffix : {".png", ".jpg", ".bmp", ".ppm"}) {
+    CAPTURE(suffix);
+    std::vector<unsigned char> bytes;
+    REQUIRE(cv::imencode(suffix, image, bytes));
+    const auto size = detail::image_size(bytes);
+    REQUIRE(size);
+    CHECK(*size == cv::Size(301, 37));
+    // Any shorter header is read without going beyond its end.
+    for (std::size_t n = 0; n < std::min<std::size_t>(bytes.size(), 700); ++n) {
+      const std::vector<unsigned char> begin(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(n));
+      const auto of_begin = detail::image_size(begin);
+      CHECK((!of_begin || of_begin->width > 0));
+    }
+  }
+  const std::string commented = "P5 # width\n# and height\n 12\t7\n255\n";
+  CHECK(detail::image_size({commented.begin(), commented.end()}) == cv::Size(12, 7));
+  CHECK_FALSE(detail::image_size({'G', 'I', 'F', '8'}));
+  CHECK_FALSE(detail::image_size({}));
+}
+
+TEST_CASE("an image beyond the limits, or of another size than asked for, is not decoded") {
+  const TemporaryFolder folder;
+  // Headers without pixels: decoding them would fail with another message.
+  const std::string wide = "P5\n" + std::to_string(limits::kMaxImageSide_px + 1) + " 1\n255\n",
+                    large = "P5\n16384 16384\n255\n", small = "P5\n16 16\n255\n";
+  for (const std::string& header : {wide, large}) {
+    write_text(folder.path() / "a.pgm", header);
+    CHECK_THROWS_WITH_AS(read_image(folder.path() / "a.pgm", cv::IMREAD_COLOR),
+                         doctest::Contains("expected at most 16384 on a side and 67108864 pixels"), IoError);
+  }
+  write_text(folder.path() / "b.pgm", small);
+  cv::Size seen;
+  const auto check = [&](const cv::Size& size) {
+    seen = size;
+    throw IoError("another size");
+  };
+  CHECK_THROWS_WITH_AS(read_image(folder.path() / "b.pgm", cv::IMREAD_COLOR, check), "another size", IoError);
+  CHECK(seen == cv::Size(16, 16));
+  std::vector<unsigned char> jpeg;
+  REQUIRE(cv::imencode(".jpg", cv::Mat(20, 30, CV_8UC1, cv::Scalar(9)), jpeg));
+  write_bytes(folder.path() / "c.jpg", jpeg);
+  CHECK_THROWS_WITH_AS(read_image(folder.path() / "c.jpg", cv::IMREAD_COLOR, check), "another size", IoError);
+  CHECK(seen == cv::Size(30, 20));
+}
+
+TEST_CASE("a line or a file that is too long is refused, one as long as allowed is read") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "lines.txt";
+  const std::string longest(limits::kMaxLineBytes, 'x');
+  for (const char* end : {"", "\n", "\nlast\n"}) {
+    write_text(path, "first\n" + longest + end);
+    const auto lines = read_text_lines(path);
+    REQUIRE(lines.size() >= 2);
+    CHECK(lines[1].fields[0].size() == limits::kMaxLineBytes);
+    CHECK(lines[1].number == 2);
+  }
+  write_text(path, "first\n\n" + longest + "x\nlast\n");
+  CHECK_THROWS_WITH_AS(read_text_lines(path), doctest::Contains("lines.txt:3: has more than 1048576 bytes"),
+                       IoError);
+  CHECK_THROWS_WITH_AS(read_camera(path), doctest::Contains("lines.txt:3: has more than"), IoError);
+  write_text(path, "#" + longest);
+  CHECK_THROWS_WITH_AS(read_point_tracks(path), doctest::Contains("lines.txt:1: has more than"), IoError);
+  write_text(path, "\n\r\n a b\r\n");
+  const auto lines = read_text_lines(path);
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].number == 3);
+  CHECK(lines[0].fields == std::vector<std::string>{"a", "b"});
+}
+
+TEST_CASE("boxes of one image are limited, and class names have no control characters") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "boxes.txt";
+  std::string text;
+  for (std::size_t k = 0; k < limits::kMaxBoxes; ++k) text += "10 0 per\x1B[2Json 0.9 10 20 30 60\n";
+  write_text(path, text + "11 0 person 0.9 10 20 30 60\n");
+  const DetectionTrack track = read_detections(path);
+  CHECK(track.at(10)->size() == limits::kMaxBoxes);
+  CHECK(track.at(10)->front().class_name == "per?[2Json");
+  write_text(path, text + "10 0 person 0.9 10 20 30 60\n");
+  CHECK_THROWS_WITH_AS(read_detections(path), doctest::Contains("boxes.txt:1001: more than 1000 boxes"),
+                       IoError);
+}
