@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <chrono>
 #include <cstdint>
 #include <dynfilter/core/yaml.hpp>
 #include <filesystem>
@@ -243,4 +244,29 @@ TEST_CASE("keys that nobody asks for may repeat") {
   CHECK(document.root().entries("mine.").size() == 2);
   CHECK_THROWS_WITH_AS(document.root().entries(), "key `Camera.fps` is written twice", ConfigError);
   CHECK_THROWS_WITH_AS(document.root().find("Camera.fps"), "key `Camera.fps` is written twice", ConfigError);
+}
+
+TEST_CASE("a text of 100,000 keys is refused, the most keys that fit are read in time") {
+  const auto taken = [](const std::string& text, std::string& error) {
+    const auto begin = std::chrono::steady_clock::now();
+    error = error_of(text, [](const dynfilter::YamlNode& root) {
+      root.entries();
+      root.find("k0");
+    });
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  const auto keys = [](std::size_t n, std::size_t most_bytes) {
+    std::string text;
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::string line = "k" + std::to_string(k) + ": 1\n";
+      if (text.size() + line.size() > most_bytes) break;
+      text += line;
+    }
+    return text;
+  };
+  std::string error;
+  CHECK(taken(keys(100'000, std::string::npos), error) < 2);
+  CHECK(error == "file.yaml: not valid YAML: expected at most 256 kB");
+  CHECK(taken(keys(100'000, dynfilter::YamlText::kMaxBytes), error) < 2);
+  CHECK(error == "no error");
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/carried_mask.hpp>
@@ -235,6 +237,64 @@ TEST_CASE("boxes without features coast, odd boxes do no harm") {
     carrier.carry(*trail.find(1), strange);
     CHECK(strange.hits == 1);
   }
+}
+
+TEST_CASE("as many late boxes as allowed are carried and paired in time") {
+  const Walk walk;
+  constexpr int kFrames = 10;
+  std::vector<Detection> boxes;
+  for (std::size_t k = 0; k < limits::kMaxBoxes; ++k) boxes.push_back(walk.box(0));
+  LateSemantics late;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int k = 0; k < kFrames; ++k) {
+    walk.add(k, late.trail());
+    // Each frame has a new result, on the frame before.
+    if (k > 0) REQUIRE(late.boxes({k - 1, boxes}, k) != nullptr);
+  }
+  CHECK(late.boxes({kFrames - 2, boxes}, kFrames - 1)->size() == limits::kMaxBoxes);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  CHECK(taken.count() < kFrames * 2.0);
+  MESSAGE("per frame: ", 1e3 * taken.count() / kFrames, " ms");
+}
+
+TEST_CASE("positions that fit no int are in no cell") {
+  constexpr float kInf = std::numeric_limits<float>::infinity(),
+                  kNan = std::numeric_limits<float>::quiet_NaN();
+  CHECK(MotionTrail::cell_of({7.9F, 8.0F}) == cv::Point(1, 2));
+  CHECK(MotionTrail::cell_of({-0.1F, -4.1F}) == cv::Point(-1, -2));
+  for (const float at : {1e38F, -1e38F, kInf, -kInf, kNan}) {
+    CAPTURE(at);
+    const cv::Point cell = MotionTrail::cell_of({at, at});
+    CHECK((cell.x < 0 && cell.y < 0));
+  }
+}
+
+TEST_CASE("a mask whose features jump out of any int disappears") {
+  const Walk walk;
+  LateSemantics late;
+  walk.add(0, late.trail());
+  cv::Mat labels(kHeight, kWidth, CV_8UC1, cv::Scalar(1));
+  for (const float jump : {1e30F, -3e9F, std::numeric_limits<float>::infinity()}) {
+    CarriedMask mask;
+    mask.start(labels, *late.trail().find(0));
+    TrailFrame frame;
+    frame.image_px = {kWidth, kHeight};
+    for (float y = 5; y < kHeight; y += 10)
+      for (float x = 5; x < kWidth; x += 10) frame.samples.push_back({{x, y}, {x + jump, y + jump}, 2, 2});
+    mask.carry(frame);
+    CHECK(cv::countNonZero(mask.labels()) == 0);
+  }
+}
+
+TEST_CASE("the instance mask of a box that is hardly wider than nothing") {
+  Detection d;
+  d.box = {10, 10, 20, 20};
+  d.mask = cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(255));
+  CarriedBox box = CarriedBox::from(d, 0);
+  box.detection.box = {10.5F, 10.5F, 1e-30F, 1e-30F};
+  CHECK(cv::countNonZero(carried_instance(box, {kWidth, kHeight})) == 0);
+  box.detection.box = {10, 10, 20, 20};  // unmoved: the mask itself, at a quarter
+  CHECK(cv::countNonZero(carried_instance(box, {kWidth, kHeight})) == kWidth / 4 * kHeight / 4);
 }
 
 }  // namespace late_semantics_test

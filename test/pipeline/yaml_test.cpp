@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <chrono>
 #include <cstdlib>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
@@ -153,6 +154,19 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
             .find("pipeline.correspondence: unknown key `sauce`; known keys: source, ") == 0);
   CHECK(error_of("pipeline:\n  floor: { min_share: 2 }\n") ==
         "pipeline.floor.min_share: expected 0 to 1, got `2`");
+}
+
+TEST_CASE("5,000 stages, beside each other or in pairs, are refused in time") {
+  std::string flat = "pipeline:\n  before_pose:\n", pairs = flat;
+  for (int i = 0; i < 5000; ++i) {
+    flat += "    - limit\n";
+    pairs += "    - any: [ limit, limit ]\n";
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  for (const std::string& text : {flat, pairs})
+    CHECK(error_of(text).find("expected at most 64 stages") != std::string::npos);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  CHECK(taken.count() < 2);
 }
 
 TEST_CASE("a call point has at most as many stages as a verdict has reasons") {

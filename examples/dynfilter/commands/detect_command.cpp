@@ -264,7 +264,8 @@ void add_detect(CLI::App& app, Action& action) {
       ->type_name("INPUT");
   command
       ->add_option("--detector", options->detector,
-                   "a detector's YAML file, or a preset's name (yolo_fastest, ...)")
+                   "a detector's YAML file, or a preset's name (yolo_fastest, ...); "
+                   "of type `process` it starts a program")
       ->required()
       ->type_name("DETECTOR");
   command

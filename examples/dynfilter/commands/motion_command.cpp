@@ -352,7 +352,9 @@ void add_motion(CLI::App& app, Action& action) {
                    "frames per second; without it 20 for Hopkins155 and 10 for other data sets")
       ->type_name("HZ")
       ->check(CLI::Range(0.01, 1e4));
-  command->add_option("--plugin", options->plugins, "a module with more filters; may be repeated")
+  command
+      ->add_option("--plugin", options->plugins,
+                   "a module with more filters (runs its code); may be repeated")
       ->type_name("FILE");
   command->add_flag("--json", options->json, "print JSON");
   command->add_flag("--wide", options->wide, "the table with all columns, whatever the terminal's width");

@@ -53,7 +53,8 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
       ->type_name("MODE");
   command
       .add_option("--detector", options.detector,
-                  "a detector's YAML file or preset: boxes and masks come from it, not from files")
+                  "a detector's YAML file or preset: boxes and masks come from it, not from files "
+                  "(of type `process` it starts a program)")
       ->excludes("--detections", "--no-detections", "--masks", "--no-masks")
       ->type_name("DETECTOR");
   command

@@ -39,7 +39,9 @@ void add_serve(CLI::App& app, Action& action) {
       app.add_subcommand("serve",
                          "Runs a detector for another program. It reads images from its standard input and "
                          "writes boxes and masks to its standard output, as a provider of type `process`.");
-  command->add_option("DETECTOR", options->detector, "a detector's YAML file or preset")
+  command
+      ->add_option("DETECTOR", options->detector,
+                   "a detector's YAML file or preset (of type `process` it starts a program)")
       ->required()
       ->type_name("DETECTOR");
   command
