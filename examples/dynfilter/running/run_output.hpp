@@ -9,6 +9,8 @@
 #include <dynfilter/io/atomic_folder.hpp>
 #include <dynfilter/io/trajectory.hpp>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <ostream>
@@ -24,19 +26,25 @@ namespace dynfilter::command {
 class RunOutput {
  public:
   RunOutput(const std::filesystem::path& folder, std::size_t frames, std::size_t overlay_every)
-      : folder_(folder), every_(overlay_every > 0 ? overlay_every : (frames + kPictures - 1) / kPictures) {
+      : folder_(folder),
+        every_(overlay_every > 0 ? overlay_every : (frames + kPictures - 1) / kPictures),
+        verdicts_(folder_.path() / kVerdicts) {
     std::filesystem::create_directory(folder_.path() / "overlay");
+    verdicts_ << "frame,x_px,y_px,verdict,restored,reasons\n";
   }
 
   /// Every how many-th frame gets a picture.
   std::size_t every() const { return every_; }
 
-  /// Writes a row of verdicts.csv and, at intervals, a picture, which it returns.
+  /// Writes the rows of a frame to verdicts.csv and, at intervals, a picture, which it returns.
   cv::Mat add(const FrameRow& row, const PipelineJudge& judge, OverlayFrame picture) {
+    frame_verdicts_.clear();
     for (const MarkedFeature& f : judge.record().features) {
-      fmt::format_to(std::back_inserter(verdicts_), "{},{:.2f},{:.2f},{},{},{}\n", row.index, f.pixel.x,
+      fmt::format_to(std::back_inserter(frame_verdicts_), "{},{:.2f},{:.2f},{},{},{}\n", row.index, f.pixel.x,
                      f.pixel.y, to_string(f.decision), f.restored ? 1 : 0, judge.reason(f));
     }
+    verdicts_ << frame_verdicts_;
+    check_verdicts();
     if (count_++ % every_ != 0) return {};
     picture.features = judge.record().features;
     picture.stages = judge.stages();
@@ -51,7 +59,8 @@ class RunOutput {
   void finish(const std::vector<FrameRow>& rows, const io::Trajectory& trajectory, const Summary& summary) {
     io::write_tum_trajectory(folder_.path() / "trajectory.txt", trajectory);
     write("frames.csv", frames_csv(rows));
-    write("verdicts.csv", "frame,x_px,y_px,verdict,restored,reasons\n" + verdicts_);
+    verdicts_.close();
+    check_verdicts();
     write("summary.json", json_text(named_json(summary)));
     folder_.commit();
   }
@@ -62,6 +71,11 @@ class RunOutput {
 
  private:
   static constexpr std::size_t kPictures = 50;
+  static constexpr const char* kVerdicts = "verdicts.csv";
+
+  void check_verdicts() const {
+    if (!verdicts_) throw IoError((folder_.path() / kVerdicts).string() + ": cannot be written");
+  }
 
   static std::string frames_csv(const std::vector<FrameRow>& rows) {
     std::string csv =
@@ -84,7 +98,8 @@ class RunOutput {
   io::AtomicFolder folder_;
   std::size_t every_, count_ = 0;
   Overlay overlay_;
-  std::string verdicts_;
+  std::ofstream verdicts_;  ///< written frame by frame: a long run does not fit in memory
+  std::string frame_verdicts_;
 };
 
 }  // namespace dynfilter::command
