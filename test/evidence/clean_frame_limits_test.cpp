@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <chrono>
 #include <cmath>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
@@ -8,21 +7,15 @@
 #include <vector>
 
 #include "doctest/doctest.h"
+#include "support/time_limit.hpp"
 
 namespace clean_frame_limits_test {
 
 using namespace dynfilter;
+using dynfilter_test::kMost_s;
+using dynfilter_test::seconds;
 
 namespace {
-
-constexpr double kMost_s = 2;
-
-template <class F>
-double seconds(const F& f) {
-  const auto begin = std::chrono::steady_clock::now();
-  f();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 Detection box(float score, float x = 10) {
   Detection d;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/limits.hpp>
@@ -18,6 +17,7 @@
 
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
+#include "support/time_limit.hpp"
 
 using namespace dynfilter::io;
 using namespace dynfilter_test;
@@ -26,15 +26,6 @@ namespace fs = std::filesystem;
 namespace limits = dynfilter::limits;
 
 namespace {
-
-constexpr double kMost_s = 2;
-
-template <class F>
-double seconds(const F& f) {
-  const auto begin = std::chrono::steady_clock::now();
-  f();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
