@@ -21,6 +21,7 @@
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"
+#include "support/time_limit.hpp"
 
 namespace odd_frames_test {
 
@@ -152,6 +153,28 @@ TEST_CASE("every preset takes frames in which anything may be odd, and every fea
       }
     }
   }
+}
+
+TEST_CASE("10,000 boxes, late or not, take less than 2 s per frame") {
+  for (const char* preset : {"rts_slam", "dynfilter"})
+    for (const std::int64_t late : {0, 2}) {
+      CAPTURE(preset);
+      CAPTURE(late);
+      Pipeline pipeline(pipeline_from_file(
+          DYNFILTER_SOURCE_DIR "/examples/pipelines/" + std::string(preset) + ".yaml", registry()));
+      OddFrames frames(0);
+      for (int k = 0; k < 5; ++k) {
+        FrameView frame = frames.next(k);
+        // Every box of a person overlaps every other.
+        std::vector<Detection> boxes(10'000, frame.detections->detections[0]);
+        for (Detection& box : boxes) box.mask = cv::Mat(), box.box = {100, 80, 200, 300};
+        frame.detections = DetectionInput{k - late, boxes};
+        frame.mask.reset();
+        CHECK(dynfilter_test::seconds([&] {
+                CHECK(pipeline.process(frame, CallPoint::BeforePose).size() == frame.size());
+              }) < dynfilter_test::kMost_s);
+      }
+    }
 }
 
 TEST_CASE("filters see places within a million pixels, or NaN and not to be judged") {
