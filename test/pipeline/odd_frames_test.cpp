@@ -170,9 +170,11 @@ TEST_CASE("10,000 boxes, late or not, take less than 2 s per frame") {
         for (Detection& box : boxes) box.mask = cv::Mat(), box.box = {100, 80, 200, 300};
         frame.detections = DetectionInput{k - late, boxes};
         frame.mask.reset();
-        CHECK(dynfilter_test::seconds([&] {
-                CHECK(pipeline.process(frame, CallPoint::BeforePose).size() == frame.size());
-              }) < dynfilter_test::kMost_s);
+        std::size_t judged = 0;
+        const double taken_s =
+            dynfilter_test::seconds([&] { judged = pipeline.process(frame, CallPoint::BeforePose).size(); });
+        CHECK(judged == frame.size());
+        CHECK(taken_s < dynfilter_test::kMost_s);
       }
     }
 }
