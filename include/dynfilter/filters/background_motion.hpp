@@ -114,6 +114,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr float kSupportReach_px = 40, kSupportReach_m = 0.25F;  ///< neighbours of a core
   static constexpr float kMinSupport = 2, kMinSupportShare = 0.5F;        ///< of them that must move, too
   static constexpr float kCoreReach_px = 120, kCoreReach_m = 0.4F;  ///< from a core to its object's features
+  static constexpr double kReachSigmas = 3;                         ///< of two depths' noise
   static constexpr int kMinSeeds = 30;
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
 
@@ -137,6 +138,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   float mobility_around(const Evidence& evidence, const Match& match, std::size_t i) const;
 
   void remember_mobility(const Evidence& evidence);
+  /// Difference in depth of features on one surface: a stereo camera's noise alone exceeds any fixed one.
+  float reach_m(double least_m, float depth_m) const;
 
   // ---- the background's motion
   bool follow_background(const Evidence& evidence, const Match& match, Votes& votes);
@@ -202,8 +205,9 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   void find_cores(const Evidence& evidence);
   bool supported(const Evidence& evidence, std::size_t i) const;
   bool near_core(const Evidence& evidence, std::size_t i) const {
-    return is_core_[i] != 0 || places_.any_around(cores_, evidence.pixels()[i], evidence.depths_m()[i],
-                                                  kCoreReach_px, kCoreReach_m);
+    return is_core_[i] != 0 ||
+           places_.any_around(cores_, evidence.pixels()[i], evidence.depths_m()[i], kCoreReach_px,
+                              reach_m(kCoreReach_m, evidence.depths_m()[i]));
   }
 
   void cast(const Evidence& evidence, std::size_t i, Votes& votes) const;

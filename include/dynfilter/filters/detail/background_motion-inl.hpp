@@ -129,11 +129,18 @@ inline void BackgroundMotionFilter::recall(const Evidence& evidence, const Match
 inline float BackgroundMotionFilter::mobility_around(const Evidence& evidence, const Match& match,
                                                      std::size_t i) const {
   const bool found = match.reference != nullptr && match.found(i);
+  const float depth_m =
+      found && match.valid_depth(i) ? match.reference_points_m[i].z : evidence.depths_m()[i];
   const NeighbourPlaces::Sum sum = last_places_.around(
-      moved_, found ? match.correspondences.reference_px[i] : evidence.pixels()[i],
-      found && match.valid_depth(i) ? match.reference_points_m[i].z : evidence.depths_m()[i],
-      kMobilityReach * static_cast<float>(params_.neighbour_px), static_cast<float>(params_.neighbour_m));
+      moved_, found ? match.correspondences.reference_px[i] : evidence.pixels()[i], depth_m,
+      kMobilityReach * static_cast<float>(params_.neighbour_px), reach_m(params_.neighbour_m, depth_m));
   return sum.weights > 0 ? sum.values / sum.weights : 0;
+}
+
+inline float BackgroundMotionFilter::reach_m(double least_m, float depth_m) const {
+  if (!judges_directions_ || std::isnan(depth_m)) return static_cast<float>(least_m);
+  const double noise_m = kReachSigmas * std::sqrt(2.0) * sensor_.sigma_m(static_cast<double>(depth_m));
+  return static_cast<float>(std::sqrt(least_m * least_m + noise_m * noise_m));
 }
 
 inline void BackgroundMotionFilter::remember_mobility(const Evidence& evidence) {
@@ -365,7 +372,7 @@ inline float BackgroundMotionFilter::mean_around(const Evidence& evidence, std::
   const float unseen = std::isnan(depth_m) ? kBlindReach : kUnseenReach;
   const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : unseen);
   NeighbourPlaces::Sum sum =
-      places_.around(evidence_, px, depth_m, reach, static_cast<float>(params_.neighbour_m));
+      places_.around(evidence_, px, depth_m, reach, reach_m(params_.neighbour_m, depth_m));
   if (seen_[i] != 0 && PointGrid::usable(px)) sum.values -= own_[i], sum.weights -= 1;  // itself
   const float trust = std::isnan(depth_m) ? kBlindTrust : 1.0F;
   return trust * sum.values / (trust * sum.weights + kOwnWeight);
@@ -384,8 +391,9 @@ inline void BackgroundMotionFilter::find_cores(const Evidence& evidence) {
 }
 
 inline bool BackgroundMotionFilter::supported(const Evidence& evidence, std::size_t i) const {
-  const NeighbourPlaces::Sum sum = places_.around(moving_, evidence.pixels()[i], evidence.depths_m()[i],
-                                                  kSupportReach_px, kSupportReach_m);
+  const NeighbourPlaces::Sum sum =
+      places_.around(moving_, evidence.pixels()[i], evidence.depths_m()[i], kSupportReach_px,
+                     reach_m(kSupportReach_m, evidence.depths_m()[i]));
   const float moving = sum.values - (own_[i] > 0 ? 1.0F : 0.0F), all = sum.weights - 1;  // without itself
   return moving >= kMinSupport && moving >= kMinSupportShare * all;
 }
