@@ -160,7 +160,11 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
     int gap = 0;  ///< frames; 0: none
     SeenPoint then;
     float image_px = 0;
-    bool in_space = false;  ///< depths in both frames
+    StaticMiss::Axes axes = StaticMiss::Axes::None;
+    bool in_space() const { return axes == StaticMiss::Axes::Space; }
+    /// Says for standing still, too. A mover that keeps to its epipolar line, as most on a road, does not miss
+    /// the line.
+    bool tells() const { return axes == StaticMiss::Axes::Space || axes == StaticMiss::Axes::Image; }
   };
   void measure_misses(const Evidence& evidence, const Match& match);
   void measure(const Evidence& evidence, std::size_t i, int gap, const SeenPoint& then, Measured& out,

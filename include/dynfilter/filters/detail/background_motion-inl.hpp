@@ -245,9 +245,8 @@ inline void BackgroundMotionFilter::measure(const Evidence& evidence, std::size_
   if (!judges_directions_ && !(valid_depth(then.depth_m) && valid_depth(seen.depth_m))) return;
   const StaticMiss miss = models_[static_cast<std::size_t>(gap - 1)].miss(then, seen);
   if (miss.axes == StaticMiss::Axes::None) return;
-  const bool in_space = miss.axes == StaticMiss::Axes::Space;
-  out = {gap, then, miss.image_px, in_space};
-  if (misses == nullptr || !in_space) return;
+  out = {gap, then, miss.image_px, miss.axes};
+  if (misses == nullptr || !out.in_space()) return;
   misses->push_back({evidence.pixels()[i], seen.depth_m, miss.miss_px,
                      static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
 }
@@ -270,7 +269,7 @@ inline void BackgroundMotionFilter::measure_noise(const Evidence& evidence) {
   ratios_.clear();
   const double noise_px = chained_noise_px(1);
   for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (step_[i].in_space && likely_static(i) &&
+    if (step_[i].in_space() && likely_static(i) &&
         static_cast<double>(step_[i].image_px) < 3 * kMostStepRatio * noise_px)
       ratios_.push_back(static_cast<float>(static_cast<double>(step_[i].image_px) / noise_px));
   step_scale_ = usual(1, kMostStepRatio, step_ratio_);
@@ -278,7 +277,7 @@ inline void BackgroundMotionFilter::measure_noise(const Evidence& evidence) {
                                    kLeastTrackScale, kMostTrackScale);
   ratios_.clear();
   for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (track_[i].in_space && step_[i].in_space && likely_static(i) &&
+    if (track_[i].in_space() && step_[i].in_space() && likely_static(i) &&
         static_cast<double>(step_[i].image_px) < 2 * step_scale_ * noise_px)
       ratios_.push_back(static_cast<float>(static_cast<double>(track_[i].image_px) /
                                            chained_noise_px(static_cast<std::size_t>(track_[i].gap))));
@@ -305,11 +304,11 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   own_.resize(evidence.size());
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     own_[i] = kept * remembered_[i];
-    const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
+    const bool matched = step_[i].gap > 0 || track_[i].gap > 0, tells = step_[i].tells() || track_[i].tells();
     const float now =
         matched ? std::max(odds_of(evidence, i, step_[i], odds), odds_of(evidence, i, track_[i], odds))
                 : space_odds(evidence.points_m()[i]);
-    if (!matched && now <= 0) continue;
+    if (!tells && now <= 0) continue;
     seen_[i] = 1;
     own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
   }
@@ -326,7 +325,7 @@ inline float BackgroundMotionFilter::odds_of(const Evidence& evidence, std::size
   in.miss_px = static_cast<double>(miss.image_px);
   in.sigma_px = sigma_px(measured.gap);
   in.image_axes = miss.axes == StaticMiss::Axes::Line ? 1 : 2;
-  in.depth_axis = measured.in_space;
+  in.depth_axis = measured.in_space();
   if (in.depth_axis) in.sigma_depth_m = noise(1).depth_noise.sigma_m(static_cast<double>(seen.depth_m));
   in.px_per_m = static_cast<double>(miss.px_per_m);
   in.elapsed_s = elapsed_s(static_cast<std::size_t>(measured.gap));
