@@ -13,12 +13,15 @@
 
 namespace two_frames {
 
+constexpr double kRate_hz = 30;
+
 /// Options for pairs that are `gap` frames apart: dynamic is what moved more than 10 mm and 1 px in between.
 inline dynfilter::render::SequenceOptions options(const std::string& scene, std::uint64_t seed, int gap) {
   dynfilter::render::SequenceOptions options;
   options.scene = scene;
   options.seed = seed;
-  options.truth.window_s = gap / options.rate_hz;
+  options.rate_hz = kRate_hz;
+  options.truth.window_s = gap / kRate_hz;
   return options;
 }
 
