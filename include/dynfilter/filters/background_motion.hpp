@@ -117,11 +117,15 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr double kReachSigmas = 3;                         ///< of two depths' noise
   static constexpr int kMinSeeds = 30;
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
+  /// The same for the first choice, which is made again: likelier than all others together. Small errors of a
+  /// static world look like several motions then.
+  static constexpr double kLeastFirstConfidence = 0.5;
 
   void judge(const Evidence& evidence, const Match& match, Votes& votes);
 
   /// Nothing is rejected against a background that is probably a mover.
-  void abstain(const Evidence& evidence, Votes& votes) const;
+  void abstain(const Evidence& evidence, Votes& votes);
+  void forget_motion();
   float score(std::size_t i) const { return 1 / (1 + std::exp(-belief_[i] / 2)); }
 
   /// Stamps of this frame and the last ones, newest first.
@@ -237,6 +241,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   std::vector<std::int64_t> frame_ids_;            ///< newest first
   std::size_t unbroken_ = 0;                       ///< steps in camera_poses_, each from the frame before
   double step_ratio_ = kFirstStepRatio, track_ratio_ = kFirstTrackRatio;
+  double least_confidence_ = kLeastConfidence;
+  bool first_choice_ = true;
   float certainty_ = 0;                      ///< [nats]
   double step_scale_ = 1, track_scale_ = 1;  ///< of chained_noise_px(), in this frame
   DepthNoise sensor_;                        ///< of this frame's depths

@@ -56,6 +56,7 @@ DYNFILTER_INLINE void BackgroundMotionFilter::reset() {
   stamps_s_.clear();
   frame_ids_.clear();
   unbroken_ = 0;
+  first_choice_ = true;
   step_ratio_ = kFirstStepRatio;
   track_ratio_ = kFirstTrackRatio;
 }
@@ -86,15 +87,23 @@ inline void BackgroundMotionFilter::judge(const Evidence& evidence, const Match&
   add_neighbours(evidence);
   set_certainty();
   find_cores(evidence);
-  if (estimator_.confidence() < kLeastConfidence) return abstain(evidence, votes);
+  if (estimator_.confidence() < least_confidence_) return abstain(evidence, votes);
   for (std::size_t i = 0; i < evidence.size(); ++i)
     if (evidence.judged(i)) cast(evidence, i, votes);
 }
 
-inline void BackgroundMotionFilter::abstain(const Evidence& evidence, Votes& votes) const {
+inline void BackgroundMotionFilter::abstain(const Evidence& evidence, Votes& votes) {
   votes.note("background uncertain");
   for (std::size_t i = 0; i < evidence.size(); ++i)
     if (evidence.judged(i)) votes.cast(i, Vote::Unknown, score(i));
+  belief_.assign(evidence.size(), 0);  // what was measured against it must not decide later frames
+  if (least_confidence_ == kLeastFirstConfidence) forget_motion();  // nor expect it to go on
+}
+
+inline void BackgroundMotionFilter::forget_motion() {
+  camera_poses_.clear();
+  match_noise_px_.clear();
+  unbroken_ = 0;
 }
 
 inline void BackgroundMotionFilter::keep_time(const FrameView& frame) {
@@ -169,13 +178,13 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
   scene.seeds = seeds_;
   scene.predicted = evidence.host_motion(match);
   if (known) scene.expected = usual_step();
+  least_confidence_ = !known && first_choice_ ? kLeastFirstConfidence : kLeastConfidence;
+  first_choice_ = false;
   scene.noise_ratio = step_ratio_;
   motion_ = estimator_.estimate(scene);
   note_motion(votes);
   if (!motion_.ok) {
-    camera_poses_.clear();
-    match_noise_px_.clear();
-    unbroken_ = 0;
+    forget_motion();
     return false;
   }
   remember_pose();
