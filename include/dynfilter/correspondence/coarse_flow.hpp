@@ -37,8 +37,11 @@ class CoarseFlow {
   struct Grid {
     int columns = 0, rows = 0;
     std::vector<cv::Point2f> flow;  ///< in pixels of level 0, row by row
-    const cv::Point2f& at(int x, int y) const { return flow[static_cast<std::size_t>(y * columns + x)]; }
-    cv::Point2f& at(int x, int y) { return flow[static_cast<std::size_t>(y * columns + x)]; }
+    const cv::Point2f& at(int x, int y) const { return flow[index(x, y)]; }
+    cv::Point2f& at(int x, int y) { return flow[index(x, y)]; }
+    std::size_t index(int x, int y) const {
+      return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x);
+    }
   };
   static int nodes(int length_px) { return std::max(1, length_px / kSpacingPx); }
   static float node_px(int k) { return (static_cast<float>(k) + 0.5F) * kSpacingPx; }
@@ -80,7 +83,7 @@ void CoarseFlow::compute(const std::vector<cv::Mat>& from, const std::vector<cv:
     const auto l = static_cast<std::size_t>(level);
     Grid& grid = grids_[l];
     grid.columns = nodes(from[l].cols), grid.rows = nodes(from[l].rows);
-    grid.flow.assign(static_cast<std::size_t>(grid.columns * grid.rows), cv::Point2f());
+    grid.flow.assign(grid.index(0, grid.rows), cv::Point2f());
     in_ranges(grid.rows, threads, [&](int begin, int end) {
       SmallWindow<Kernels> window(window_px);
       for (int y = begin; y < end; ++y)

@@ -43,8 +43,8 @@ struct SmallCorner {
   std::int16_t u, v;
 
   explicit SmallCorner(const cv::Point2f& at) : x(cvFloor(at.x)), y(cvFloor(at.y)) {
-    u = static_cast<std::int16_t>((at.x - static_cast<float>(x)) * kAcross + 0.5F);
-    v = static_cast<std::int16_t>((at.y - static_cast<float>(y)) * kDown + 0.5F);
+    u = static_cast<std::int16_t>(cvRound((at.x - static_cast<float>(x)) * kAcross));
+    v = static_cast<std::int16_t>(cvRound((at.y - static_cast<float>(y)) * kDown));
   }
 };
 

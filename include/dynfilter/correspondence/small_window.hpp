@@ -104,7 +104,7 @@ class SmallWindow {
   }
 
   int window_px_, count_;
-  SmallPatch patch_;
+  SmallPatch patch_{};
   cv::Point2f to_corner_;  ///< from the point to the patch's corner
   double xx_ = 0, xy_ = 0, yy_ = 0;
 };
