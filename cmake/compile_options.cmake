@@ -24,6 +24,13 @@ if(DYNFILTER_SANITIZE)
   target_link_options(dynfilter_compile_options INTERFACE -fsanitize=address,undefined)
 endif()
 
+if(DYNFILTER_FUZZ)
+  set(fuzz_sanitizers address,undefined,float-cast-overflow,fuzzer-no-link)
+  target_compile_options(dynfilter_compile_options INTERFACE -fsanitize=${fuzz_sanitizers} -fno-omit-frame-pointer
+    -fno-sanitize-recover=undefined,float-cast-overflow)
+  target_link_options(dynfilter_compile_options INTERFACE -fsanitize=${fuzz_sanitizers})
+endif()
+
 # The libraries'. As a part of another project they are compiled with that project's flags. Nothing in them is shared between
 # a host and its plugins, and a plugin takes of them only what it calls.
 add_library(dynfilter_library_options INTERFACE)
