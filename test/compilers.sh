@@ -27,14 +27,12 @@ includes="-Iinclude $(pkg-config --cflags-only-I opencv4 eigen3 | sed 's/-I/-isy
 failed=0
 # compile COMPILER STANDARD LIBRARY
 compile() {
-  local name="$1 C++$2 $3" flags="" source
+  local name="$1 C++$2 $3" flags=""
   if [ "$3" = libc++ ]; then
     flags=$(libcxx) || { echo "$name: skipped: libc++-14-dev cannot be downloaded"; return; }
   fi
-  for source in $sources; do
-    "$1" -std=c++"$2" -fsyntax-only -DDYNFILTER_HEADER_ONLY -Wall -Wextra -Werror -Wno-pragma-once-outside-header \
-      $flags $includes "$source" || { echo "$name: $source does not compile"; failed=1; return; }
-  done
+  printf '%s\n' $sources | xargs -P "${jobs:-2}" -n 1 "$1" -std=c++"$2" -fsyntax-only -DDYNFILTER_HEADER_ONLY \
+    -Wall -Wextra -Werror $flags $includes || { echo "$name: does not compile"; failed=1; return; }
   echo "$name: compiled"
 }
 
