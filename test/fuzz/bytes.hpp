@@ -40,7 +40,7 @@ class Bytes {
   double odd() {
     constexpr double kInf = std::numeric_limits<double>::infinity();
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-    constexpr double kOdd[] = {kNan, kInf, -kInf, 0,     -0.0, -1,   1e-40, 1e30,      -1e30,     3e9,
+    constexpr double kOdd[] = {kNan, kInf, -kInf, 0,     -0.0, -1,   1e-40, 1e30,       -1e30,       3e9,
                                -3e9, 2e6,  1e38,  1e308, 0.5,  1e-9, 255,   2147483648, -2147483649, 1e19};
     const std::uint8_t which = byte();
     if (which < std::size(kOdd)) return kOdd[which];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The C interface with structs of any content. Pointers are NULL or point to as much as the numbers beside them
 // say, which is all that a host must promise.
-#include <cstdint>
 #include <dynfilter/facade/dynfilter.h>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -33,9 +33,12 @@ float number(Bytes& in) {
 /// Strides may be too short, which the library must refuse before it reads.
 std::size_t stride(Bytes& in, std::size_t row_bytes) {
   switch (in.below(4)) {
-    case 0: return row_bytes + 5 * 4;
-    case 1: return in.flag() ? in.byte() : in.take<std::size_t>() & 0xffU;
-    default: return 0;
+    case 0:
+      return row_bytes + 5 * 4;
+    case 1:
+      return in.flag() ? in.byte() : in.take<std::size_t>() & 0xffU;
+    default:
+      return 0;
   }
 }
 
@@ -49,7 +52,8 @@ const std::uint8_t* image(Bytes& in, std::vector<std::uint8_t>& memory) {
 void fill_features(Bytes& in, dynfilter_frame& f, Memory& m) {
   const std::size_t n = f.keypoint_count = static_cast<std::size_t>(in.below(20));
   for (std::size_t i = 0; i < n; ++i)
-    m.keypoints.push_back({in.flag() ? number(in) : in.byte() % 64, static_cast<float>(in.byte() % 48), 31, 0, 1, in.below(9)});
+    m.keypoints.push_back(
+        {in.flag() ? number(in) : in.byte() % 64, static_cast<float>(in.byte() % 48), 31, 0, 1, in.below(9)});
   const auto have = [&](auto& values, std::size_t count) {
     values.resize(count);
     for (auto& value : values) value = static_cast<std::remove_reference_t<decltype(value)>>(in.byte());
@@ -57,7 +61,8 @@ void fill_features(Bytes& in, dynfilter_frame& f, Memory& m) {
   };
   f.keypoints = m.keypoints.data();
   f.depth_m = have(m.depth_m, n), f.right_u_px = have(m.right_u_px, n);
-  f.map_point_ids = have(m.ids, n), f.match_index = have(m.matches, n), f.map_points_xyz_m = have(m.map_points, 3 * n);
+  f.map_point_ids = have(m.ids, n), f.match_index = have(m.matches, n),
+  f.map_points_xyz_m = have(m.map_points, 3 * n);
   if (n > 0 && f.depth_m != nullptr) m.depth_m[in.byte() % n] = number(in);
   f.descriptor_bytes = static_cast<std::size_t>(in.below(40));
   f.descriptors = have(m.descriptors, n * f.descriptor_bytes);
@@ -93,8 +98,9 @@ void fill_boxes(Bytes& in, dynfilter_frame& f, Memory& m) {
 void fill_geometry(Bytes& in, dynfilter_frame& f) {
   f.has_camera = in.below(3);
   f.fx_px = f.fy_px = 60, f.cx_px = 32, f.cy_px = 24, f.baseline_fx_px_m = in.flag() ? 8 : 0;
-  double* const values[] = {&f.fx_px, &f.cx_px, &f.distortion[0], &f.distortion[3], &f.baseline_fx_px_m,
-                            &f.rotation[0], &f.rotation[5], &f.translation_m[1], &f.timestamp_s};
+  double* const values[] = {
+      &f.fx_px,       &f.cx_px,       &f.distortion[0],    &f.distortion[3], &f.baseline_fx_px_m,
+      &f.rotation[0], &f.rotation[5], &f.translation_m[1], &f.timestamp_s};
   for (int n = in.below(4); n > 0; --n) *values[in.byte() % std::size(values)] = in.odd();
   f.pose_kind = in.flag() ? in.below(5) : in.take<std::int32_t>();
 }
@@ -102,15 +108,32 @@ void fill_geometry(Bytes& in, dynfilter_frame& f) {
 /// Counts and sizes that no array can have: these are refused or not read.
 void make_odd(Bytes& in, dynfilter_frame& f) {
   switch (in.below(24)) {
-    case 0: f.struct_size = in.take<std::size_t>(); break;
-    case 1: f.keypoints = nullptr; break;
-    case 2: f.keypoint_count = SIZE_MAX - in.byte(); break;
-    case 3: f.descriptor_bytes = SIZE_MAX - in.byte(); break;
-    case 4: f.boxes = nullptr, f.box_count = in.take<std::size_t>(); break;
-    case 5: f.width_px = f.height_px = INT32_MAX, f.grey = f.mask = nullptr, f.depth = nullptr, f.has_boxes = 0; break;
-    case 6: f.boxes_frame_id = f.mask_frame_id = in.take<std::int64_t>(); break;
-    case 7: f.match_frame_id = in.take<std::int64_t>(); break;
-    default: break;
+    case 0:
+      f.struct_size = in.take<std::size_t>();
+      break;
+    case 1:
+      f.keypoints = nullptr;
+      break;
+    case 2:
+      f.keypoint_count = SIZE_MAX - in.byte();
+      break;
+    case 3:
+      f.descriptor_bytes = SIZE_MAX - in.byte();
+      break;
+    case 4:
+      f.boxes = nullptr, f.box_count = in.take<std::size_t>();
+      break;
+    case 5:
+      f.width_px = f.height_px = INT32_MAX, f.grey = f.mask = nullptr, f.depth = nullptr, f.has_boxes = 0;
+      break;
+    case 6:
+      f.boxes_frame_id = f.mask_frame_id = in.take<std::int64_t>();
+      break;
+    case 7:
+      f.match_frame_id = in.take<std::int64_t>();
+      break;
+    default:
+      break;
   }
 }
 
@@ -150,7 +173,8 @@ void make_from_text(Bytes& in) {
   char error[32];
   const std::size_t size = in.byte() % (sizeof(error) + 1);
   dynfilter_filter* made = dynfilter_create(in.rest().c_str(), error, size);
-  require(made != nullptr || size == 0 || std::memchr(error, 0, size) != nullptr, "an error ends within its buffer");
+  require(made != nullptr || size == 0 || std::memchr(error, 0, size) != nullptr,
+          "an error ends within its buffer");
   dynfilter_destroy(made);
 }
 
@@ -176,7 +200,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     make_odd(in, frame);
     dynfilter_verdicts verdicts;
     const int point = in.below(8) == 0 ? in.take<std::int32_t>() : in.below(3);
-    if (dynfilter_process(subject, &frame, point, &verdicts) == 0) check(subject, frame, verdicts);
+    if (dynfilter_process(subject, &frame, point, &verdicts) == 0)
+      check(subject, frame, verdicts);
     else
       require(*dynfilter_last_error(subject) != '\0', "an error has a message");
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every reader of one file. The first line names the reader, the rest is the file.
 // What is read is written and read again where there is a writer.
+#include <unistd.h>
 #include <cmath>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/limits.hpp>
@@ -15,7 +16,6 @@
 #include <dynfilter/semantic/class_list.hpp>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
-#include <unistd.h>
 
 #include "memory_file.hpp"
 #include "target.hpp"
@@ -49,7 +49,8 @@ void read_poses(const std::string& path, std::optional<io::TrajectoryFormat> for
     require(stamps.empty() || pose.timestamp_s > stamps.back(), "stamps ascend");
     stamps.push_back(pose.timestamp_s);
   }
-  for (const auto& [a, b] : io::associate(stamps, stamps, 0.02)) require(a == b, "a stamp is nearest to itself");
+  for (const auto& [a, b] : io::associate(stamps, stamps, 0.02))
+    require(a == b, "a stamp is nearest to itself");
   const fs::path copy = scratch() / "poses.txt";
   io::write_tum_trajectory(copy, poses);
   io::read_tum_trajectory(copy);
@@ -59,7 +60,8 @@ void read_boxes(const std::string& path) {
   const io::DetectionTrack track = io::read_detections(path);
   for (const io::StampedDetections& image : track.images) {
     require(image.detections.size() <= limits::kMaxBoxes, "boxes per frame have a limit");
-    for (const Detection& d : image.detections) require(io::detail::usable(d), "boxes that are read can be used");
+    for (const Detection& d : image.detections)
+      require(io::detail::usable(d), "boxes that are read can be used");
     require(track.at(image.timestamp_s) != nullptr, "an image with boxes is found by its stamp");
   }
   const fs::path copy = scratch() / "boxes.txt";
@@ -69,11 +71,14 @@ void read_boxes(const std::string& path) {
 
 void read_tracks(const std::string& path) {
   const io::PointTracks tracks = io::read_point_tracks(path);
-  const auto points = static_cast<std::size_t>(tracks.points), frames = static_cast<std::size_t>(tracks.frames);
-  require(tracks.label.size() == points && tracks.px.size() == points * frames, "tracks are as large as they say");
+  const auto points = static_cast<std::size_t>(tracks.points),
+             frames = static_cast<std::size_t>(tracks.frames);
+  require(tracks.label.size() == points && tracks.px.size() == points * frames,
+          "tracks are as large as they say");
   for (int p = 0; p < tracks.points; ++p) {
     const int last = tracks.last_visible(p);
-    require(last < tracks.frames && (last < 0 || tracks.visible(p, last)), "a point is visible where it is last");
+    require(last < tracks.frames && (last < 0 || tracks.visible(p, last)),
+            "a point is visible where it is last");
   }
   io::widest_label(tracks);
 }

@@ -95,7 +95,8 @@ class Frames {
   bool has(int bit) const { return (inputs_ >> bit & 1U) == 0; }
 
   cv::Point2f place(int i) const {
-    const float x0 = static_cast<float>((i * 37) % size_.width), y0 = static_cast<float>((i * 23) % size_.height);
+    const float x0 = static_cast<float>((i * 37) % size_.width),
+                y0 = static_cast<float>((i * 23) % size_.height);
     const auto step = static_cast<float>(on_object(i) ? camera_step_px_ + object_step_px_ : camera_step_px_);
     const float x = std::fmod(x0 + step * static_cast<float>(k_), static_cast<float>(size_.width));
     return {x < 0 ? x + static_cast<float>(size_.width) : x, y0};
@@ -123,7 +124,8 @@ class Frames {
   void add_images(OwnedFrame& f) const {
     f.grey = texture()(cv::Rect(64 - camera_step_px_ * (k_ % 16), 4, size_.width, size_.height)).clone();
     f.depth = cv::Mat(size_, CV_16UC1, cv::Scalar(kFar_m * 1000));
-    const int x = std::clamp(size_.width / 3 + (camera_step_px_ + object_step_px_) * (k_ % 8), 0, size_.width - 8);
+    const int x =
+        std::clamp(size_.width / 3 + (camera_step_px_ + object_step_px_) * (k_ % 8), 0, size_.width - 8);
     const cv::Rect object(x, size_.height / 4, 8, size_.height / 2);
     f.depth(object).setTo(cv::Scalar(kNear_m * 1000));
     texture()(cv::Rect(10, 10, object.width, object.height)).copyTo(f.grey(object));
@@ -169,7 +171,8 @@ class Frames {
   }
   float odd() {  // what does not fit becomes infinite, as in a host's arithmetic
     const double value = in_.odd();
-    return std::abs(value) > 3.4e38 ? static_cast<float>(value > 0 ? INFINITY : -INFINITY) : static_cast<float>(value);
+    return std::abs(value) > 3.4e38 ? static_cast<float>(value > 0 ? INFINITY : -INFINITY)
+                                    : static_cast<float>(value);
   }
   template <class T>
   void set_odd(std::vector<T>& values, float T::*member) {
@@ -180,14 +183,19 @@ class Frames {
   }
   static void recut(cv::Mat& image, Bytes& in) {
     const int rows = in.below(40), cols = in.below(60);
-    image = image.empty() || in.flag() ? cv::Mat(rows, cols, image.type(), cv::Scalar(in.byte()))
-                                       : cv::Mat(image, cv::Rect(0, 0, std::min(cols, image.cols), std::min(rows, image.rows)));
+    image = image.empty() || in.flag()
+                ? cv::Mat(rows, cols, image.type(), cv::Scalar(in.byte()))
+                : cv::Mat(image, cv::Rect(0, 0, std::min(cols, image.cols), std::min(rows, image.rows)));
   }
 
   void make_odd(OwnedFrame& f) {
     switch (in_.below(32)) {
-      case 0: set_odd_place(f.keypoints); break;
-      case 1: set_odd_place(f.undistorted); break;
+      case 0:
+        set_odd_place(f.keypoints);
+        break;
+      case 1:
+        set_odd_place(f.undistorted);
+        break;
       case 2:
         if (float* z = one_of(f.depth_m)) *z = odd();
         break;
@@ -203,45 +211,92 @@ class Frames {
       case 6:
         if (std::int32_t* m = one_of(f.match_index)) *m = in_.take<std::int32_t>();
         break;
-      case 7: recut(f.grey, in_); break;
-      case 8: recut(f.depth, in_); break;
-      case 9: recut(f.labels, in_); break;
-      case 10: recut(f.descriptors, in_); break;
-      case 11: f.depth_unit_m = in_.odd(); break;
-      case 12: f.depth.convertTo(f.depth, CV_32F); break;
-      case 13: f.grey.convertTo(f.grey, in_.flag() ? CV_16U : CV_32F); break;
+      case 7:
+        recut(f.grey, in_);
+        break;
+      case 8:
+        recut(f.depth, in_);
+        break;
+      case 9:
+        recut(f.labels, in_);
+        break;
+      case 10:
+        recut(f.descriptors, in_);
+        break;
+      case 11:
+        f.depth_unit_m = in_.odd();
+        break;
+      case 12:
+        f.depth.convertTo(f.depth, CV_32F);
+        break;
+      case 13:
+        f.grey.convertTo(f.grey, in_.flag() ? CV_16U : CV_32F);
+        break;
       case 14:
         if (!f.depth.empty() && f.depth.type() == CV_32FC1)
           f.depth.at<float>(in_.byte() % f.depth.rows, in_.byte() % f.depth.cols) = odd();
         break;
-      case 15: odd_camera(f.camera); break;
-      case 16: (in_.flag() ? f.pose.translation_m[0] : f.pose.rotation[in_.byte() % 9U]) = in_.odd(); break;
-      case 17: id_ = f.id = in_.flag() ? in_.take<std::int64_t>() / 2 : id_ + in_.below(5) - 2; break;
-      case 18: stamp_s_ = f.timestamp_s = in_.flag() ? in_.odd() : stamp_s_ + in_.below(7) - 3; break;
-      case 19: f.match_id = id_ - in_.below(4); break;
-      case 20: f.boxes_id = in_.flag() ? in_.take<std::int64_t>() : id_ - in_.below(4); break;
-      case 21: f.mask_id = in_.flag() ? in_.take<std::int64_t>() : id_ - in_.below(4); break;
-      case 22: odd_box(f); break;
-      case 23: shorten(f); break;
-      case 24: features_ = in_.below(kMaxFeatures + 1); break;
-      case 25: size_ = {1 + in_.below(80), 8 + in_.below(56)}, size_.width = std::max(size_.width, 9); break;
-      case 26: inputs_ = in_.take<std::uint16_t>(); break;
+      case 15:
+        odd_camera(f.camera);
+        break;
+      case 16:
+        (in_.flag() ? f.pose.translation_m[0] : f.pose.rotation[in_.byte() % 9U]) = in_.odd();
+        break;
+      case 17:
+        id_ = f.id = in_.flag() ? in_.take<std::int64_t>() / 2 : id_ + in_.below(5) - 2;
+        break;
+      case 18:
+        stamp_s_ = f.timestamp_s = in_.flag() ? in_.odd() : stamp_s_ + in_.below(7) - 3;
+        break;
+      case 19:
+        f.match_id = id_ - in_.below(4);
+        break;
+      case 20:
+        f.boxes_id = in_.flag() ? in_.take<std::int64_t>() : id_ - in_.below(4);
+        break;
+      case 21:
+        f.mask_id = in_.flag() ? in_.take<std::int64_t>() : id_ - in_.below(4);
+        break;
+      case 22:
+        odd_box(f);
+        break;
+      case 23:
+        shorten(f);
+        break;
+      case 24:
+        features_ = in_.below(kMaxFeatures + 1);
+        break;
+      case 25:
+        size_ = {1 + in_.below(80), 8 + in_.below(56)}, size_.width = std::max(size_.width, 9);
+        break;
+      case 26:
+        inputs_ = in_.take<std::uint16_t>();
+        break;
       case 27:
         if (!f.grey.empty()) f.grey.setTo(cv::Scalar(in_.byte()));
         break;
-      case 28: f.depth_handed_over = true; break;
-      case 29: f.boxes.assign(in_.byte() * 8U, f.boxes.empty() ? dynfilter::Detection() : f.boxes[0]); break;
-      case 30:
-        if (cv::KeyPoint* k = one_of(f.keypoints)) k->octave = in_.take<std::int32_t>(), k->size = odd(), k->angle = odd();
+      case 28:
+        f.depth_handed_over = true;
         break;
-      default: std::swap(camera_step_px_, object_step_px_); break;
+      case 29:
+        f.boxes.assign(in_.byte() * 8U, f.boxes.empty() ? dynfilter::Detection() : f.boxes[0]);
+        break;
+      case 30:
+        if (cv::KeyPoint* k = one_of(f.keypoints))
+          k->octave = in_.take<std::int32_t>(), k->size = odd(), k->angle = odd();
+        break;
+      default:
+        std::swap(camera_step_px_, object_step_px_);
+        break;
     }
   }
   void odd_camera(dynfilter::Camera& c) {
-    double* const members[] = {&c.fx_px, &c.fy_px, &c.cx_px, &c.cy_px, &c.baseline_fx_px_m,
-                               &c.distortion[0], &c.distortion[1], &c.distortion[2], &c.distortion[4]};
+    double* const members[] = {
+        &c.fx_px,         &c.fy_px,         &c.cx_px,         &c.cy_px,        &c.baseline_fx_px_m,
+        &c.distortion[0], &c.distortion[1], &c.distortion[2], &c.distortion[4]};
     const std::size_t k = in_.byte() % (std::size(members) + 1);
-    if (k < std::size(members)) *members[k] = in_.odd();
+    if (k < std::size(members))
+      *members[k] = in_.odd();
     else
       c.width_px = in_.take<std::int32_t>(), c.height_px = in_.take<std::int32_t>();
   }
@@ -256,12 +311,24 @@ class Frames {
   void shorten(OwnedFrame& f) {
     const std::size_t n = in_.below(kMaxFeatures);
     switch (in_.below(6)) {
-      case 0: f.depth_m.resize(n); break;
-      case 1: f.right_u_px.resize(n); break;
-      case 2: f.undistorted.resize(n); break;
-      case 3: f.map_point_ids.resize(n); break;
-      case 4: f.map_points.resize(n); break;
-      default: f.match_index.resize(n); break;
+      case 0:
+        f.depth_m.resize(n);
+        break;
+      case 1:
+        f.right_u_px.resize(n);
+        break;
+      case 2:
+        f.undistorted.resize(n);
+        break;
+      case 3:
+        f.map_point_ids.resize(n);
+        break;
+      case 4:
+        f.map_points.resize(n);
+        break;
+      default:
+        f.match_index.resize(n);
+        break;
     }
   }
 
@@ -272,7 +339,8 @@ class Frames {
       std::uint32_t state = 7;
       for (int y = 0; y < noise.rows; ++y)
         for (int x = 0; x < noise.cols; ++x)
-          noise.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>((state = state * 1664525U + 1013904223U) >> 24U);
+          noise.at<std::uint8_t>(y, x) =
+              static_cast<std::uint8_t>((state = state * 1664525U + 1013904223U) >> 24U);
       cv::GaussianBlur(noise, noise, {3, 3}, 0);
       return noise;
     }();

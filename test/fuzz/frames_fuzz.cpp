@@ -58,7 +58,8 @@ std::vector<Subject>& subjects() {
   static std::vector<Subject> all = [] {
     std::vector<std::filesystem::path> files;
     for (const char* folder : {"/examples/pipelines", "/test/fuzz/pipelines"})
-      for (const auto& entry : std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + folder))
+      for (const auto& entry :
+           std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + folder))
         if (entry.path().stem() != "oracle") files.push_back(entry.path());  // needs labels
     std::sort(files.begin(), files.end());
     std::vector<Subject> made;
@@ -84,19 +85,22 @@ void check_report(const Verdict& verdict) {
     }
     require(verdict.keep(i) || verdict.reasons[i] != 0, "a dynamic feature has a reason");
     require(verdict.suspicion[i] >= 0 && verdict.suspicion[i] <= 1, "a suspicion is in [0, 1]");
-    require(verdict.restored[i] == 0 || verdict.decision[i] == Vote::Unknown, "restored features are unknown");
+    require(verdict.restored[i] == 0 || verdict.decision[i] == Vote::Unknown,
+            "restored features are unknown");
   }
 }
 
-void check_verdict(const Subject& subject, const FrameView& frame, const HostLimits& limits, const Verdict& verdict) {
+void check_verdict(const Subject& subject, const FrameView& frame, const HostLimits& limits,
+                   const Verdict& verdict) {
   const std::size_t n = frame.size();
   require(verdict.size() == n && verdict.suspicion.size() == n && verdict.prior.size() == n &&
               verdict.restored.size() == n && verdict.reasons.size() == n,
           "a verdict has an entry per feature");
-  require(verdict.report.features == n && verdict.report.rejected == n - verdict.kept(), "the report's counts");
+  require(verdict.report.features == n && verdict.report.rejected == n - verdict.kept(),
+          "the report's counts");
   const double share = std::ceil(subject.floor.min_share * static_cast<double>(n));
-  const double least = std::max({static_cast<double>(subject.floor.min_features), share,
-                                 static_cast<double>(limits.min_features)});
+  const double least = std::max(
+      {static_cast<double>(subject.floor.min_features), share, static_cast<double>(limits.min_features)});
   require(static_cast<double>(verdict.kept()) >= std::min(least, static_cast<double>(n)), "the floor holds");
   check_report(verdict);
 }
@@ -114,16 +118,17 @@ void same(const Verdict& a, const Verdict& b, const std::vector<std::size_t>& pl
     if (a.decision[i] == b.decision[j] && a.suspicion[i] == b.suspicion[j] && a.prior[i] == b.prior[j] &&
         a.restored[i] == b.restored[j] && a.reasons[i] == b.reasons[j])
       continue;
-    fail(property, where(subject, frame, i) + ": " + to_string(a.decision[i]) + " " + std::to_string(a.suspicion[i]) +
-                       " " + a.reason(i) + ", then " + to_string(b.decision[j]) + " " +
-                       std::to_string(b.suspicion[j]) + " " + b.reason(j));
+    fail(property, where(subject, frame, i) + ": " + to_string(a.decision[i]) + " " +
+                       std::to_string(a.suspicion[i]) + " " + a.reason(i) + ", then " +
+                       to_string(b.decision[j]) + " " + std::to_string(b.suspicion[j]) + " " + b.reason(j));
   }
 }
 
 /// These fit a model to samples that they draw from the features by index, with a fixed seed. In another order of the
 /// features the same numbers draw other samples: the model, and with it a vote near the limit, may be another one.
 bool draws_samples(const Verdict& verdict) {
-  constexpr const char* kSamplers[] = {"epipolar", "depth_consistency", "trajectory_consistency", "multi_model"};
+  constexpr const char* kSamplers[] = {"epipolar", "depth_consistency", "trajectory_consistency",
+                                       "multi_model"};
   for (const StageReport& stage : verdict.report.stages)
     for (const char* name : kSamplers)
       if (stage.name == name) return true;
@@ -134,11 +139,33 @@ enum class Property { Repeat, Threads, Permuted, Mirrored };
 
 const char* text(Property property) {
   switch (property) {
-    case Property::Repeat: return "same input, same verdict";
-    case Property::Threads: return "one thread and two give the same verdict";
-    case Property::Permuted: return "permuted features get permuted verdicts";
-    default: return "a mirrored frame gets mirrored verdicts";
+    case Property::Repeat:
+      return "same input, same verdict";
+    case Property::Threads:
+      return "one thread and two give the same verdict";
+    case Property::Permuted:
+      return "permuted features get permuted verdicts";
+    default:
+      return "a mirrored frame gets mirrored verdicts";
   }
+}
+
+/// With DYNFILTER_FUZZ_SHOW, what is in each frame: to understand an input that was found.
+void show(const Subject& subject, Property property, const OwnedFrame& f) {
+  static const bool wanted = std::getenv("DYNFILTER_FUZZ_SHOW") != nullptr;
+  if (!wanted) return;
+  std::fprintf(stderr,
+               "%s, %s: id %lld, %.3f s, grey %dx%d depth %dx%d, camera %d, pose %d, matches %d with %lld\n",
+               subject.name.c_str(), text(property), static_cast<long long>(f.id), f.timestamp_s, f.grey.cols,
+               f.grey.rows, f.depth.cols, f.depth.rows, f.has_camera ? 1 : 0, static_cast<int>(f.provenance),
+               f.has_matches ? 1 : 0, static_cast<long long>(f.match_id));
+  for (std::size_t i = 0; i < f.size(); ++i)
+    std::fprintf(stderr, "  %zu: %g %g, depth %g, right %g, id %lld, match %d\n", i,
+                 static_cast<double>(f.keypoints[i].pt.x), static_cast<double>(f.keypoints[i].pt.y),
+                 i < f.depth_m.size() ? static_cast<double>(f.depth_m[i]) : 0.0,
+                 i < f.right_u_px.size() ? static_cast<double>(f.right_u_px[i]) : 0.0,
+                 i < f.map_point_ids.size() ? static_cast<long long>(f.map_point_ids[i]) : -9,
+                 i < f.match_index.size() ? f.match_index[i] : -9);
 }
 
 void run(Bytes& in) {
@@ -151,6 +178,7 @@ void run(Bytes& in) {
   Turner turner;
   for (int k = 0, n = 2 + in.below(6); k < n; ++k) {
     OwnedFrame frame = frames.next();
+    show(subject, property, frame);
     OwnedFrame other = frame;
     std::vector<std::size_t> place;
     if (property == Property::Permuted) place = turner.permute(other);

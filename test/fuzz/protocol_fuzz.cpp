@@ -42,7 +42,8 @@ void host_reads(const std::string& bytes) {
   const MemoryFile file(bytes);
   MessageStream stream(file.fd(), file.fd());
   for (int k = 0; k < kMaxMessages; ++k) {
-    const protocol::Answer answer = k % 2 == 0 ? protocol::read_answer(stream) : protocol::read_answer(stream, k);
+    const protocol::Answer answer =
+        k % 2 == 0 ? protocol::read_answer(stream) : protocol::read_answer(stream, k);
     require(answer.error.empty() || !answer.result, "an answer is an error or a result");
     if (!answer.result || !answer.result->detections) continue;
     require(answer.result->detections->size() <= limits::kMaxBoxes, "boxes per frame have a limit");
@@ -68,7 +69,11 @@ void result_is_read_again(Bytes& in) {
     for (int n = in.below(8); n > 0; --n) {
       const float x = in.take<std::int16_t>(), y = in.take<std::int16_t>();
       result.detections->push_back({{x, y, static_cast<float>(in.byte()), static_cast<float>(in.byte())},
-                                    in.take<std::int32_t>(), "a b", static_cast<float>(in.byte()) / 255.0F, -1, {}});
+                                    in.take<std::int32_t>(),
+                                    "a b",
+                                    static_cast<float>(in.byte()) / 255.0F,
+                                    -1,
+                                    {}});
     }
   }
   if (in.flag()) result.labels = cv::Mat(1 + in.below(9), 1 + in.below(9), CV_8UC1, cv::Scalar(in.byte()));
@@ -83,7 +88,8 @@ void result_is_read_again(Bytes& in) {
   require(answer.result->detections.has_value() == result.detections.has_value() &&
               answer.result->labels.has_value() == result.labels.has_value(),
           "boxes and labels arrive");
-  if (result.labels) require(cv::norm(*result.labels, *answer.result->labels) == 0, "labels arrive unchanged");
+  if (result.labels)
+    require(cv::norm(*result.labels, *answer.result->labels) == 0, "labels arrive unchanged");
   if (!result.detections) return;
   require(answer.result->detections->size() == result.detections->size(), "every box arrives");
   for (std::size_t k = 0; k < result.detections->size(); ++k) {

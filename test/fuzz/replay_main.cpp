@@ -14,7 +14,8 @@ int main(int argc, char** argv) {
   namespace fs = std::filesystem;
   std::vector<fs::path> files;
   for (int k = 1; k < argc; ++k) {
-    if (!fs::is_directory(argv[k])) files.emplace_back(argv[k]);
+    if (!fs::is_directory(argv[k]))
+      files.emplace_back(argv[k]);
     else
       for (const auto& entry : fs::directory_iterator(argv[k])) files.push_back(entry.path());
   }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Recorded sequences of every layout. An input is a folder: lines `@@ PATH`, each followed by that file.
+#include <unistd.h>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/io/sequence.hpp>
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <unistd.h>
 
 #include "target.hpp"
 
@@ -17,7 +17,9 @@ namespace fs = std::filesystem;
 /// A folder that is removed with all that is in it.
 class Folder {
  public:
-  Folder() : path_(root() / ("dynfilter_fuzz_" + std::to_string(::getpid()))) { fs::create_directories(path_); }
+  Folder() : path_(root() / ("dynfilter_fuzz_" + std::to_string(::getpid()))) {
+    fs::create_directories(path_);
+  }
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
   ~Folder() {
@@ -34,7 +36,8 @@ class Folder {
       levels += c == '/' ? 1 : 0;
       if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '/' && c != '.' && c != '_') return;
     }
-    if (name.empty() || name.size() > 60 || levels > 3 || name.front() == '/' || name.find("..") != std::string::npos)
+    if (name.empty() || name.size() > 60 || levels > 3 || name.front() == '/' ||
+        name.find("..") != std::string::npos)
       return;
     std::error_code ignored;
     fs::create_directories((path_ / name).parent_path(), ignored);
@@ -52,7 +55,8 @@ class Folder {
 void unpack(const std::string& input, const Folder& folder) {
   const std::string mark = "@@ ";
   int files = 0;
-  for (std::size_t at = input.rfind(mark, 0) == 0 ? 0 : std::string::npos; at != std::string::npos && files < 24; ++files) {
+  for (std::size_t at = input.rfind(mark, 0) == 0 ? 0 : std::string::npos;
+       at != std::string::npos && files < 24; ++files) {
     const std::size_t name = at + mark.size(), line_end = input.find('\n', name);
     if (line_end == std::string::npos) return;
     const std::size_t next = input.find("\n" + mark, line_end);
@@ -67,8 +71,10 @@ void load(const io::Sequence& sequence) {
     try {
       const io::SequenceFrame frame = sequence.load(i);
       fuzz::require(frame.grey.size() == frame.colour.size(), "images of a frame are of one size");
-      fuzz::require(frame.depth.empty() || frame.depth.size() == frame.grey.size(), "depth has the size of the image");
-      fuzz::require(frame.right.empty() || frame.right.size() == frame.grey.size(), "right has the size of the image");
+      fuzz::require(frame.depth.empty() || frame.depth.size() == frame.grey.size(),
+                    "depth has the size of the image");
+      fuzz::require(frame.right.empty() || frame.right.size() == frame.grey.size(),
+                    "right has the size of the image");
     } catch (const Error& error) {
       fuzz::require_one_line(error.what());
     }

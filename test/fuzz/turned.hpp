@@ -26,8 +26,10 @@ class Turner {
     if (has_ties(f)) comparable_ = false;
     std::vector<std::size_t> place(n);
     for (std::size_t i = 0; i < n; ++i) place[i] = n - 1 - i;
+    // Matches may name the frame itself, since it can be judged again. Of two frames with one id, either may be meant.
+    const bool is_new = counts_.emplace(f.id, n).second;
+    if (!is_new && counts_[f.id] != n) comparable_ = false;
     if (f.match_index.size() == n) redirect(f);
-    counts_[f.id] = n;
     turn(f.keypoints, n), turn(f.undistorted, n), turn(f.depth_m, n), turn(f.right_u_px, n);
     turn(f.map_point_ids, n), turn(f.map_points, n), turn(f.match_index, n);
     turn(f.keyframe_points, n);
@@ -44,7 +46,7 @@ class Turner {
       if (!on_lattice(k.pt.x)) comparable_ = false;
     for (const dynfilter::Detection& d : f.boxes)
       if (!on_lattice(d.box.x) || !on_lattice(d.box.width)) comparable_ = false;
-    if (f.labels.size() != f.grey.size()) comparable_ = false;  // scaling rounds to one side
+    if (f.labels.size() != f.grey.size()) comparable_ = false;     // scaling rounds to one side
     if (f.boxes_id != -1 || f.mask_id != -1) comparable_ = false;  // carried by matches
     if (!comparable_) return;
     const auto last = static_cast<float>(width - 1);
@@ -67,10 +69,12 @@ class Turner {
     std::set<std::pair<float, float>> places;
     std::set<std::int64_t> ids;
     for (const cv::KeyPoint& k : f.keypoints)
-      if (!(std::isfinite(k.pt.x) && std::isfinite(k.pt.y)) || !places.insert({k.pt.x, k.pt.y}).second) return true;
+      if (!(std::isfinite(k.pt.x) && std::isfinite(k.pt.y)) || !places.insert({k.pt.x, k.pt.y}).second)
+        return true;
     places.clear();
     for (const cv::KeyPoint& k : f.undistorted)
-      if (!(std::isfinite(k.pt.x) && std::isfinite(k.pt.y)) || !places.insert({k.pt.x, k.pt.y}).second) return true;
+      if (!(std::isfinite(k.pt.x) && std::isfinite(k.pt.y)) || !places.insert({k.pt.x, k.pt.y}).second)
+        return true;
     for (const std::int64_t id : f.map_point_ids)
       if (id >= 0 && !ids.insert(id).second) return true;
     return false;

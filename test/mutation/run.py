@@ -24,7 +24,8 @@ RELEASE = ROOT / "build" / "release"
 LEAST_SCORE = 0.85
 LIBRARIES = ["eval", "synth", "pipeline", "filters", "evidence", "late", "flann", "cluster", "geometry", "correspondence",
              "io", "core"]
-Room = collections.namedtuple("Room", "name bodies tests")
+# `users` of changed headers: the bodies that the header's functions are compiled into.
+Room = collections.namedtuple("Room", "name bodies tests users", defaults=[[]])
 ROOMS = [
     Room("combinators",
          ["pipeline/detail/logic_stages-inl.hpp", "pipeline/detail/routing_stages-inl.hpp",
@@ -32,7 +33,10 @@ ROOMS = [
           "pipeline/detail/object_vote-inl.hpp", "pipeline/detail/stage-inl.hpp"],
          ["pipeline/combinators_test.cpp", "pipeline/object_stages_test.cpp", "pipeline/pipeline_test.cpp"]),
     Room("votes", ["pipeline/judgement.hpp", "core/votes.hpp"],
-         ["pipeline/judgement_test.cpp", "pipeline/combinators_test.cpp"]),
+         ["pipeline/judgement_test.cpp", "pipeline/combinators_test.cpp"],
+         ["pipeline/detail/logic_stages-inl.hpp", "pipeline/detail/routing_stages-inl.hpp",
+          "pipeline/detail/vote_stage-inl.hpp", "pipeline/detail/temporal_stage-inl.hpp",
+          "pipeline/detail/stage-inl.hpp", "pipeline/detail/combinator-inl.hpp"]),
     Room("floor", ["pipeline/detail/floor-inl.hpp"], ["pipeline/floor_test.cpp"]),
     Room("residuals", ["geometry/detail/rigid_residual-inl.hpp", "geometry/detail/static_miss-inl.hpp",
                        "geometry/detail/rigid_misses-inl.hpp"],
@@ -129,7 +133,7 @@ def test_object(test):
 def program_of(room, first, name):
     """Links what `first` replaces before the libraries: of two definitions the linker takes the first."""
     libraries = [str(RELEASE / f"libdynfilter_{name}.a") for name in LIBRARIES]
-    modules = [f"-lopencv_{m}" for m in ["video", "imgproc", "imgcodecs", "core"]] + ["-llz4", "-lflann_cpp"]
+    modules = [f"-lopencv_{m}" for m in ["calib3d", "video", "imgproc", "imgcodecs", "core"]] + ["-llz4", "-lflann_cpp"]
     output = BUILD / name
     objects = [str(o) for o in first] + [str(test_object(t)) for t in ["test_main.cpp", *room.tests]]
     result = subprocess.run(["g++", "-Wl,-z,muldefs", *objects, "-Wl,--start-group", *libraries, "-Wl,--end-group",
@@ -148,7 +152,7 @@ def passes(program, limit_s):
 
 
 def changed_objects(mutant):
-    """The body, or for a header its first test, whose copies of the header's functions then are the first."""
+    """The body, or for a header its tests and users, whose copies of the header's functions then are the first."""
     overlay = BUILD / "overlay"
     target = overlay / "dynfilter" / mutant.body
     for old in overlay.rglob("*.hpp"):
@@ -157,12 +161,11 @@ def changed_objects(mutant):
     lines = (ROOT / "include/dynfilter" / mutant.body).read_text().splitlines()
     lines[mutant.line] = mutant.after
     target.write_text("\n".join(lines) + "\n")
-    objects = []
-    if mutant.body.endswith("-inl.hpp"):
-        sources = [BUILD / "body.cpp"]
-        sources[0].write_text(f"#define DYNFILTER_LIBRARY\n#include <dynfilter/{mutant.body}>\n")
-    else:
-        sources = [ROOT / "test" / test for test in mutant.room.tests]
+    bodies, sources, objects = [mutant.body], [BUILD / "body.cpp"], []
+    if not mutant.body.endswith("-inl.hpp"):
+        bodies = mutant.room.users
+        sources += [ROOT / "test" / test for test in mutant.room.tests]
+    sources[0].write_text("#define DYNFILTER_LIBRARY\n" + "".join(f"#include <dynfilter/{b}>\n" for b in bodies))
     for k, source in enumerate(sources):
         output = BUILD / f"changed_{k}.o"
         if compile_one(source, output, overlay).returncode != 0:
