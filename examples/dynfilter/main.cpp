@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
@@ -17,7 +16,6 @@
 #include <vector>
 
 #include "commands/command.hpp"
-#include "running/interruption.hpp"
 #include "text/help_text.hpp"
 
 namespace {
@@ -103,12 +101,6 @@ int run(int argc, char** argv) {
     return dispatch(argc, argv);
   } catch (const dynfilter::Error& error) {
     return complain(error.what(), kBadInput);
-  } catch (const Interrupted& interrupted) {
-    complain(
-        std::string("stopped by ") + ::strsignal(interrupted.signal) + ": what was incomplete is removed",
-        kFailed);
-    std::fflush(stdout);
-    Interruption::end_by(interrupted.signal);
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0) return kFailed;  // main() reports it
     return complain(std::string("internal error: ") + error.what(), kFailed);

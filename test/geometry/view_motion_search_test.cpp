@@ -225,7 +225,7 @@ TEST_CASE("groups are what chains of like neighbours hold together") {
   for (int i = 0; i < 10; ++i) points.push_back({10.0 * i, 0});    // a chain
   for (int i = 0; i < 10; ++i) points.push_back({10.0 * i, 500});  // another, far away
   FlowGroups groups;
-  groups.build(points, 30, 4, [](std::size_t i, std::size_t j) { return (i == 4) == (j == 4); });
+  groups.build(points, 30, 4, 0, [](std::size_t i, std::size_t j) { return (i == 4) == (j == 4); });
   // The fifth point is like no other: it is alone, and its neighbours reach each other past it.
   REQUIRE(groups.size() == 3);
   CHECK(groups.group(0).size() == 9);
@@ -233,6 +233,18 @@ TEST_CASE("groups are what chains of like neighbours hold together") {
   CHECK(groups.group(2).size() == 10);
   CHECK(groups.linked(4).empty());
   CHECK(groups.near(4).size() == 4);
+}
+
+TEST_CASE("points of one patch are not each other's neighbours") {
+  std::vector<ImageNeighbours::Point> points;
+  for (int i = 0; i < 5; ++i) points.push_back({1.0 * i, 0});  // one corner
+  points.push_back({20, 0});
+  FlowGroups groups;
+  groups.build(points, 30, 4, 8, [](std::size_t i, std::size_t j) { return (i < 5) == (j < 5); });
+  CHECK(groups.size() == 6);
+  CHECK(groups.near(0) == std::vector<int>{5});
+  groups.build(points, 30, 4, 0, [](std::size_t i, std::size_t j) { return (i < 5) == (j < 5); });
+  CHECK(groups.size() == 2);
 }
 
 TEST_CASE("two moving planes among mismatches: the mismatches are what is left") {

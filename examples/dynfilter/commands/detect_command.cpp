@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <dynfilter/core/numbers.hpp>
+#include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/text_lines.hpp>
 
@@ -10,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/eval/statistics.hpp>
+#include <dynfilter/io/atomic_folder.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/sequence.hpp>
 #include <filesystem>
@@ -156,8 +158,7 @@ void print_text(const Report& report, const std::string& out) {
 /// Writes detections.txt, masks/ and overlay/. All appear at the end, or none.
 class DetectOutput {
  public:
-  explicit DetectOutput(const DetectOptions& options)
-      : folder_(options.out, options.force, {"summary.json", "detections.txt", "masks", "overlay"}) {
+  explicit DetectOutput(const std::filesystem::path& folder) : folder_(folder) {
     std::filesystem::create_directory(folder_.path() / "overlay");
   }
 
@@ -184,7 +185,8 @@ class DetectOutput {
     std::stable_sort(boxes_.begin(), boxes_.end(),
                      [](const auto& a, const auto& b) { return a.timestamp_s < b.timestamp_s; });
     if (report.with_boxes > 0) io::write_detections(folder_.path() / "detections.txt", boxes_);
-    folder_.write("summary.json", json_text(to_json(report)));
+    io::write_file_atomically(folder_.path() / "summary.json",
+                              [&](std::ostream& out) { out << json_text(to_json(report)); });
     folder_.commit();
   }
 
@@ -194,14 +196,13 @@ class DetectOutput {
       throw IoError(path.string() + ": cannot write the picture");
   }
 
-  ResultsFolder folder_;
+  io::AtomicFolder folder_;
   std::vector<io::StampedDetections> boxes_;
   Overlay overlay_;
 };
 
 Report detect(const DetectOptions& options) {
-  std::optional<DetectOutput> output;
-  if (!options.out.empty()) output.emplace(options);
+  check_free(options.out, options.force, {"summary.json", "detections.txt", "masks", "overlay"});
   cv::setNumThreads(options.threads);
   const Images images(options.input);
   const DetectorConfig config = load_detector(options.detector, options.network_dir, options.plugins);
@@ -214,6 +215,8 @@ Report detect(const DetectOptions& options) {
   Report report;
   report.detector = config.name;
   report.input = std::filesystem::path(options.input).lexically_normal().string();
+  std::optional<DetectOutput> output;
+  if (!options.out.empty()) output.emplace(options.out);
   std::vector<double> times_ms;
   Progress bar(config.name);
   for (std::size_t k = 0; k < count; ++k) {

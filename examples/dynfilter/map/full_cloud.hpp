@@ -24,8 +24,10 @@ namespace dynfilter::command {
 class FullCloud {
  public:
   /// Throws IoError if `file` cannot be created.
-  FullCloud(const std::filesystem::path& file, const mapping::MappingParams& params)
-      : file_(checked_target(file)), lock_(file_), params_(params), cut_(params.cut) {}
+  FullCloud(std::filesystem::path file, const mapping::MappingParams& params)
+      : file_(std::move(file)), params_(params), cut_(params.cut) {
+    check_target(file_);
+  }
 
   void add(const MapInput& keyframe) {
     const auto start = std::chrono::steady_clock::now();
@@ -92,7 +94,6 @@ class FullCloud {
   }
 
   std::filesystem::path file_;
-  io::OutputLock lock_;
   mapping::MappingParams params_;
   mapping::DepthCut cut_;
   mapping::PixelRays rays_;

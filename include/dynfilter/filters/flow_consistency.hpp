@@ -11,7 +11,7 @@
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/filters/detail/neighbour_field.hpp>
 #include <dynfilter/geometry/flow_groups.hpp>
-#include <dynfilter/geometry/ground_plane.hpp>
+#include <dynfilter/geometry/ground_contact.hpp>
 #include <dynfilter/geometry/image_neighbours.hpp>
 #include <dynfilter/geometry/view_motion.hpp>
 #include <dynfilter/geometry/view_motion_search.hpp>
@@ -47,13 +47,13 @@ struct FlowConsistencyParams {
 ///           Both are in standard deviations, averaged over time and over the group.
 ///           Each feature is judged over the longest gap that its track covers.
 ///           A feature without a track has the mean excess over the limit of its neighbours.
-///           In addition, groups whose lower end is above the ground are dynamic.
-///           This detects objects that approach along the epipolar line.
+///           While the camera drives forward, groups that do not stand on the ground are dynamic, too:
+///           cars ahead seem to be beneath it, oncoming ones to hover (geometry/ground_contact.hpp).
 /// Needs:    correspondences from frame to frame.
 ///           Optional: a camera, else a focal length is assumed.
 /// Abstains: on features without a track whose neighbours do not move, with fewer than 12 tracks,
 ///           and if the tracks cover less than 5 of 72 cells of the image.
-/// Blind to: movers along their epipolar line with an invisible lower end or without `ground`;
+/// Blind to: movers along their epipolar line without `ground`, or where the ground is not seen;
 ///           a mover that covers more of the image than the background does.
 /// State:    own tracks over up to gap_frames frames and their evidence;
 ///           the last motion and ground.
@@ -74,10 +74,10 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   void reset() override;
 
  private:
-  /// Evidence of a track: exponential averages for its flow and for its height above the ground.
+  /// Evidence of a track: exponential averages for its flow and for its distance from the ground.
   struct TrackEvidence {
-    double flow = 0, hanging = 0;
-    bool flow_known = false, hanging_known = false;
+    double flow = 0, off_ground = 0;
+    bool flow_known = false, off_ground_known = false;
   };
   /// A motion and its duration.
   struct TimedMotion {
@@ -108,6 +108,8 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   static constexpr double kMaxSigmas = 6;  ///< limits the influence of one frame
   static constexpr int kNeighbours = 6;    ///< judged together if their flow is similar
   static constexpr double kReach = 0.05;   ///< [image widths] radius of the neighbourhood
+  /// Features closer than that lie in one patch of the flow: they are one observation.
+  static constexpr double kOnePatch_px = 8;
   /// Largest difference of similar flows.
   static constexpr double kAlike_px = 0.4, kAlikeOfFlow = 0.06;
   static constexpr double kUntrackedReach = 0.075;  ///< neighbourhood of a feature without a track
@@ -175,38 +177,16 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
 
   /// Cosine: moves within 14 degrees of the optical axis.
   static constexpr double kAhead = 0.97;
-  static constexpr double kGroundSmoothing = 0.5;  ///< weight of a new frame's ground
-  /// [heights] smallest distance below the horizon of points that show the ground.
-  static constexpr double kGroundBelow = 0.08;
-  /// [heights] smallest distance below the horizon of points compared with the ground.
-  static constexpr double kGroupBelow = 0.04;
-  /// [heights] a lower end this close to the image's lower edge is cut off.
-  static constexpr double kEdge = 0.03;
-  /// Inverse depth ~ rows^slope: 0 for upright, 1 for ground.
-  static constexpr double kFlat = 0.5;
-  static constexpr double kFoot = 0.1;  ///< quantile of a group's ratios
-  /// Ratio to the ground's inverse depth from which a group is above the ground.
-  static constexpr double kGroundRatio = 1.2;
-  static constexpr double kRatioSigma = 0.15;  ///< of the logarithm of the ratio
+  /// Tracks too young to be compared with the ground take over what similar neighbours have, in as many steps.
+  static constexpr int kLendingSteps = 3;
+  static constexpr std::size_t kLenders = 2;
 
   /// Only a camera that drives forward has its horizon in the image and ground below it.
   bool find_focus();
 
-  GroundPoint ground_point(const Point& p) const {
-    return {p.pair.reference_x - focus_.x, p.pair.reference_y - focus_.y, p.flow.inverse_depth,
-            cells_.of(p.pair.x, p.pair.y)};
-  }
-
-  bool find_ground();
-
   void weigh_ground();
-
-  /// Evidence that the group's lower end is nearer than the ground below it.
-  /// Only for upright groups below the horizon whose lower end is in the image, else nullopt.
-  std::optional<double> hanging_sigmas(const std::vector<int>& members);
-
-  /// From the ratios in values_. With few points the lower end is uncertain.
-  double sigmas_above_ground();
+  void lend_ground();
+  void lend_ground_once();
 
   void spread(const Evidence& evidence);
   /// Mean excess of the neighbours, near ones first: a body has features whose tracks have just begun.
@@ -217,14 +197,13 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   const FeatureTracks* tracks_ = nullptr;  ///< of the current frame
   ViewMotionEstimator estimator_;
   FlowGroups groups_;
-  GroundPlaneFinder ground_finder_;
+  GroundContact ground_;
   /// Over the current gap; over the last frame's longest gap.
   std::optional<TimedMotion> motion_, main_motion_;
-  std::optional<GroundPlane> ground_;
   std::vector<double> ages_s_;  ///< age of each recent frame
   std::vector<int> gaps_;       ///< [frames]
   int ground_gap_ = 0;
-  double gap_s_ = 0, ground_s_ = 0, keep_ = 0, noise_px_ = 0;
+  double gap_s_ = 0, keep_ = 0, noise_px_ = 0;
 
   cv::Size2d extent_;
   ImageCells cells_;
@@ -235,9 +214,10 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   std::vector<Point> points_;
   std::vector<ViewPair> pairs_;
   std::vector<ImageNeighbours::Point> places_;
-  std::vector<GroundPoint> ground_points_;
+  std::vector<GroundedPoint> grounded_;
   std::vector<int> seeds_, counts_;
-  std::vector<bool> judged_;
+  std::vector<bool> judged_, compared_;
+  std::vector<std::size_t> lent_;
   NeighbourPlaces neighbours_;
   NeighbourPlaces::Field excess_around_;
   std::vector<float> excess_, depths_m_;  ///< over the limit, in standard deviations; depths: unknown

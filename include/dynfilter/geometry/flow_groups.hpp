@@ -18,7 +18,7 @@ class FlowGroups {
   /// `alike(i, j)` returns whether two flows are similar. It must be symmetric.
   template <class Alike>
   void build(const std::vector<ImageNeighbours::Point>& points, double radius_px, int neighbours,
-             const Alike& alike) {
+             double least_px, const Alike& alike) {
     const std::size_t n = points.size();
     grid_.build(points, radius_px);
     near_.resize(n);
@@ -26,7 +26,7 @@ class FlowGroups {
     parent_.resize(n);
     for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<int>(i);
     for (std::size_t i = 0; i < n; ++i) {
-      grid_.nearest(points[i].x, points[i].y, static_cast<int>(i), neighbours, near_[i]);
+      grid_.nearest(points[i].x, points[i].y, static_cast<int>(i), neighbours, near_[i], least_px);
       linked_[i].clear();
       for (const int j : near_[i]) {
         if (!alike(i, static_cast<std::size_t>(j))) continue;

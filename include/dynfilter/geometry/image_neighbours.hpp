@@ -20,7 +20,8 @@ class ImageNeighbours {
 
   /// Finds up to `k` nearest other points within the radius of (x, y), nearest first.
   /// Equal distances are ordered by index. `self` is skipped; -1 skips none.
-  void nearest(double x, double y, int self, int k, std::vector<int>& out);
+  /// Points closer than `least_px` are skipped.
+  void nearest(double x, double y, int self, int k, std::vector<int>& out, double least_px = 0);
 
  private:
   static constexpr int kMaxCells = 256, kCellsOfRadius = 2, kNoColumn = -1000;
@@ -31,6 +32,7 @@ class ImageNeighbours {
     int self = -1;
     std::size_t wanted = 0;
     double reach2 = 0;  ///< [px^2] farther points are not among the nearest
+    double least2 = 0;  ///< [px^2]
   };
 
   int cell(double offset_px) const;

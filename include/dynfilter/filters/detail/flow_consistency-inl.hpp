@@ -30,8 +30,7 @@ DYNFILTER_INLINE const FieldTable<FlowConsistencyParams>& FlowConsistencyParams:
       real("max_distance_px", &P::max_distance_px, "px", {0.01, 100},
            "largest distance from its epipolar line of a point that supports a camera motion"),
       flag("ground", &P::ground,
-           "groups with a lower end above the ground are dynamic; used only while the camera drives "
-           "forward"),
+           "groups that do not stand on the ground are dynamic; used only while the camera drives forward"),
       real("focal_of_width", &P::focal_of_width, "widths", {0.1, 10},
            "focal length in image widths if no camera is given"),
   };
@@ -56,6 +55,7 @@ DYNFILTER_INLINE void FlowConsistencyFilter::apply(const Evidence& evidence, Vot
     weigh_flows();
     weigh_groups();
     if (gap == ground_gap_) weigh_ground();
+    if (gap < ground_gap_ && gap == gaps_.back()) lend_ground();
   }
   vote(evidence, votes);
 }
@@ -220,16 +220,17 @@ inline void FlowConsistencyFilter::collect_points(const Evidence& evidence, int 
 inline void FlowConsistencyFilter::group() {
   places_.clear();
   for (const Point& p : points_) places_.push_back({p.pair.x, p.pair.y});
-  groups_.build(places_, kReach * cells_.width_px, kNeighbours, [&](std::size_t i, std::size_t j) {
-    const Point &p = points_[i], &q = points_[j];
-    const double along = motion_->motion.has_baseline()
-                             ? (p.flow.inverse_depth - q.flow.inverse_depth) * 0.5 *
-                                   (line_length(p.flow) + line_length(q.flow))
-                             : p.flow.along_px - q.flow.along_px;
-    const double limit = kAlike_px + kAlikeOfFlow * 0.5 * (p.length_px + q.length_px);
-    const double across = p.flow.across_px - q.flow.across_px;
-    return along * along + across * across < limit * limit;
-  });
+  groups_.build(places_, kReach * cells_.width_px, kNeighbours, kOnePatch_px,
+                [&](std::size_t i, std::size_t j) {
+                  const Point &p = points_[i], &q = points_[j];
+                  const double along = motion_->motion.has_baseline()
+                                           ? (p.flow.inverse_depth - q.flow.inverse_depth) * 0.5 *
+                                                 (line_length(p.flow) + line_length(q.flow))
+                                           : p.flow.along_px - q.flow.along_px;
+                  const double limit = kAlike_px + kAlikeOfFlow * 0.5 * (p.length_px + q.length_px);
+                  const double across = p.flow.across_px - q.flow.across_px;
+                  return along * along + across * across < limit * limit;
+                });
 }
 
 inline double FlowConsistencyFilter::measured_noise_px() {
@@ -295,67 +296,50 @@ inline bool FlowConsistencyFilter::find_focus() {
   return true;
 }
 
-inline bool FlowConsistencyFilter::find_ground() {
-  if (!find_focus()) return false;
-  ground_points_.clear();
-  for (std::size_t k = 0; k < points_.size(); ++k)
-    if (evidence_of(k).flow < params_.limit) ground_points_.push_back(ground_point(points_[k]));
-  GroundPlaneFinder::Options options;
-  options.min_below_px = kGroundBelow * cells_.height_px;
-  const std::optional<GroundPlane> found = ground_finder_.find(ground_points_, options);
-  if (ground_) ground_->scale *= gap_s_ / ground_s_;  // in units of the camera's step
-  ground_s_ = gap_s_;
-  if (!found) return ground_.has_value();
-  if (!ground_) ground_ = GroundPlane{found->scale, 0};
-  ground_->scale += kGroundSmoothing * (found->scale - ground_->scale);
-  ground_->tilt += kGroundSmoothing * (found->tilt - ground_->tilt);
-  return true;
-}
-
 inline void FlowConsistencyFilter::weigh_ground() {
-  if (!find_ground()) return;
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const std::optional<double> hanging = hanging_sigmas(groups_.group(g));
-    if (!hanging) continue;
-    for (const int m : groups_.group(g)) {
-      TrackEvidence& evidence = evidence_of(static_cast<std::size_t>(m));
-      remember(*hanging, evidence.hanging, evidence.hanging_known);
-    }
+  if (!find_focus()) return;
+  grounded_.clear();
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const Point& p = points_[k];
+    grounded_.push_back({{p.pair.reference_x - focus_.x, p.pair.reference_y - focus_.y, p.flow.inverse_depth,
+                          cells_.of(p.pair.x, p.pair.y)},
+                         p.pair.x,
+                         p.pair.y,
+                         line_length(p.flow),
+                         evidence_of(k).flow < params_.limit});
+  }
+  const std::vector<std::optional<double>>& sigmas = ground_.compare(
+      grounded_, groups_, {gap_s_, cells_.height_px, focus_.y, noise_px_, params_.limit, kMaxSigmas});
+  for (std::size_t k = 0; k < sigmas.size(); ++k) {
+    TrackEvidence& evidence = evidence_of(k);
+    if (sigmas[k])
+      remember(*sigmas[k], evidence.off_ground, evidence.off_ground_known);
+    else if (!evidence.off_ground_known)
+      evidence.off_ground = 0;  // was lent
   }
 }
 
-inline std::optional<double> FlowConsistencyFilter::hanging_sigmas(const std::vector<int>& members) {
-  if (members.size() < kGroup) return std::nullopt;
-  values_.clear();
-  double lowest_px = -1e9, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  int n = 0;
-  for (const int m : members) {
-    const Point& p = points_[static_cast<std::size_t>(m)];
-    const GroundPoint at = ground_point(p);
-    const double below = ground_->below(at.x, at.y);
-    lowest_px = std::max(lowest_px, p.pair.y);
-    if (!(below > kGroupBelow * cells_.height_px)) continue;
-    values_.push_back(at.inverse_depth / below);
-    if (!(at.inverse_depth > 0)) continue;
-    const double x = std::log(below), y = std::log(at.inverse_depth);
-    sx += x, sy += y, sxx += x * x, sxy += x * y, ++n;
-  }
-  const auto count = static_cast<double>(n);
-  if (2 * values_.size() < members.size() || n < 3) return std::nullopt;
-  if (lowest_px > (0.5 - kEdge) * cells_.height_px) return std::nullopt;
-  const double spread = sxx - sx * sx / count;
-  if (sxy - sx * sy / count > kFlat * spread) return std::nullopt;
-  return sigmas_above_ground();
+inline void FlowConsistencyFilter::lend_ground() {
+  compared_.resize(points_.size());
+  for (std::size_t k = 0; k < points_.size(); ++k)
+    compared_[k] = tracks_->length(static_cast<std::size_t>(points_[k].feature)) >= ground_gap_;
+  for (int step = 0; step < kLendingSteps; ++step) lend_ground_once();
 }
 
-inline double FlowConsistencyFilter::sigmas_above_ground() {
-  const auto count = static_cast<double>(values_.size());
-  const auto foot = values_.begin() + static_cast<std::ptrdiff_t>(kFoot * count);
-  std::nth_element(values_.begin(), foot, values_.end());
-  const double ratio = *foot / ground_->scale;
-  if (!(ratio > 0)) return 0;
-  const double limit = kGroundRatio * (1 + 1 / count);
-  return std::clamp(params_.limit + std::log(ratio / limit) / kRatioSigma, 0.0, kMaxSigmas);
+inline void FlowConsistencyFilter::lend_ground_once() {
+  lent_.clear();
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    if (compared_[k]) continue;
+    values_.clear();
+    for (const int j : groups_.linked(k))
+      if (compared_[static_cast<std::size_t>(j)])
+        values_.push_back(evidence_of(static_cast<std::size_t>(j)).off_ground);
+    if (values_.size() < kLenders) continue;
+    evidence_of(k).off_ground = averaged_median_in_place(values_);
+    evidence_of(k).off_ground_known = false;
+    lent_.push_back(k);
+  }
+  for (const std::size_t k : lent_) compared_[k] = true;
 }
 
 inline void FlowConsistencyFilter::spread(const Evidence& evidence) {
@@ -365,7 +349,7 @@ inline void FlowConsistencyFilter::spread(const Evidence& evidence) {
   for (std::size_t i = 0; i < n; ++i)
     if (judged_[i])
       excess_[i] = static_cast<float>(
-          std::min(std::hypot(suspicion_[i], evidence_[i].hanging) - params_.limit, params_.limit));
+          std::min(std::hypot(suspicion_[i], evidence_[i].off_ground) - params_.limit, params_.limit));
   neighbours_.build(evidence.pixels(), depths_m_, static_cast<float>(kReach * cells_.width_px));
   neighbours_.lay_out(
       excess_around_, [&](std::size_t i) { return excess_[i]; },

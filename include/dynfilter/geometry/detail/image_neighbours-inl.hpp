@@ -28,11 +28,12 @@ DYNFILTER_INLINE void ImageNeighbours::build(const std::vector<Point>& points, d
   fill(points);
 }
 
-DYNFILTER_INLINE void ImageNeighbours::nearest(double x, double y, int self, int k, std::vector<int>& out) {
+DYNFILTER_INLINE void ImageNeighbours::nearest(double x, double y, int self, int k, std::vector<int>& out,
+                                               double least_px) {
   out.clear();
   if (k <= 0) return;
   found_.clear();
-  query_ = {{x, y}, self, static_cast<std::size_t>(k), radius_px_ * radius_px_};
+  query_ = {{x, y}, self, static_cast<std::size_t>(k), radius_px_ * radius_px_, least_px * least_px};
   const int column = cell(x - left_), row = cell(y - top_);
   look(row, column, column);  // the nearest cell first, so that few others remain within reach
   look_along(row, column);
@@ -73,7 +74,8 @@ inline void ImageNeighbours::look(int row, int first, int last) {
     const auto at = static_cast<std::size_t>(m);
     const double dx = places_[at].x - query_.at.x, dy = places_[at].y - query_.at.y,
                  squared = dx * dx + dy * dy;
-    if (squared <= query_.reach2 && members_[at] != query_.self) insert({squared, members_[at]});
+    if (squared >= query_.least2 && squared <= query_.reach2 && members_[at] != query_.self)
+      insert({squared, members_[at]});
   }
 }
 
