@@ -17,11 +17,24 @@ target_compile_options(dynfilter_compile_options INTERFACE -Wall -Wextra -Wpedan
 if(DYNFILTER_WARNINGS_AS_ERRORS)
   target_compile_options(dynfilter_compile_options INTERFACE -Werror)
 endif()
-if(DYNFILTER_SANITIZE)
-  target_compile_options(dynfilter_compile_options INTERFACE -fsanitize=address,undefined -fno-omit-frame-pointer
-    -fno-sanitize-recover=undefined
-    -Wno-maybe-uninitialized)  # GCC's manual: the sanitizers make it see what is not there
-  target_link_options(dynfilter_compile_options INTERFACE -fsanitize=address,undefined)
+set(DYNFILTER_SANITIZERS "")
+if(DYNFILTER_FUZZ)
+  set(DYNFILTER_SANITIZERS address,undefined,float-cast-overflow,implicit-integer-truncation,fuzzer-no-link)
+elseif("${DYNFILTER_SANITIZE}" MATCHES "^(ON|1|TRUE)$")
+  set(DYNFILTER_SANITIZERS address,undefined)
+elseif(DYNFILTER_SANITIZE)
+  set(DYNFILTER_SANITIZERS "${DYNFILTER_SANITIZE}")
+endif()
+if(DYNFILTER_SANITIZERS)
+  target_compile_options(dynfilter_compile_options INTERFACE -fsanitize=${DYNFILTER_SANITIZERS} -fno-omit-frame-pointer)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    target_compile_options(dynfilter_compile_options INTERFACE -fno-sanitize-recover=all
+      -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/test/sanitizers/not_ours.txt)
+  else()
+    target_compile_options(dynfilter_compile_options INTERFACE -fno-sanitize-recover=undefined
+      -Wno-maybe-uninitialized -Wno-tsan)  # GCC's manual: the sanitizers make it see what is not there
+  endif()
+  target_link_options(dynfilter_compile_options INTERFACE -fsanitize=${DYNFILTER_SANITIZERS})
 endif()
 
 # The libraries'. As a part of another project they are compiled with that project's flags. Nothing in them is shared between

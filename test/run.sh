@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Installs what is missing, builds everything and runs every test. Safe to repeat, quick the second time.
-#   bash test/run.sh            everything but the lint of each file
+#   bash test/run.sh            everything but what only --long does
 #   bash test/run.sh --quick    only the optimized build and its tests
-#   bash test/run.sh --long     clang-tidy over every file, not only over the headers
+#   bash test/run.sh --long     also clang-tidy over every file, more sanitizers, every compiler, fuzzing for 10 minutes
+# FUZZ_SECONDS: for how long each fuzz target runs, default 60 (--long: 600). Two of the six run at a time, so that all of
+# them take three times as long.
 # The last line is "N passed, N failed, N skipped"; the exit code is 0 when nothing failed.
 set -u
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 2
@@ -13,7 +15,7 @@ mode=normal
 case "${1:-}" in
   "") ;;
   --quick | --long) mode=${1#--} ;;
-  *) sed -n '4,6s/^# *//p' "${BASH_SOURCE[0]}"; exit 2 ;;
+  *) sed -n '4,8s/^# *//p' "${BASH_SOURCE[0]}"; exit 2 ;;
 esac
 
 passed=0 failed=0 skipped=0
@@ -62,6 +64,7 @@ tidy_check() {
 
 step "packages"
 need_packages $build_packages $test_packages $python_packages
+[ "$mode" = quick ] || need_packages $clang_packages
 want_packages $browser_packages
 choose_tools
 mkdir -p build
@@ -69,6 +72,17 @@ mkdir -p build
 build_and_test release -DDYNFILTER_BUILD_PYTHON=ON
 if [ "$mode" != quick ]; then
   build_and_test asan-ubsan
+  if [ "$mode" = long ]; then
+    build_and_test tsan
+    build_and_test ubsan-clang
+  fi
+  step "abi"
+  check abi bash test/abi/check.sh
+  step "compilers"
+  if [ "$mode" = long ]; then check compilers bash test/compilers.sh --all; else check compilers bash test/compilers.sh; fi
+  step "fuzz"
+  if [ "$mode" = long ]; then seconds=600; else seconds=60; fi
+  check fuzz bash test/fuzz/run.sh "${FUZZ_SECONDS:-$seconds}"
   step "format"
   check format format_check
   step "lint"

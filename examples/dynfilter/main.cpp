@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstring>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "commands/command.hpp"
+#include "running/interruption.hpp"
 #include "text/help_text.hpp"
 
 namespace {
@@ -101,6 +103,12 @@ int run(int argc, char** argv) {
     return dispatch(argc, argv);
   } catch (const dynfilter::Error& error) {
     return complain(error.what(), kBadInput);
+  } catch (const Interrupted& interrupted) {
+    complain(
+        std::string("stopped by ") + ::strsignal(interrupted.signal) + ": what was incomplete is removed",
+        kFailed);
+    std::fflush(stdout);
+    Interruption::end_by(interrupted.signal);
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0) return kFailed;  // main() reports it
     return complain(std::string("internal error: ") + error.what(), kFailed);

@@ -99,6 +99,18 @@ TEST_CASE("movers do not raise the measured noise: sharp frames are judged as wi
   }
 }
 
+TEST_CASE("the published form votes by the distance alone, from the line or Sampson's") {
+  EpipolarParams params;
+  params.model = EpipolarModel::Fundamental;
+  for (const EpipolarDistance distance : {EpipolarDistance::Line, EpipolarDistance::Sampson}) {
+    params.distance = distance;
+    CHECK(score(synth::preset(Preset::Rigid), params).static_kept() == 1.0);
+    const Score general = score(synth::preset(Preset::General), params);
+    CHECK(general.recall() >= 0.95);
+    CHECK(general.static_kept() == 1.0);
+  }
+}
+
 TEST_CASE("with fewer than 20 pairs of neighbours max_distance_px counts as it is") {
   const synth::ExactScene scene = synth::ExactScene().points(30).pixel_noise(1.5);
   EpipolarFilter a, b(measured());

@@ -5,6 +5,7 @@
 #include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/image_file.hpp>
+#include <dynfilter/io/output_lock.hpp>
 #include <dynfilter/io/ply.hpp>
 
 #include "doctest/doctest.h"
@@ -58,6 +59,69 @@ TEST_CASE(
   CHECK(entries(folder.path()) == 1);
   CHECK_THROWS_AS(AtomicFolder(out / "result"), IoError);
   CHECK_THROWS_AS(AtomicFolder(folder.path() / "no" / "out"), IoError);
+}
+
+TEST_CASE("an atomic folder replaces another as a whole: other entries are kept or removed") {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "out";
+  fs::create_directories(out / "notes" / "deep");
+  write_text(out / "notes" / "deep" / "a.txt", "mine");
+  write_text(out / "result", "old");
+  fs::create_symlink("result", out / "link");
+  fs::permissions(out, fs::perms::owner_all);
+  const auto commit = [&](OtherEntries others) {
+    AtomicFolder results(out, others);
+    write_text(results.path() / "result", "new");
+    CHECK(read_text(out / "result") == "old");
+    results.commit();
+    CHECK(read_text(out / "result") == "new");
+    write_text(out / "result", "old");
+    CHECK(fs::status(out).permissions() == fs::perms::owner_all);
+  };
+  commit(OtherEntries::Keep);
+  CHECK(read_text(out / "notes" / "deep" / "a.txt") == "mine");
+  CHECK(fs::is_symlink(out / "link"));
+  commit(OtherEntries::Remove);
+  CHECK(entries(out) == 1);
+  CHECK(entries(folder.path()) == 1);
+}
+
+TEST_CASE("an atomic folder that cannot be renamed replaces entries: the working directory, a link to it") {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "out", before = fs::current_path();
+  fs::create_directories(out);
+  write_text(out / "mine", "keep");
+  fs::create_directory_symlink("out", folder.path() / "link");
+  fs::current_path(out);
+  for (const fs::path& name : {fs::path("."), folder.path() / "link"}) {
+    AtomicFolder results(name);
+    write_text(results.path() / "result", name.string());
+    results.commit();
+    CHECK(read_text(out / "result") == name.string());
+    CHECK(fs::exists("result"));  // the working directory is the folder as before
+    CHECK(read_text("mine") == "keep");
+  }
+  fs::current_path(before);
+  CHECK(entries(folder.path()) == 2);
+}
+
+TEST_CASE("one writer at a time, and what a killed one left is removed by the next") {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "out";
+  {
+    const AtomicFolder first(out);
+    CHECK_THROWS_WITH_AS(AtomicFolder(out / ""), doctest::Contains("another program is writing here"),
+                         IoError);
+    CHECK_THROWS_AS(OutputLock{out}, IoError);
+    CHECK_NOTHROW(OutputLock{folder.path() / "other"});
+  }
+  fs::create_directories(folder.path() / ".out.partial-0123abcd" / "overlay");
+  write_text(folder.path() / ".out.lock", "");
+  fs::create_directories(folder.path() / ".out.partial-mine");
+  { const AtomicFolder second(out); }
+  CHECK_FALSE(fs::exists(folder.path() / ".out.partial-0123abcd"));
+  CHECK_FALSE(fs::exists(folder.path() / ".out.lock"));
+  CHECK(fs::exists(folder.path() / ".out.partial-mine"));
 }
 
 TEST_CASE("association takes the closest pair of all first") {

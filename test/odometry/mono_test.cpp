@@ -2,6 +2,9 @@
 #include <cmath>
 #include <dynfilter/eval/ate.hpp>
 #include <odometry/odometry.hpp>
+#include <odometry/recovery.hpp>
+#include <odometry/triangulation.hpp>
+#include <odometry/two_view_start.hpp>
 #include <random>
 
 #include "test_images.hpp"

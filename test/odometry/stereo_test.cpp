@@ -4,6 +4,8 @@
 #include <dynfilter/eval/ate.hpp>
 #include <filesystem>
 #include <odometry/odometry.hpp>
+#include <odometry/orb_extractor.hpp>
+#include <odometry/stereo_matcher.hpp>
 
 #include "test_images.hpp"
 

@@ -88,6 +88,56 @@ TEST_CASE("coverage: each grid cell that holds features gets its least suspiciou
   CHECK(letters_of(verdict) == "DUUD");
 }
 
+TEST_CASE("coverage without an image: the grid covers the extent of the features, in both directions") {
+  FloorParams params = nothing();
+  params.min_grid_coverage = 1;
+  for (const bool upright : {true, false}) {
+    CAPTURE(upright);
+    params.grid_columns = upright ? 1 : 2;
+    params.grid_rows = upright ? 2 : 1;
+    Features features(4);  // 0, 10 | 20, 30: the middle of [0, 31) is between them
+    for (cv::KeyPoint& keypoint : features.keypoints) (upright ? keypoint.pt.x : keypoint.pt.y) = 5;
+    Verdict verdict = all_dynamic({0.9F, 0.6F, 0.7F, 0.8F});
+    Floor(params).apply(features.view(), 0, verdict);
+    CHECK(letters_of(verdict) == "DUUD");
+  }
+}
+
+TEST_CASE("coverage restores only what is missing: cells that keep a feature need none") {
+  FloorParams params = nothing();
+  params.min_grid_coverage = 0.5;  // of the two occupied cells: one
+  params.grid_columns = params.grid_rows = 2;
+  Verdict verdict = all_dynamic({0.9F, 0.6F, 0.7F, 0.8F});
+  Floor(params).apply(Features(4).view(), 0, verdict);
+  CHECK(letters_of(verdict) == "DUDD");
+  verdict = all_dynamic({0.9F, 0.6F, 0.7F, 0.8F});
+  verdict.decision[0] = Vote::Static;
+  Floor(params).apply(Features(4).view(), 0, verdict);
+  CHECK(letters_of(verdict) == "SDDD");
+  CHECK(verdict.report.notes.empty());
+}
+
+TEST_CASE(
+    "of equally suspicious features the topmost comes back first, then the leftmost, NaN as the corner") {
+  FloorParams params = nothing();
+  const auto first_of = [&](cv::Point2f a, cv::Point2f b) {
+    params.min_features = 1;
+    Features features(2);
+    features.keypoints[0].pt = a, features.keypoints[1].pt = b;
+    Verdict verdict = all_dynamic({0.9F, 0.9F});
+    Floor(params).apply(features.view(), 0, verdict);
+    return letters_of(verdict) == "UD" ? 0 : 1;
+  };
+  CHECK(first_of({30, 10}, {10, 20}) == 0);
+  CHECK(first_of({10, 20}, {30, 10}) == 1);
+  CHECK(first_of({30, 10}, {10, 10}) == 1);
+  CHECK(first_of({10, 10}, {30, 10}) == 0);
+  const float nan = std::nanf("");
+  CHECK(first_of({10, 10}, {nan, 50}) == 1);
+  CHECK(first_of({10, 10}, {50, nan}) == 1);
+  CHECK(first_of({nan, 50}, {10, 10}) == 0);
+}
+
 TEST_CASE("no features, NaN positions and features outside of the image are no trouble") {
   FloorParams params = nothing();
   params.min_features = 5;

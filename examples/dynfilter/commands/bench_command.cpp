@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/io/output_lock.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "bench/page.hpp"
 #include "bench/results.hpp"
 #include "command.hpp"
+#include "running/interruption.hpp"
 #include "running/presets.hpp"
 #include "running/sequence_run.hpp"
 #include "text/json.hpp"
@@ -36,10 +38,13 @@ struct BenchOptions {
 class Bench {
  public:
   Bench(const BenchOptions& options, Manifest manifest)
-      : options_(options), manifest_(std::move(manifest)), settings_{manifest_.name, options.frames} {
+      : options_(options),
+        manifest_(std::move(manifest)),
+        settings_{manifest_.name, options.frames},
+        lock_(created(options.out)) {
+    Interruption::watch();
     if (!options_.pipelines.empty()) manifest_.pipelines = options_.pipelines;
     check_settings(options_.out, settings_, options_.force);
-    std::filesystem::create_directories(options_.out);
     write_results(options_.out, settings_, rows_);
   }
 
@@ -62,6 +67,11 @@ class Bench {
   const Manifest& manifest() const { return manifest_; }
 
  private:
+  static std::filesystem::path created(const std::string& folder) {
+    std::filesystem::create_directories(folder);
+    return std::filesystem::canonical(folder);
+  }
+
   BenchRow run(const BenchSequence& sequence, const std::string& pipeline) {
     BenchRow row;
     row.sequence = sequence.name, row.system = std::filesystem::path(pipeline).stem().string();
@@ -111,6 +121,7 @@ class Bench {
   BenchOptions options_;
   Manifest manifest_;
   BenchSettings settings_;
+  io::OutputLock lock_;
   std::vector<BenchRow> rows_;
 };
 

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/io/atomic_file.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/eval/statistics.hpp>
-#include <dynfilter/io/atomic_folder.hpp>
 #include <filesystem>
+#include <initializer_list>
 #include <iterator>
 #include <memory>
-#include <ostream>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -324,27 +323,23 @@ void print_rows_as(const CompareOptions& options, const std::vector<Row>& rows) 
     print_text(rows, options.wide, options.verbose);
 }
 
-/// The files of --out, which appear together.
-void write_results(const std::string& folder, const std::vector<Row>& rows,
+void write_results(ResultsFolder& folder, const std::vector<Row>& rows,
                    const std::vector<report::RunRecord>& records) {
   const Json json = to_json(rows);
-  io::AtomicFolder results(folder);
-  const auto write = [&](const char* name, const std::string& text) {
-    io::write_file_atomically(results.path() / name, [&](std::ostream& out) { out << text; });
-  };
-  write("summary.json", json_text(json));
-  write("summary.csv", csv_of(rows));
-  write("report.html", report::compare_page(records, json["medians"]));
-  results.commit();
+  folder.write("summary.json", json_text(json));
+  folder.write("summary.csv", csv_of(rows));
+  folder.write("report.html", report::compare_page(records, json["medians"]));
+  folder.commit();
 }
 
 int compare(const CompareOptions& options) {
-  const bool writes = !options.out.empty();
-  check_free(options.out, options.force, {"summary.json", "summary.csv", "report.html"});
-  if (writes) io::AtomicFolder probe(options.out);  // rather now than after all runs
+  std::optional<ResultsFolder> folder;
+  if (!options.out.empty())
+    folder.emplace(options.out, options.force,
+                   std::initializer_list<const char*>{"summary.json", "summary.csv", "report.html"});
   std::vector<report::RunRecord> records;
-  const std::vector<Row> rows = run_all(options, writes ? &records : nullptr);
-  if (writes) write_results(options.out, rows, records);
+  const std::vector<Row> rows = run_all(options, folder ? &records : nullptr);
+  if (folder) write_results(*folder, rows, records);
   print_rows_as(options, rows);
   const bool any_lost =
       std::any_of(rows.begin(), rows.end(), [](const Row& row) { return row.summary.tracked_frames == 0; });

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <dynfilter/core/numbers.hpp>
-#include <dynfilter/io/atomic_file.hpp>
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/text_lines.hpp>
 
@@ -11,7 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/eval/statistics.hpp>
-#include <dynfilter/io/atomic_folder.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <dynfilter/io/sequence.hpp>
 #include <filesystem>
@@ -158,7 +156,8 @@ void print_text(const Report& report, const std::string& out) {
 /// Writes detections.txt, masks/ and overlay/. All appear at the end, or none.
 class DetectOutput {
  public:
-  explicit DetectOutput(const std::filesystem::path& folder) : folder_(folder) {
+  explicit DetectOutput(const DetectOptions& options)
+      : folder_(options.out, options.force, {"summary.json", "detections.txt", "masks", "overlay"}) {
     std::filesystem::create_directory(folder_.path() / "overlay");
   }
 
@@ -185,8 +184,7 @@ class DetectOutput {
     std::stable_sort(boxes_.begin(), boxes_.end(),
                      [](const auto& a, const auto& b) { return a.timestamp_s < b.timestamp_s; });
     if (report.with_boxes > 0) io::write_detections(folder_.path() / "detections.txt", boxes_);
-    io::write_file_atomically(folder_.path() / "summary.json",
-                              [&](std::ostream& out) { out << json_text(to_json(report)); });
+    folder_.write("summary.json", json_text(to_json(report)));
     folder_.commit();
   }
 
@@ -196,13 +194,14 @@ class DetectOutput {
       throw IoError(path.string() + ": cannot write the picture");
   }
 
-  io::AtomicFolder folder_;
+  ResultsFolder folder_;
   std::vector<io::StampedDetections> boxes_;
   Overlay overlay_;
 };
 
 Report detect(const DetectOptions& options) {
-  check_free(options.out, options.force, {"summary.json", "detections.txt", "masks", "overlay"});
+  std::optional<DetectOutput> output;
+  if (!options.out.empty()) output.emplace(options);
   cv::setNumThreads(options.threads);
   const Images images(options.input);
   const DetectorConfig config = load_detector(options.detector, options.network_dir, options.plugins);
@@ -215,8 +214,6 @@ Report detect(const DetectOptions& options) {
   Report report;
   report.detector = config.name;
   report.input = std::filesystem::path(options.input).lexically_normal().string();
-  std::optional<DetectOutput> output;
-  if (!options.out.empty()) output.emplace(options.out);
   std::vector<double> times_ms;
   Progress bar(config.name);
   for (std::size_t k = 0; k < count; ++k) {

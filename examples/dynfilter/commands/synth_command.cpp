@@ -12,6 +12,7 @@
 #include <string>
 
 #include "command.hpp"
+#include "running/interruption.hpp"
 #include "text/json.hpp"
 #include "text/progress.hpp"
 
@@ -38,6 +39,7 @@ bool is_synthetic(const std::filesystem::path& folder) {
 }
 
 int write(SynthOptions options) {
+  Interruption::watch();
   options.sequence.right_images = !options.no_right;
   options.sequence.overwrite = is_synthetic(options.folder);
   render::SensorValues sensor;

@@ -24,10 +24,8 @@ namespace dynfilter::command {
 class FullCloud {
  public:
   /// Throws IoError if `file` cannot be created.
-  FullCloud(std::filesystem::path file, const mapping::MappingParams& params)
-      : file_(std::move(file)), params_(params), cut_(params.cut) {
-    check_target(file_);
-  }
+  FullCloud(const std::filesystem::path& file, const mapping::MappingParams& params)
+      : file_(checked_target(file)), lock_(file_), params_(params), cut_(params.cut) {}
 
   void add(const MapInput& keyframe) {
     const auto start = std::chrono::steady_clock::now();
@@ -94,6 +92,7 @@ class FullCloud {
   }
 
   std::filesystem::path file_;
+  io::OutputLock lock_;
   mapping::MappingParams params_;
   mapping::DepthCut cut_;
   mapping::PixelRays rays_;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/io/image_file.hpp>
+#include <dynfilter/io/output_lock.hpp>
 #include <dynfilter/io/ply.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <filesystem>
@@ -21,6 +22,7 @@
 
 #include "map_picture.hpp"
 #include "map_summary.hpp"
+#include "running/interruption.hpp"
 
 namespace dynfilter::command {
 
@@ -42,20 +44,20 @@ struct MapInput {
 };
 
 /// Throws IoError if a file cannot be created.
-inline void check_target(const std::filesystem::path& file) {
+inline std::filesystem::path checked_target(const std::filesystem::path& file) {
   const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
   if (!std::filesystem::is_directory(folder)) throw IoError(folder.string() + ": no such folder");
   if (std::filesystem::is_directory(file)) throw IoError(file.string() + ": is a folder");
+  Interruption::watch();
+  return file;
 }
 
 /// Builds the static map of a sequence in its own thread and writes its files.
 class MapOutput {
  public:
   /// Throws IoError if `file` cannot be written to its folder, ConfigError for invalid parameters.
-  MapOutput(std::filesystem::path file, const mapping::MappingParams& params, std::string title)
-      : file_(std::move(file)), title_(std::move(title)), map_(params, kCapacity) {
-    check_target(file_);
-  }
+  MapOutput(const std::filesystem::path& file, const mapping::MappingParams& params, std::string title)
+      : file_(checked_target(file)), lock_(file_), title_(std::move(title)), map_(params, kCapacity) {}
 
   void add(const MapInput& input) {
     const mapping::MapFrame view = input.view();
@@ -116,6 +118,7 @@ class MapOutput {
   }
 
   std::filesystem::path file_;
+  io::OutputLock lock_;
   std::string title_;  ///< of the picture
   mapping::MappingThread map_;
   std::size_t waiting_ = 0;  ///< upper bound of the frames in the queue

@@ -3,10 +3,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <dynfilter/io/atomic_file.hpp>
 
 #include <cstddef>
-#include <dynfilter/io/atomic_folder.hpp>
 #include <dynfilter/io/trajectory.hpp>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +16,7 @@
 #include <vector>
 
 #include "pipeline_judge.hpp"
+#include "results_folder.hpp"
 #include "run_summary.hpp"
 
 namespace dynfilter::command {
@@ -25,7 +24,7 @@ namespace dynfilter::command {
 /// The files of a run. They appear together after finish(), or not at all.
 class RunOutput {
  public:
-  RunOutput(const std::filesystem::path& folder, std::size_t frames, std::size_t overlay_every)
+  RunOutput(ResultsFolder& folder, std::size_t frames, std::size_t overlay_every)
       : folder_(folder),
         every_(overlay_every > 0 ? overlay_every : (frames + kPictures - 1) / kPictures),
         verdicts_(folder_.path() / kVerdicts) {
@@ -58,16 +57,14 @@ class RunOutput {
 
   void finish(const std::vector<FrameRow>& rows, const io::Trajectory& trajectory, const Summary& summary) {
     io::write_tum_trajectory(folder_.path() / "trajectory.txt", trajectory);
-    write("frames.csv", frames_csv(rows));
+    folder_.write("frames.csv", frames_csv(rows));
     verdicts_.close();
     check_verdicts();
-    write("summary.json", json_text(named_json(summary)));
+    folder_.write("summary.json", json_text(named_json(summary)));
     folder_.commit();
   }
 
-  void write(const char* name, const std::string& text) {
-    io::write_file_atomically(folder_.path() / name, [&](std::ostream& out) { out << text; });
-  }
+  void write(const char* name, const std::string& text) { folder_.write(name, text); }
 
  private:
   static constexpr std::size_t kPictures = 50;
@@ -95,7 +92,7 @@ class RunOutput {
     return csv;
   }
 
-  io::AtomicFolder folder_;
+  ResultsFolder& folder_;
   std::size_t every_, count_ = 0;
   Overlay overlay_;
   std::ofstream verdicts_;  ///< written frame by frame: a long run does not fit in memory

@@ -52,6 +52,7 @@ class SequenceRun {
  public:
   explicit SequenceRun(const RunOptions& options, const RecordOptions& record)
       : options_(options),
+        folder_(results_folder(options)),
         truth_(std::make_shared<OracleLabels>()),
         judge_(named_pipeline(options.pipeline, command_registry(options.plugins, truth_))),
         sequence_(open_sequence(options)),
@@ -59,8 +60,6 @@ class SequenceRun {
         sensor_(chosen_sensor(options, sequence_)),
         odometry_(sequence_.camera(), odometry_options(sensor_), &judge_),
         record_(record.record) {
-    check_free(options.out, options.force,
-               {"summary.json", "trajectory.txt", "frames.csv", "verdicts.csv", "report.html", "overlay"});
     summary_.sequence = sequence_.name();
     summary_.scene = scene_of(sequence_);
     summary_.pipeline = judge_.pipeline().name();
@@ -79,7 +78,7 @@ class SequenceRun {
     if (!options.map.empty() && sensor_ != odometry::Sensor::Rgbd)
       throw IoError(options.sequence + ": a map needs depth images");
     if (!options.map.empty()) map_.emplace(options, judge_.pipeline(), sequence_);
-    if (!options.out.empty()) output_.emplace(options.out, order_.size(), options.overlay_every);
+    if (!options.out.empty()) output_.emplace(*folder_, order_.size(), options.overlay_every);
     open_recorder(record);
   }
 
@@ -88,6 +87,8 @@ class SequenceRun {
       progress(k, order_.size());
       play(order_[k]);
     }
+    const auto step = [&] { progress(order_.size(), order_.size()); };
+    step();
     if (sensor_ == odometry::Sensor::Rgbd && !any_depth_)
       throw IoError(options_.sequence + ": no frame has any depth");
     if (blank_depth_ > 0)
@@ -103,12 +104,20 @@ class SequenceRun {
     summary_.tracked_frames = estimate.size();  // a mono map that was started again has lost its poses
     summarise_trajectory(ground_truth_, estimate, summary_);
     if (map_) summary_.map = map_->finish(estimate, summary_.notes);
+    step();
     if (recorder_) finish_record(estimate);
     if (output_) output_->finish(rows_, estimate, summary_);
     return summary_;
   }
 
  private:
+  static std::unique_ptr<ResultsFolder> results_folder(const RunOptions& options) {
+    const std::initializer_list<const char*> results{"summary.json", "trajectory.txt", "frames.csv",
+                                                     "verdicts.csv", "report.html",    "overlay"};
+    return options.out.empty() ? nullptr
+                               : std::make_unique<ResultsFolder>(options.out, options.force, results);
+  }
+
   static std::string frames(std::size_t n) { return fmt::format("{} {}", n, n == 1 ? "frame" : "frames"); }
   void count_note(std::string note) { summary_.notes.push_back(std::move(note)); }
 
@@ -334,6 +343,7 @@ class SequenceRun {
   }
 
   RunOptions options_;
+  std::unique_ptr<ResultsFolder> folder_;  ///< first: the rest may take long to open
   std::shared_ptr<OracleLabels> truth_;
   PipelineJudge judge_;
   io::Sequence sequence_;

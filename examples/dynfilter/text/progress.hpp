@@ -8,10 +8,13 @@
 #include <string>
 #include <utility>
 
+#include "running/interruption.hpp"
+
 namespace dynfilter::command {
 
 /// A progress bar on stderr, or nothing if stderr is not a terminal.
 /// It is removed at the end, so that it does not mix with errors and results.
+/// Each step is also a point where the command can be interrupted.
 class Progress {
  public:
   explicit Progress(std::string label) : label_(std::move(label)), shown_(isatty(STDERR_FILENO) != 0) {}
@@ -23,6 +26,7 @@ class Progress {
 
   void at(std::size_t done, std::size_t total) {
     constexpr std::size_t kWidth = 30;
+    Interruption::check();
     if (!shown_ || total == 0) return;
     const std::size_t percent = 100 * done / total;
     if (percent == last_percent_) return;

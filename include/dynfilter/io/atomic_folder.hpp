@@ -2,19 +2,26 @@
 #pragma once
 
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/io/output_lock.hpp>
 #include <filesystem>
 
 namespace dynfilter::io {
 
-/// A folder of results that appears only when it is complete.
+/// What happens to entries of an existing folder that the new results do not replace.
+enum class OtherEntries { Keep, Remove };
+
+/// A folder of results that appears only when it is complete, for one writer at a time.
 /// Fill path(), then call commit().
 /// Without commit(), for example after an exception, it is removed.
-/// If the final folder exists, new entries replace those of the same name.
-/// Its other entries remain.
+///
+/// commit() replaces an existing folder by one rename, after the new one is on the disk.
+/// A reader or a power cut sees the old results or the new ones.
+/// Entries are replaced one after the other if the folder is a mount point or the working directory,
+/// or if its file system cannot exchange two folders.
 class AtomicFolder {
  public:
-  /// Throws IoError if `folder` is an existing file or its parent is not writable.
-  explicit AtomicFolder(const std::filesystem::path& folder);
+  /// Throws IoError if `folder` is an existing file, its parent is not writable, or another writer has it.
+  explicit AtomicFolder(const std::filesystem::path& folder, OtherEntries others = OtherEntries::Keep);
   AtomicFolder(const AtomicFolder&) = delete;
   AtomicFolder& operator=(const AtomicFolder&) = delete;
   ~AtomicFolder();
@@ -25,11 +32,18 @@ class AtomicFolder {
   void commit();
 
  private:
-  static std::filesystem::path without_trailing_slash(const std::filesystem::path& folder);
+  static std::filesystem::path resolved(const std::filesystem::path& folder);
 
-  void replace_entries();
+  void remove_abandoned() const;
+  bool exchange();
+  void take_over_others() const;
+  void replace_entries() const;
 
-  std::filesystem::path final_, path_;
+  std::filesystem::path final_;
+  OutputLock lock_;
+  std::filesystem::path place_;  ///< folder of path_
+  std::filesystem::path path_;
+  OtherEntries others_;
 };
 
 }  // namespace dynfilter::io

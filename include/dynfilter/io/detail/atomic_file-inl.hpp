@@ -5,6 +5,7 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/io/durable.hpp>
 #include <fstream>
 #include <ios>
 #include <locale>
@@ -18,8 +19,8 @@ namespace detail {
 
 DYNFILTER_INLINE std::filesystem::path temporary_beside(const std::filesystem::path& path) {
   std::random_device device;
-  std::string name = "." + path.filename().string() + ".partial-";
-  for (int i = 0; i < 8; ++i) name += "0123456789abcdef"[device() % 16];
+  std::string name = "." + path.filename().string() + kPartial;
+  for (std::size_t i = 0; i < kPartialDigits; ++i) name += "0123456789abcdef"[device() % 16];
   return path.parent_path() / name;
 }
 
@@ -41,7 +42,9 @@ DYNFILTER_INLINE void write_file_atomically(const std::filesystem::path& path,
     write(out);
     out.close();
     if (!out) throw IoError(path.string() + ": writing failed (disk full?)");
+    make_durable(temporary);
     detail::rename_or_throw(temporary, path);
+    make_durable(std::filesystem::absolute(path).parent_path());
   } catch (...) {
     std::error_code ignored;
     std::filesystem::remove(temporary, ignored);

@@ -101,7 +101,7 @@ DYNFILTER_INLINE SensorValues write_sequence(const SequenceOptions& options,
     throw IoError(folder.string() + ": exists and is not empty");
   }
   SequenceRenderer renderer(options);
-  io::AtomicFolder results(folder);
+  io::AtomicFolder results(folder, io::OtherEntries::Remove);
   SequenceWriter writer(results.path(), renderer.calibration(), renderer.scene().camera_model);
   RenderedFrame frame;
   for (int i = 0; i < renderer.size(); ++i) {
@@ -111,7 +111,6 @@ DYNFILTER_INLINE SensorValues write_sequence(const SequenceOptions& options,
   }
   writer.finish();
   write_scene_name(results.path(), {options.scene, options.seed, sensor_values(renderer)});
-  if (std::filesystem::is_directory(folder, error)) std::filesystem::remove_all(folder, error);
   results.commit();
   return sensor_values(renderer);
 }

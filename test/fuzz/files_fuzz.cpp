@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// Every reader of one file. The first line names the reader, the rest is the file.
+// What is read is written and read again where there is a writer.
+#include <unistd.h>
+#include <cmath>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/limits.hpp>
+#include <dynfilter/io/association.hpp>
+#include <dynfilter/io/camera_file.hpp>
+#include <dynfilter/io/detections.hpp>
+#include <dynfilter/io/image_file.hpp>
+#include <dynfilter/io/point_tracks.hpp>
+#include <dynfilter/io/pose_lookup.hpp>
+#include <dynfilter/io/trajectory.hpp>
+#include <dynfilter/io/trajectory_formats.hpp>
+#include <dynfilter/semantic/class_list.hpp>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "memory_file.hpp"
+#include "target.hpp"
+
+namespace {
+
+using namespace dynfilter;
+using fuzz::require;
+namespace fs = std::filesystem;
+
+/// Where writers, which replace a file as a whole, may write.
+const fs::path& scratch() {
+  struct Folder {
+    fs::path path = fs::temp_directory_path() / ("dynfilter_fuzz_" + std::to_string(::getpid()));
+    Folder() { fs::create_directories(path); }
+    ~Folder() {
+      std::error_code ignored;
+      fs::remove_all(path, ignored);
+    }
+  };
+  static const Folder folder;
+  return folder.path;
+}
+
+void read_poses(const std::string& path, std::optional<io::TrajectoryFormat> format) {
+  const io::Trajectory poses = io::read_trajectory(path, format).trajectory;
+  require(!poses.empty(), "a trajectory that is read has a pose");
+  std::vector<double> stamps;
+  for (const io::StampedPose& pose : poses) {
+    require(std::isfinite(pose.timestamp_s), "stamps are finite");
+    require(stamps.empty() || pose.timestamp_s > stamps.back(), "stamps ascend");
+    stamps.push_back(pose.timestamp_s);
+  }
+  for (const auto& [a, b] : io::associate(stamps, stamps, 0.02))
+    require(a == b, "a stamp is nearest to itself");
+  const fs::path copy = scratch() / "poses.txt";
+  io::write_tum_trajectory(copy, poses);
+  io::read_tum_trajectory(copy);
+}
+
+void read_boxes(const std::string& path) {
+  const io::DetectionTrack track = io::read_detections(path);
+  for (const io::StampedDetections& image : track.images) {
+    require(image.detections.size() <= limits::kMaxBoxes, "boxes per frame have a limit");
+    for (const Detection& d : image.detections)
+      require(io::detail::usable(d), "boxes that are read can be used");
+    require(track.at(image.timestamp_s) != nullptr, "an image with boxes is found by its stamp");
+  }
+  const fs::path copy = scratch() / "boxes.txt";
+  io::write_detections(copy, track.images);
+  io::read_detections(copy);
+}
+
+void read_tracks(const std::string& path) {
+  const io::PointTracks tracks = io::read_point_tracks(path);
+  const auto points = static_cast<std::size_t>(tracks.points),
+             frames = static_cast<std::size_t>(tracks.frames);
+  require(tracks.label.size() == points && tracks.px.size() == points * frames,
+          "tracks are as large as they say");
+  for (int p = 0; p < tracks.points; ++p) {
+    const int last = tracks.last_visible(p);
+    require(last < tracks.frames && (last < 0 || tracks.visible(p, last)),
+            "a point is visible where it is last");
+  }
+  io::widest_label(tracks);
+}
+
+void read_camera(const std::string& path) {
+  const io::CameraFile camera = io::read_camera(path);
+  const fs::path copy = scratch() / "camera.yaml";
+  io::write_camera(copy, camera);
+  require(io::read_camera(copy).camera == camera.camera, "a camera that is written is read again");
+}
+
+void read(const std::string& kind, const std::string& path) {
+  if (kind == "poses") read_poses(path, std::nullopt);
+  if (kind == "tum") read_poses(path, io::TrajectoryFormat::Tum);
+  if (kind == "kitti") read_poses(path, io::TrajectoryFormat::Kitti);
+  if (kind == "euroc") read_poses(path, io::TrajectoryFormat::Euroc);
+  if (kind == "times") io::read_times_s(path);
+  if (kind == "boxes") read_boxes(path);
+  if (kind == "tracks") read_tracks(path);
+  if (kind == "camera") read_camera(path);
+  if (kind == "classes") ClassList(ClassList::from_file(path), 0, {});
+  if (kind == "image")
+    // Decoding is OpenCV's. Large images are refused here only to keep the fuzzer quick.
+    io::read_image(path, cv::IMREAD_UNCHANGED, [](cv::Size size) {
+      if (size.area() > 100000) throw IoError("too large for the fuzzer");
+    });
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string input(reinterpret_cast<const char*>(data), size);
+  const std::size_t end = input.find('\n');
+  if (end == std::string::npos) return 0;
+  const fuzz::MemoryFile file(input.substr(end + 1));
+  try {
+    read(input.substr(0, end), file.path());
+  } catch (const Error& error) {
+    fuzz::require_one_line(error.what());
+  }
+  return 0;
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+
+/// Every target is one function. libFuzzer calls it, or replay_main.cpp with the files of a corpus.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+
+namespace fuzz {
+
+/// Ends the program with the property that does not hold.
+[[noreturn]] inline void fail(const std::string& property, const std::string& detail = "") {
+  std::fprintf(stderr, "property does not hold: %s%s%s\n", property.c_str(), detail.empty() ? "" : ": ",
+               detail.c_str());
+  std::abort();
+}
+
+inline void require(bool holds, const char* property) {
+  if (!holds) fail(property);
+}
+
+/// A message is one line without control characters, as core/error.hpp promises.
+inline void require_one_line(const char* message) {
+  require(*message != '\0', "an error has a message");
+  for (const char* c = message; *c != '\0'; ++c)
+    if (*c == '\n') fail("an error's message is one line", message);
+}
+
+}  // namespace fuzz
