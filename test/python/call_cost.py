@@ -32,26 +32,32 @@ def frames():
         yield forms(arguments), arguments
 
 
-def extra_ms(form, recorded):
-    pipeline, extra, in_cpp = dynfilter.Pipeline("dynfilter"), [], []
+def costs_ms(form, recorded):
+    """CPU time of whole calls of the pipeline `none`, and wall time of calls of `dynfilter` beside their time in C++."""
+    cpu, wall, in_cpp = [], [], []
+    pipelines = {name: dynfilter.Pipeline(name) for name in ("none", "dynfilter")}
     for k in range(CALLS):
         keypoints, arguments = recorded[k % len(recorded)]
         arguments.update(timestamp=k / 30, frame_id=k)
         if "matches" in arguments:
             arguments["matches_frame_id"] = k - 1
-        begin = time.perf_counter()
-        verdict = pipeline.before_pose(keypoints[form], **arguments)
-        keep = verdict.keep
-        extra.append(1e3 * (time.perf_counter() - begin) - verdict.report.total_ms)
+        for name, pipeline in pipelines.items():
+            began, began_cpu = time.perf_counter(), time.thread_time()
+            verdict = pipeline.before_pose(keypoints[form], **arguments)
+            keep = verdict.keep
+            took_cpu, took = time.thread_time() - began_cpu, time.perf_counter() - began
+            assert len(keep) == FEATURES
+            if name == "none":
+                cpu.append(1e3 * took_cpu)
+        wall.append(1e3 * took - verdict.report.total_ms)
         in_cpp.append(verdict.report.total_ms)
-        assert len(keep) == FEATURES
-    return np.median(extra), np.quantile(extra, 0.9), np.median(in_cpp)
+    return [np.median(cpu), np.quantile(cpu, 0.9), np.median(wall), np.quantile(wall, 0.9), np.median(in_cpp)]
 
 
 def main():
     recorded = list(frames())
     for form in recorded[0][0]:
-        print("| {} | {:.3f} | {:.3f} | {:.2f} |".format(form, *extra_ms(form, recorded)))
+        print("| {} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.2f} |".format(form, *costs_ms(form, recorded)))
 
 
 if __name__ == "__main__":

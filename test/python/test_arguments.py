@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Every wrong argument is a ValueError that names it; every accepted form means the same."""
 
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pytest
@@ -33,10 +35,12 @@ def test_keypoints_of_every_form():
     objects = [cv2.KeyPoint(float(x), float(y), 31.0, octave=k) for k, (x, y) in enumerate(PLACES)]
     records = np.zeros(N, dynfilter.keypoint_type)
     records["x"], records["y"], records["octave"] = PLACES[:, 0], PLACES[:, 1], [0, 1, 2]
-    forms = [objects, tuple(objects), records, PLACES, PLACES.astype(np.float64), PLACES.tolist(), PLACES[::-1][::-1]]
+    alike = [SimpleNamespace(pt=(float(x), float(y)), octave=k) for k, (x, y) in enumerate(PLACES)]
+    mixed = [alike[0], *objects[1:]], [objects[0], *alike[1:]]
+    forms = [objects, tuple(objects), records, alike, *mixed, PLACES, PLACES.astype(np.float64), PLACES.tolist(), PLACES[::-1][::-1]]
     for keypoints in forms:
         np.testing.assert_array_equal(seen(keypoints=keypoints)["pixels"], PLACES)
-    for keypoints in forms[:3]:
+    for keypoints in forms[:6]:
         assert list(seen(keypoints=keypoints)["octaves"]) == [0, 1, 2]
     for keypoints in forms:
         assert list(seen(keypoints=keypoints, octaves=[3, 4, 5])["octaves"]) == [3, 4, 5]

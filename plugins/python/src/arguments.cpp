@@ -5,6 +5,8 @@
 #include <cstring>
 #include <type_traits>
 
+#include "keypoint_objects.hpp"
+
 namespace dynfilter::python {
 namespace {
 
@@ -56,26 +58,6 @@ bool rows_are_dense(const py::array& image, py::ssize_t channels) {
   if (image.ndim() == 3 && image.strides(2) != image.itemsize()) return false;
   return image.strides(1) == pixel && image.strides(0) >= pixel * image.shape(1);
 }
-
-/// An attribute of many objects of one class, looked up once. cv2.KeyPoint has C descriptors.
-class Getter {
- public:
-  Getter(const char* name, py::handle first) : name_(name), type_(Py_TYPE(first.ptr())) {
-    descriptor_ = py::getattr(py::type::handle_of(first), name, py::none());
-    get_ = descriptor_.is_none() ? nullptr : Py_TYPE(descriptor_.ptr())->tp_descr_get;
-  }
-  /// A new reference; null with a Python error.
-  PyObject* operator()(PyObject* object) const {
-    if (get_ == nullptr || Py_TYPE(object) != type_) return PyObject_GetAttrString(object, name_);
-    return get_(descriptor_.ptr(), object, reinterpret_cast<PyObject*>(type_));
-  }
-
- private:
-  const char* name_;
-  PyTypeObject* type_;
-  py::object descriptor_;
-  descrgetfunc get_;
-};
 
 bool is_dense_keypoints(const py::array& array) {
   return array.dtype().kind() == 'V' && array.ndim() == 1 && array.dtype().equal(keypoint_type()) &&
@@ -206,7 +188,7 @@ void Keypoints::assign(const std::string& argument, py::handle value, py::handle
   } else {
     const bool objects = !is_array && py::isinstance<py::sequence>(value) && py::len(value) > 0 &&
                          py::hasattr(value[py::int_(0)], "pt");
-    objects ? from_objects(argument, value) : from_points(argument, value, rows);
+    objects ? read_keypoint_objects(argument, value, own_) : from_points(argument, value, rows);
     data_ = own_.data();
     size_ = own_.size();
   }
@@ -225,27 +207,6 @@ void Keypoints::from_points(const std::string& argument, py::handle value, py::s
   const float* p = points.data();
   own_.resize(n);
   for (std::size_t i = 0; i < n; ++i) own_[i] = cv::KeyPoint(p[2 * i], p[2 * i + 1], 1.0F);
-}
-
-void Keypoints::from_objects(const std::string& argument, py::handle value) {
-  const auto list = py::reinterpret_steal<py::object>(PySequence_Fast(value.ptr(), ""));
-  if (!list) throw py::error_already_set();
-  const auto n = static_cast<std::size_t>(PySequence_Fast_GET_SIZE(list.ptr()));
-  own_.resize(n);
-  const Getter get_pt("pt", value[py::int_(0)]), get_octave("octave", value[py::int_(0)]);
-  for (std::size_t i = 0; i < n; ++i) {
-    PyObject* const item = PySequence_Fast_GET_ITEM(list.ptr(), static_cast<py::ssize_t>(i));
-    const auto pt = py::reinterpret_steal<py::object>(get_pt(item));
-    const auto octave = py::reinterpret_steal<py::object>(get_octave(item));
-    if (!pt || !octave || !PyTuple_Check(pt.ptr()) || PyTuple_GET_SIZE(pt.ptr()) != 2) {
-      PyErr_Clear();
-      refuse(argument, "only objects of cv2.KeyPoint in the list", item);
-    }
-    own_[i] = cv::KeyPoint(static_cast<float>(PyFloat_AsDouble(PyTuple_GET_ITEM(pt.ptr(), 0))),
-                           static_cast<float>(PyFloat_AsDouble(PyTuple_GET_ITEM(pt.ptr(), 1))), 1.0F, -1, 0,
-                           static_cast<int>(PyLong_AsLong(octave.ptr())));
-    if (PyErr_Occurred() != nullptr) throw py::error_already_set();
-  }
 }
 
 // ---- small things

@@ -72,7 +72,6 @@ class Keypoints {
 
  private:
   void from_points(const std::string& argument, py::handle value, py::ssize_t rows);
-  void from_objects(const std::string& argument, py::handle value);
 
   std::vector<cv::KeyPoint> own_;
   py::object kept_;
