@@ -52,6 +52,7 @@ from ._core import (
 from .compare import Comparison, Judgement, Run, compare, judge, run, run_scene
 from .errors import ConfigError, Error, IoError, PluginError
 from .filters import Filter, param
+from .rerun_log import to_rerun
 from .sequences import Frame, Recording, RenderedSequence, Sequence, render
 
 __all__ = [
@@ -111,6 +112,7 @@ __all__ = [
     "run",
     "run_scene",
     "scene_names",
+    "to_rerun",
     "write_trajectory",
 ]
 

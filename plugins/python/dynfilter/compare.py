@@ -6,12 +6,12 @@ from __future__ import annotations
 import math
 import statistics
 from dataclasses import dataclass, field
-from typing import Any, Iterable, List, Optional, Sequence as Many, Tuple, Union
+from typing import Any, Callable, Iterable, List, Optional, Sequence as Many, Tuple, Union
 
 from . import _core
 from .errors import Error
 from .filters import Filter
-from .sequences import Sequence, Trajectory
+from .sequences import Frame, Sequence, Trajectory
 
 Source = Union[str, Filter]
 """A preset, a file, YAML text or a filter."""
@@ -100,10 +100,17 @@ def _share(value: float, of: int) -> float:
     return value if of > 0 else math.nan
 
 
-def run(pipeline: Source, sequence: Sequence, *, frames: Optional[int] = None) -> Run:
+def run(
+    pipeline: Source,
+    sequence: Sequence,
+    *,
+    frames: Optional[int] = None,
+    each: Optional[Callable[[Frame, _core.Track], None]] = None,
+) -> Run:
     """Runs the reference odometry with a pipeline on a sequence, as `dynfilter run` does.
 
     `pipeline`: also "none" and, where the sequence has labels, "oracle". `frames`: at most so many.
+    `each`: is called after every frame, with the frame and what the odometry made of it.
     """
     if not _core.has_odometry:
         raise NotImplementedError("this build has no odometry: it needs Ceres, fmt and nlohmann-json")
@@ -125,6 +132,8 @@ def run(pipeline: Source, sequence: Sequence, *, frames: Optional[int] = None) -
         )
         if frame.truth is not None and n >= _core.Classification.first_frame:
             counts.add(frame.truth, track.keypoints, track.decision == _core.DYNAMIC)
+        if each is not None:
+            each(frame, track)
         tracked += track.state == "tracked"
         times.append(track.judge_ms)
         n += 1
