@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: MIT
+import cv2
 import numpy as np
 import pytest
 
@@ -84,3 +85,71 @@ def test_draw(verdict):
     image = np.zeros(SHAPE, np.uint8)
     drawn = verdict.draw(image)
     assert drawn.shape == (*SHAPE, 3) and drawn.any() and not image.any()
+
+
+class PySlam:
+    """pySLAM as its source says (docs/how-to/mask_hosts.md): OpenCV's detectors find features where the mask is not 0."""
+
+    def track(self, img, img_right, depth, img_id, timestamp=None, mask=None, mask_right=None):
+        images = [(img, mask)] + ([(img_right, mask_right)] if img_right is not None else [])
+        for image, of in images:
+            assert of is None or (of.dtype == np.uint8 and of.shape == image.shape[:2])
+        orb = cv2.ORB_create(2000)
+        return [np.float32([k.pt for k in orb.detect(image, of)]) for image, of in images]
+
+
+class CuVslamTracker:
+    """cuVSLAM's tracker as its KITTI example uses it: a mask per image, uint8, 255 drops. It keeps left features only."""
+
+    def track(self, timestamp, images, masks=None):
+        assert isinstance(timestamp, int)  # nanoseconds
+        if masks is not None:
+            assert len(masks) == len(images)
+            for image, mask in zip(images, masks):
+                assert mask.dtype == np.uint8 and mask.shape == image.shape and mask.flags.c_contiguous
+                assert set(np.unique(mask)) <= {0, 255}
+        corners = cv2.goodFeaturesToTrack(images[0], 1000, 0.003, 8).reshape(-1, 2)
+        if masks is None:
+            return corners
+        u, v = corners.astype(int).T
+        return corners[masks[0][v, u] != 255]
+
+
+@pytest.fixture(scope="module")
+def judged(rendered):
+    """The last frame, and a verdict on its corners."""
+    pipeline = dynfilter.Pipeline("dynfilter")
+    for frame in rendered:
+        corners = cv2.goodFeaturesToTrack(frame.grey, 1000, 0.003, 8).reshape(-1, 2)
+        verdict = pipeline.before_pose(corners, **frame.arguments())
+    return frame, verdict
+
+
+def on_movers(frame, places):
+    u, v = places.astype(int).T
+    return (frame.truth[v, u] == 255).mean(), len(places)
+
+
+def test_pyslam_detects_less_on_movers(judged):
+    frame, verdict = judged
+    slam, image = PySlam(), frame.grey
+    (before,) = slam.track(image, None, frame.depth, 11, frame.timestamp)
+    mask = verdict.mask(image.shape, polarity="0_drops")
+    (after,) = slam.track(image, None, frame.depth, 11, frame.timestamp, mask)
+    (movers, features), (movers_left, features_left) = on_movers(frame, before), on_movers(frame, after)
+    assert movers > 0.1 and movers_left < 0.3 * movers
+    assert features_left > 0.5 * features  # the host is not starved
+    left, right = slam.track(image, image, None, 11, frame.timestamp, mask)
+    assert len(left) == features_left and len(right) == features  # without mask_right the right image is whole
+
+
+def test_cuvslam_drops_what_is_255(judged):
+    frame, verdict = judged
+    tracker, image = CuVslamTracker(), frame.grey
+    mask = verdict.mask(image.shape, polarity="255_drops")
+    stamp_ns = int(frame.timestamp * 1e9)
+    before = tracker.track(stamp_ns, [image, image])
+    after = tracker.track(stamp_ns, [image, image], [mask, np.zeros_like(mask)])
+    (movers, features), (movers_left, features_left) = on_movers(frame, before), on_movers(frame, after)
+    assert movers > 0.1 and movers_left < 0.1 * movers
+    assert features_left > 0.5 * features

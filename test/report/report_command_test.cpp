@@ -91,3 +91,31 @@ TEST_CASE("compare --csv has all digits, --markdown the table, and text fits 100
   std::stringstream text(dynfilter(compare).out);
   for (std::string line; std::getline(text, line);) CHECK(line.size() <= 100);
 }
+
+TEST_CASE("compare --map writes a map per run, and the page has them") {
+  const TemporaryFolder root;
+  const fs::path out = root.path() / "out", maps = root.path() / "maps";
+  const std::string folder = "'" + Walking::shared().folder().string() + "'";
+  const std::string map = " --map '" + maps.string() + "' --keyframes every:4 --map-leaf-m 0.05";
+  const CommandResult result = dynfilter("compare " + folder + " --pipelines none,oracle --csv" + map +
+                                         " --truth --out '" + out.string() + "'");
+  CAPTURE(result.err);
+  REQUIRE(result.exit_code == 0);
+  for (const char* name : {"walking_none", "walking_oracle"})
+    for (const char* kind : {".ply", ".png"}) CHECK(fs::is_regular_file(maps / (std::string(name) + kind)));
+  const Json runs = data_of(read_text(out / "report.html"))["runs"];
+  REQUIRE(runs.size() == 2);
+  for (const Json& run : runs) {
+    CHECK(run["map"]["points"] == run["summary"]["map"]["points"]);
+    CHECK(run["map"]["shown"] <= 60'000);
+    CHECK(contains(result.out, "," + run["summary"]["map"]["points"].dump() + ","));
+  }
+  const auto ghosts = [&](std::size_t k) {
+    return runs[k]["summary"]["map"]["truth"]["ghosts"].get<double>();
+  };
+  CHECK(ghosts(1) < ghosts(0));  // without rejection people are in the map
+  check_refused("compare " + folder + " --pipelines none --truth", "--truth requires --map");
+  check_refused("compare " + folder + " " + folder + " --pipelines none" + map, "two runs would write");
+  CHECK(contains(dynfilter("compare " + folder + " --pipelines none,oracle --frames 9 --wide" + map).out,
+                 "map points"));
+}

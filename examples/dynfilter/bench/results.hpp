@@ -23,7 +23,7 @@ namespace dynfilter::command {
 /// One line of the results: a run of ours, or figures of a paper.
 struct BenchRow {
   std::string sequence, system;
-  std::string alignment = "SE(3)";
+  std::string alignment = "SE(3)";  ///< or "Sim(3)": one camera has no scale of its own
   std::string state;  ///< "", "missing" (no data), "failed", "published"
   std::string note;   ///< why it failed
   std::string link;   ///< page of the run, relative to the results
@@ -94,6 +94,7 @@ inline bool read_run(const std::filesystem::path& folder, BenchRow& row) {
   row.rpe_trans_rmse_m = number_in(json, "rpe_trans_rmse_m");
   row.recall = number_in(json, "recall");
   row.static_kept = number_in(json, "static_kept");
+  if (json.value("sensor", "") == "mono") row.alignment = "Sim(3)";
   row.total_ms = json.contains("ms") ? number_in(json["ms"], "total") : NAN;
   return true;
 }

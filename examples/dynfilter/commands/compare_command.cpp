@@ -13,9 +13,11 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "command.hpp"
+#include "report/map_sample.hpp"
 #include "report/page.hpp"
 #include "report/picture.hpp"
 #include "run_options.hpp"
@@ -32,7 +34,7 @@ struct CompareOptions {
   std::vector<std::string> sequences, pipelines;
   RunOptions run;
   bool variants = false, json = false, csv = false, markdown = false, wide = false, verbose = false;
-  std::string out;
+  std::string out, maps;
   bool force = false;
 };
 
@@ -61,6 +63,20 @@ std::vector<std::string> without_blanks(const std::vector<std::string>& words) {
   return names;
 }
 
+/// `walking_dynfilter.ply`, `walking_mine_reverse_5.ply`: names tell sequence, pipeline and variant.
+std::string map_file(const CompareOptions& options, const RunOptions& run) {
+  const auto name_of = [](const std::string& path) {
+    std::filesystem::path name = std::filesystem::path(path).lexically_normal();
+    if (!name.has_filename()) name = name.parent_path();
+    return name.filename().string();
+  };
+  const std::string pipeline = std::filesystem::path(name_of(run.pipeline)).stem().string();
+  const std::string variant =
+      options.variants ? fmt::format("_{}_{}", run.reverse ? "reverse" : "forward", run.start) : "";
+  return (std::filesystem::path(options.maps) / (name_of(run.sequence) + "_" + pipeline + variant + ".ply"))
+      .string();
+}
+
 std::vector<RunOptions> runs_of(const CompareOptions& options, const std::string& sequence,
                                 const std::string& pipeline) {
   RunOptions run = options.run;
@@ -85,9 +101,11 @@ std::vector<Row> run_all(const CompareOptions& options, std::vector<report::RunR
   RecordOptions record;
   record.pictures = std::max<std::size_t>(1, report::kMostPictures / runs);
   record.picture_bytes = report::kPictureBytes / runs;
+  record.map_points = std::min(report::kMostMapPoints, report::kMapPointsOfAllRuns / runs);
   for (const std::string& sequence : options.sequences) {
     for (const std::string& pipeline : options.pipelines) {
-      for (const RunOptions& run : runs_of(options, sequence, pipeline)) {
+      for (RunOptions run : runs_of(options, sequence, pipeline)) {
+        if (!options.maps.empty()) run.map = map_file(options, run);
         Progress bar(fmt::format("{} on {}", pipeline, sequence));
         if (records != nullptr) record.record = &records->emplace_back();
         Row row{run_sequence(
@@ -209,11 +227,20 @@ std::vector<Column> row_columns() {
           {"features", false, 8},
           {"rejected", false, 4},
           {"ms", false, 2},
-          {"filters ms", false, 3}};
+          {"filters ms", false, 3},
+          {"map points", false, 9},
+          {"ghosts"},
+          {"coverage"}};
+}
+
+/// Figures of a map against the truth; NaN without.
+MapTruthSummary map_truth(const Summary& s) {
+  return s.map && s.map->truth ? *s.map->truth : MapTruthSummary();
 }
 
 std::vector<std::string> cells_of(const Row& row) {
   const Summary& s = row.summary;
+  const MapTruthSummary map = map_truth(s);
   return {s.sequence,
           row.variant,
           s.pipeline,
@@ -227,7 +254,10 @@ std::vector<std::string> cells_of(const Row& row) {
           cell(s.features_mean, 0),
           cell(s.rejected_mean, 0),
           cell(s.total_ms, 1),
-          cell(s.filters_ms, 2)};
+          cell(s.filters_ms, 2),
+          s.map ? std::to_string(s.map->points) : "",
+          cell(map.ghosts, 4),
+          cell(map.coverage, 3)};
 }
 
 std::string markdown_of(const std::vector<Row>& rows) {
@@ -241,14 +271,17 @@ std::string csv_of(const std::vector<Row>& rows) {
   std::string csv =
       "sequence,run,pipeline,frames,tracked_frames,ate_rmse_m,rpe_trans_rmse_m,rpe_rot_rmse_deg,precision,"
       "recall,static_kept,features_mean,rejected_mean,ms_total,ms_extraction,ms_correspondence,ms_filters,"
-      "ms_tracking\n";
+      "ms_tracking,map_points,map_ghosts,map_coverage,map_error_median_m\n";
   for (const Row& row : rows) {
     const Summary& s = row.summary;
     csv += fmt::format("{},{},{},{},{}", detail_table::csv_field(s.sequence), row.variant,
                        detail_table::csv_field(s.pipeline), s.frames, s.tracked_frames);
-    for (const double figure : {s.ate_rmse_m, s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall,
-                                s.static_kept, s.features_mean, s.rejected_mean, s.total_ms, s.extraction_ms,
-                                s.correspondence_ms, s.filters_ms, s.tracking_ms})
+    const MapTruthSummary map = map_truth(s);
+    const double map_points = s.map ? static_cast<double>(s.map->points) : NAN;
+    for (const double figure :
+         {s.ate_rmse_m, s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall, s.static_kept,
+          s.features_mean, s.rejected_mean, s.total_ms, s.extraction_ms, s.correspondence_ms, s.filters_ms,
+          s.tracking_ms, map_points, map.ghosts, map.coverage, map.error_median_m})
       csv += std::isfinite(figure) ? fmt::format(",{}", figure) : ",";
     csv += "\n";
   }
@@ -332,7 +365,26 @@ void write_results(ResultsFolder& folder, const std::vector<Row>& rows,
   folder.commit();
 }
 
+void make_folder(const std::string& maps) {
+  std::error_code error;
+  std::filesystem::create_directories(maps, error);
+  if (error) throw IoError("--map " + maps + ": no folder can be made there: " + error.message());
+}
+
+/// Rather now than after the first runs.
+void check_maps(const CompareOptions& options) {
+  if (options.maps.empty()) return;
+  std::set<std::string> files;
+  for (const std::string& sequence : options.sequences)
+    for (const std::string& pipeline : options.pipelines)
+      for (const RunOptions& run : runs_of(options, sequence, pipeline))
+        if (!files.insert(map_file(options, run)).second)
+          throw IoError("--map: two runs would write " + map_file(options, run));
+  make_folder(options.maps);
+}
+
 int compare(const CompareOptions& options) {
+  check_maps(options);
   std::optional<ResultsFolder> folder;
   if (!options.out.empty())
     folder.emplace(options.out, options.force,
@@ -381,6 +433,12 @@ void add_compare(CLI::App& app, Action& action) {
                    "folder for report.html, a page with all runs, summary.json and summary.csv")
       ->type_name("FOLDER");
   command->add_flag("--force", options->force, "replace the results of another comparison in --out");
+  CLI::Option* map =
+      command
+          ->add_option("--map", options->maps,
+                       "write the dense map of each run to this folder, as SEQUENCE_PIPELINE.ply and .png")
+          ->type_name("FOLDER");
+  for (CLI::Option* option : add_map_options(*command, options->run)) option->needs(map);
   command->callback([options, &action] {
     action = [options] {
       options->pipelines = without_blanks(options->pipelines);

@@ -55,6 +55,7 @@ void add_map(CLI::App& app, Action& action) {
       ->type_name("FILE")
       ->capture_default_str();
   add_map_options(*command, *options);
+  add_full_map_option(*command, *options);
   command
       ->add_option("--max-gap-s", options->max_gap_s,
                    "poses are not interpolated across gaps longer than this")

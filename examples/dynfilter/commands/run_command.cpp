@@ -93,6 +93,7 @@ void add_run(CLI::App& app, Action& action) {
                        "beside it")
           ->type_name("FILE");
   for (CLI::Option* option : add_map_options(*command, *options)) option->needs(map);
+  add_full_map_option(*command, *options)->needs(map);
   command->add_flag("--json", *json, "print JSON");
   command->add_flag("--wide", *wide, "tables with all columns, whatever the terminal's width");
   command->callback([options, json, wide, &action] {

@@ -83,7 +83,15 @@ inline void add_run_options(CLI::App& command, RunOptions& options) {
   command.add_flag("--reverse", options.reverse, "play from the last frame to the first");
 }
 
-/// Options of `run --map` and `map`. The caller declares their dependencies.
+/// `run` and `map` have it, `compare` builds several maps.
+inline CLI::Option* add_full_map_option(CLI::App& command, RunOptions& options) {
+  return command
+      .add_option("--map-full", options.map_full,
+                  "write also the points of all keyframes as they are, cut but not thinned, to this PLY file")
+      ->type_name("FILE");
+}
+
+/// Options of `run --map`, `compare --map` and `map`. The caller declares their dependencies.
 inline std::vector<CLI::Option*> add_map_options(CLI::App& command, RunOptions& options) {
   return {
       command
@@ -92,11 +100,6 @@ inline std::vector<CLI::Option*> add_map_options(CLI::App& command, RunOptions& 
       command
           .add_option("--map-config", options.map_config,
                       "a YAML file with the map's parameters under the key mapping: carve, key_classes, ...")
-          ->type_name("FILE"),
-      command
-          .add_option("--map-full", options.map_full,
-                      "write also the points of all keyframes as they are, cut but not thinned, to this PLY "
-                      "file")
           ->type_name("FILE"),
       command
           .add_option("--keyframes", options.keyframes,

@@ -12,6 +12,9 @@ const FIGURES = [
   { key: "rejected_mean", name: "rejected", digits: 0, unit: "a frame" },
   { key: "ms.total", name: "time", digits: 1, unit: "ms", less: true },
   { key: "ms.filters", name: "filters", digits: 2, unit: "ms", less: true },
+  { key: "map.points", name: "map points", digits: 0 },
+  { key: "map.truth.ghosts", name: "ghosts", digits: 4, less: true },
+  { key: "map.truth.coverage", name: "map coverage", digits: 3 },
 ];
 const HEAD_FIGURES = ["tracked_frames", "ate_rmse_m", "rpe_trans_rmse_m", "recall", "static_kept", "rejected_mean", "ms.total"];
 
@@ -87,11 +90,12 @@ class SortedTable {
 class RunTable {
   constructor(runs, groups) {
     const several = groups.length > 1;
-    const heads = [{ name: "pipeline", text: true }, ...(several ? [{ name: "sequence", text: true }] : []), ...FIGURES];
+    this.figures = FIGURES.filter((f) => runs.some((run) => valueOf(run.summary, f.key) !== null));
+    const heads = [{ name: "pipeline", text: true }, ...(several ? [{ name: "sequence", text: true }] : []), ...this.figures];
     this.rows = runs.map((run) => this.rowOf(run, several));
     this.table = new SortedTable(heads, this.rows, "All runs");
     this.node = element("section", {}, element("h2", {}, "Runs"),
-      element("p", { class: "hint" }, "The box switches a run's lines on and off. The name chooses the run of the figures above, the pictures and the stacked plots. A head sorts."),
+      element("p", { class: "hint use" }, "The box switches a run's lines on and off. The name chooses the run of the figures above, the pictures and the stacked plots. A head sorts."),
       this.table.node);
   }
   rowOf(run, several) {
@@ -100,8 +104,8 @@ class RunTable {
     const choose = element("button", { type: "button", class: "choose", onclick: () => setFocus(run) }, swatch(run.colour), label);
     const node = element("tr", {}, element("th", { scope: "row", class: "text" }, box, choose),
       several ? element("td", { class: "text" }, s.sequence) : null,
-      FIGURES.map((f) => element("td", { "data-key": f.key, "data-value": raw(s, f.key) }, shownFigure(s, f, false))));
-    const values = [label, ...(several ? [s.sequence] : []), ...FIGURES.map((f) => valueOf(s, f.key))];
+      this.figures.map((f) => element("td", { "data-key": f.key, "data-value": raw(s, f.key) }, shownFigure(s, f, false))));
+    const values = [label, ...(several ? [s.sequence] : []), ...this.figures.map((f) => valueOf(s, f.key))];
     return { run, box, choose, node, values };
   }
   rebuild() {

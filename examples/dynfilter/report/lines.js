@@ -1,6 +1,7 @@
 // Which plots over time there are.
 
 const MOST_REASONS = 6;
+const LEAST_SHOWN_MS = 0.01; // a skipped stage takes less
 
 function overRuns(title, unit, digits, key, more) {
   const series = shownRuns()
@@ -41,11 +42,17 @@ function stepTimes(run) {
   };
 }
 
+/** A combinator's time is that of its members, which follow it. */
+function hasMembers(stage, next) {
+  return next !== undefined && next.call_point === stage.call_point && next.depth > stage.depth;
+}
+
 function stageTimes(run) {
+  const several = new Set(run.stages.map((stage) => stage.call_point)).size > 1;
   const series = run.stages
-    .filter((stage) => known(stage.ms).length > 0)
+    .filter((stage, i) => !hasMembers(stage, run.stages[i + 1]) && largest(stage.ms) >= LEAST_SHOWN_MS)
     .map((stage, i) => ({
-      label: stage.depth === 0 ? `${stage.name} (${stage.call_point})` : stage.name,
+      label: several ? `${stage.name} (${stage.call_point})` : stage.name,
       colour: "run-" + (i % RUN_COLOURS), values: spread(run, stage.ms),
     }));
   return { title: "Time per stage of the pipeline", unit: ["ms", ofFocus(run)].filter(Boolean).join(" "), digits: 2, series };

@@ -1,7 +1,8 @@
 // The dense map, drawn point by point into a picture, and turned with the mouse or the keyboard.
 
 const TURN_PER_PIXEL = 0.008, TURN_PER_KEY = 0.15;
-const START_TURN = 0.35, START_TILT = 0.55, START_DISTANCE = 1.4; // radians; of the radius of most points
+const START_TURN = 0.35, START_TILT = 0.55; // radians
+const FIT_SHARE = 0.02, FIT_ROOM = 1.08; // points beyond these quantiles may be outside of the first view
 const CEILING_ABOVE_M = 0.5; // points so far above the cameras
 const MAP_LENS = 1.1; // focal length over half the picture's height
 
@@ -28,17 +29,24 @@ function unit(v) {
   return scaled(v, 1 / Math.hypot(...v));
 }
 
-/** Points relative to their middle. */
-function mapPoints(map) {
+function middleOf(map, steps) {
+  return [0, 1, 2].map((a) => map.low_m[a] + map.step_m * median(steps.filter((_, i) => i % 3 === a)));
+}
+
+/** Points relative to `from`, by default their middle. */
+function mapPoints(map, from) {
   const steps = new Uint16Array(bytesOf(map.xyz).buffer);
   const points = new Float32Array(steps.length);
-  const middle = [0, 1, 2].map((a) => {
-    const values = [];
-    for (let i = a; i < steps.length; i += 3) values.push(steps[i]);
-    return map.low_m[a] + map.step_m * median(values);
-  });
+  const middle = from || middleOf(map, steps);
   for (let i = 0; i < steps.length; ++i) points[i] = map.low_m[i % 3] + map.step_m * steps[i] - middle[i % 3];
   return { points, colours: bytesOf(map.rgb), middle };
+}
+
+/** From the FIT_SHARE quantile to that from the other end. */
+function innerRange(values) {
+  const sorted = Float64Array.from(values).sort();
+  const skipped = Math.floor(FIT_SHARE * sorted.length);
+  return [sorted[skipped], sorted[sorted.length - 1 - skipped]];
 }
 
 class MapView {
@@ -63,17 +71,47 @@ class MapView {
     this.node.hidden = !map;
     if (!map) return;
     if (this.source !== map) {
+      // Maps of one sequence are seen from one place, so that they can be compared.
+      const same = this.group === store.group;
       this.source = map;
-      Object.assign(this, mapPoints(map), { tilt: START_TILT });
-      this.up = unit(map.up);
-      this.faceFrom(store.focus);
-      this.radius = this.shownRadius();
-      this.distance = START_DISTANCE * this.radius;
+      this.group = store.group;
+      Object.assign(this, mapPoints(map, same ? this.middle : null));
+      if (!same) this.startView(map);
     }
     this.canvas.setAttribute("aria-label", `Map of ${map.points} points. Arrow keys turn it, plus and minus zoom.`);
     this.text.textContent = `${map.shown.toLocaleString("en")} of ${map.points.toLocaleString("en")} points. ` +
       "Drag or arrow keys: turn. Wheel, pinch, + and −: zoom. The line is the camera's path.";
     this.later();
+  }
+
+  startView(map) {
+    this.up = unit(map.up);
+    this.tilt = START_TILT;
+    this.faceFrom(store.focus);
+    this.radius = this.shownRadius();
+    this.fitView();
+  }
+  /** Moves the middle of what is seen into the middle of the picture, as near as it fits. */
+  fitView() {
+    this.target = [0, 0, 0];
+    this.distance = this.radius;
+    const { right, down, away } = this.camera();
+    const seen = { right: [], down: [], away: [] };
+    for (let i = 0; i < this.points.length; i += 3) {
+      if (this.hidesCeiling && this.height(i) > this.ceiling) continue;
+      const p = this.points.subarray(i, i + 3);
+      seen.right.push(dot(right, p));
+      seen.down.push(dot(down, p));
+      seen.away.push(dot(away, p));
+    }
+    const [left, end] = innerRange(seen.right), [top, bottom] = innerRange(seen.down), [near] = innerRange(seen.away);
+    this.target = plus(scaled(right, (left + end) / 2), scaled(down, (top + bottom) / 2));
+    const [width, height] = this.size();
+    const fits = MAP_LENS * Math.max((bottom - top) / 2, (end - left) / 2 * height / width);
+    this.distance = FIT_ROOM * fits - near / 2;
+  }
+  size() {
+    return [Math.max(200, this.canvas.clientWidth), Math.max(200, this.canvas.clientHeight)];
   }
 
   /** Looks as the run's cameras did, from their places into the middle of the map. Without the ceiling. */
@@ -165,11 +203,11 @@ class MapView {
     const level = plus(scaled(this.north, Math.cos(this.turn)), scaled(this.east, Math.sin(this.turn)));
     const away = unit(plus(scaled(level, Math.cos(this.tilt)), scaled(this.up, -Math.sin(this.tilt))));
     const right = unit(cross(away, this.up));
-    return { right, down: cross(away, right), away, from: scaled(away, -this.distance) };
+    return { right, down: cross(away, right), away, from: plus(this.target, scaled(away, -this.distance)) };
   }
 
   draw() {
-    const width = Math.max(200, this.canvas.clientWidth), height = Math.max(200, this.canvas.clientHeight);
+    const [width, height] = this.size();
     this.canvas.width = width;
     this.canvas.height = height;
     const context = this.canvas.getContext("2d");

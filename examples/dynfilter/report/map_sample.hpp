@@ -10,6 +10,9 @@
 
 namespace dynfilter::command::report {
 
+/// Points of the map of one run, and of the maps of all runs of a report. 12 bytes each in base64.
+constexpr std::size_t kMostMapPoints = 60'000, kMapPointsOfAllRuns = 150'000;
+
 namespace detail {
 
 /// Indices of the first point in each cell of a grid.

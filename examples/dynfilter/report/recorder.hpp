@@ -27,11 +27,12 @@ namespace dynfilter::command::report {
 class RunRecorder {
  public:
   /// `pictures`: at most so many of the played frames get one, `step` as in picture_step().
-  /// `picture_bytes`: of all of them.
+  /// `picture_bytes`: of all of them. `map_points`: of its map, at most.
   RunRecorder(const StageTotals& stages, std::size_t frames, std::size_t pictures, std::size_t picture_bytes,
-              std::size_t step = 1)
+              std::size_t map_points, std::size_t step = 1)
       : step_(picture_step(frames, pictures, step)),
-        bytes_each_(picture_bytes / std::max<std::size_t>(1, (frames + step_ - 1) / step_)) {
+        bytes_each_(picture_bytes / std::max<std::size_t>(1, (frames + step_ - 1) / step_)),
+        map_points_(map_points) {
     for (const StageTotal& stage : stages.stages())
       record_.stages.push_back({stage.call_point, stage.name, stage.path, stage.depth, {}});
   }
@@ -64,7 +65,7 @@ class RunRecorder {
   }
 
  private:
-  static constexpr std::size_t kMostTruth = 1500, kMostMapPoints = 60'000;
+  static constexpr std::size_t kMostTruth = 1500;
 
   static std::size_t kept_by_floor(const FrameVerdict& verdict) {
     return static_cast<std::size_t>(
@@ -171,7 +172,7 @@ class RunRecorder {
   void sample_map(const mapping::MapCloud& cloud, const Pose& T_world_first) {
     record_.map_points = cloud.size();
     record_.map_up = -(T_.R * mapping::level_pose(cloud, T_world_first).R().col(1));
-    for (const std::size_t i : map_sample(cloud.points_m, kMostMapPoints)) {
+    for (const std::size_t i : map_sample(cloud.points_m, map_points_)) {
       const cv::Point3f& p = cloud.points_m[i];
       record_.map_m.push_back(shown({p.x, p.y, p.z}).cast<float>());
       record_.map_bgr.push_back(cloud.colours.empty() ? cv::Vec3b(128, 128, 128) : cloud.colours[i]);
@@ -179,7 +180,7 @@ class RunRecorder {
   }
 
   RunRecord record_;
-  std::size_t step_, bytes_each_, frames_ = 0;
+  std::size_t step_, bytes_each_, map_points_, frames_ = 0;
   eval::Similarity T_;  ///< estimate to truth
   bool aligned_ = false;
 };

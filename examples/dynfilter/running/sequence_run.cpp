@@ -206,9 +206,10 @@ class SequenceRun {
   void open_recorder(const RecordOptions& record) {
     if (output_)
       recorder_.emplace(judge_.totals(), order_.size(), report::kMostPictures, report::kPictureBytes,
-                        output_->every());
+                        report::kMostMapPoints, output_->every());
     else if (record_ != nullptr)
-      recorder_.emplace(judge_.totals(), order_.size(), record.pictures, record.picture_bytes);
+      recorder_.emplace(judge_.totals(), order_.size(), record.pictures, record.picture_bytes,
+                        record.map_points);
   }
 
   void take_record(const io::SequenceFrame& frame, const odometry::SemanticInputs& inputs) {
