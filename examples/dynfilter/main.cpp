@@ -42,6 +42,24 @@ void check_subcommand(const CLI::App& app, const std::string& name) {
                          "; there are: " + dynfilter::detail::joined(known));
 }
 
+// CLI11 reports a missing option before an unknown one, and has no suggestions.
+void check_options(const CLI::App& app, const std::vector<std::string>& words) {
+  if (words.empty()) return;
+  const auto subs =
+      app.get_subcommands([&](const CLI::App* sub) { return sub->get_name() == words.front(); });
+  if (subs.empty()) return;
+  std::vector<std::string> known;
+  for (const CLI::Option* option : subs.front()->get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (const std::string& word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    if (name.size() < 3 || name.compare(0, 2, "--") != 0) continue;
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw dynfilter::Error("unknown option `" + name + "`" + dynfilter::did_you_mean(name, known) +
+                             "; `dynfilter help " + words.front() + "` lists them");
+  }
+}
+
 // `help X` is the same as `X --help`.
 std::vector<std::string> words_of(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
@@ -75,11 +93,12 @@ int dispatch(int argc, char** argv) {
   app.footer("`dynfilter help SUBCOMMAND` prints the options of a subcommand.");  // of the command only
   std::vector<std::string> words = words_of(argc, argv);
   check_subcommand(app, words.empty() ? "" : words.front());
-  std::reverse(words.begin(), words.end());  // reversed, as CLI11 expects
+  std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 expects
   try {
-    app.parse(words);
+    app.parse(reversed);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    check_options(app, words);
     const std::string what = error.what();
     const bool pipeline =
         what.find("--pipeline") != std::string::npos && what.find("required") != std::string::npos;

@@ -143,5 +143,5 @@ TEST_CASE("wrong manifests name the path") {
           "expected SE(3) or Sim(3)");
   refused(head + sequence + "published: [{ system: X, alignment: \"SE(3)\", ate_cm: { c: 1 } }]\n",
           "no sequence of the manifest has this name");
-  check_refused("bench no_such --data . --out /tmp/never", "presets: bonn, tum_fr3");
+  check_refused("bench no_such --data . --out /tmp/never", "presets: bonn, euroc, kitti, tum_fr3");
 }

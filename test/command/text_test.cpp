@@ -58,6 +58,17 @@ TEST_CASE("help, lists and tables fit 80 columns, or what COLUMNS says") {
   CHECK(longest_line(shell("COLUMNS=160 '" DYNFILTER_COMMAND "' help run").out) > 100);
 }
 
+TEST_CASE("an unknown option or scene: the nearest name, also where another option is missing") {
+  const std::string run = "run " + walking();
+  check_refused(run + " --pipline none", "unknown option `--pipline` (did you mean `--pipeline`?)");
+  check_refused(run + " --pipeline none --frmes=3", "unknown option `--frmes` (did you mean `--frames`?)");
+  check_refused(run + " --pipeline none --colour",
+                "unknown option `--colour`; `dynfilter help run` lists them");
+  check_refused(run, "--pipeline is required");
+  check_refused("synth walking_xzy /no/such/folder",
+                "unknown scene 'walking_xzy' (did you mean `walking_xyz`?)");
+}
+
 TEST_CASE("compare: as wide as the terminal, all columns on request, none without an entry") {
   const std::string compare = "compare " + walking() + " --pipelines none,rts_slam_s";
   const CommandResult narrow = dynfilter(compare);

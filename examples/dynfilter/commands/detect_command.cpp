@@ -252,7 +252,7 @@ void add_detect(CLI::App& app, Action& action) {
   auto options = std::make_shared<DetectOptions>();
   CLI::App* command =
       app.add_subcommand("detect",
-                         "Runs a detector on an image or a TUM sequence. Prints the number of "
+                         "Runs a detector on an image or a sequence. Prints the number of "
                          "boxes and masks.\n\n"
                          "The folder of --out gets detections.txt (as run --detections reads it), "
                          "masks/ (as run --masks reads it), overlay/ and summary.json.");

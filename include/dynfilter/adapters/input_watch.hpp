@@ -60,6 +60,7 @@ class InputWatch {
   std::string missing_inputs() const;
   std::string missing_calls() const;
 
+  static std::string with_commas_as(const std::string& word, std::string list);
   static std::string in_brackets(const std::string& text);
   static std::string how_to_give(Input missing);
 

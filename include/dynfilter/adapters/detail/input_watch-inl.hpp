@@ -87,6 +87,12 @@ inline Input InputWatch::never_given() const {
   return inputs;
 }
 
+inline std::string InputWatch::with_commas_as(const std::string& word, std::string list) {
+  for (std::size_t at = list.find(", "); at != std::string::npos; at = list.find(", ", at + word.size()))
+    list.replace(at, 2, word);
+  return list;
+}
+
 inline std::string InputWatch::missing_inputs() const {
   const Input missing = never_given();
   if (missing == Input::None) return "";
@@ -96,7 +102,8 @@ inline std::string InputWatch::missing_inputs() const {
     if (lacks && (", " + stages + ", ").find(", " + asked.stage + ", ") == std::string::npos)
       stages += (stages.empty() ? "" : ", ") + asked.stage;
   }
-  return "no " + to_string(missing) + " came for " + stages;
+  return "no " + with_commas_as(" and no ", to_string(missing)) + " came for " +
+         with_commas_as(" and ", stages);
 }
 
 inline std::string InputWatch::missing_calls() const {

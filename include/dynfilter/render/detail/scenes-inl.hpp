@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/render/person.hpp>
 #include <dynfilter/render/person_materials.hpp>
 #include <dynfilter/render/road_scripts.hpp>
@@ -338,7 +339,8 @@ DYNFILTER_INLINE Scene make_scene(const std::string& name, std::uint64_t seed) {
   }
   std::string known;
   for (const std::string& one : scene_names()) known += (known.empty() ? "" : " ") + one;
-  throw ConfigError("scene", "unknown scene '" + name + "'; known are: " + known);
+  throw ConfigError(
+      "scene", "unknown scene '" + name + "'" + did_you_mean(name, scene_names()) + "; known are: " + known);
 }
 
 }  // namespace dynfilter::render
