@@ -1,7 +1,6 @@
 // Which plots over time there are.
 
 const MOST_REASONS = 6;
-const LEAST_SHOWN_MS = 0.01; // a skipped stage takes less
 
 function overRuns(title, unit, digits, key, more) {
   const series = shownRuns()
@@ -47,10 +46,16 @@ function hasMembers(stage, next) {
   return next !== undefined && next.call_point === stage.call_point && next.depth > stage.depth;
 }
 
+function alwaysSkipped(run, stage) {
+  const same = (s) => s.call_point === stage.call_point && s.path === stage.path && s.name === stage.name;
+  const total = (run.summary.stages || []).find(same);
+  return total !== undefined && total.skipped >= total.frames;
+}
+
 function stageTimes(run) {
   const several = new Set(run.stages.map((stage) => stage.call_point)).size > 1;
   const series = run.stages
-    .filter((stage, i) => !hasMembers(stage, run.stages[i + 1]) && largest(stage.ms) >= LEAST_SHOWN_MS)
+    .filter((stage, i) => !hasMembers(stage, run.stages[i + 1]) && known(stage.ms).length > 0 && !alwaysSkipped(run, stage))
     .map((stage, i) => ({
       label: several ? `${stage.name} (${stage.call_point})` : stage.name,
       colour: "run-" + (i % RUN_COLOURS), values: spread(run, stage.ms),
