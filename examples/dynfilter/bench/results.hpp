@@ -24,9 +24,9 @@ namespace dynfilter::command {
 struct BenchRow {
   std::string sequence, system;
   std::string alignment = "SE(3)";  ///< or "Sim(3)": one camera has no scale of its own
-  std::string state;  ///< "", "missing" (no data), "failed", "published"
-  std::string note;   ///< why it failed
-  std::string link;   ///< page of the run, relative to the results
+  std::string state;                ///< "", "missing" (no data), "failed", "published"
+  std::string note;                 ///< why it failed
+  std::string link;                 ///< page of the run, relative to the results
   std::size_t frames = 0, tracked_frames = 0;
   double ate_rmse_m = NAN, rpe_trans_rmse_m = NAN, recall = NAN, static_kept = NAN, total_ms = NAN;
 };
