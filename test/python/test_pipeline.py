@@ -172,3 +172,31 @@ def test_a_call_costs_little_more_than_in_cpp():
     assert len(keep) > 1000
     print(f"median {np.median(extra_ms):.4f} ms at {len(keep)} features")
     assert np.median(extra_ms) < 0.05
+
+
+class Depths(dynfilter.Filter):
+    """Keeps what it sees of the depths."""
+
+    def apply(self, evidence, votes):
+        self.depths_m = evidence.depths_m
+
+
+def test_a_stereo_camera_gives_columns_of_the_right_image(play):
+    scene = dynfilter.ExactScene("general", stereo_baseline_m=0.12)
+    frame, arguments = scene.frame(7), scene.frame(7).arguments()
+    assert "depth_m" not in arguments and arguments["camera"].baseline_fx_px_m > 0
+    spy = Depths()
+    dynfilter.Pipeline(spy).before_pose(**arguments)
+    seen = ~np.isnan(spy.depths_m)
+    disparity_px = frame.keypoints[:, 0] - arguments["right_u_px"]
+    assert seen.mean() > 0.5
+    np.testing.assert_allclose(spy.depths_m[seen], (arguments["camera"].baseline_fx_px_m / disparity_px)[seen], rtol=1e-4)
+    verdict = play(dynfilter.Pipeline("dynfilter"), scene)
+    assert not verdict.keep[frame.dynamic].any() and verdict.keep[frame.static].mean() > 0.95
+
+
+def test_one_camera_is_judged_by_its_matches(play):
+    scene = dynfilter.ExactScene("general", mono=True)
+    frame, verdict = scene.frame(7), play(dynfilter.Pipeline("dynfilter"), scene)
+    assert "background_motion" not in set(verdict.reasons)
+    assert (~verdict.keep[frame.dynamic]).mean() > 0.5 and verdict.keep[frame.static].mean() > 0.95

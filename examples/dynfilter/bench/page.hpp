@@ -28,12 +28,12 @@ inline constexpr const char* kStyle =
     ".bar{display:block;height:.7rem;background:var(--bar)}.paper .bar{background:var(--paper)}"
     "@media(max-width:620px){table{font-size:.85rem}th,td{padding:.2rem .4rem}"
     ".bars th:last-child,.bars td:last-child{display:none}}"
-    "@media print{table,h2{break-inside:avoid}h2{break-after:avoid}}";
+    "@media print{table{font-size:.75rem}table,h2{break-inside:avoid}h2{break-after:avoid}}";
 
 inline constexpr const char* kIntroduction =
     "<p>ATE is the RMSE in centimetres after alignment: SE(3), or Sim(3) for systems of one camera, which "
     "have no scale. Read it beside the tracked frames. Figures of papers are grey. They are of other front "
-    "ends, often medians of many runs.</p>\n";
+    "ends, often medians of many runs. The least ATE of our runs and that of the papers are bold.</p>\n";
 
 /// A bar as long as the ATE, of at most the largest one shown. `none` would make all others invisible.
 inline std::string bar(const BenchRow& row, double largest_m) {
@@ -91,13 +91,14 @@ inline std::vector<std::string> shown_sequences(const Manifest& manifest, const 
   return shown;
 }
 
-/// The ATE of a system on a sequence. The least one of a column is bold.
+/// The ATE of a system on a sequence. The least ones of our runs and of the papers are bold.
 inline std::string overview_cell(const std::vector<BenchRow>& rows, const std::string& sequence,
                                  const std::string& system) {
   const BenchRow* row = find_row(rows, sequence, system);
   if (row == nullptr || !std::isfinite(row->ate_rmse_m)) return "<td></td>";
   const bool best = std::none_of(rows.begin(), rows.end(), [&](const BenchRow& other) {
-    return other.sequence == sequence && other.ate_rmse_m < row->ate_rmse_m;
+    return other.sequence == sequence && (other.state == "published") == (row->state == "published") &&
+           other.ate_rmse_m < row->ate_rmse_m;
   });
   return fmt::format("<td{}>{}</td>", best ? R"( class="best")" : "", cell(100 * row->ate_rmse_m, 1));
 }
