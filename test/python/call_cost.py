@@ -32,32 +32,34 @@ def frames():
         yield forms(arguments), arguments
 
 
-def costs_ms(form, recorded):
-    """CPU time of whole calls of the pipeline `none`, and wall time of calls of `dynfilter` beside their time in C++."""
-    cpu, wall, in_cpp = [], [], []
-    pipelines = {name: dynfilter.Pipeline(name) for name in ("none", "dynfilter")}
+def calls_ms(pipeline, form, recorded):
+    """Of each call: CPU time, elapsed time, and the time in C++."""
+    judge, times = dynfilter.Pipeline(pipeline), []
     for k in range(CALLS):
         keypoints, arguments = recorded[k % len(recorded)]
         arguments.update(timestamp=k / 30, frame_id=k)
         if "matches" in arguments:
             arguments["matches_frame_id"] = k - 1
-        for name, pipeline in pipelines.items():
-            began, began_cpu = time.perf_counter(), time.thread_time()
-            verdict = pipeline.before_pose(keypoints[form], **arguments)
-            keep = verdict.keep
-            took_cpu, took = time.thread_time() - began_cpu, time.perf_counter() - began
-            assert len(keep) == FEATURES
-            if name == "none":
-                cpu.append(1e3 * took_cpu)
-        wall.append(1e3 * took - verdict.report.total_ms)
-        in_cpp.append(verdict.report.total_ms)
-    return [np.median(cpu), np.quantile(cpu, 0.9), np.median(wall), np.quantile(wall, 0.9), np.median(in_cpp)]
+        began, began_cpu = time.perf_counter(), time.thread_time()
+        verdict = judge.before_pose(keypoints[form], **arguments)
+        keep = verdict.keep
+        times.append((1e3 * (time.thread_time() - began_cpu), 1e3 * (time.perf_counter() - began), verdict.report.total_ms))
+        assert len(keep) == FEATURES
+    return np.array(times).T
+
+
+def cpu_ms(form, recorded):
+    """CPU times of whole calls of a pipeline without stages."""
+    return calls_ms("none", form, recorded)[0]
 
 
 def main():
     recorded = list(frames())
     for form in recorded[0][0]:
-        print("| {} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.2f} |".format(form, *costs_ms(form, recorded)))
+        _, elapsed, in_cpp = calls_ms("dynfilter", form, recorded)
+        both = (cpu_ms(form, recorded), elapsed - in_cpp)
+        figures = [value for times in both for value in (np.median(times), np.quantile(times, 0.9))]
+        print("| {} | {:.3f}, {:.3f} | {:.3f}, {:.3f} | {:.2f} |".format(form, *figures, np.median(in_cpp)))
 
 
 if __name__ == "__main__":
