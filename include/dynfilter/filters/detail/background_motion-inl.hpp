@@ -401,9 +401,8 @@ inline void BackgroundMotionFilter::find_cores(const Evidence& evidence) {
 inline bool BackgroundMotionFilter::supported(const Evidence& evidence, std::size_t i) const {
   const NeighbourPlaces::Sum sum =
       places_.around(moving_, evidence.pixels()[i], evidence.depths_m()[i], kSupportReach_px,
-                     reach_m(kSupportReach_m, evidence.depths_m()[i]));
-  const float moving = sum.values - (own_[i] > 0 ? 1.0F : 0.0F), all = sum.weights - 1;  // without itself
-  return moving >= kMinSupport && moving >= kMinSupportShare * all;
+                     reach_m(kSupportReach_m, evidence.depths_m()[i]), kOnePatch_px);
+  return sum.values >= kMinSupport && sum.values >= kMinSupportShare * sum.weights;
 }
 
 inline void BackgroundMotionFilter::cast(const Evidence& evidence, std::size_t i, Votes& votes) const {

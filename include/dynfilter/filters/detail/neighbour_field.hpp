@@ -75,9 +75,11 @@ class NeighbourPlaces {
 
   /// Sum over features within `reach_px` whose depth differs by at most `near_m`. Any depth counts if one of
   /// the two is NaN. Weights are multiplied by 1 - (distance / reach)^2.
-  Sum around(const Field& field, const cv::Point2f& px, float depth_m, float reach_px, float near_m) const {
+  /// Features closer than `least_px` are left out.
+  Sum around(const Field& field, const cv::Point2f& px, float depth_m, float reach_px, float near_m,
+             float least_px = 0) const {
     Four values{}, weights{};
-    near(px, depth_m, reach_px, near_m, [&](std::size_t e, const Four& weight) {
+    near(px, depth_m, {reach_px, near_m, least_px}, [&](std::size_t e, const Four& weight) {
       values += weight * load(field.values, e);
       weights += weight * load(field.weights, e);
       return false;
@@ -87,7 +89,7 @@ class NeighbourPlaces {
   /// True if a feature with a weight is there. Stops at the first.
   bool any_around(const Field& field, const cv::Point2f& px, float depth_m, float reach_px,
                   float near_m) const {
-    return near(px, depth_m, reach_px, near_m,
+    return near(px, depth_m, {reach_px, near_m, 0},
                 [&](std::size_t e, const Four& weight) { return sum(weight * load(field.weights, e)) > 0; });
   }
 
@@ -97,17 +99,22 @@ class NeighbourPlaces {
   static constexpr Four kLane{0, 1, 2, 3};
   static constexpr float kUnknownFirst = -1;  ///< where a feature without depth sorts
 
+  struct Limits {
+    float reach_px, near_m, least_px;
+  };
+
   /// visit(entry, weights of four) until it returns true. Returns whether it did.
   template <class Visit>
-  bool near(const cv::Point2f& px, float depth_m, float reach_px, float near_m, const Visit& visit) const {
-    const float per_reach2 = 1 / (reach_px * reach_px);
+  bool near(const cv::Point2f& px, float depth_m, const Limits& limits, const Visit& visit) const {
+    const float per_reach2 = 1 / (limits.reach_px * limits.reach_px), near_m = limits.near_m;
+    const float most = 1 - limits.least_px * limits.least_px * per_reach2;  // weight
     const Four none{};
     bool stopped = false;
-    grid_.ranges_around(px, reach_px, [&](std::size_t begin, std::size_t end) {
+    grid_.ranges_around(px, limits.reach_px, [&](std::size_t begin, std::size_t end) {
       for (std::size_t e = begin; e < end && !stopped; e += kLanes) {
         const Four dx = load(x_, e) - px.x, dy = load(y_, e) - px.y, deeper_m = load(depth_m_, e) - depth_m;
         Four weight = 1 - (dx * dx + dy * dy) * per_reach2;
-        weight = weight > 0 ? weight : none;
+        weight = (weight > 0 && weight <= most) ? weight : none;
         weight = (deeper_m > near_m || deeper_m < -near_m) ? none : weight;
         weight = kLane < static_cast<float>(end - e) ? weight : none;
         stopped = visit(e, weight);
