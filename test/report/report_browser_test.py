@@ -210,10 +210,16 @@ def check_compare(browser, out):
     browser.evaluate("[...document.querySelectorAll('tbody tr:not(.focus) input')][0].click()")
     browser.settle()
     equal(browser.evaluate(lines), len(rows) - 1, "compare: lines after a switch")
-    # A name chooses the run.
+    # A name chooses the run and its map.
+    maps = {row["pipeline"]: row["map"]["points"] for row in rows}
+    shown = "Number(document.querySelector('.map-figure .hint').innerText.match(/of ([0-9,]+) points/)[1].replaceAll(',', ''))"
+    first = browser.evaluate("document.querySelector('tbody tr.focus .choose').innerText")
+    equal(browser.evaluate(shown), maps[first], "compare: points of the first map")
     browser.evaluate("document.querySelector('tbody tr:not(.focus) .choose').click()")
     browser.settle()
     chosen = browser.evaluate("document.querySelector('tbody tr.focus .choose').innerText")
+    equal(browser.evaluate(shown), maps[chosen], "compare: points of the chosen map")
+    check(chosen != first, "compare: another run is chosen")
     check(chosen in browser.evaluate("document.querySelector('.about').innerText"), "compare: a name chooses the run")
     equal(browser.problems, [], "compare: console after use")
 
@@ -228,7 +234,8 @@ def make_reports(dynfilter, root):
         run(dynfilter, "run", walk, "--pipeline", pipeline, "--out", os.path.join(runs, pipeline))
     run(dynfilter, "run", walk, "--pipeline", "dynfilter", "--out", os.path.join(runs, "own"), "--map", os.path.join(root, "map.ply"))
     run(dynfilter, "run", walk, "--pipeline", "rts_slam", "--detector-mode", "late:3", "--out", os.path.join(root, "late"))
-    run(dynfilter, "compare", walk, "--pipelines", "none,dynfilter,oracle", "--out", os.path.join(root, "compared"))
+    run(dynfilter, "compare", walk, "--pipelines", "none,dynfilter,oracle", "--out", os.path.join(root, "compared"),
+        "--map", os.path.join(root, "maps"))
     # Nothing to compare with, one frame, and a name that is a program.
     for name in ("groundtruth.txt", "detections.txt"):
         os.remove(os.path.join(odd, name))
