@@ -48,6 +48,8 @@ Input inputs_of(const FrameView& frame);
 
 /// For example "depth, camera". Used in messages and cards.
 std::string to_string(Input inputs);
+/// Appends the same to a text.
+void append_names(std::string& text, Input inputs);
 
 }  // namespace dynfilter
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/span.hpp>
 #include <string>
 #include <vector>
@@ -43,7 +44,11 @@ class Votes {
   }
   void mark_prior(std::size_t i) { prior_[i] = 1; }
   /// Text for the stage's report, e.g. which model was used or why the filter abstained.
-  void note(const std::string& text) { note_ += (note_.empty() ? "" : "; ") + text; }
+  /// The parts are texts and integers: note("motion: ", 5, " of ", 7).
+  template <class... Parts>
+  void note(const Parts&... parts) {
+    append_text(note_, note_.empty() ? "" : "; ", parts...);
+  }
   const std::string& notes() const { return note_; }
   /// Marks the prior suspects of `other`, which has the same number of features.
   void add_priors(const Votes& other) {

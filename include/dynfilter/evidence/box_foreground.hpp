@@ -27,9 +27,9 @@ Field<P> box_refinement(const char* name, BoxRefinement P::*member) {
                 "the depth that most features share");
 }
 
-/// Buffers of features_in_box().
+/// Buffers of the functions below.
 struct BoxScratch {
-  std::vector<float> x, y;
+  std::vector<float> x, y, depths;
 };
 
 /// Features in a box grown by `expand_px`, border included.
@@ -44,16 +44,18 @@ cv::Rect2f features_in_box(const Evidence& evidence, cv::Rect2f box, double expa
 /// Infinity if the box has one surface only.
 /// Samples a 24 x 24 grid of the depth image, or the depths of `inside` without an image.
 double foreground_depth_m(const Evidence& evidence, const cv::Rect2f& box,
-                          const std::vector<std::size_t>& inside);
+                          const std::vector<std::size_t>& inside, BoxScratch& scratch);
 
 /// Median depth [m] of the layer that contains most features of a box, 2 `margin_m` thick.
 /// The nearest layer wins a tie. Infinity without depths.
 /// YOLO-SLAM (Wu et al. 2022) separates an object from its background in this way.
-double consensus_depth_m(const Evidence& evidence, const std::vector<std::size_t>& inside, double margin_m);
+double consensus_depth_m(const Evidence& evidence, const std::vector<std::size_t>& inside, double margin_m,
+                         BoxScratch& scratch);
 
 /// Depth [m] beyond which the features of a box are background.
 double box_foreground_m(const Evidence& evidence, const cv::Rect2f& box,
-                        const std::vector<std::size_t>& inside, BoxRefinement how, double margin_m);
+                        const std::vector<std::size_t>& inside, BoxRefinement how, double margin_m,
+                        BoxScratch& scratch);
 
 }  // namespace dynfilter
 

@@ -38,7 +38,7 @@ class FrameCleaner {
   static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
   template <class Member>
-  void drop(bool unusable, const std::string& note, Member& member);
+  void drop(bool unusable, const char* note, Member& member);
   template <class Member>
   void drop_input(bool unusable, const char* what, Member& member);
 

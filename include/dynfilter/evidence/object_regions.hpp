@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>
@@ -53,8 +54,7 @@ class ObjectRegions {
   }
 
   /// Valid until the next call. Empty if the input is missing or too old, with a note in `votes`.
-  const std::vector<ObjectRegion>& find(const Evidence& evidence, const ObjectRegionParams& params,
-                                        Votes& votes);
+  Span<const ObjectRegion> find(const Evidence& evidence, const ObjectRegionParams& params, Votes& votes);
 
  private:
   void find_detections(const Evidence& evidence, const ObjectRegionParams& params, const LateResult& late);
@@ -69,7 +69,12 @@ class ObjectRegions {
 
   cv::Point2f flow_on(const MaskLookup& mask, const LateResult& late);
 
-  std::vector<ObjectRegion> objects_;
+  ObjectRegion& add_object();
+  Span<const ObjectRegion> found() const { return {objects_.data(), count_}; }
+
+  std::vector<ObjectRegion> objects_;  ///< those after `count_` only keep their memory
+  std::size_t count_ = 0;
+  DetectionFilter wanted_;
   MaskComponents components_;
   BoxScratch scratch_;
 };

@@ -33,6 +33,8 @@ class SeenDepth {
   void from(const KeyframeView& keyframe, const Camera& camera);
 
   bool has_image() const { return !image_.empty(); }
+  /// The frame that it came from can then reuse its image.
+  void forget_image() { image_.release(); }
 
   /// `deviation(z)` is signed: how much farther than the point a depth z [m] is.
   /// Values within +- `limit` agree.

@@ -47,18 +47,22 @@ class StageState {
   /// Restores what stages told each other on destruction.
   class Scope {
    public:
-    explicit Scope(StageState& state) : state_(state), saved_(state.flags_) {}
-    ~Scope() { std::swap(state_.flags_, saved_); }
+    explicit Scope(StageState& state) : state_(state) { state_.save(); }
+    ~Scope() { state_.restore(); }
     Scope(const Scope&) = delete;
     Scope& operator=(const Scope&) = delete;
 
    private:
     StageState& state_;
-    Flags saved_;
   };
 
  private:
+  void save();
+  void restore() { std::swap(flags_, saved_[--saves_]); }
+
   Flags flags_;
+  std::vector<Flags> saved_;  ///< of nested scopes; those after `saves_` only keep their memory
+  std::size_t saves_ = 0;
   bool collects_suspicions_ = false;
   std::vector<std::uint64_t> suspected_by_;
 };

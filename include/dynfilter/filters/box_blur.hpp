@@ -63,7 +63,7 @@ class BoxBlurFilter final : public NamedFilter<BoxBlurFilter> {
   static constexpr double kMinSamples = 200;
   struct Box {
     cv::Rect place;
-    std::vector<std::size_t> inside;
+    std::size_t begin = 0, end = 0;  ///< in inside_
   };
   struct Sharpness {
     bool known = false;
@@ -83,7 +83,9 @@ class BoxBlurFilter final : public NamedFilter<BoxBlurFilter> {
   bool in_a_box(int x, int y) const;
 
   Params params_;
+  DetectionFilter wanted_;
   std::vector<Box> boxes_;
+  std::vector<std::size_t> inside_, inside_box_;  ///< features in all boxes, and in one
   BoxScratch scratch_;
 };
 

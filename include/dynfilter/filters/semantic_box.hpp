@@ -58,6 +58,7 @@ class SemanticBoxFilter final : public NamedFilter<SemanticBoxFilter> {
   void judge(const Evidence& evidence, const Detection& detection, const LateResult& late, Votes& votes);
 
   Params params_;
+  DetectionFilter wanted_;
   std::vector<std::size_t> inside_;
   BoxScratch scratch_;
 };

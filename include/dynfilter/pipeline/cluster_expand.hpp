@@ -59,8 +59,7 @@ class ClusterExpandStage final : public Combinator {
   Needs needs() const override;
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 
  private:
   void add(std::size_t i, std::uint64_t reason, Judgement& out) const {

@@ -26,8 +26,7 @@ class SequenceStage final : public Combinator {
       : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
 };
 
 /// `any`: dynamic if one member votes dynamic (vote_or()). Skipped or failed members do not count.
@@ -39,8 +38,7 @@ class AnyStage final : public Combinator {
   AnyStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
 };
 
 /// `all`: dynamic if every member votes dynamic (vote_and()).
@@ -56,8 +54,7 @@ class AllStage final : public Combinator {
   AllStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
 };
 
 /// `not`: exchanges static and dynamic (vote_not()).
@@ -69,8 +66,7 @@ class NotStage final : public Combinator {
   NotStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 };
 
 /// `strict`: turns unknown into dynamic (vote_strict()).
@@ -85,8 +81,7 @@ class StrictStage final : public Combinator {
   StrictStage(std::string path, Stages children) : Combinator(kName, std::move(path), std::move(children)) {}
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 };
 
 }  // namespace dynfilter

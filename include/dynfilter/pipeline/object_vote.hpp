@@ -45,8 +45,7 @@ class ObjectVoteStage final : public Combinator {
   Needs needs() const override;
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 
  private:
   bool judge(const ObjectRegion& object, const Votes& votes);

@@ -25,8 +25,7 @@ class GateStage final : public Combinator {
       : Combinator(kName, std::move(path), std::move(if_then_else)) {}
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
 
  private:
   Judgement gate_;
@@ -45,8 +44,7 @@ class ByRegionStage final : public Combinator {
       : Combinator(kName, std::move(path), std::move(inside_outside)) {}
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
 };
 
 /// `first_available`: the first member that has its inputs in this frame judges; the others do not run.
@@ -61,11 +59,9 @@ class FirstAvailableStage final : public Combinator {
       : Combinator(kName, std::move(path), std::move(members)) {}
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
 
  private:
-  static StageReport not_run(const Stage& member);
 };
 
 }  // namespace dynfilter

@@ -9,6 +9,7 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
+#include <dynfilter/pipeline/stage_reports.hpp>
 #include <functional>
 #include <memory>
 #include <string>
@@ -37,22 +38,22 @@ class Stage {
     visit(*this, depth);
   }
 
-  void judge(FrameEvidence& evidence, std::vector<StageReport>& reports, Judgement& out);
+  void judge(FrameEvidence& evidence, StageReports& reports, Judgement& out);
 
  protected:
   /// Fills `out`, which is all Unknown on entry. `self` is the index of this node in `reports`.
-  virtual void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-                      Judgement& out) = 0;
+  virtual void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) = 0;
 
  private:
-  void run(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self, Judgement& out);
+  void run(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out);
   static void fail(StageReport& report, const std::string& what, std::size_t n, Judgement& out);
   static void drop_unasked(const FrameEvidence& evidence, Judgement& out);
 
   std::string name_, path_;
 };
 
-std::string joined_notes(const std::string& first, const std::string& second);
+/// `to` = "first; second", or the one that is not empty.
+void join_notes(std::string& to, const std::string& first, const std::string& second);
 
 /// A leaf: one filter.
 class FilterStage final : public Stage {
@@ -65,8 +66,7 @@ class FilterStage final : public Stage {
   const Filter& filter() const { return *filter_; }
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 
  private:
   bool is_semantic() const {

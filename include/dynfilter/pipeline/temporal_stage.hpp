@@ -47,8 +47,7 @@ class TemporalStage final : public Combinator {
   void reset() override;
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 
  private:
   // So that later votes can still change any belief.

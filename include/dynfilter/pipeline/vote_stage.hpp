@@ -38,8 +38,7 @@ class VoteStage final : public Combinator {
   VoteStage(std::string path, Stages children, Params params = Params());
 
  protected:
-  void decide(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t,
-              Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
 
  private:
   void count(double weight, Judgement& out);

@@ -3,6 +3,7 @@
 
 #include <dynfilter/core/needs.hpp>
 
+#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <utility>
@@ -27,7 +28,7 @@ DYNFILTER_INLINE Input inputs_of(const FrameView& frame) {
   return inputs;
 }
 
-DYNFILTER_INLINE std::string to_string(Input inputs) {
+DYNFILTER_INLINE void append_names(std::string& text, Input inputs) {
   static constexpr std::pair<Input, const char*> kNames[] = {{Input::GreyImage, "grey image"},
                                                              {Input::Depth, "depth"},
                                                              {Input::Camera, "camera"},
@@ -38,13 +39,19 @@ DYNFILTER_INLINE std::string to_string(Input inputs) {
                                                              {Input::MapPoints, "map points"},
                                                              {Input::Keyframes, "covisible keyframes"},
                                                              {Input::Correspondence, "correspondences"}};
-  std::string text;
+  bool any = false;
   for (const auto& [input, name] : kNames) {
     if ((inputs & input) == Input::None) continue;
-    if (!text.empty()) text += ", ";
-    text += name;
+    append_text(text, any ? ", " : "", name);
+    any = true;
   }
-  return text.empty() ? "nothing" : text;
+  if (!any) text += "nothing";
+}
+
+DYNFILTER_INLINE std::string to_string(Input inputs) {
+  std::string text;
+  append_names(text, inputs);
+  return text;
 }
 
 }  // namespace dynfilter

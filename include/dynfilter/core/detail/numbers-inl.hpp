@@ -3,6 +3,7 @@
 
 #include <dynfilter/core/numbers.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
@@ -31,11 +32,14 @@ DYNFILTER_INLINE std::string number_text(double value, int digits) {
   return out.str();
 }
 
+/// Digits of the largest double before the point.
+inline constexpr std::size_t kMostDigits = std::numeric_limits<double>::max_exponent10 + 1;
+
 DYNFILTER_INLINE std::string fixed_text(double value, int decimals) {
-  std::ostringstream out = classic_output();
-  out.precision(decimals);
-  out << std::fixed << value;
-  return out.str();
+  char text[kMostDigits + 64];  // with a sign, a point and usual decimals
+  const auto end =
+      std::to_chars(text, text + sizeof(text), value, std::chars_format::fixed, std::clamp(decimals, 0, 60));
+  return {text, end.ptr};
 }
 
 namespace detail {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/correspondence/parallel_ranges.hpp>
 #include <dynfilter/correspondence/patch_kernels.hpp>
 #include <dynfilter/correspondence/patch_kernels_avx2.hpp>
 #include <opencv2/core.hpp>
@@ -45,7 +46,7 @@ void LucasKanade::track_points(const std::vector<cv::Mat>& from, const std::vect
       to_px[k] = at;
     }
   };
-  cv::parallel_for_({0, static_cast<int>(from_px.size())}, track_range,
+  cv::parallel_for_({0, static_cast<int>(from_px.size())}, detail::RangeBody(track_range),
                     static_cast<double>(from_px.size()) / 64);
 }
 

@@ -32,9 +32,10 @@ DYNFILTER_INLINE cv::Rect2f features_in_box(const Evidence& evidence, cv::Rect2f
 }
 
 DYNFILTER_INLINE double foreground_depth_m(const Evidence& evidence, const cv::Rect2f& box,
-                                           const std::vector<std::size_t>& inside) {
+                                           const std::vector<std::size_t>& inside, BoxScratch& scratch) {
   constexpr int kGrid = 24;
-  std::vector<float> inverse;
+  std::vector<float>& inverse = scratch.depths;
+  inverse.clear();
   const FrameView& frame = evidence.frame();
   if (!frame.depth.empty()) {
     const DepthSampler depth(frame.depth, frame.depth_unit_m, 1e9);
@@ -52,8 +53,9 @@ DYNFILTER_INLINE double foreground_depth_m(const Evidence& evidence, const cv::R
 }
 
 DYNFILTER_INLINE double consensus_depth_m(const Evidence& evidence, const std::vector<std::size_t>& inside,
-                                          double margin_m) {
-  std::vector<float> depths;
+                                          double margin_m, BoxScratch& scratch) {
+  std::vector<float>& depths = scratch.depths;
+  depths.clear();
   for (const std::size_t i : inside)
     if (valid_depth(evidence.depths_m()[i])) depths.push_back(evidence.depths_m()[i]);
   const std::optional<float> depth_m = densest_in_place(depths, static_cast<float>(2 * margin_m));
@@ -62,10 +64,10 @@ DYNFILTER_INLINE double consensus_depth_m(const Evidence& evidence, const std::v
 
 DYNFILTER_INLINE double box_foreground_m(const Evidence& evidence, const cv::Rect2f& box,
                                          const std::vector<std::size_t>& inside, BoxRefinement how,
-                                         double margin_m) {
+                                         double margin_m, BoxScratch& scratch) {
   if (how == BoxRefinement::None) return std::numeric_limits<double>::infinity();
-  return margin_m + (how == BoxRefinement::Depth ? foreground_depth_m(evidence, box, inside)
-                                                 : consensus_depth_m(evidence, inside, margin_m));
+  return margin_m + (how == BoxRefinement::Depth ? foreground_depth_m(evidence, box, inside, scratch)
+                                                 : consensus_depth_m(evidence, inside, margin_m, scratch));
 }
 
 }  // namespace dynfilter

@@ -18,11 +18,11 @@ inline std::optional<RigidMotion> fitted_motion(const Evidence& evidence, const 
     evidence.collect_seeds(match, all, seeds);
     const RigidMotion& motion = evidence.rigid_motion(match, seeds);
     if (!motion.ok) {
-      if (all) votes.note(std::string("motion: none, ") + to_string(motion.note));
+      if (all) votes.note("motion: none, ", to_string(motion.note));
       continue;
     }
-    votes.note("motion: " + std::to_string(motion.inliers) + " of " + std::to_string(motion.points) +
-               (all ? " features (too few seeds)" : " seeds"));
+    votes.note("motion: ", motion.inliers, " of ", motion.points,
+               all ? " features (too few seeds)" : " seeds");
     return motion;
   }
   return std::nullopt;

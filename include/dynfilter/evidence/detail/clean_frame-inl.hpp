@@ -28,15 +28,17 @@ DYNFILTER_INLINE void FrameCleaner::clean(FrameView& frame) {
 }
 
 template <class Member>
-void FrameCleaner::drop(bool unusable, const std::string& note, Member& member) {
+void FrameCleaner::drop(bool unusable, const char* note, Member& member) {
   if (!unusable) return;
-  notes_.push_back(note);
+  notes_.emplace_back(note);
   member = Member();
 }
 
 template <class Member>
 void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
-  drop(unusable, std::string(what) + " cannot be used: wrong size or type", member);
+  if (!unusable) return;
+  notes_.push_back(std::string(what) + " cannot be used: wrong size or type");
+  member = Member();
 }
 
 inline void FrameCleaner::drop_odd_arrays(FrameView& frame) {

@@ -39,32 +39,34 @@ DYNFILTER_INLINE const FieldTable<ObjectRegionParams>& ObjectRegionParams::field
   return table;
 }
 
-DYNFILTER_INLINE const std::vector<ObjectRegion>& ObjectRegions::find(const Evidence& evidence,
-                                                                      const ObjectRegionParams& params,
-                                                                      Votes& votes) {
-  objects_.clear();
+DYNFILTER_INLINE Span<const ObjectRegion> ObjectRegions::find(const Evidence& evidence,
+                                                              const ObjectRegionParams& params,
+                                                              Votes& votes) {
+  count_ = 0;
   const FrameView& frame = evidence.frame();
   const bool detections = input(params) == Input::Detections;
   if (detections ? !frame.detections : !frame.mask) {
     votes.note("no " + to_string(input(params)));
-    return objects_;
+    return found();
   }
   const LateResult late = detections ? LateResult::boxes(evidence, params.max_age_frames, votes)
                                      : LateResult::mask(evidence, params.max_age_frames, votes);
-  if (!late.usable()) return objects_;
+  if (!late.usable()) return found();
   if (detections)
     find_detections(evidence, params, late);
   else
     find_masks(evidence, params, late);
-  return objects_;
+  return found();
 }
 
 inline void ObjectRegions::find_detections(const Evidence& evidence, const ObjectRegionParams& params,
                                            const LateResult& late) {
-  const DetectionFilter filter{params.classes, params.except_classes, params.min_score};
+  wanted_.classes = params.classes;
+  wanted_.except_classes = params.except_classes;
+  wanted_.min_score = params.min_score;
   for (const Detection& detection : late.detections()) {
-    if (!filter.wants(detection)) continue;
-    objects_.emplace_back();
+    if (!wanted_.wants(detection)) continue;
+    add_object();
     if (params.objects == ObjectSource::Boxes)
       find_box(evidence, detection.box, params, late);
     else
@@ -74,10 +76,10 @@ inline void ObjectRegions::find_detections(const Evidence& evidence, const Objec
 
 inline void ObjectRegions::find_box(const Evidence& evidence, const cv::Rect2f& given,
                                     const ObjectRegionParams& params, const LateResult& late) {
-  ObjectRegion& object = objects_.back();
+  ObjectRegion& object = objects_[count_ - 1];
   const cv::Rect2f box = features_in_box(evidence, given, 0, late, scratch_, object.inside);
   const double farthest_m =
-      box_foreground_m(evidence, box, object.inside, params.refine, params.foreground_margin_m);
+      box_foreground_m(evidence, box, object.inside, params.refine, params.foreground_margin_m, scratch_);
   const auto behind = [&](std::size_t i) { return static_cast<double>(evidence.depths_m()[i]) > farthest_m; };
   object.inside.erase(std::remove_if(object.inside.begin(), object.inside.end(), behind),
                       object.inside.end());
@@ -87,12 +89,13 @@ inline void ObjectRegions::find_box(const Evidence& evidence, const cv::Rect2f& 
 
 inline void ObjectRegions::find_instance(const Evidence& evidence, const MaskLookup& mask,
                                          const ObjectRegionParams& params, const LateResult& late) {
+  ObjectRegion& object = objects_[count_ - 1];
   const cv::Point2f flow = flow_on(mask, late);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const cv::Point2f then = late.then_px(i, flow);
     const bool inside = mask.at(then);
-    if (inside) objects_.back().inside.push_back(i);
-    if (inside || mask.near(then, params.near_px)) objects_.back().near.push_back(i);
+    if (inside) object.inside.push_back(i);
+    if (inside || mask.near(then, params.near_px)) object.near.push_back(i);
   }
 }
 
@@ -100,11 +103,11 @@ inline void ObjectRegions::find_masks(const Evidence& evidence, const ObjectRegi
                                       const LateResult& late) {
   const MaskLookup mask(late.labels(), image_size(evidence.frame()), params.labels);
   if (params.objects == ObjectSource::Mask) {
-    objects_.emplace_back();
+    add_object();
     return find_instance(evidence, mask, params, late);
   }
   components_.build(mask);
-  objects_.resize(static_cast<std::size_t>(components_.count()));
+  for (int c = 0; c < components_.count(); ++c) add_object();
   const cv::Point2f flow = flow_on(mask, late);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const cv::Point2f then = late.then_px(i, flow);
@@ -114,6 +117,14 @@ inline void ObjectRegions::find_masks(const Evidence& evidence, const ObjectRegi
     components_.around(then, 0, [&](int c) { add(objects_[static_cast<std::size_t>(c)].inside); });
     components_.around(then, params.near_px, [&](int c) { add(objects_[static_cast<std::size_t>(c)].near); });
   }
+}
+
+inline ObjectRegion& ObjectRegions::add_object() {
+  if (count_ == objects_.size()) objects_.emplace_back();
+  ObjectRegion& object = objects_[count_++];
+  object.inside.clear();
+  object.near.clear();
+  return object;
 }
 
 inline cv::Point2f ObjectRegions::flow_on(const MaskLookup& mask, const LateResult& late) {

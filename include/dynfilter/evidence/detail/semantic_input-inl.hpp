@@ -65,7 +65,7 @@ inline bool LateResult::of_older_frame(std::int64_t frame_id, int max_age_frames
   if (frame_id < 0 || frame_id == evidence_.frame().id) return false;
   const std::int64_t age = evidence_.frame().id - frame_id;
   usable_ = age >= 0 && age <= max_age_frames;
-  if (!usable_) votes_.note(std::string(what) + " of frame " + std::to_string(frame_id) + " are too old");
+  if (!usable_) votes_.note(what, " of frame ", frame_id, " are too old");
   age_note_ = std::string(what) + " are " + std::to_string(age) + " frames late";
   return usable_;
 }

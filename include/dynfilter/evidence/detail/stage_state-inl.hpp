@@ -34,6 +34,11 @@ DYNFILTER_INLINE void StageState::learn(const Votes& said) {
   }
 }
 
+DYNFILTER_INLINE void StageState::save() {
+  if (saves_ == saved_.size()) saved_.emplace_back();
+  saved_[saves_++] = flags_;
+}
+
 DYNFILTER_INLINE void StageState::keep_side(bool priors) {
   const std::uint8_t side = priors ? 1 : 0;
   for (std::size_t i = 0; i < flags_.judged.size(); ++i)

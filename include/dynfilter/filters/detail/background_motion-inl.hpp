@@ -196,12 +196,11 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
 inline void BackgroundMotionFilter::note_motion(Votes& votes) const {
   if (!motion_.ok) return votes.note("background: none of the motions explains enough");
   const MotionProposal& p = estimator_.proposals()[estimator_.chosen()];
-  votes.note("background: " + std::to_string(motion_.inliers) + " of " + std::to_string(estimator_.points()) +
-             " points, motion " +
+  votes.note("background: ", motion_.inliers, " of ", estimator_.points(), " points, motion ",
              (p.from == MotionProposal::From::Expected    ? "as expected"
               : p.from == MotionProposal::From::Predicted ? "as the host predicts"
-                                                          : "by support") +
-             ", one of " + std::to_string(estimator_.proposals().size()));
+                                                          : "by support"),
+             ", one of ", estimator_.proposals().size());
 }
 
 inline void BackgroundMotionFilter::remember_pose() {

@@ -23,7 +23,8 @@ DYNFILTER_INLINE const FieldTable<BoxBlurParams>& BoxBlurParams::fields() {
   return table;
 }
 
-DYNFILTER_INLINE BoxBlurFilter::BoxBlurFilter(Params params) : params_(std::move(params)) {
+DYNFILTER_INLINE BoxBlurFilter::BoxBlurFilter(Params params)
+    : params_(std::move(params)), wanted_{params_.classes, {}, params_.min_score} {
   check_parameters(params_, kName);
 }
 
@@ -40,14 +41,18 @@ DYNFILTER_INLINE void BoxBlurFilter::apply(const Evidence& evidence, Votes& vote
 
 inline void BoxBlurFilter::collect(const Evidence& evidence, const LateResult& late) {
   boxes_.clear();
-  const DetectionFilter filter{params_.classes, {}, params_.min_score};
+  inside_.clear();
   const cv::Rect2d image(0, 0, evidence.frame().grey.cols, evidence.frame().grey.rows);
   for (const Detection& detection : late.detections()) {
-    if (!filter.wants(detection)) continue;
+    if (!wanted_.wants(detection)) continue;
     Box box;
-    const cv::Rect2f now = features_in_box(evidence, detection.box, 0, late, scratch_, box.inside);
+    const cv::Rect2f now = features_in_box(evidence, detection.box, 0, late, scratch_, inside_box_);
     box.place = cv::Rect(cv::Rect2d(now) & image);
-    if (!box.place.empty()) boxes_.push_back(std::move(box));
+    if (box.place.empty()) continue;
+    box.begin = inside_.size();
+    inside_.insert(inside_.end(), inside_box_.begin(), inside_box_.end());
+    box.end = inside_.size();
+    boxes_.push_back(box);
   }
 }
 
@@ -56,7 +61,8 @@ inline void BoxBlurFilter::judge(const cv::Mat& grey, const Box& box, const Shar
   const Sharpness own = sharpness(grey, box.place, false);
   if (!own.known) return;
   const double share = std::min(own.along_x / rest.along_x, own.along_y / rest.along_y);
-  for (const std::size_t i : box.inside) {
+  for (std::size_t k = box.begin; k < box.end; ++k) {
+    const std::size_t i = inside_[k];
     if (votes[i] == Vote::Dynamic) continue;
     votes.cast(i, share < params_.min_sharpness ? Vote::Dynamic : Vote::Static,
                1.0F - suspicion(share, params_.min_sharpness));

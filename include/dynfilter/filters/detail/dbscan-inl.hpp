@@ -78,9 +78,8 @@ inline void DbscanFilter::choose(Votes& votes) {
 }
 
 inline void DbscanFilter::note(const DbscanParams& params, Votes& votes) const {
-  votes.note(std::to_string(clusters_.count) + " objects of " + std::to_string(seeds_.size()) +
-             " features, eps " + fixed_text(params.eps_m, 3) + " m, min_points " +
-             std::to_string(params.min_points));
+  votes.note(clusters_.count, " objects of ", seeds_.size(), " features, eps ", fixed_text(params.eps_m, 3),
+             " m, min_points ", params.min_points);
 }
 
 }  // namespace dynfilter

@@ -100,6 +100,8 @@ inline void DepthConsistencyFilter::judge_by_frame(const Evidence& evidence, con
     if (by_view() && parallax_fits(now, t)) add_view(R.transpose() * (now - t), opinion);
     if (opinion.vote() != Vote::Unknown) votes.cast(i, opinion.vote(), opinion.suspicion);
   }
+  view_.forget_image();
+  here_.forget_image();
 }
 
 inline void DepthConsistencyFilter::add_match(const cv::Point3f& now, double predicted_m,
@@ -150,7 +152,7 @@ inline void DepthConsistencyFilter::judge_by_keyframes(const Evidence& evidence,
     ++used;
     judge_by_keyframe(evidence, keyframe);
   }
-  votes.note(std::to_string(used) + " keyframes");
+  votes.note(used, " keyframes");
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const Tally& tally = tallies_[i];
     if (tally.dynamic == tally.fixed) continue;  // no view decides, or they contradict each other

@@ -65,8 +65,8 @@ inline bool EpipolarFilter::collect_seeds(const Evidence& evidence, const Match&
 }
 
 inline void EpipolarFilter::note_model(const TwoViewModel& model, Votes& votes) {
-  votes.note(std::string("model: ") + to_string(model.kind) + " (" + to_string(model.reason) + "), " +
-             std::to_string(model.inliers) + " of " + std::to_string(model.seeds) + " seeds");
+  votes.note("model: ", to_string(model.kind), " (", to_string(model.reason), "), ", model.inliers, " of ",
+             model.seeds, " seeds");
 }
 
 inline double EpipolarFilter::noise_factor(const Evidence& evidence, const Match& match,

@@ -162,10 +162,9 @@ inline bool FlowConsistencyFilter::measure(const Evidence& evidence, int gap, Vo
 }
 
 inline void FlowConsistencyFilter::note(int gap, const std::optional<ViewMotion>& found, Votes& votes) const {
-  votes.note(!found ? "model: none, " + std::to_string(seeds_.size()) + " seeds with a track"
-                    : std::string("model: ") +
-                          (found->has_baseline() ? "rotation and direction" : "rotation") + " over " +
-                          std::to_string(gap) + " frames, " + std::to_string(points_.size()) + " features");
+  if (!found) return votes.note("model: none, ", seeds_.size(), " seeds with a track");
+  votes.note("model: ", found->has_baseline() ? "rotation and direction" : "rotation", " over ", gap,
+             " frames, ", points_.size(), " features");
 }
 
 inline void FlowConsistencyFilter::set_view(const Evidence& evidence) {
@@ -209,12 +208,12 @@ inline void FlowConsistencyFilter::collect_points(const Evidence& evidence, int 
     points_.push_back({static_cast<int>(i), {then.x, then.y, now.x, now.y}, {}, 0, evidence.seed(i)});
   }
   const auto before = [](const Point& p, const Point& q) {
-    return std::tie(p.pair.x, p.pair.y, p.pair.reference_x, p.pair.reference_y) <
-           std::tie(q.pair.x, q.pair.y, q.pair.reference_x, q.pair.reference_y);
+    return std::tie(p.pair.x, p.pair.y, p.pair.reference_x, p.pair.reference_y, p.feature) <
+           std::tie(q.pair.x, q.pair.y, q.pair.reference_x, q.pair.reference_y, q.feature);
   };
   // Only features at the same position may still be out of order.
   if (!std::is_sorted(points_.begin(), points_.end(), before))
-    std::stable_sort(points_.begin(), points_.end(), before);
+    std::sort(points_.begin(), points_.end(), before);
 }
 
 inline void FlowConsistencyFilter::group() {
@@ -267,7 +266,7 @@ inline void FlowConsistencyFilter::remember(double sigmas, double& mean, bool& k
 
 inline void FlowConsistencyFilter::weigh_groups() {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const std::vector<int>& members = groups_.group(g);
+    const Span<const int> members = groups_.group(g);
     values_.clear();
     for (const int m : members) values_.push_back(evidence_of(static_cast<std::size_t>(m)).flow);
     const double together = averaged_median_in_place(values_);
@@ -281,7 +280,7 @@ inline void FlowConsistencyFilter::weigh_groups() {
 }
 
 inline double FlowConsistencyFilter::share_of_suspects(std::size_t k) {
-  const std::vector<int>& near = groups_.near(k);
+  const Span<const int> near = groups_.near(k);
   const auto suspects = std::count_if(near.begin(), near.end(), [&](int j) {
     return evidence_of(static_cast<std::size_t>(j)).flow > params_.limit;
   });

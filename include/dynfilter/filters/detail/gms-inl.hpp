@@ -48,14 +48,13 @@ DYNFILTER_INLINE void GmsFilter::apply(const Evidence& evidence, Votes& votes) {
   if (match.reference == nullptr) return votes.note("no earlier frame");
   const std::size_t matches = match.correspondences.count();
   if (matches < static_cast<std::size_t>(params_.min_matches))
-    return votes.note("too few matches: " + std::to_string(matches));
+    return votes.note("too few matches: ", matches);
   const std::vector<cv::Point2f>& then = match.correspondences.reference_px;
   const cv::Size size = image_size(evidence.frame(), evidence.pixels(), then);
   const std::size_t kept =
       statistics_.run(evidence.pixels(), size, then, size, match.correspondences.found, kept_);
-  const std::string cells = std::to_string(statistics_.cells_for(matches));
-  votes.note("kept " + std::to_string(kept) + " of " + std::to_string(matches) + " matches, " + cells +
-             " x " + cells + " cells");
+  const auto cells = statistics_.cells_for(matches);
+  votes.note("kept ", kept, " of ", matches, " matches, ", cells, " x ", cells, " cells");
   for (std::size_t i = 0; i < evidence.size(); ++i)
     if (evidence.judged(i) && usable(evidence, match, i))
       votes.cast(i, kept_[i] != 0 ? Vote::Static : Vote::Dynamic);

@@ -38,8 +38,8 @@ DYNFILTER_INLINE void MultiModelFilter::apply(const Evidence& evidence, Votes& v
   for (const Entry& e : entries_) matches_.push_back(e.match);
   models_.fit(matches_);
   const double limit_px = models_.max_distance_px();
-  votes.note(std::to_string(models_.models()) + " homographies for " + std::to_string(matches_.size()) +
-             " matches, within " + std::to_string(std::lround(limit_px)) + " px");
+  votes.note(models_.models(), " homographies for ", matches_.size(), " matches, within ",
+             std::lround(limit_px), " px");
   if (models_.models() == 0) return;
   for (std::size_t k = 0; k < entries_.size(); ++k) {
     const double distance = models_.distance_px(k);
@@ -69,11 +69,12 @@ inline void MultiModelFilter::collect(const Evidence& evidence, const Match& mat
     const double size = std::abs(m.x) + std::abs(m.y) + std::abs(m.rx) + std::abs(m.ry);
     if (size < kMost) entries_.push_back({i, m});  // false for NaN
   }
-  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+  std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
     if (a.match.x != b.match.x) return a.match.x < b.match.x;
     if (a.match.y != b.match.y) return a.match.y < b.match.y;
     if (a.match.rx != b.match.rx) return a.match.rx < b.match.rx;
-    return a.match.ry < b.match.ry;
+    if (a.match.ry != b.match.ry) return a.match.ry < b.match.ry;
+    return a.feature < b.feature;
   });
 }
 

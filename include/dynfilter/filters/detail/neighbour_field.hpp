@@ -27,6 +27,7 @@ class NeighbourPlaces {
   /// Values at the features, in the order of the places. See lay_out().
   struct Field {
     std::vector<float> values, weights;
+    std::vector<std::pair<float, float>> twins;  ///< scratch
   };
 
   /// One depth per position; NaN: unknown. `cell_px` is approximately the radius of most queries.
@@ -131,7 +132,8 @@ class NeighbourPlaces {
   }
   /// Features at one place have no order of their own: their values decide.
   static void order_twins(Field& field, std::size_t begin, std::size_t end) {
-    std::vector<std::pair<float, float>> twins;
+    std::vector<std::pair<float, float>>& twins = field.twins;
+    twins.clear();
     for (std::size_t k = begin; k < end; ++k) twins.emplace_back(field.values[k], field.weights[k]);
     std::sort(twins.begin(), twins.end());
     for (std::size_t k = begin; k < end; ++k) std::tie(field.values[k], field.weights[k]) = twins[k - begin];

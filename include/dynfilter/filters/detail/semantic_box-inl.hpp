@@ -25,23 +25,23 @@ DYNFILTER_INLINE const FieldTable<SemanticBoxParams>& SemanticBoxParams::fields(
   return table;
 }
 
-DYNFILTER_INLINE SemanticBoxFilter::SemanticBoxFilter(Params params) : params_(std::move(params)) {
+DYNFILTER_INLINE SemanticBoxFilter::SemanticBoxFilter(Params params)
+    : params_(std::move(params)), wanted_{params_.classes, {}, params_.min_score} {
   check_parameters(params_, kName);
 }
 
 DYNFILTER_INLINE void SemanticBoxFilter::apply(const Evidence& evidence, Votes& votes) {
   const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes);
   if (!late.usable()) return;
-  const DetectionFilter filter{params_.classes, {}, params_.min_score};
   for (const Detection& detection : late.detections())
-    if (filter.wants(detection)) judge(evidence, detection, late, votes);
+    if (wanted_.wants(detection)) judge(evidence, detection, late, votes);
 }
 
 inline void SemanticBoxFilter::judge(const Evidence& evidence, const Detection& detection,
                                      const LateResult& late, Votes& votes) {
   const cv::Rect2f box = features_in_box(evidence, detection.box, params_.expand_px, late, scratch_, inside_);
   const double farthest_m =
-      box_foreground_m(evidence, box, inside_, params_.refine, params_.foreground_margin_m);
+      box_foreground_m(evidence, box, inside_, params_.refine, params_.foreground_margin_m, scratch_);
   for (const std::size_t i : inside_) {
     if (static_cast<double>(evidence.depths_m()[i]) > farthest_m) continue;
     if (params_.role == SemanticRole::Reject)

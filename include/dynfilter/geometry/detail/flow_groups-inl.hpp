@@ -27,16 +27,30 @@ DYNFILTER_INLINE void FlowGroups::join(int a, int b) {
 DYNFILTER_INLINE void FlowGroups::collect() {
   const std::size_t n = parent_.size();
   number_.assign(n, -1);
-  groups_ = 0;
+  counts_.clear();
   for (std::size_t i = 0; i < n; ++i) {
     int& number = number_[static_cast<std::size_t>(root(static_cast<int>(i)))];
     if (number < 0) {
-      number = static_cast<int>(groups_++);
-      if (members_.size() < groups_) members_.emplace_back();
-      members_[groups_ - 1].clear();
+      number = static_cast<int>(counts_.size());
+      counts_.push_back(0);
     }
-    members_[static_cast<std::size_t>(number)].push_back(static_cast<int>(i));
+    ++counts_[static_cast<std::size_t>(number)];
   }
+  members_.lay_out(counts_);
+  for (std::size_t i = 0; i < n; ++i) {
+    const int number = number_[static_cast<std::size_t>(root(static_cast<int>(i)))];
+    members_.put(static_cast<std::size_t>(number), static_cast<int>(i));
+  }
+}
+
+inline void FlowGroups::Lists::lay_out(const std::vector<int>& lengths) {
+  std::size_t begin = 0;
+  ends_.clear();
+  for (const int length : lengths) {
+    ends_.push_back(begin);  // put() moves it to the end
+    begin += static_cast<std::size_t>(length);
+  }
+  entries_.resize(begin);
 }
 
 }  // namespace dynfilter

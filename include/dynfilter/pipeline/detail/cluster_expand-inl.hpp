@@ -46,7 +46,7 @@ DYNFILTER_INLINE Needs ClusterExpandStage::needs() const {
   return all;
 }
 
-DYNFILTER_INLINE void ClusterExpandStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
+DYNFILTER_INLINE void ClusterExpandStage::decide(FrameEvidence& evidence, StageReports& reports,
                                                  std::size_t self, Judgement& out) {
   children_[0]->judge(evidence, reports, out);
   const std::size_t before = out.votes.count(Vote::Dynamic);
@@ -55,7 +55,7 @@ DYNFILTER_INLINE void ClusterExpandStage::decide(FrameEvidence& evidence, std::v
     grow_over_depth(evidence, own_reason(self), out);
   else
     grow_by_neighbours(evidence, own_reason(self), out);
-  reports[self].note = std::to_string(out.votes.count(Vote::Dynamic) - before) + " features added";
+  append_text(reports[self].note, out.votes.count(Vote::Dynamic) - before, " features added");
 }
 
 inline void ClusterExpandStage::grow_over_depth(const FrameEvidence& evidence, std::uint64_t reason,

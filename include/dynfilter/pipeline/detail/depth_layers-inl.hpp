@@ -36,7 +36,7 @@ DYNFILTER_INLINE Needs DepthLayersStage::needs() const {
   return all;
 }
 
-DYNFILTER_INLINE void DepthLayersStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
+DYNFILTER_INLINE void DepthLayersStage::decide(FrameEvidence& evidence, StageReports& reports,
                                                std::size_t self, Judgement& out) {
   children_[0]->judge(evidence, reports, out);
   if ((evidence.inputs() & Input::Depth) == Input::None) {
@@ -44,7 +44,7 @@ DYNFILTER_INLINE void DepthLayersStage::decide(FrameEvidence& evidence, std::vec
     return;
   }
   find_layers(evidence, out.votes);
-  reports[self].note = std::to_string(layers_.size()) + " layers";
+  append_text(reports[self].note, layers_.size(), " layers");
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const float z = evidence.depths_m()[i];
     if (!evidence.judged(i) || !valid_depth(z)) continue;

@@ -11,8 +11,8 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE void SequenceStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                            std::size_t, Judgement& out) {
+DYNFILTER_INLINE void SequenceStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t,
+                                            Judgement& out) {
   const StageState::Scope scope(evidence.stages());
   for (auto& child : children_) {
     child->judge(evidence, reports, child_);
@@ -29,8 +29,8 @@ DYNFILTER_INLINE void SequenceStage::decide(FrameEvidence& evidence, std::vector
   }
 }
 
-DYNFILTER_INLINE void AnyStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                       std::size_t, Judgement& out) {
+DYNFILTER_INLINE void AnyStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t,
+                                       Judgement& out) {
   bool first = true;
   for (auto& child : children_) {
     const std::size_t place = reports.size();
@@ -47,8 +47,8 @@ DYNFILTER_INLINE void AnyStage::decide(FrameEvidence& evidence, std::vector<Stag
   }
 }
 
-DYNFILTER_INLINE void AllStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                       std::size_t, Judgement& out) {
+DYNFILTER_INLINE void AllStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t,
+                                       Judgement& out) {
   const StageState::Scope scope(evidence.stages());
   bool first = true;
   for (auto& child : children_) {
@@ -69,16 +69,16 @@ DYNFILTER_INLINE void AllStage::decide(FrameEvidence& evidence, std::vector<Stag
   }
 }
 
-DYNFILTER_INLINE void NotStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                       std::size_t self, Judgement& out) {
+DYNFILTER_INLINE void NotStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
+                                       Judgement& out) {
   children_[0]->judge(evidence, reports, child_);
   const std::uint64_t reason = own_reason(self);
   for (std::size_t i = 0; i < evidence.size(); ++i)
     set(out, i, vote_not(child_.votes[i]), 1.0F - child_.votes.suspicion(i), reason);
 }
 
-DYNFILTER_INLINE void StrictStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                          std::size_t self, Judgement& out) {
+DYNFILTER_INLINE void StrictStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
+                                          Judgement& out) {
   children_[0]->judge(evidence, reports, child_);
   out.votes.add_priors(child_.votes);
   const std::uint64_t reason = own_reason(self);

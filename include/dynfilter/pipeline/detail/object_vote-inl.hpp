@@ -41,19 +41,19 @@ DYNFILTER_INLINE Needs ObjectVoteStage::needs() const {
   return all;
 }
 
-DYNFILTER_INLINE void ObjectVoteStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
+DYNFILTER_INLINE void ObjectVoteStage::decide(FrameEvidence& evidence, StageReports& reports,
                                               std::size_t self, Judgement& out) {
   children_[0]->judge(evidence, reports, out);
   found_.reset(0);
-  const std::vector<ObjectRegion>& objects = regions_.find(evidence, params_.region, found_);
-  reports[self].note = joined_notes(evidence.take_match_note(), found_.notes());
+  const Span<const ObjectRegion> objects = regions_.find(evidence, params_.region, found_);
+  join_notes(reports[self].note, evidence.take_match_note(), found_.notes());
   verdict_.assign(evidence.size(), Vote::Unknown);
   share_.assign(evidence.size(), 0);
   int moving = 0;
   for (const ObjectRegion& object : objects) moving += judge(object, out.votes) ? 1 : 0;
   if (!objects.empty())
-    reports[self].note += (reports[self].note.empty() ? "" : "; ") + std::to_string(moving) + " of " +
-                          std::to_string(objects.size()) + " objects move";
+    append_text(reports[self].note, reports[self].note.empty() ? "" : "; ", moving, " of ", objects.size(),
+                " objects move");
   for (std::size_t i = 0; i < evidence.size(); ++i) follow(i, own_reason(self), out);
 }
 

@@ -26,6 +26,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace dynfilter {
 
@@ -51,7 +52,9 @@ class Pipeline::Impl {
     const auto start = std::chrono::steady_clock::now();
     begin(frame, call_point);
     if (Stage* root = stage_at(call_point)) {
-      root->judge(evidence_, verdict_.report.stages, judgement_);
+      StageReports reports(verdict_.report.stages);
+      root->judge(evidence_, reports, judgement_);
+      reports.finish();
       take_verdict();
       if (evidence_.stages().collects_suspicions()) reject_suspects();
       floor_.apply(evidence_.frame(), limits.min_features, verdict_);
@@ -97,9 +100,7 @@ class Pipeline::Impl {
 
   /// An empty verdict; its memory is that of the last one.
   void begin(const FrameView& frame, CallPoint call_point) {
-    verdict_.report = FrameReport();
-    verdict_.report.frame_id = frame.id;
-    verdict_.report.call_point = call_point;
+    begin_report(frame.id, call_point);
     if (time_jumped(frame)) {
       reset();
       verdict_.report.notes.emplace_back("time jump: history forgotten");
@@ -120,6 +121,21 @@ class Pipeline::Impl {
     verdict_.reasons.assign(n, 0);
     verdict_.map_points.clear();
   }
+
+  /// Texts and lists have the memory of the last call at the same call point.
+  void begin_report(std::int64_t frame_id, CallPoint call_point) {
+    FrameReport& last = verdict_.report;
+    reports_of(last.call_point).swap(last.stages);
+    FrameReport report;
+    report.stages.swap(reports_of(call_point));
+    report.notes.swap(last.notes);
+    report.notes.clear();
+    report.frame_id = frame_id;
+    report.call_point = call_point;
+    last = std::move(report);
+    if (stage_at(call_point) == nullptr) last.stages.clear();
+  }
+  std::vector<StageReport>& reports_of(CallPoint point) { return reports_[static_cast<std::size_t>(point)]; }
 
   void take_verdict() {
     for (std::size_t i = 0; i < verdict_.size(); ++i) {
@@ -173,6 +189,8 @@ class Pipeline::Impl {
   Initialisation initialisation_;
   Judgement judgement_;
   Verdict verdict_;
+  std::array<std::vector<StageReport>, kCallPoints.size()>
+      reports_;  ///< of other call points than verdict_'s
   std::optional<std::int64_t> last_id_;
   std::int64_t first_id_ = -1;  ///< since the last reset
   double last_timestamp_s_ = 0;

@@ -9,8 +9,8 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE void GateStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                        std::size_t, Judgement& out) {
+DYNFILTER_INLINE void GateStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t,
+                                        Judgement& out) {
   children_[0]->judge(evidence, reports, gate_);
   out.votes.add_priors(gate_.votes);
   for (std::size_t branch = 1; branch < children_.size(); ++branch) {
@@ -26,8 +26,8 @@ DYNFILTER_INLINE void GateStage::decide(FrameEvidence& evidence, std::vector<Sta
   }
 }
 
-DYNFILTER_INLINE void ByRegionStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                            std::size_t, Judgement& out) {
+DYNFILTER_INLINE void ByRegionStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t,
+                                            Judgement& out) {
   for (std::size_t side = 0; side < 2; ++side) {
     const bool inside = side == 0;
     const StageState::Scope scope(evidence.stages());
@@ -40,26 +40,19 @@ DYNFILTER_INLINE void ByRegionStage::decide(FrameEvidence& evidence, std::vector
   }
 }
 
-DYNFILTER_INLINE void FirstAvailableStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                                  std::size_t, Judgement& out) {
+DYNFILTER_INLINE void FirstAvailableStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t,
+                                                  Judgement& out) {
   bool judged = false;
   for (const auto& member : children_) {
     if (judged) {
-      reports.push_back(not_run(*member));
+      StageReport& report = reports.add(member->name(), member->path());
+      report.skipped = true;
+      report.note = "skipped: an earlier member judged";
       continue;
     }
     judged = without(member->needs().required, evidence.inputs()) == Input::None;
     member->judge(evidence, reports, out);  // without its inputs it only reports that it was skipped
   }
-}
-
-inline StageReport FirstAvailableStage::not_run(const Stage& member) {
-  StageReport report;
-  report.name = member.name();
-  report.path = member.path();
-  report.skipped = true;
-  report.note = "skipped: an earlier member judged";
-  return report;
 }
 
 }  // namespace dynfilter

@@ -4,6 +4,7 @@
 #include <dynfilter/pipeline/stage.hpp>
 
 #include <chrono>
+#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/span.hpp>
@@ -11,13 +12,10 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE void Stage::judge(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                   Judgement& out) {
+DYNFILTER_INLINE void Stage::judge(FrameEvidence& evidence, StageReports& reports, Judgement& out) {
   const auto start = std::chrono::steady_clock::now();
   const std::size_t self = reports.size();
-  reports.emplace_back();
-  reports[self].name = name_;
-  reports[self].path = path_;
+  reports.add(name_, path_);
   out.reset(evidence.size());
   run(evidence, reports, self, out);
   StageReport& report = reports[self];
@@ -30,12 +28,12 @@ DYNFILTER_INLINE void Stage::judge(FrameEvidence& evidence, std::vector<StageRep
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-inline void Stage::run(FrameEvidence& evidence, std::vector<StageReport>& reports, std::size_t self,
-                       Judgement& out) {
+inline void Stage::run(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) {
   const Input missing = without(needs().required, evidence.inputs());
   if (missing != Input::None) {
     reports[self].skipped = true;
-    reports[self].note = "skipped: no " + to_string(missing);
+    append_text(reports[self].note, "skipped: no ");
+    append_names(reports[self].note, missing);
     return;
   }
   try {
@@ -59,14 +57,15 @@ inline void Stage::drop_unasked(const FrameEvidence& evidence, Judgement& out) {
   for (std::size_t i = 0; i < judged.size(); ++i) out.reasons[i] = judged[i] != 0 ? out.reasons[i] : 0;
 }
 
-DYNFILTER_INLINE std::string joined_notes(const std::string& first, const std::string& second) {
-  return first + (first.empty() || second.empty() ? "" : "; ") + second;
+DYNFILTER_INLINE void join_notes(std::string& to, const std::string& first, const std::string& second) {
+  to.clear();
+  append_text(to, first, first.empty() || second.empty() ? "" : "; ", second);
 }
 
-DYNFILTER_INLINE void FilterStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                          std::size_t self, Judgement& out) {
+DYNFILTER_INLINE void FilterStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
+                                          Judgement& out) {
   filter_->apply(evidence, out.votes);
-  reports[self].note = joined_notes(evidence.take_match_note(), out.votes.notes());
+  join_notes(reports[self].note, evidence.take_match_note(), out.votes.notes());
   if (out.votes.size() != evidence.size()) throw Error("the filter changed the number of votes");
   if (self >= 64) return;
   const std::uint64_t reason = std::uint64_t{1} << self;

@@ -45,8 +45,8 @@ DYNFILTER_INLINE void TemporalStage::reset() {
   odds_.clear();
 }
 
-DYNFILTER_INLINE void TemporalStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                            std::size_t self, Judgement& out) {
+DYNFILTER_INLINE void TemporalStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
+                                            Judgement& out) {
   children_[0]->judge(evidence, reports, child_);
   out.votes.add_priors(child_.votes);
   recall(evidence);

@@ -32,8 +32,8 @@ DYNFILTER_INLINE VoteStage::VoteStage(std::string path, Stages children, Params 
                                                      std::to_string(children_.size()));
 }
 
-DYNFILTER_INLINE void VoteStage::decide(FrameEvidence& evidence, std::vector<StageReport>& reports,
-                                        std::size_t, Judgement& out) {
+DYNFILTER_INLINE void VoteStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t,
+                                        Judgement& out) {
   const std::size_t n = evidence.size();
   dynamic_.assign(n, 0);
   unknown_.assign(n, 0);
