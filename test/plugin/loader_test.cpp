@@ -151,6 +151,35 @@ TEST_CASE("files that are no plugins are refused with the reason") {
   CHECK(contains(complaint_about(module_file("undefined_symbol")), "dynfilter_test_nobody_has_this"));
 }
 
+TEST_CASE("a truncated plugin is refused before it is loaded, wherever it was cut") {
+  const EmptyFolder folder;
+  const fs::path whole = module_file("good"), cut = folder.path / "cut.so";
+  const auto size = fs::file_size(whole);
+  for (const std::uintmax_t left :
+       {std::uintmax_t{0}, std::uintmax_t{3}, std::uintmax_t{63}, std::uintmax_t{64}, std::uintmax_t{4096},
+        size / 4, size / 2, size - 4096, size - 1}) {
+    CAPTURE(left);
+    fs::copy_file(whole, cut, fs::copy_options::overwrite_existing);
+    fs::resize_file(cut, left);
+    const std::string text = complaint_about(cut);
+    CHECK(contains(text, left < 64 ? "cannot be loaded: not an ELF file" : "cannot be loaded: truncated: "));
+  }
+  fs::copy_file(whole, cut, fs::copy_options::overwrite_existing);
+  Registry registry;
+  CHECK(load_plugin(cut, registry).size() == 2);
+}
+
+TEST_CASE("a plugin for another word size is refused") {
+  const EmptyFolder folder;
+  const fs::path other = folder.path / "other.so";
+  fs::copy_file(module_file("good"), other);
+  std::fstream file(other, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(4);  // EI_CLASS: 1 is 32 bits, 2 is 64
+  file.put(sizeof(void*) == 8 ? 1 : 2);
+  file.close();
+  CHECK(complaint_about(other) == "cannot be loaded: built for another word size");
+}
+
 TEST_CASE("a registration that fails half-way leaves nothing behind") {
   CHECK(complaint_about(module_file("throws_in_constructor")) == "registration failed: no licence for today");
   CHECK(complaint_about(module_file("throws_an_int")) ==

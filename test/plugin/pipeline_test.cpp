@@ -52,6 +52,46 @@ TEST_CASE("a plugin that throws is named in the report, its votes do not count, 
   }
 }
 
+TEST_CASE("a plugin that throws from its constructor or its needs is named, with its place in the file") {
+  Registry registry = builtin_filters();
+  for (const char* file : {"throws_when_made.so", "throws_in_needs.so"})
+    load_plugin(fs::path(DYNFILTER_BAD_PLUGINS_DIR) / file, registry);
+  const auto complaint = [&](const std::string& stage) -> std::string {
+    try {
+      pipeline_from_text("pipeline: { before_pose: [ epipolar, { " + stage + " } ] }", registry);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string at = "pipeline.before_pose[1].";
+  CHECK(complaint("named_p: { limit_px: 7 }") ==
+        at + "named_p: filter `named_p` cannot be made: no licence for 7");
+  CHECK(complaint("named_p: { limit_px: 9 }") ==
+        at + "named_p: filter `named_p` cannot be made: an unknown exception");
+  CHECK(complaint("moody: { limit_px: 7 }") ==
+        at + "moody: filter `moody` cannot be made: filter `moody`: its needs: ask me later");
+  CHECK(complaint("moody: { limit_px: 9 }") ==
+        at + "moody: filter `moody` cannot be made: filter `moody`: its needs: an unknown exception");
+  CHECK(complaint("moody: { limit_px: 1 }").empty());
+}
+
+TEST_CASE("a plugin that throws from reset is named in the reports, and the frames go on") {
+  Registry registry = builtin_filters();
+  load_plugin(fs::path(DYNFILTER_BAD_PLUGINS_DIR) / "throws_in_needs.so", registry);
+  Pipeline pipeline(pipeline_from_text(
+      "pipeline: { before_pose: [ { moody: { limit_px: 5 } }, { semantic_box: { role: reject } } ] }",
+      registry));
+  const synth::ExactScene scene = synth::preset(synth::Preset::General).with_detections();
+  CHECK_FALSE(report_of(pipeline.before_pose(scene.frame(0).view()), "moody")->failed);
+  pipeline.reset();
+  const synth::ExactFrame frame = scene.frame(1);
+  const Verdict& verdict = pipeline.before_pose(frame.view());
+  CHECK(report_of(verdict, "moody")->failed);
+  CHECK(report_of(verdict, "moody")->note == "failed: reset: I remember everything");
+  CHECK(verdict.report.rejected > 0);
+}
+
 TEST_CASE("a filter gives the same verdicts from its plugin as from its header, bit for bit") {
   const Registry headers = builtin_filters();
   int compared = 0;

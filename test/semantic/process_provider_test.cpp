@@ -2,6 +2,7 @@
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/semantic/process_provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
+#include <filesystem>
 #include <fstream>
 #include <numeric>
 #include <sstream>
@@ -269,6 +270,66 @@ TEST_CASE("a program that hangs is killed, and started again as often as allowed
   CHECK(error_of([&] { provider.infer(image_of(1, kColour)); }) == killed);
   CHECK(error_of([&] { provider.infer(image_of(2, kColour)); }) ==
         "/bin/sh: not started again after 1 restarts");
+}
+
+TEST_CASE("a killed program takes its children with it, also those that left its group") {
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("dynfilter_children_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  const auto note = [&](const char* name) { return "echo $$ > " + (folder / name).string() + "; "; };
+  const auto number_in = [&](const char* name) {
+    long pid = 0;
+    for (int k = 0; k < 1000 && pid == 0; ++k) {
+      std::ifstream(folder / name) >> pid;
+      if (pid == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return pid;
+  };
+  const auto is_alive = [](long pid) {  // a zombie waits for init, which may be late
+    std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
+    std::string number, name, state;
+    return in >> number >> name >> state && state != "Z" && state != "X";
+  };
+  const auto sleeper = [&](const std::string& before, const char* name) {
+    std::ofstream(folder / (std::string(name) + ".sh")) << note(name) << before << "exec sleep 1000\n";
+    return "sh " + (folder / (std::string(name) + ".sh")).string() + " & ";
+  };
+  const std::string grandchild = sleeper("", "grandchild");
+  const std::string program = sleeper("", "child") + "setsid " + sleeper(grandchild, "leaver");
+  std::vector<long> pids;
+  {
+    const auto provider = shell(program + kHello + "sleep 1000");
+    for (const char* name : {"child", "leaver", "grandchild"}) {
+      pids.push_back(number_in(name));
+      CHECK(is_alive(pids.back()));
+    }
+  }
+  for (const long pid : pids) {
+    for (int k = 0; k < 400 && is_alive(pid); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    CHECK_FALSE(is_alive(pid));
+  }
+  std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("an answer after the time limit is never taken for that of a later image") {
+  const auto marker =
+      std::filesystem::temp_directory_path() / ("dynfilter_late_" + std::to_string(::getpid()));
+  const std::string answer = "echo detections 1; echo 0 0.5 1 2 11 22 person; echo end; ";
+  // The first start answers too late, the second at once with another box.
+  const std::string program = kHello + "if [ -e " + marker.string() + " ]; then " + kRead +
+                              "echo detections 1; echo 0 0.5 31 2 50 60 person; echo end; else touch " +
+                              marker.string() + "; " + kRead + "sleep 1; " + answer + "fi; cat > /dev/null";
+  ProcessProviderParams params;
+  params.command = {"/bin/sh", "-c", program};
+  params.start_timeout_s = 20;
+  params.timeout_s = 0.2;
+  params.restarts = 1;
+  ProcessProvider provider(params);
+  CHECK(error_of([&] { provider.infer(image_of(0, kColour)); }) == "/bin/sh: killed: no answer within 0.2 s");
+  const std::optional<SemanticResult> result = provider.infer(image_of(1, kColour));
+  std::filesystem::remove(marker);
+  REQUIRE(result);
+  CHECK(result->detections->at(0).box.x == 31.0F);
 }
 
 TEST_CASE("the example in Python of docs/reference/provider_process.md is a provider") {

@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -23,7 +24,8 @@
 
 namespace dynfilter::command::report {
 
-/// Collects the series of a report during a run.
+/// Collects the series of a report during a run. A run of more frames than a page can show is thinned: the
+/// memory of the series is bounded.
 class RunRecorder {
  public:
   /// `pictures`: at most so many of the played frames get one, `step` as in picture_step().
@@ -35,30 +37,31 @@ class RunRecorder {
         map_points_(map_points) {
     for (const StageTotal& stage : stages.stages())
       record_.stages.push_back({stage.call_point, stage.name, stage.path, stage.depth, {}});
+    record_.rows.reserve(std::min(frames, kMostRows));
   }
 
   /// For the frame that add() gets next.
   bool wants_picture() const { return frames_ % step_ == 0; }
   void add_picture(const cv::Mat& drawn) {
-    record_.pictures.push_back({frames_, encode_picture(drawn, bytes_each_)});
+    record_.pictures.push_back({place(), encode_picture(drawn, bytes_each_)});
   }
 
   /// `age_frames`: of the boxes or masks that the frame got; NaN without any.
   void add(const FrameRow& row, const PipelineJudge& judge, double age_frames) {
-    record_.age_frames.push_back(age_frames);
-    record_.restored.push_back(kept_by_floor(judge.record()));
-    count_reasons(judge);
-    take_times(judge.record().reports);
+    if (frames_ % every_ == 0) {
+      if (record_.rows.size() == kMostRows) thin();
+      if (frames_ % every_ == 0) add_row(row, judge, age_frames);
+    }
     mark(row, judge.record(), age_frames);
     ++frames_;
   }
 
   /// `cloud`: the run's map, if it built one.
-  RunRecord finish(const std::vector<FrameRow>& rows, const std::optional<io::Trajectory>& truth,
-                   const io::Trajectory& estimate, const Summary& summary, const mapping::MapCloud* cloud) {
-    record_.rows = rows;
+  RunRecord finish(const std::optional<io::Trajectory>& truth, const io::Trajectory& estimate,
+                   const Summary& summary, const mapping::MapCloud* cloud) {
     record_.summary = summary;
-    place(truth, estimate);
+    if (every_ > 1) record_.summary.notes.push_back(fmt::format("this page shows every {}. frame", every_));
+    locate(truth, estimate);
     if (cloud != nullptr && cloud->size() > 0 && !estimate.empty())
       sample_map(*cloud, estimate.front().T_world_camera);
     return std::move(record_);
@@ -66,6 +69,42 @@ class RunRecorder {
 
  private:
   static constexpr std::size_t kMostTruth = 1500;
+  static constexpr std::size_t kMostRows = 10'000;
+
+  /// Of the frame that comes, in the series.
+  std::size_t place() const { return frames_ / every_; }
+
+  void add_row(const FrameRow& row, const PipelineJudge& judge, double age_frames) {
+    record_.rows.push_back(row);
+    record_.age_frames.push_back(age_frames);
+    record_.restored.push_back(kept_by_floor(judge.record()));
+    count_reasons(judge);
+    take_times(judge.record().reports);
+  }
+
+  /// Every second row goes.
+  void thin() {
+    every_ *= 2;
+    keep_even(record_.rows);
+    keep_even(record_.age_frames);
+    keep_even(record_.restored);
+    for (ReasonSeries& series : record_.reasons) keep_even(series.features);
+    for (StageSeries& series : record_.stages) keep_even(series.ms);
+    for (FramePicture& picture : record_.pictures) picture.frame /= 2;
+    for (FrameMark& mark : record_.marks) mark.frame /= 2;
+    const auto same = [](const FrameMark& a, const FrameMark& b) {
+      return a.frame == b.frame && a.kind == b.kind;
+    };
+    std::stable_sort(record_.marks.begin(), record_.marks.end(), [](const FrameMark& a, const FrameMark& b) {
+      return std::tie(a.frame, a.kind) < std::tie(b.frame, b.kind);
+    });
+    record_.marks.erase(std::unique(record_.marks.begin(), record_.marks.end(), same), record_.marks.end());
+  }
+  template <class T>
+  static void keep_even(std::vector<T>& series) {
+    for (std::size_t k = 0; 2 * k < series.size(); ++k) std::swap(series[k], series[2 * k]);
+    series.resize((series.size() + 1) / 2);
+  }
 
   static std::size_t kept_by_floor(const FrameVerdict& verdict) {
     return static_cast<std::size_t>(
@@ -77,14 +116,14 @@ class RunRecorder {
     std::map<std::string, std::size_t> counts;
     for (const MarkedFeature& f : judge.record().features)
       if (f.decision == Vote::Dynamic) ++counts[judge.reason(f)];
-    for (const auto& [name, features] : counts) series_of(name).features[frames_] = features;
-    for (ReasonSeries& series : record_.reasons) series.features.resize(frames_ + 1, 0);
+    for (const auto& [name, features] : counts) series_of(name).features[place()] = features;
+    for (ReasonSeries& series : record_.reasons) series.features.resize(place() + 1, 0);
   }
   ReasonSeries& series_of(const std::string& name) {
     auto found = std::find_if(record_.reasons.begin(), record_.reasons.end(),
                               [&](const ReasonSeries& series) { return series.name == name; });
     if (found == record_.reasons.end()) found = record_.reasons.insert(found, {name, {}});
-    found->features.resize(frames_ + 1, 0);
+    found->features.resize(place() + 1, 0);
     return *found;
   }
 
@@ -102,7 +141,7 @@ class RunRecorder {
 
   void mark(const FrameRow& row, const FrameVerdict& verdict, double age_frames) {
     const auto add = [this](const char* kind, std::string text) {
-      record_.marks.push_back({frames_, kind, std::move(text)});
+      if (every_ == 1 || is_new_mark(kind)) record_.marks.push_back({place(), kind, std::move(text)});
     };
     if (row.state == "lost") add("lost", "tracking lost");
     if (row.state == "no_map") add("lost", "no map yet");
@@ -119,7 +158,14 @@ class RunRecorder {
     }
   }
 
-  void place(const std::optional<io::Trajectory>& truth, const io::Trajectory& estimate) {
+  /// Of several marks of one kind in one place the first is enough.
+  bool is_new_mark(const std::string& kind) const {
+    for (auto mark = record_.marks.rbegin(); mark != record_.marks.rend() && mark->frame == place(); ++mark)
+      if (mark->kind == kind) return false;
+    return true;
+  }
+
+  void locate(const std::optional<io::Trajectory>& truth, const io::Trajectory& estimate) {
     const Eigen::Vector3d nowhere = Eigen::Vector3d::Constant(NAN);
     record_.positions_m.assign(record_.rows.size(), nowhere);
     record_.errors_m.assign(record_.rows.size(), NAN);
@@ -181,7 +227,8 @@ class RunRecorder {
 
   RunRecord record_;
   std::size_t step_, bytes_each_, map_points_, frames_ = 0;
-  eval::Similarity T_;  ///< estimate to truth
+  std::size_t every_ = 1;  ///< how many frames a row is for
+  eval::Similarity T_;     ///< estimate to truth
   bool aligned_ = false;
 };
 

@@ -13,7 +13,7 @@
 #include <optional>
 #include <ostream>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "pipeline_judge.hpp"
 #include "results_folder.hpp"
@@ -27,23 +27,28 @@ class RunOutput {
   RunOutput(ResultsFolder& folder, std::size_t frames, std::size_t overlay_every)
       : folder_(folder),
         every_(overlay_every > 0 ? overlay_every : (frames + kPictures - 1) / kPictures),
+        frames_(folder_.path() / kFrames),
         verdicts_(folder_.path() / kVerdicts) {
     std::filesystem::create_directory(folder_.path() / "overlay");
+    frames_ << "frame,timestamp_s,state,keyframe,relocalised,features,static,dynamic,unknown,restored,"
+               "tracked_points,dynamic_rejected,dynamic_kept,static_rejected,static_kept,dont_care,total_ms,"
+               "extraction_ms,correspondence_ms,filters_ms,tracking_ms,note\n";
     verdicts_ << "frame,x_px,y_px,verdict,restored,reasons\n";
   }
 
   /// Every how many-th frame gets a picture.
   std::size_t every() const { return every_; }
 
-  /// Writes the rows of a frame to verdicts.csv and, at intervals, a picture, which it returns.
+  /// Writes a frame's rows to frames.csv and verdicts.csv and, at intervals, a picture, which it returns.
   cv::Mat add(const FrameRow& row, const PipelineJudge& judge, OverlayFrame picture) {
+    frames_ << csv_line(row);
     frame_verdicts_.clear();
     for (const MarkedFeature& f : judge.record().features) {
       fmt::format_to(std::back_inserter(frame_verdicts_), "{},{:.2f},{:.2f},{},{},{}\n", row.index, f.pixel.x,
                      f.pixel.y, to_string(f.decision), f.restored ? 1 : 0, judge.reason(f));
     }
     verdicts_ << frame_verdicts_;
-    check_verdicts();
+    check_written();
     if (count_++ % every_ != 0) return {};
     picture.features = judge.record().features;
     picture.stages = judge.stages();
@@ -55,11 +60,11 @@ class RunOutput {
     return drawn;
   }
 
-  void finish(const std::vector<FrameRow>& rows, const io::Trajectory& trajectory, const Summary& summary) {
+  void finish(const io::Trajectory& trajectory, const Summary& summary) {
     io::write_tum_trajectory(folder_.path() / "trajectory.txt", trajectory);
-    folder_.write("frames.csv", frames_csv(rows));
+    frames_.close();
     verdicts_.close();
-    check_verdicts();
+    check_written();
     folder_.write("summary.json", json_text(named_json(summary)));
     folder_.commit();
   }
@@ -68,34 +73,26 @@ class RunOutput {
 
  private:
   static constexpr std::size_t kPictures = 50;
-  static constexpr const char* kVerdicts = "verdicts.csv";
+  static constexpr const char *kFrames = "frames.csv", *kVerdicts = "verdicts.csv";
 
-  void check_verdicts() const {
-    if (!verdicts_) throw IoError((folder_.path() / kVerdicts).string() + ": cannot be written");
+  void check_written() const {
+    for (const auto& [file, name] : {std::pair(&frames_, kFrames), std::pair(&verdicts_, kVerdicts)})
+      if (!*file) throw IoError((folder_.path() / name).string() + ": cannot be written");
   }
 
-  static std::string frames_csv(const std::vector<FrameRow>& rows) {
-    std::string csv =
-        "frame,timestamp_s,state,keyframe,relocalised,features,static,dynamic,unknown,restored,tracked_"
-        "points,"
-        "dynamic_rejected,dynamic_kept,static_rejected,static_kept,dont_care,total_ms,extraction_ms,"
-        "correspondence_ms,filters_ms,tracking_ms,note\n";
-    for (const FrameRow& r : rows) {
-      csv += fmt::format(
-          "{},{:.6f},{},{:d},{:d},{},{},{},{},{},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},\"{}"
-          "\"\n",
-          r.index, r.timestamp_s, r.state, r.keyframe, r.relocalised, r.features, r.of_static, r.dynamic,
-          r.unknown, r.restored, r.tracked_points, r.truth.dynamic_rejected, r.truth.dynamic_kept,
-          r.truth.static_rejected, r.truth.static_kept_count, r.truth.dont_care, r.total_ms(),
-          r.extraction_ms, r.correspondence_ms, r.filters_ms, r.tracking_ms, r.note);
-    }
-    return csv;
+  static std::string csv_line(const FrameRow& r) {
+    return fmt::format(
+        "{},{:.6f},{},{:d},{:d},{},{},{},{},{},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},\"{}\"\n",
+        r.index, r.timestamp_s, r.state, r.keyframe, r.relocalised, r.features, r.of_static, r.dynamic,
+        r.unknown, r.restored, r.tracked_points, r.truth.dynamic_rejected, r.truth.dynamic_kept,
+        r.truth.static_rejected, r.truth.static_kept_count, r.truth.dont_care, r.total_ms(), r.extraction_ms,
+        r.correspondence_ms, r.filters_ms, r.tracking_ms, r.note);
   }
 
   ResultsFolder& folder_;
   std::size_t every_, count_ = 0;
   Overlay overlay_;
-  std::ofstream verdicts_;  ///< written frame by frame: a long run does not fit in memory
+  std::ofstream frames_, verdicts_;  ///< written frame by frame: a long run does not fit in memory
   std::string frame_verdicts_;
 };
 

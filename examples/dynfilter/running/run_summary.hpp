@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +11,8 @@
 #include <dynfilter/eval/rpe.hpp>
 #include <dynfilter/eval/statistics.hpp>
 #include <dynfilter/io/trajectory.hpp>
+#include <iterator>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -109,35 +112,68 @@ inline Json named_json(const Summary& s) {
   return json;
 }
 
-template <class Get>
-double median_of(const std::vector<FrameRow>& rows, const Get& get) {
-  std::vector<double> values;
-  for (const FrameRow& row : rows) values.push_back(get(row));
-  return eval::median(values);
-}
-
-inline void summarise_frames(const std::vector<FrameRow>& rows, Summary& s) {
-  eval::Classification pooled;
-  double features = 0, rejected = 0;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    s.tracked_frames += rows[i].state == "tracked";
-    features += static_cast<double>(rows[i].features);
-    rejected += static_cast<double>(rows[i].dynamic);
-    if (i >= eval::Classification::kFirstFrame) pooled.add(rows[i].truth);
+/// What a summary says of all frames. Keeps 20 bytes a frame, for the medians of the times.
+class FrameStatistics {
+ public:
+  void add(const FrameRow& row) {
+    if (frames_ == 0) first_s_ = row.timestamp_s;
+    last_s_ = row.timestamp_s;
+    tracked_ += row.state == "tracked" ? 1 : 0;
+    features_ += static_cast<double>(row.features);
+    rejected_ += static_cast<double>(row.dynamic);
+    any_judged_ = any_judged_ || row.of_static + row.dynamic + row.restored > 0;
+    if (frames_ >= eval::Classification::kFirstFrame) pooled_.add(row.truth);
+    const double times_ms[] = {row.total_ms(), row.extraction_ms, row.correspondence_ms, row.filters_ms,
+                               row.tracking_ms};
+    for (std::size_t k = 0; k < std::size(times_ms); ++k)
+      times_ms_[k].push_back(static_cast<float>(times_ms[k]));
+    ++frames_;
   }
-  s.frames = rows.size();
-  if (!rows.empty()) s.first_s = rows.front().timestamp_s, s.last_s = rows.back().timestamp_s;
-  s.features_mean = features / static_cast<double>(rows.size());
-  s.rejected_mean = rejected / static_cast<double>(rows.size());
-  s.precision = pooled.precision();
-  s.recall = pooled.recall();
-  s.static_kept = pooled.static_kept();
-  s.total_ms = median_of(rows, [](const FrameRow& r) { return r.total_ms(); });
-  s.extraction_ms = median_of(rows, [](const FrameRow& r) { return r.extraction_ms; });
-  s.correspondence_ms = median_of(rows, [](const FrameRow& r) { return r.correspondence_ms; });
-  s.filters_ms = median_of(rows, [](const FrameRow& r) { return r.filters_ms; });
-  s.tracking_ms = median_of(rows, [](const FrameRow& r) { return r.tracking_ms; });
-}
+
+  std::size_t frames() const { return frames_; }
+  /// A stage voted on a feature of some frame.
+  bool any_judged() const { return any_judged_; }
+
+  void summarise(Summary& s) const {
+    const auto n = static_cast<double>(frames_);
+    s.frames = frames_;
+    s.tracked_frames = tracked_;
+    s.first_s = first_s_, s.last_s = last_s_;
+    s.features_mean = features_ / n;
+    s.rejected_mean = rejected_ / n;
+    s.precision = pooled_.precision();
+    s.recall = pooled_.recall();
+    s.static_kept = pooled_.static_kept();
+    double* medians_ms[] = {&s.total_ms, &s.extraction_ms, &s.correspondence_ms, &s.filters_ms,
+                            &s.tracking_ms};
+    for (std::size_t k = 0; k < std::size(medians_ms); ++k)
+      *medians_ms[k] = eval::median({times_ms_[k].begin(), times_ms_[k].end()});
+  }
+
+ private:
+  std::size_t frames_ = 0, tracked_ = 0;
+  double first_s_ = NAN, last_s_ = NAN, features_ = 0, rejected_ = 0;
+  bool any_judged_ = false;
+  eval::Classification pooled_;
+  std::array<std::vector<float>, 5> times_ms_;
+};
+
+/// How many frames had a note. Notes beyond a number of different ones are counted together.
+class NoteCounts {
+ public:
+  void add(const std::string& note) {
+    const auto known = counts_.find(note);
+    if (known != counts_.end())
+      ++known->second;
+    else
+      ++counts_[counts_.size() < kMostNotes ? note : "other notes"];
+  }
+  const std::map<std::string, std::size_t>& counts() const { return counts_; }
+
+ private:
+  static constexpr std::size_t kMostNotes = 1000;
+  std::map<std::string, std::size_t> counts_;
+};
 
 inline void summarise_trajectory(const std::optional<io::Trajectory>& truth, const io::Trajectory& estimate,
                                  Summary& s) {

@@ -79,7 +79,8 @@ class SemanticFeed {
     if (!result_) return inputs;
     if (result_->detections) inputs.detections = DetectionInput{result_->frame_id, *result_->detections};
     if (result_->labels) inputs.mask = MaskInput{result_->frame_id, *result_->labels};
-    ages_.push_back(static_cast<double>(frame_id - result_->frame_id));
+    ++ages_[frame_id - result_->frame_id];
+    ++summary_.frames_with_result;
     return inputs;
   }
 
@@ -91,17 +92,30 @@ class SemanticFeed {
     summary_.looked_at = status.looked_at, summary_.skipped = status.skipped;
     summary_.results = status.results, summary_.failed = status.failed, summary_.silent = status.silent;
     summary_.abandoned = status.abandoned, summary_.last_error = status.last_error;
-    summary_.frames_with_result = ages_.size();
-    summary_.age_median_frames = eval::median(ages_);
-    summary_.age_max_frames = ages_.empty() ? NAN : *std::max_element(ages_.begin(), ages_.end());
+    summary_.age_median_frames = median_age();
+    summary_.age_max_frames = ages_.empty() ? NAN : static_cast<double>(ages_.rbegin()->first);
     return summary_;
   }
 
  private:
+  /// As eval::median(): of an even number the mean of the middle two.
+  double median_age() const {
+    const std::size_t n = summary_.frames_with_result;
+    return n == 0 ? NAN : (age_at((n - 1) / 2) + age_at(n / 2)) / 2;
+  }
+  /// The k-th smallest.
+  double age_at(std::size_t k) const {
+    for (const auto& [age, frames] : ages_) {
+      if (k < frames) return static_cast<double>(age);
+      k -= frames;
+    }
+    return NAN;
+  }
+
   std::unique_ptr<SemanticRunner> runner_;
   bool is_files_;
   SemanticRunner::Result result_;
-  std::vector<double> ages_;
+  std::map<std::int64_t, std::size_t> ages_;  ///< age -> number of frames
   DetectorSummary summary_;
 };
 

@@ -93,12 +93,12 @@ class SequenceRun {
       throw IoError(options_.sequence + ": no frame has any depth");
     if (blank_depth_ > 0)
       count_note(fmt::format("{} with a depth image of zeros only", frames(blank_depth_)));
-    for (const auto& [note, times] : notes_) count_note(fmt::format("{} ({})", note, frames(times)));
-    for (const auto& [note, times] : stage_notes_)
+    for (const auto& [note, times] : notes_.counts()) count_note(fmt::format("{} ({})", note, frames(times)));
+    for (const auto& [note, times] : stage_notes_.counts())
       summary_.stage_notes.push_back(fmt::format("{} ({})", note, frames(times)));
     summary_.stages = judge_.totals();
     summary_.detector = feed_->summary();
-    summarise_frames(rows_, summary_);
+    statistics_.summarise(summary_);
     if (nothing_judged()) count_note(unknown_note());
     const io::Trajectory estimate = trajectory();
     summary_.tracked_frames = estimate.size();  // a mono map that was started again has lost its poses
@@ -106,7 +106,7 @@ class SequenceRun {
     if (map_) summary_.map = map_->finish(estimate, summary_.notes);
     step();
     if (recorder_) finish_record(estimate);
-    if (output_) output_->finish(rows_, estimate, summary_);
+    if (output_) output_->finish(estimate, summary_);
     return summary_;
   }
 
@@ -194,13 +194,15 @@ class SequenceRun {
     blank_depth_ += !frame.depth.empty() && !has_any_depth(frame) ? 1 : 0;
     if (oracle_) truth_->labels = sequence_.load_labels(i);
     keep_pace(frame.timestamp_s);
-    const odometry::SemanticInputs inputs = feed_->next(static_cast<std::int64_t>(rows_.size()), frame);
+    const odometry::SemanticInputs inputs =
+        feed_->next(static_cast<std::int64_t>(statistics_.frames()), frame);
     const odometry::TrackResult result = odometry_.process(frame, inputs, pose_at(i));
-    rows_.push_back(row_of(i, result));
+    const FrameRow row = row_of(i, result);
+    statistics_.add(row);
     if (map_) {
       map_->add(i, frame, result, odometry_, inputs, judge_.record(), oracle_ ? truth_->labels : cv::Mat());
     }
-    take_record(frame, inputs);
+    take_record(row, frame, inputs);
   }
 
   void open_recorder(const RecordOptions& record) {
@@ -212,9 +214,9 @@ class SequenceRun {
                         record.map_points);
   }
 
-  void take_record(const io::SequenceFrame& frame, const odometry::SemanticInputs& inputs) {
+  void take_record(const FrameRow& row, const io::SequenceFrame& frame,
+                   const odometry::SemanticInputs& inputs) {
     if (!recorder_) return;
-    const FrameRow& row = rows_.back();
     cv::Mat drawn;
     if (output_) drawn = output_->add(row, judge_, picture_of(frame, inputs, row));
     if (recorder_->wants_picture()) {
@@ -230,7 +232,7 @@ class SequenceRun {
   }
   // Of the older one of boxes and mask.
   double age_of(const odometry::SemanticInputs& inputs) const {
-    const auto now = static_cast<std::int64_t>(rows_.size()) - 1;
+    const auto now = static_cast<std::int64_t>(statistics_.frames()) - 1;
     double age = NAN;
     const auto see = [&](std::int64_t frame_id) {
       if (frame_id >= 0) age = std::fmax(age, static_cast<double>(now - frame_id));
@@ -242,7 +244,7 @@ class SequenceRun {
 
   void finish_record(const io::Trajectory& estimate) {
     report::RunRecord record =
-        recorder_->finish(rows_, ground_truth_, estimate, summary_, map_ ? &map_->cloud() : nullptr);
+        recorder_->finish(ground_truth_, estimate, summary_, map_ ? &map_->cloud() : nullptr);
     if (output_)
       output_->write("report.html",
                      report::run_page(record, report::reference_summaries(options_.out, summary_)));
@@ -267,7 +269,7 @@ class SequenceRun {
     const auto take = [&row](const std::vector<std::string>& notes, auto& counts) {
       for (const std::string& note : notes) {
         row.note += (row.note.empty() ? "" : "; ") + note;
-        ++counts[note];
+        counts.add(note);
       }
     };
     take(verdict.stage_notes, stage_notes_);
@@ -277,9 +279,7 @@ class SequenceRun {
   }
 
   bool nothing_judged() const {
-    return !summary_.stages.empty() && summary_.features_mean > 0 &&
-           std::all_of(rows_.begin(), rows_.end(),
-                       [](const FrameRow& row) { return row.of_static + row.dynamic + row.restored == 0; });
+    return !summary_.stages.empty() && summary_.features_mean > 0 && !statistics_.any_judged();
   }
   std::string unknown_note() const {
     std::string note = "every feature of every frame is unknown: no stage judged any, all are kept";
@@ -359,8 +359,8 @@ class SequenceRun {
   std::optional<RunOutput> output_;
   report::RunRecord* record_;  ///< for the caller, or null
   std::optional<report::RunRecorder> recorder_;
-  std::vector<FrameRow> rows_;
-  std::map<std::string, std::size_t> notes_, stage_notes_;  ///< note -> number of frames
+  FrameStatistics statistics_;
+  NoteCounts notes_, stage_notes_;
   Summary summary_;
   std::size_t blank_depth_ = 0;
   bool oracle_ = false, judged_by_truth_ = false, any_depth_ = false;

@@ -58,23 +58,26 @@ void join_notes(std::string& to, const std::string& first, const std::string& se
 /// A leaf: one filter.
 class FilterStage final : public Stage {
  public:
+  /// Throws Error with the filter's name if it cannot say what it needs.
   FilterStage(std::unique_ptr<Filter> filter, std::string path)
-      : Stage(filter->name(), std::move(path)), filter_(std::move(filter)) {}
+      : Stage(filter->name(), std::move(path)), needs_(needs_of(*filter)), filter_(std::move(filter)) {}
 
-  Needs needs() const override { return filter_->needs(); }
-  void reset() override { filter_->reset(); }
+  Needs needs() const override { return needs_; }
+  /// An exception of the filter is reported with the next frames, until a reset succeeds.
+  void reset() override;
   const Filter& filter() const { return *filter_; }
 
  protected:
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 
  private:
-  bool is_semantic() const {
-    return (filter_->needs().required & (Input::Detections | Input::Mask)) != Input::None;
-  }
+  static Needs needs_of(const Filter& filter);
+  bool is_semantic() const { return (needs_.required & (Input::Detections | Input::Mask)) != Input::None; }
   static void tell_suspicions(FrameEvidence& evidence, const Votes& votes, std::uint64_t reason);
 
+  Needs needs_;  ///< a filter says it once
   std::unique_ptr<Filter> filter_;
+  std::string reset_fault_;  ///< what the last reset threw
 };
 
 }  // namespace dynfilter

@@ -55,6 +55,7 @@ class StageReader {
   static std::optional<YamlNode> find(const Entries& entries, const std::string& key);
 
   StagePtr named(const std::string& name, const YamlNode& value) const;
+  static StagePtr made(const std::string& name, const Registry::Entry& entry, const YamlNode& value);
 
   const Registry& registry_;
   const std::vector<CombinatorEntry>& combinators_;

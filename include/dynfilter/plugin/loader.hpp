@@ -16,7 +16,8 @@ namespace dynfilter {
 /// The ABI tag is compared before any C++ function of the plugin is called.
 /// The file is never unloaded.
 /// Throws PluginError with the file and the reason, and then does not change `registry`.
-/// Reasons: missing, not a library, not a plugin, different ABI, registration failed, name taken.
+/// A truncated file is refused before it is loaded.
+/// Reasons: missing, not a library, truncated, not a plugin, different ABI, registration failed, name taken.
 std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry);
 
 /// The same for plugins with filters, providers of boxes and masks, or both. Returns all names.

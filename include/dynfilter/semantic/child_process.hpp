@@ -19,6 +19,7 @@ namespace dynfilter {
 
 /// A program with standard input and output on one socket, and the caller's standard error.
 /// It runs in its own process group and inherits no other close-on-exec descriptor.
+/// A variable in its environment marks it and all programs that it starts.
 /// The destructor ends it: it closes the socket, and kills the program if it does not exit.
 class ChildProcess {
  public:
@@ -32,7 +33,7 @@ class ChildProcess {
   int socket() const { return socket_; }
   pid_t pid() const { return pid_; }
 
-  /// Kills the program and its process group.
+  /// Kills the program, its process group, and programs with its mark that left the group (setsid).
   /// Returns how it ended: "exit code 1", "signal 9"; empty if unknown.
   std::string kill_now();
 
@@ -45,6 +46,7 @@ class ChildProcess {
 
   int socket_ = -1;
   pid_t pid_ = -1;
+  std::string mark_;
 };
 
 }  // namespace dynfilter

@@ -62,8 +62,30 @@ DYNFILTER_INLINE void join_notes(std::string& to, const std::string& first, cons
   append_text(to, first, first.empty() || second.empty() ? "" : "; ", second);
 }
 
+DYNFILTER_INLINE Needs FilterStage::needs_of(const Filter& filter) {
+  try {
+    return filter.needs();
+  } catch (const std::exception& error) {
+    throw Error("filter `" + filter.name() + "`: its needs: " + error.what());
+  } catch (...) {
+    throw Error("filter `" + filter.name() + "`: its needs: an unknown exception");
+  }
+}
+
+DYNFILTER_INLINE void FilterStage::reset() {
+  reset_fault_.clear();
+  try {
+    filter_->reset();
+  } catch (const std::exception& error) {
+    reset_fault_ = error.what();
+  } catch (...) {
+    reset_fault_ = "an unknown exception";
+  }
+}
+
 DYNFILTER_INLINE void FilterStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                           Judgement& out) {
+  if (!reset_fault_.empty()) throw Error("reset: " + reset_fault_);
   filter_->apply(evidence, out.votes);
   join_notes(reports[self].note, evidence.take_match_note(), out.votes.notes());
   if (out.votes.size() != evidence.size()) throw Error("the filter changed the number of votes");

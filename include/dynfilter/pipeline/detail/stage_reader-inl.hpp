@@ -69,7 +69,23 @@ inline StagePtr StageReader::named(const std::string& name, const YamlNode& valu
     value.fail("unknown filter `" + name + "`" + did_you_mean(name, known) +
                "; known: " + detail::joined(known));
   }
-  return std::make_unique<FilterStage>(entry->make(value), value.path());
+  return made(name, *entry, value);
+}
+
+/// Any exception of a plugin's constructor becomes a ConfigError with the filter's name and place.
+inline StagePtr StageReader::made(const std::string& name, const Registry::Entry& entry,
+                                  const YamlNode& value) {
+  std::string fault;
+  try {
+    return std::make_unique<FilterStage>(entry.make(value), value.path());
+  } catch (const ConfigError&) {
+    throw;
+  } catch (const std::exception& error) {
+    fault = error.what();
+  } catch (...) {
+    fault = "an unknown exception";
+  }
+  value.fail("filter `" + name + "` cannot be made: " + fault);
 }
 
 }  // namespace dynfilter

@@ -9,6 +9,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/plugin/abi.hpp>
+#include <dynfilter/plugin/detail/module_file.hpp>
 #include <system_error>
 #include <utility>
 
@@ -22,6 +23,8 @@ inline void* open_module(const std::filesystem::path& file) {
   std::error_code failed;
   if (!std::filesystem::is_regular_file(file, failed))
     throw PluginError(file.string() + ": no such plugin file");
+  if (const std::string fault = fault_of_module(file); !fault.empty())
+    throw PluginError(file.string() + ": cannot be loaded: " + fault);
   // dlopen searches a bare name in the system folders, so the path is absolute.
   void* module =
       dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);  // NOLINT

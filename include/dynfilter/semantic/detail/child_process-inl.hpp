@@ -5,10 +5,12 @@
 
 #include <cstring>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/semantic/detail/marked_processes.hpp>
 
 namespace dynfilter {
 
-DYNFILTER_INLINE ChildProcess::ChildProcess(const std::vector<std::string>& argv) {
+DYNFILTER_INLINE ChildProcess::ChildProcess(const std::vector<std::string>& argv)
+    : mark_(detail::new_process_mark()) {
   if (argv.empty() || argv[0].empty()) throw Error("no command to start");
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw failure(argv[0], errno);
@@ -37,12 +39,11 @@ DYNFILTER_INLINE ChildProcess::~ChildProcess() {
 DYNFILTER_INLINE std::string ChildProcess::kill_now() {
   if (pid_ <= 0) return {};
   int status = 0;
-  pid_t ended = ::waitpid(pid_, &status, WNOHANG);
-  ::kill(-pid_, SIGKILL);
-  if (ended == 0) {
-    while ((ended = ::waitpid(pid_, &status, 0)) < 0 && errno == EINTR) {
-    }
+  pid_t ended = -1;
+  ::kill(-pid_, SIGKILL);  // before waitpid(), after which the number may be another group's
+  while ((ended = ::waitpid(pid_, &status, 0)) < 0 && errno == EINTR) {
   }
+  detail::kill_marked(mark_);
   const bool known = ended == pid_;
   pid_ = -1;
   if (!known) return {};
@@ -58,6 +59,11 @@ DYNFILTER_INLINE int ChildProcess::spawn(const std::vector<std::string>& argv, i
   std::vector<char*> arguments;
   for (const std::string& word : argv) arguments.push_back(const_cast<char*>(word.c_str()));  // NOLINT
   arguments.push_back(nullptr);
+  std::vector<char*> variables;
+  for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable)
+    if (std::strncmp(*variable, mark_.c_str(), mark_.find('=') + 1) != 0) variables.push_back(*variable);
+  variables.push_back(mark_.data());
+  variables.push_back(nullptr);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, theirs, STDIN_FILENO);
@@ -72,7 +78,7 @@ DYNFILTER_INLINE int ChildProcess::spawn(const std::vector<std::string>& argv, i
   posix_spawnattr_setsigdefault(&how, &defaults);
   posix_spawnattr_setpgroup(&how, 0);
   posix_spawnattr_setflags(&how, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  const int error = ::posix_spawnp(&pid_, arguments[0], &files, &how, arguments.data(), environ);
+  const int error = ::posix_spawnp(&pid_, arguments[0], &files, &how, arguments.data(), variables.data());
   posix_spawn_file_actions_destroy(&files);
   posix_spawnattr_destroy(&how);
   if (error != 0) pid_ = -1;
