@@ -128,6 +128,7 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
   CHECK(error_of("other: 1\n") == "expected the key `pipeline`");
   CHECK(error_of("pipeline:\n  stages: [ limit ]\n") ==
         "pipeline: unknown key `stages`; known keys: name, about, max_time_gap_s, first_frame_suspects, "
+        "budget_ms, "
         "correspondence, floor, initialisation, before_pose, "
         "after_pose, at_keyframe");
   CHECK(error_of(head + "    - limt\n") ==

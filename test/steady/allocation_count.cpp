@@ -12,7 +12,13 @@
 #include <unistd.h>
 #endif
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
+#ifdef __has_feature
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define DYNFILTER_SANITIZER_ALLOCATES
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || \
+    defined(DYNFILTER_SANITIZER_ALLOCATES) || !defined(__GLIBC__)
 #define DYNFILTER_OWN_ALLOCATOR 0
 #else
 #define DYNFILTER_OWN_ALLOCATOR 1
@@ -71,27 +77,27 @@ void* __libc_calloc(std::size_t, std::size_t);    // NOLINT(bugprone-reserved-id
 void* __libc_realloc(void*, std::size_t);         // NOLINT(bugprone-reserved-identifier)
 void* __libc_memalign(std::size_t, std::size_t);  // NOLINT(bugprone-reserved-identifier)
 
-void* malloc(std::size_t bytes) {
+void* malloc(std::size_t bytes) noexcept {
   count(bytes);
   return __libc_malloc(bytes);
 }
-void* calloc(std::size_t n, std::size_t bytes) {
+void* calloc(std::size_t n, std::size_t bytes) noexcept {
   count(n * bytes);
   return __libc_calloc(n, bytes);
 }
-void* realloc(void* old, std::size_t bytes) {
+void* realloc(void* old, std::size_t bytes) noexcept {
   count(bytes);
   return __libc_realloc(old, bytes);
 }
-void* memalign(std::size_t alignment, std::size_t bytes) {
+void* memalign(std::size_t alignment, std::size_t bytes) noexcept {
   count(bytes);
   return __libc_memalign(alignment, bytes);
 }
-void* aligned_alloc(std::size_t alignment, std::size_t bytes) {
+void* aligned_alloc(std::size_t alignment, std::size_t bytes) noexcept {
   count(bytes);
   return __libc_memalign(alignment, bytes);
 }
-int posix_memalign(void** to, std::size_t alignment, std::size_t bytes) {
+int posix_memalign(void** to, std::size_t alignment, std::size_t bytes) noexcept {
   count(bytes);
   *to = __libc_memalign(alignment, bytes);
   return *to == nullptr ? ENOMEM : 0;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -19,6 +21,8 @@ class StageState {
   };
 
  public:
+  using Clock = std::chrono::steady_clock;
+
   /// All features are judged and are seeds, except those in no image (NaN).
   void begin(const std::vector<cv::Point2f>& pixels);
 
@@ -44,6 +48,20 @@ class StageState {
   /// Bit k: stage k of the report. 0 unless they are collected.
   std::uint64_t suspected_by(std::size_t i) const { return collects_suspicions_ ? suspected_by_[i] : 0; }
 
+  /// The time after which no further filter starts. nullopt: never.
+  void set_deadline(std::optional<Clock::time_point> deadline) {
+    deadline_ = deadline;
+    late_at_.reset();
+    skipped_ = 0;
+  }
+  bool is_late() const { return deadline_ && Clock::now() > *deadline_; }
+  /// Stage `k` of the report ended late, or was skipped because an earlier one did.
+  void ended_late(std::size_t k) { late_at_ = late_at_.value_or(k); }
+  void skipped_late() { ++skipped_; }
+  /// The first stage that ended late.
+  std::optional<std::size_t> late_at() const { return late_at_; }
+  std::size_t late_skips() const { return skipped_; }
+
   /// Restores what stages told each other on destruction.
   class Scope {
    public:
@@ -63,6 +81,9 @@ class StageState {
   Flags flags_;
   std::vector<Flags> saved_;  ///< of nested scopes; those after `saves_` only keep their memory
   std::size_t saves_ = 0;
+  std::optional<Clock::time_point> deadline_;
+  std::optional<std::size_t> late_at_;
+  std::size_t skipped_ = 0;
   bool collects_suspicions_ = false;
   std::vector<std::uint64_t> suspected_by_;
 };

@@ -76,7 +76,7 @@ class GroundContact {
   static constexpr double kBelowFoot_px = 8;  ///< beneath is what the foot's own patch does not cover
   static constexpr std::size_t kLarge = 12;   ///< points of a group that needs no ground beneath it
 
-  using Members = std::vector<int>;
+  using Members = Span<const int>;
   const GroundedPoint& point(int m) const { return (*points_)[static_cast<std::size_t>(m)]; }
   double below(const GroundedPoint& p) const { return ground_->below(p.at.x, p.at.y); }
   double ratio(const GroundedPoint& p) const { return p.at.inverse_depth / (ground_->scale * below(p)); }

@@ -14,6 +14,7 @@ enum class FirstFrameSuspects {
 struct PipelineParams {
   double max_time_gap_s = 2.0;
   FirstFrameSuspects first_frame_suspects = FirstFrameSuspects::Keep;
+  double budget_ms = 0;  ///< 0: none
 
   static const FieldTable<PipelineParams>& fields();
 };

@@ -79,12 +79,16 @@ DYNFILTER_INLINE void NotStage::decide(FrameEvidence& evidence, StageReports& re
 
 DYNFILTER_INLINE void StrictStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                           Judgement& out) {
+  const std::size_t skipped = evidence.stages().late_skips();
   children_[0]->judge(evidence, reports, child_);
   out.votes.add_priors(child_.votes);
   const std::uint64_t reason = own_reason(self);
+  // A lack of time is no reason to reject.
+  const bool complete = evidence.stages().late_skips() == skipped;
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const bool said = child_.votes[i] == Vote::Dynamic;
-    set(out, i, vote_strict(child_.votes[i]), child_.votes.suspicion(i), said ? child_.reasons[i] : reason);
+    set(out, i, complete ? vote_strict(child_.votes[i]) : child_.votes[i], child_.votes.suspicion(i),
+        said ? child_.reasons[i] : reason);
   }
 }
 

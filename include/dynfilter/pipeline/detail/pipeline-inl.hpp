@@ -11,6 +11,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
@@ -51,10 +52,12 @@ class Pipeline::Impl {
   const Verdict& process(const FrameView& frame, CallPoint call_point, const HostLimits& limits) {
     const auto start = std::chrono::steady_clock::now();
     begin(frame, call_point);
+    evidence_.stages().set_deadline(deadline_after(start));
     if (Stage* root = stage_at(call_point)) {
       StageReports reports(verdict_.report.stages);
       root->judge(evidence_, reports, judgement_);
       reports.finish();
+      note_budget();
       take_verdict();
       if (evidence_.stages().collects_suspicions()) reject_suspects();
       floor_.apply(evidence_.frame(), limits.min_features, verdict_);
@@ -136,6 +139,21 @@ class Pipeline::Impl {
     if (stage_at(call_point) == nullptr) last.stages.clear();
   }
   std::vector<StageReport>& reports_of(CallPoint point) { return reports_[static_cast<std::size_t>(point)]; }
+
+  std::optional<StageState::Clock::time_point> deadline_after(StageState::Clock::time_point start) const {
+    if (!(config_.params.budget_ms > 0)) return std::nullopt;
+    const std::chrono::duration<double, std::milli> budget(config_.params.budget_ms);
+    return start + std::chrono::duration_cast<StageState::Clock::duration>(budget);
+  }
+  void note_budget() {
+    const std::optional<std::size_t> at = evidence_.stages().late_at();
+    const std::size_t skips = evidence_.stages().late_skips();
+    if (!at && skips == 0) return;
+    std::string note = "over the time budget of " + number_text(config_.params.budget_ms) + " ms";
+    if (at) append_text(note, " at `", verdict_.report.stages[*at].name, "`");
+    if (skips > 0) append_text(note, ", ", skips, skips == 1 ? " rejector skipped" : " rejectors skipped");
+    verdict_.report.notes.push_back(std::move(note));
+  }
 
   void take_verdict() {
     for (std::size_t i = 0; i < verdict_.size(); ++i) {

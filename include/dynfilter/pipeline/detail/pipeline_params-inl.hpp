@@ -14,6 +14,8 @@ DYNFILTER_INLINE const FieldTable<PipelineParams>& PipelineParams::fields() {
       choice("first_frame_suspects", &PipelineParams::first_frame_suspects,
              {{"keep", FirstFrameSuspects::Keep}, {"reject", FirstFrameSuspects::Reject}},
              "features on boxes and masks of the first frame, and of the first after a reset"),
+      real("budget_ms", &PipelineParams::budget_ms, "ms", {0, 1e6},
+           "time of a call after which no further rejector starts; 0: no limit"),
   };
   return table;
 }

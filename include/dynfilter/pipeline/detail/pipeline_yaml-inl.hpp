@@ -58,7 +58,8 @@ DYNFILTER_INLINE PipelineConfig read_pipeline(const YamlNode& node, const Regist
       config.at_keyframe = detail::read_call_point(value, registry);
     else
       node.fail("unknown key `" + key +
-                "`; known keys: name, about, max_time_gap_s, first_frame_suspects, correspondence, floor, "
+                "`; known keys: name, about, max_time_gap_s, first_frame_suspects, budget_ms, "
+                "correspondence, floor, "
                 "initialisation, before_pose, after_pose, at_keyframe");
   }
   return config;

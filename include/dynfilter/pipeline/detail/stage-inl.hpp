@@ -85,8 +85,15 @@ DYNFILTER_INLINE void FilterStage::reset() {
 
 DYNFILTER_INLINE void FilterStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                           Judgement& out) {
+  if (evidence.stages().is_late()) {
+    evidence.stages().skipped_late();
+    reports[self].skipped = true;
+    reports[self].note = "skipped: over the time budget";
+    return;
+  }
   if (!reset_fault_.empty()) throw Error("reset: " + reset_fault_);
   filter_->apply(evidence, out.votes);
+  if (evidence.stages().is_late()) evidence.stages().ended_late(self);
   join_notes(reports[self].note, evidence.take_match_note(), out.votes.notes());
   if (out.votes.size() != evidence.size()) throw Error("the filter changed the number of votes");
   if (self >= 64) return;
