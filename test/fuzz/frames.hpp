@@ -15,6 +15,12 @@
 
 namespace fuzz {
 
+/// Ids may be any numbers: theirs wrap.
+inline std::int64_t plus(std::int64_t id, int n) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(id) +
+                                   static_cast<std::uint64_t>(std::int64_t{n}));
+}
+
 /// A frame that owns what a FrameView points to.
 struct OwnedFrame {
   std::int64_t id = 0;
@@ -48,7 +54,7 @@ struct OwnedFrame {
     v.map_point_ids = map_point_ids, v.map_points_world_m = map_points;
     if (!keyframe_points.empty()) {
       keyframes.assign(1, {});
-      keyframes[0].id = id - 1, keyframes[0].T_world_camera = pose;
+      keyframes[0].id = plus(id, -1), keyframes[0].T_world_camera = pose;
       keyframes[0].keypoints_undistorted = keyframe_points;
       keyframes[0].depth_m = depth_m, keyframes[0].map_point_ids = map_point_ids;
       v.covisible_keyframes = keyframes;
@@ -84,7 +90,7 @@ class Frames {
     add_semantics(f);
     leave_out(f);
     for (int n = in_.below(8); n > 0; --n) make_odd(f);
-    ++k_, ++id_, stamp_s_ += step_s_;
+    ++k_, id_ = plus(id_, 1), stamp_s_ += step_s_;
     return f;
   }
 
@@ -117,7 +123,7 @@ class Frames {
     }
     f.undistorted = f.keypoints;
     f.keyframe_points = f.keypoints;
-    f.match_id = id_ - 1;
+    f.match_id = plus(id_, -1);
     f.has_matches = has(0);
   }
 
@@ -149,7 +155,7 @@ class Frames {
     const std::uint8_t say = in_.byte();
     f.has_boxes = (say & 1U) != 0, f.has_mask = (say & 2U) != 0;
     if ((say & 4U) != 0) f.boxes.clear();
-    if ((say & 8U) != 0) f.boxes_id = f.mask_id = id_ - (say >> 4U);
+    if ((say & 8U) != 0) f.boxes_id = f.mask_id = plus(id_, -(say >> 4U));
   }
 
   void leave_out(OwnedFrame& f) const {
@@ -243,19 +249,19 @@ class Frames {
         (in_.flag() ? f.pose.translation_m[0] : f.pose.rotation[in_.byte() % 9U]) = in_.odd();
         break;
       case 17:
-        id_ = f.id = in_.flag() ? in_.take<std::int64_t>() / 2 : id_ + in_.below(5) - 2;
+        id_ = f.id = in_.flag() ? in_.take<std::int64_t>() : plus(id_, in_.below(5) - 2);
         break;
       case 18:
         stamp_s_ = f.timestamp_s = in_.flag() ? in_.odd() : stamp_s_ + in_.below(7) - 3;
         break;
       case 19:
-        f.match_id = id_ - in_.below(4);
+        f.match_id = plus(id_, -in_.below(4));
         break;
       case 20:
-        f.boxes_id = in_.flag() ? in_.take<std::int64_t>() : id_ - in_.below(4);
+        f.boxes_id = in_.flag() ? in_.take<std::int64_t>() : plus(id_, -in_.below(4));
         break;
       case 21:
-        f.mask_id = in_.flag() ? in_.take<std::int64_t>() : id_ - in_.below(4);
+        f.mask_id = in_.flag() ? in_.take<std::int64_t>() : plus(id_, -in_.below(4));
         break;
       case 22:
         odd_box(f);

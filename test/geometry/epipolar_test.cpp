@@ -38,6 +38,9 @@ TEST_CASE("fundamental from pose: static points are on their lines; OpenCV's Sam
     const double squared = cv::sampsonDistance(cv::Vec3d(p.x, p.y, 1), cv::Vec3d(q.x, q.y, 1), cv::Mat(twin));
     CHECK(sampson_distance_px(F, p, q) == doctest::Approx(std::sqrt(squared)).epsilon(1e-6));
   }
+  double squares = 0;
+  for (const double f : F) squares += f * f;
+  CHECK(squares == doctest::Approx(1));  // a scale of its own, whatever the camera's
   CHECK(fundamental_from_pose(geometry_test::camera(), Pose{}) == Matrix9{});
 }
 

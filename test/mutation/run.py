@@ -41,7 +41,7 @@ ROOMS = [
     Room("residuals", ["geometry/detail/rigid_residual-inl.hpp", "geometry/detail/static_miss-inl.hpp",
                        "geometry/detail/rigid_misses-inl.hpp"],
          ["geometry/static_miss_test.cpp", "geometry/rigid_misses_test.cpp", "geometry/rigid_motion_test.cpp"]),
-    Room("background", ["geometry/detail/rigid_background-inl.hpp"], ["geometry/rigid_background_test.cpp"]),
+    Room("background", ["geometry/detail/rigid_background-inl.hpp"], ["geometry/rigid_background_test.cpp", "filters/background_motion_test.cpp"]),
     Room("dbscan", ["cluster/detail/density_clusters-inl.hpp", "cluster/detail/adaptive_dbscan-inl.hpp",
                     "cluster/detail/clusters-inl.hpp"],
          ["cluster/dbscan_test.cpp", "cluster/adaptive_dbscan_test.cpp"]),

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
+#include <string>
 
 #include "doctest/doctest.h"
 
@@ -18,6 +20,59 @@ int rank(Vote v) {
 }
 
 }  // namespace
+
+TEST_CASE("votes begin unknown, with a suspicion in the middle, and no suspicion leaves [0, 1]") {
+  Votes votes;
+  votes.reset(7);
+  CHECK(votes.count(Vote::Unknown) == 7);
+  CHECK(votes.suspicion(0) == 0.5F);
+  votes.cast(0, Vote::Dynamic);
+  votes.cast(1, Vote::Static);
+  votes.cast(2, Vote::Unknown);
+  votes.cast(3, Vote::Dynamic, 7.0F);
+  votes.cast(4, Vote::Static, -7.0F);
+  votes.cast(5, Vote::Static, std::nanf(""));
+  votes.cast(6, Vote::Unknown, 0.25F);
+  const float expected[] = {1, 0, 0.5F, 1, 0, 0.5F, 0.25F};
+  for (std::size_t i = 0; i < 7; ++i) CHECK(votes.suspicion(i) == expected[i]);
+  CHECK(votes.count(Vote::Dynamic) == 2);
+  CHECK(votes[3] == Vote::Dynamic);
+}
+
+TEST_CASE("votes have the names of the documentation") {
+  CHECK(std::string(to_string(Vote::Static)) == "static");
+  CHECK(std::string(to_string(Vote::Unknown)) == "unknown");
+  CHECK(std::string(to_string(Vote::Dynamic)) == "dynamic");
+}
+
+TEST_CASE("priors of two stages are joined, and what is not kept becomes unknown but stays suspicious") {
+  Votes a, b;
+  a.reset(3), b.reset(3);
+  a.mark_prior(1), b.mark_prior(0);
+  a.add_priors(b);
+  CHECK(a.prior(0));
+  CHECK(a.prior(1));
+  CHECK_FALSE(a.prior(2));
+  CHECK(a.count_prior() == 2);
+  CHECK_FALSE(b.prior(1));
+  a.cast(1, Vote::Dynamic, 0.75F), a.cast(2, Vote::Static);
+  const std::uint8_t kept[] = {1, 0, 1};
+  a.keep_only(Span<const std::uint8_t>(kept, 3));
+  CHECK(a[1] == Vote::Unknown);
+  CHECK(a.suspicion(1) == 0.75F);
+  CHECK(a[2] == Vote::Static);
+}
+
+TEST_CASE("the suspicion of a distance: none at 0, half at the limit, more beyond") {
+  CHECK(suspicion(0, 2) == 0.0F);
+  CHECK(suspicion(2, 2) == 0.5F);
+  CHECK(suspicion(6, 2) == 0.75F);
+  CHECK(suspicion(0, 0) == 0.0F);
+  CHECK(suspicion(1, 0) == 1.0F);
+  CHECK(suspicion(-1, 2) == 0.5F);
+  CHECK(suspicion(1, -2) == 0.5F);
+  CHECK(suspicion(std::nan(""), 2) == 0.5F);
+}
 
 TEST_CASE("OR is the maximum and AND the minimum of static < unknown < dynamic, in every pair") {
   for (const Vote a : kAll)

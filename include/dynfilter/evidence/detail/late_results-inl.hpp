@@ -4,6 +4,7 @@
 #include <dynfilter/evidence/late_results.hpp>
 
 #include <cstdint>
+#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/correspondence/match.hpp>
@@ -27,7 +28,7 @@ DYNFILTER_INLINE const std::vector<Detection>* LateResults::boxes(int max_age_fr
   carried_.clear();
   const TrailFrame& now = *carrier_.trail().find(frame.id);
   for (const CarriedBox& box : *boxes) {
-    if (frame.id - box.found_id > max_age_frames) continue;
+    if (id_gap(frame.id, box.found_id) > max_age_frames) continue;
     carried_.push_back(box.detection);
     if (!box.detection.mask.empty()) carried_.back().mask = carried_instance(box, now.image_px);
   }

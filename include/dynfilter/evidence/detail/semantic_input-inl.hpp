@@ -4,6 +4,7 @@
 #include <dynfilter/evidence/semantic_input.hpp>
 
 #include <cmath>
+#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <opencv2/core.hpp>
@@ -63,7 +64,7 @@ DYNFILTER_INLINE cv::Point2f LateResult::then_px(std::size_t i, const cv::Point2
 
 inline bool LateResult::of_older_frame(std::int64_t frame_id, int max_age_frames, const char* what) {
   if (frame_id < 0 || frame_id == evidence_.frame().id) return false;
-  const std::int64_t age = evidence_.frame().id - frame_id;
+  const std::int64_t age = id_gap(evidence_.frame().id, frame_id);
   usable_ = age >= 0 && age <= max_age_frames;
   if (!usable_) votes_.note(what, " of frame ", frame_id, " are too old");
   age_note_ = std::string(what) + " are " + std::to_string(age) + " frames late";

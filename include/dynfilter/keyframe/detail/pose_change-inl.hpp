@@ -3,6 +3,7 @@
 
 #include <dynfilter/keyframe/pose_change.hpp>
 
+#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <utility>
@@ -43,7 +44,7 @@ DYNFILTER_INLINE std::vector<SelectedFrame> PoseChangeSelector::choose(const Fra
 
 inline bool PoseChangeSelector::is_due(const FrameSummary& frame, const std::vector<std::int64_t>& points,
                                        KeyframeReason& reason) const {
-  const std::int64_t gap = frame.id - last_->id;
+  const std::int64_t gap = id_gap(frame.id, last_->id);
   if (gap < params_.min_gap_frames) return false;
   const PoseDifference moved = difference(last_->T_world_camera, frame.T_world_camera);
   const bool far =

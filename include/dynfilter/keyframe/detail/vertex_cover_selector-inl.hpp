@@ -4,6 +4,7 @@
 #include <dynfilter/keyframe/vertex_cover_selector.hpp>
 
 #include <algorithm>
+#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/keyframe/bridges.hpp>
@@ -70,8 +71,9 @@ DYNFILTER_INLINE std::vector<SelectedFrame> VertexCoverSelector::choose(const Fr
   const std::size_t first = fresh();
   if (first == open_.size()) return {};
   const bool enough = open_.size() - first >= static_cast<std::size_t>(params_.min_candidates);
-  return enough || frame.id - open_[first].id >= params_.max_wait_frames ? solve()
-                                                                         : std::vector<SelectedFrame>();
+  return enough || id_gap(frame.id, open_[first].id) >= params_.max_wait_frames
+             ? solve()
+             : std::vector<SelectedFrame>();
 }
 
 DYNFILTER_INLINE void VertexCoverSelector::forget() {
@@ -92,7 +94,7 @@ inline bool VertexCoverSelector::is_candidate(const FrameSummary& frame) const {
   const PoseDifference moved = difference(last_candidate_->second, frame.T_world_camera);
   if (moved.translation_m >= params_.min_translation_m || moved.rotation_deg >= params_.min_rotation_deg)
     return true;
-  return frame.id - last_candidate_->first >= params_.min_spread_gap_frames &&
+  return id_gap(frame.id, last_candidate_->first) >= params_.min_spread_gap_frames &&
          occupied_share(frame, params_.grid_columns, params_.grid_rows) >= params_.min_occupied_share;
 }
 

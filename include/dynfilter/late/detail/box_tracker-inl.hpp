@@ -4,6 +4,7 @@
 #include <dynfilter/late/box_tracker.hpp>
 
 #include <algorithm>
+#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <opencv2/core.hpp>
@@ -26,7 +27,7 @@ DYNFILTER_INLINE void BoxTracker::take(Span<const Detection> detections, std::in
   for (CarriedBox& box : new_)
     if (box.detection.track_id < 0) box.detection.track_id = next_id_++;
   for (CarriedBox& old : boxes_)
-    if (old.hits >= 2 && found_id - old.found_id <= kMaxBridged && new_.size() < limits::kMaxBoxes)
+    if (old.hits >= 2 && id_gap(found_id, old.found_id) <= kMaxBridged && new_.size() < limits::kMaxBoxes)
       new_.push_back(std::move(old));
   std::swap(boxes_, new_);
 }

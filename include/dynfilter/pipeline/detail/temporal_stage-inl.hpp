@@ -4,6 +4,7 @@
 #include <dynfilter/pipeline/temporal_stage.hpp>
 
 #include <algorithm>
+#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/span.hpp>
@@ -88,7 +89,7 @@ inline void TemporalStage::remember(const FrameEvidence& evidence) {
     if (frame.map_point_ids[i] >= 0 && odds_[i] != 0) points_[frame.map_point_ids[i]] = {odds_[i], frame.id};
   if (frame.id % 32 != 0) return;
   for (auto it = points_.begin(); it != points_.end();)
-    it = frame.id - it->second.seen > params_.forget_frames ? points_.erase(it) : std::next(it);
+    it = id_gap(frame.id, it->second.seen) > params_.forget_frames ? points_.erase(it) : std::next(it);
 }
 
 }  // namespace dynfilter

@@ -16,7 +16,7 @@ DYNFILTER_INLINE cv::Mat merged_masks(const std::vector<Detection>& detections, 
   std::stable_sort(order.begin(), order.end(),
                    [](const Detection* a, const Detection* b) { return a->score < b->score; });
   cv::Mat labels = cv::Mat::zeros(image, CV_8UC1);
-  for (const Detection* d : order) labels.setTo(cv::Scalar(std::clamp(d->class_id + 1, 1, 255)), d->mask);
+  for (const Detection* d : order) labels.setTo(cv::Scalar(std::clamp(d->class_id, 0, 254) + 1), d->mask);
   return labels;
 }
 
