@@ -111,6 +111,29 @@ TEST_CASE("the published form votes by the distance alone, from the line or Samp
   }
 }
 
+TEST_CASE(
+    "the published form judges every match, and Sampson's distance is shorter than that from the line") {
+  EpipolarParams params;
+  params.model = EpipolarModel::Fundamental;
+  EpipolarFilter line(params);
+  params.distance = EpipolarDistance::Sampson;
+  EpipolarFilter sampson(params);
+  // Sampson's divides by the gradient in both images, the line's by that in one of them.
+  const synth::ExactScene scene = synth::preset(Preset::General).pixel_noise(0.3);
+  const Votes far = judge(line, scene, 8), near = judge(sampson, scene, 8);
+  const synth::ExactFrame frame = scene.frame(8);
+  const FrameView view = frame.view();
+  REQUIRE(view.matches.has_value());
+  REQUIRE(far.count(Vote::Dynamic) > 0);
+  for (std::size_t i = 0; i < far.size(); ++i) {
+    const bool matched = view.matches->reference_index[i] >= 0;
+    CHECK((far[i] != Vote::Unknown) == matched);
+    CHECK((near[i] != Vote::Unknown) == matched);
+    CHECK(far.suspicion(i) >= near.suspicion(i));
+    if (far[i] == Vote::Dynamic) CHECK(far.suspicion(i) > near.suspicion(i));
+  }
+}
+
 TEST_CASE("with fewer than 20 pairs of neighbours max_distance_px counts as it is") {
   const synth::ExactScene scene = synth::ExactScene().points(30).pixel_noise(1.5);
   EpipolarFilter a, b(measured());

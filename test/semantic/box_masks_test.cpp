@@ -105,6 +105,8 @@ TEST_CASE("only boxes that are wanted get a mask; one that is there stays") {
   // The higher score is on top.
   CHECK(cv::countNonZero(labels == 1) == cv::countNonZero(detections[0].mask));
   CHECK(cv::countNonZero(labels == 7) == 12000 - cv::countNonZero(detections[0].mask));
+  detections[3].class_id = std::numeric_limits<int>::max();  // of a program, or a file: any number
+  CHECK(cv::countNonZero(merged_masks(detections, {120, 100}) == 255) == cv::countNonZero(labels == 7));
   CHECK_THROWS_AS(BoxMasks([] {
                     BoxMaskParams wrong;
                     wrong.margin_m = -1;
