@@ -15,6 +15,7 @@ target_link_libraries(dynfilter_facade PUBLIC opencv_core PRIVATE dynfilter_pipe
 file(RELATIVE_PATH data_from_lib "${CMAKE_INSTALL_FULL_LIBDIR}" "${CMAKE_INSTALL_FULL_DATADIR}/dynfilter")
 target_compile_definitions(dynfilter_facade PRIVATE DYNFILTER_DATA_FROM_LIB="${data_from_lib}")
 # Nothing but the interface is seen from outside, so that a host may use the headers, or another Eigen, beside it.
+target_link_options(dynfilter_facade PRIVATE -Wl,--exclude-libs,ALL)  # the components are static libraries
 set_target_properties(dynfilter_facade PROPERTIES
   EXPORT_NAME facade VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
   CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
