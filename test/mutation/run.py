@@ -122,7 +122,8 @@ def compile_one(source, output, overlay=None):
 def test_object(test):
     output = BUILD / "tests" / (test.replace("/", "_") + ".o")
     source = ROOT / "test" / test
-    if not output.exists() or output.stat().st_mtime < source.stat().st_mtime:
+    newest = max(f.stat().st_mtime for folder in ("include", "test") for f in (ROOT / folder).rglob("*.[ch]pp"))
+    if not output.exists() or output.stat().st_mtime < newest:
         output.parent.mkdir(parents=True, exist_ok=True)
         result = compile_one(source, output)
         if result.returncode != 0:
@@ -215,8 +216,11 @@ def main():
             print(f"{m.body}:{m.line + 1}\n  - {m.before.strip()}\n  + {m.after.strip()}")
         return 0
     BUILD.mkdir(parents=True, exist_ok=True)
-    if not (RELEASE / "libdynfilter_pipeline.a").exists():
-        sys.exit("build the preset release first: its libraries are linked")
+    targets = [f"dynfilter_{name}" for name in LIBRARIES]
+    built = subprocess.run(["cmake", "--build", "--preset", "release", "-j1", "--target", *targets], cwd=ROOT,
+                           capture_output=True, text=True)
+    if built.returncode != 0:
+        sys.exit(f"configure the preset release first, its libraries are linked:\n{built.stdout[-2000:]}{built.stderr}")
     limits = limits_of([room for room in ROOMS if any(m.room is room for m in chosen)])
     reasons = known_reasons()
     counts = collections.defaultdict(collections.Counter)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
@@ -235,6 +236,16 @@ TEST_CASE("wrong parameters set in code throw when the pipeline is made") {
   PipelineConfig config;
   config.floor.min_share = 2;
   CHECK_THROWS_WITH_AS(Pipeline(std::move(config)), "floor.min_share: expected 0 to 1, got `2`", ConfigError);
+}
+
+TEST_CASE("what is not judged has no vote and no reason, whatever a filter says of it") {
+  Features features(3);
+  features.keypoints[1].pt.x = std::nanf("");  // in no image
+  Pipeline pipeline(config_with(stage(says("a", "DDS"))));
+  const Verdict& verdict = pipeline.before_pose(features.view());
+  CHECK(letters_of(verdict) == "DUS");
+  CHECK(verdict.reasons == std::vector<std::uint64_t>{1, 0, 0});
+  CHECK(verdict.report.stages[0].judged == 2);
 }
 
 }  // namespace pipeline_test
