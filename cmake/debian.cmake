@@ -18,7 +18,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "dynfilter-data ${same}")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "libflann-dev, liblz4-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION
-  "${toolkit}.\nThis package contains the C++17 headers, the static libraries, and the files for find_package and pkg-config.")
+  "${toolkit}.\nThis package contains the C++17 headers, the static libraries, and the\nfiles for find_package and pkg-config.")
 
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME ${library_package})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)

@@ -12,7 +12,7 @@ need_packages $build_packages dpkg-dev lintian
 # Explained in docs/how-to/install.md.
 explained=maintscript-calls-ldconfig
 
-export DEBFULLNAME=${DEBFULLNAME:-Test} DEBEMAIL=${DEBEMAIL:-test@localhost.localdomain}
+export DEBFULLNAME=${DEBFULLNAME:-Test} DEBEMAIL=${DEBEMAIL:-test@example.com}
 build=build/deb
 packages=$PWD/$build/packages
 root=$PWD/$build/unpacked
