@@ -26,8 +26,8 @@ DYNFILTER_INLINE StagePtr read_call_point(const YamlNode& node, const Registry& 
   return StageReader(registry, combinator_table()).stage(node);
 }
 
-DYNFILTER_INLINE const Field<PipelineParams>* pipeline_field(const std::string& key) {
-  for (const Field<PipelineParams>& field : PipelineParams::fields())
+DYNFILTER_INLINE const AnyField* pipeline_field(const std::string& key) {
+  for (const AnyField& field : PipelineParams::fields().all())
     if (field.info.name == key) return &field;
   return nullptr;
 }
@@ -41,9 +41,8 @@ DYNFILTER_INLINE PipelineConfig read_pipeline(const YamlNode& node, const Regist
       config.name = value.text();
     else if (key == "about")
       value.text();
-    else if (const Field<PipelineParams>* field = detail::pipeline_field(key)) {
-      field->read(config.params, value);
-      field->check(config.params, value.path());
+    else if (const detail::AnyField* field = detail::pipeline_field(key)) {
+      field->read(&config.params, value);
     } else if (key == "correspondence")
       config.correspondence = read_parameters<CorrespondenceParams>(value);
     else if (key == "floor")
