@@ -106,7 +106,7 @@ if(NOT FLANN_FOUND AND DYNFILTER_BUILD_TESTS)
 endif()
 
 dynfilter_component(core OPENCV core LINK Eigen3::Eigen)
-dynfilter_component(correspondence COMPONENTS core OPENCV imgproc video)
+dynfilter_component(correspondence COMPONENTS core OPENCV video)
 dynfilter_component(geometry COMPONENTS core)
 dynfilter_component(cluster COMPONENTS core WITHOUT cluster/flann_neighbours)
 # Only cluster/flann_neighbours.hpp needs FLANN, and no filter includes it.
@@ -128,7 +128,7 @@ set(DYNFILTER_PIPELINES_DEFINITION
   "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
 target_compile_definitions(dynfilter_pipeline INTERFACE ${DYNFILTER_PIPELINES_DEFINITION})
 dynfilter_component(keyframe COMPONENTS core)
-dynfilter_component(plugin COMPONENTS filters LINK ${CMAKE_DL_LIBS})
+dynfilter_component(plugin COMPONENTS evidence LINK ${CMAKE_DL_LIBS})
 dynfilter_component(io COMPONENTS core OPENCV imgcodecs imgproc)
 set(corner_modules imgproc)
 if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has moved to
@@ -146,7 +146,7 @@ if(TARGET opencv_dnn)
   dynfilter_component(dnn COMPONENTS semantic OPENCV dnn HEADERS ${dnn_headers})
   target_compile_definitions(dynfilter_dnn INTERFACE DYNFILTER_HAS_DNN)  # then hosts' settings may name networks
 endif()
-dynfilter_component(mapping COMPONENTS cluster geometry io OPENCV imgproc LINK Threads::Threads)
+dynfilter_component(mapping COMPONENTS cluster geometry OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(eval COMPONENTS io)
 dynfilter_component(synth COMPONENTS evidence)
 dynfilter_component(render COMPONENTS io OPENCV imgproc)
