@@ -7,7 +7,7 @@
 #include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/carried_mask.hpp>
 #include <dynfilter/late/late_semantics.hpp>
-#include <dynfilter/late/motion_trail.hpp>
+#include <dynfilter/late/motion_history.hpp>
 #include <limits>
 
 #include "doctest/doctest.h"
@@ -33,7 +33,7 @@ struct Walk {
     image(cv::Rect(person(k)) & cv::Rect(0, 0, kWidth, kHeight)).setTo(cv::Scalar(2.0));
     return image;
   }
-  void add(int k, MotionTrail& trail, std::int64_t from = -2) const {
+  void add(int k, MotionHistory& motions, std::int64_t from = -2) const {
     PastFrame last;
     last.id = from == -2 ? k - 1 : from;
     Match match;
@@ -49,9 +49,9 @@ struct Walk {
     match.reference_depth_m = depths_m;
     for (std::size_t i = 0; k > 0 && i < px.size(); ++i)
       match.correspondences.set(i, px[i] - (depths_m[i] < 3 ? cv::Point2f(4, 1) : cv::Point2f(-3, 0)));
-    cv::Mat thin_depth_m;
-    MotionTrail::thin_depth(depth(k), 1, thin_depth_m);
-    trail.add(k, match, px, depths_m, thin_depth_m, {kWidth, kHeight});
+    cv::Mat sparse_depth_m;
+    MotionHistory::sparse_depth(depth(k), 1, sparse_depth_m);
+    motions.add(k, match, px, depths_m, sparse_depth_m, {kWidth, kHeight});
   }
   Detection box(int k, const char* name = "person") const {
     Detection d;
@@ -81,46 +81,46 @@ TEST_CASE("a thinned depth image has every fourth pixel, whatever the image's si
             else
               depth.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(z);
           }
-        cv::Mat thin;
-        MotionTrail::thin_depth(depth, 0.5, thin);
-        REQUIRE(thin.size() == cv::Size((cols + 3) / 4, (rows + 3) / 4));
-        for (int r = 0; r < thin.rows; ++r)
-          for (int c = 0; c < thin.cols; ++c) {
+        cv::Mat sparse;
+        MotionHistory::sparse_depth(depth, 0.5, sparse);
+        REQUIRE(sparse.size() == cv::Size((cols + 3) / 4, (rows + 3) / 4));
+        for (int r = 0; r < sparse.rows; ++r)
+          for (int c = 0; c < sparse.cols; ++c) {
             const int z = (7 * std::min(4 * r + 2, rows - 1) + 3 * std::min(4 * c + 2, cols - 1)) % 5;
             const bool none = z == 0 || (z == 4 && type == CV_32FC1);
-            CHECK(std::isnan(thin.at<float>(r, c)) == none);
-            if (!none) CHECK(thin.at<float>(r, c) == 0.5F * static_cast<float>(z));
+            CHECK(std::isnan(sparse.at<float>(r, c)) == none);
+            if (!none) CHECK(sparse.at<float>(r, c) == 0.5F * static_cast<float>(z));
           }
       }
 }
 
-TEST_CASE("the trail leads from frame to frame, not past its beginning or over a gap") {
+TEST_CASE("the motion history leads from frame to frame, not past its beginning or over a gap") {
   const Walk walk;
-  MotionTrail trail;
-  for (int k = 0; k < 100; ++k) walk.add(k, trail);
-  std::vector<const TrailFrame*> path;
-  REQUIRE(trail.path(90, 99, path));
+  MotionHistory motions;
+  for (int k = 0; k < 100; ++k) walk.add(k, motions);
+  std::vector<const MotionFrame*> path;
+  REQUIRE(motions.path(90, 99, path));
   CHECK(path.size() == 9);
   CHECK(path.front()->id == 91);
   CHECK(path.back()->id == 99);
-  CHECK(trail.path(99, 99, path));
+  CHECK(motions.path(99, 99, path));
   CHECK(path.empty());
-  CHECK_FALSE(trail.path(99 - static_cast<int>(MotionTrail::kFrames) - 1, 99, path));
-  CHECK_FALSE(trail.path(99, 98, path));
-  CHECK_FALSE(trail.path(200, 210, path));
-  walk.add(100, trail, 97);  // the host's match skips two frames
-  CHECK(trail.path(97, 100, path));
-  CHECK_FALSE(trail.path(98, 100, path));
-  trail.reset();
-  CHECK_FALSE(trail.path(97, 100, path));
+  CHECK_FALSE(motions.path(99 - static_cast<int>(MotionHistory::kFrames) - 1, 99, path));
+  CHECK_FALSE(motions.path(99, 98, path));
+  CHECK_FALSE(motions.path(200, 210, path));
+  walk.add(100, motions, 97);  // the host's match skips two frames
+  CHECK(motions.path(97, 100, path));
+  CHECK_FALSE(motions.path(98, 100, path));
+  motions.reset();
+  CHECK_FALSE(motions.path(97, 100, path));
 }
 
 TEST_CASE("a late box goes where the person went, not with the wall in it, and keeps its track") {
   const Walk walk;
   LateSemantics late;
-  walk.add(0, late.trail());
+  walk.add(0, late.motions());
   for (int k = 1; k <= 40; ++k) {
-    walk.add(k, late.trail());
+    walk.add(k, late.motions());
     // Results of every 10th frame, 10 frames late.
     const int of = k < 10 ? 0 : k / 10 * 10 - 10;
     Detection wide = walk.box(of);
@@ -148,32 +148,32 @@ TEST_CASE("what one result missed is bridged once two have shown it; nothing fou
     REQUIRE(boxes);
     return *boxes;
   };
-  for (int k = 0; k <= 4; ++k) walk.add(k, late.trail());
+  for (int k = 0; k <= 4; ++k) walk.add(k, late.motions());
   CHECK(boxes_at(4, 1, {walk.box(1)}).size() == 1);
-  walk.add(5, late.trail());
+  walk.add(5, late.motions());
   CHECK(boxes_at(5, 2, {}).empty());  // detected only once: a false alarm
-  walk.add(6, late.trail());
+  walk.add(6, late.motions());
   CHECK(boxes_at(6, 3, {walk.box(3), walk.box(3, "dog")}).size() == 2);  // classes do not mix
-  walk.add(7, late.trail());
+  walk.add(7, late.motions());
   const auto two = boxes_at(7, 4, {walk.box(4)});
   REQUIRE(two.size() == 1);
   CHECK(two[0].hits == 2);
   const int track = two[0].detection.track_id;
-  walk.add(8, late.trail());
+  walk.add(8, late.motions());
   const auto bridged = boxes_at(8, 5, {});
   REQUIRE(bridged.size() == 1);
   CHECK(bridged[0].found_id == 4);
   CHECK(bridged[0].detection.track_id == track);
   CHECK(overlap(bridged[0].detection.box, walk.person(8)) > 0.99);
-  for (int k = 9; k < 50; ++k) walk.add(k, late.trail());
+  for (int k = 9; k < 50; ++k) walk.add(k, late.motions());
   CHECK(boxes_at(49, 40, {}).empty());  // too long without a detection
 }
 
-TEST_CASE("where no trail leads there is no answer, and nothing of before a reset comes back") {
+TEST_CASE("where no motion history leads there is no answer, and nothing of before a reset comes back") {
   const Walk walk;
   LateSemantics late;
   const std::vector<Detection> found{walk.box(0)};
-  for (int k = 5; k < 8; ++k) walk.add(k, late.trail());
+  for (int k = 5; k < 8; ++k) walk.add(k, late.motions());
   CHECK(late.boxes({3, found}, 7) == nullptr);
   CHECK(late.mask({3, cv::Mat::ones(24, 32, CV_8UC1)}, 7) == nullptr);
   CHECK(late.boxes({6, found}, 7) != nullptr);
@@ -185,14 +185,14 @@ TEST_CASE("a late mask goes where the person went and lets the wall go") {
   const Walk walk;
   for (const int mask_scale : {1, 2}) {
     LateSemantics late;
-    for (int k = 0; k <= 12; ++k) walk.add(k, late.trail());
+    for (int k = 0; k <= 12; ++k) walk.add(k, late.motions());
     cv::Mat labels = cv::Mat::zeros(kHeight / mask_scale, kWidth / mask_scale, CV_8UC1);
     cv::Rect2f drawn = walk.person(2);
     drawn = {drawn.x - 4, drawn.y - 4, drawn.width + 8, drawn.height + 8};  // with some wall
     const float scale = 1.0F / static_cast<float>(mask_scale);
     labels(cv::Rect(cv::Rect2f(drawn.tl() * scale, drawn.br() * scale))).setTo(cv::Scalar(7));
     for (int k = 12; k <= 20; ++k) {
-      if (k > 12) walk.add(k, late.trail());
+      if (k > 12) walk.add(k, late.motions());
       CarriedMask* mask = late.mask({2, labels}, k);
       REQUIRE(mask);
       const cv::Mat& now = mask->labels();
@@ -214,7 +214,7 @@ TEST_CASE("a late mask goes where the person went and lets the wall go") {
 }
 
 TEST_CASE("boxes without features coast, odd boxes do no harm") {
-  TrailFrame empty;
+  MotionFrame empty;
   empty.image_px = {kWidth, kHeight};
   BoxCarrier carrier;
   Detection d;
@@ -226,15 +226,15 @@ TEST_CASE("boxes without features coast, odd boxes do no harm") {
   carrier.carry(empty, box);
   CHECK(box.detection.box.x == doctest::Approx(27.1));
   const Walk walk;
-  MotionTrail trail;
-  walk.add(0, trail);
-  walk.add(1, trail);
+  MotionHistory motions;
+  walk.add(0, motions);
+  walk.add(1, motions);
   const float nan = std::nanf("");
   for (const cv::Rect2f& odd : {cv::Rect2f(nan, 0, 10, 10), cv::Rect2f(0, 0, -5, -5), cv::Rect2f(0, 0, 0, 0),
                                 cv::Rect2f(-1e30F, 0, 1e30F, 5), cv::Rect2f(1e6F, 1e6F, 10, 10)}) {
     d.box = odd;
     CarriedBox strange = CarriedBox::from(d, 0);
-    carrier.carry(*trail.find(1), strange);
+    carrier.carry(*motions.find(1), strange);
     CHECK(strange.hits == 1);
   }
 }
@@ -247,7 +247,7 @@ TEST_CASE("as many late boxes as allowed are carried and paired in time") {
   LateSemantics late;
   const double taken_s = dynfilter_test::seconds([&] {
     for (int k = 0; k < kFrames; ++k) {
-      walk.add(k, late.trail());
+      walk.add(k, late.motions());
       // Each frame has a new result, on the frame before.
       if (k > 0) REQUIRE(late.boxes({k - 1, boxes}, k) != nullptr);
     }
@@ -259,11 +259,11 @@ TEST_CASE("as many late boxes as allowed are carried and paired in time") {
 TEST_CASE("positions that fit no int are in no cell") {
   constexpr float kInf = std::numeric_limits<float>::infinity(),
                   kNan = std::numeric_limits<float>::quiet_NaN();
-  CHECK(MotionTrail::cell_of({7.9F, 8.0F}) == cv::Point(1, 2));
-  CHECK(MotionTrail::cell_of({-0.1F, -4.1F}) == cv::Point(-1, -2));
+  CHECK(MotionHistory::cell_of({7.9F, 8.0F}) == cv::Point(1, 2));
+  CHECK(MotionHistory::cell_of({-0.1F, -4.1F}) == cv::Point(-1, -2));
   for (const float at : {1e38F, -1e38F, kInf, -kInf, kNan}) {
     CAPTURE(at);
-    const cv::Point cell = MotionTrail::cell_of({at, at});
+    const cv::Point cell = MotionHistory::cell_of({at, at});
     CHECK((cell.x < 0 && cell.y < 0));
   }
 }
@@ -271,12 +271,12 @@ TEST_CASE("positions that fit no int are in no cell") {
 TEST_CASE("a mask whose features jump out of any int disappears") {
   const Walk walk;
   LateSemantics late;
-  walk.add(0, late.trail());
+  walk.add(0, late.motions());
   cv::Mat labels(kHeight, kWidth, CV_8UC1, cv::Scalar(1));
   for (const float jump : {1e30F, -3e9F, std::numeric_limits<float>::infinity()}) {
     CarriedMask mask;
-    mask.start(labels, *late.trail().find(0));
-    TrailFrame frame;
+    mask.start(labels, *late.motions().find(0));
+    MotionFrame frame;
     frame.image_px = {kWidth, kHeight};
     for (float y = 5; y < kHeight; y += 10)
       for (float x = 5; x < kWidth; x += 10) frame.samples.push_back({{x, y}, {x + jump, y + jump}, 2, 2});

@@ -9,7 +9,7 @@
 
 namespace dynfilter {
 
-/// The features' tracks, chained once per frame for each set of options. Hosts thin the frame between call
+/// The features' tracks, chained once per frame for each set of options. Hosts compact the frame between call
 /// points, so each call point has its own.
 class FrameTracks {
  public:

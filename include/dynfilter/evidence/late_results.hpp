@@ -32,19 +32,19 @@ class LateResults {
  private:
   /// Records the motion since the last frame, once per frame.
   void record_step();
-  /// This frame's subsampled depth image. The trail takes over its memory.
-  cv::Mat& thin_depth();
+  /// This frame's subsampled depth image. The motion history takes over its memory.
+  cv::Mat& sparse_depth();
   bool is_late() const;
-  /// False while results arrive on time: the trail is not needed.
-  /// Before the first late result, the trail must not cause extra flow.
+  /// False while results arrive on time: the motion history is not needed.
+  /// Before the first late result, the motion history must not cause extra flow.
   bool may_come_late() const;
 
   CurrentFrame& current_;
   FrameMatches& matches_;
   LateSemantics carrier_;
   std::vector<Detection> carried_;
-  cv::Mat thin_depth_m_;
-  bool used_ = false, seen_ = false, thin_depth_ready_ = false;
+  cv::Mat sparse_depth_m_;
+  bool used_ = false, seen_ = false, sparse_depth_ready_ = false;
 };
 
 }  // namespace dynfilter

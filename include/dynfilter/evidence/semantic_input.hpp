@@ -43,7 +43,7 @@ struct DetectionFilter {
 
 /// Boxes or masks of the current frame or of an older one.
 /// Older results are carried to this frame along the frame-to-frame motion of the features.
-/// If the trail has a gap, features are matched back to the frame of the result instead.
+/// If the motion history has a gap, features are matched back to the frame of the result instead.
 /// Gaps occur after a reset, or if the host's matches skip frames.
 /// `usable` is false if the result is too old or neither way works. A note in the votes gives the reason.
 class LateResult {

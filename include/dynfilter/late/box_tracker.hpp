@@ -6,7 +6,7 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/late/carried_box.hpp>
-#include <dynfilter/late/motion_trail.hpp>
+#include <dynfilter/late/motion_history.hpp>
 #include <opencv2/core/types.hpp>
 #include <tuple>
 #include <vector>
@@ -26,12 +26,12 @@ class BoxTracker {
   const std::vector<CarriedBox>& boxes() const { return boxes_; }
 
   /// Moves all boxes to the next frame.
-  void carry(const TrailFrame& to);
+  void carry(const MotionFrame& to);
 
   /// Adds the boxes of a newer result, detected on frame `found_id`.
   /// They are carried along `path` to the frame of the old boxes.
   void take(Span<const Detection> detections, std::int64_t found_id,
-            const std::vector<const TrailFrame*>& path);
+            const std::vector<const MotionFrame*>& path);
 
   void reset() { boxes_.clear(); }
 

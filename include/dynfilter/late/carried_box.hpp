@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
-#include <dynfilter/late/motion_trail.hpp>
+#include <dynfilter/late/motion_history.hpp>
 #include <limits>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -38,7 +38,7 @@ cv::Mat carried_instance(const CarriedBox& carried, cv::Size image_px);
 /// A box without features keeps its velocity, which decays.
 class BoxCarrier {
  public:
-  void carry(const TrailFrame& to, CarriedBox& box);
+  void carry(const MotionFrame& to, CarriedBox& box);
 
  private:
   static constexpr std::size_t kMinSamples = 3;

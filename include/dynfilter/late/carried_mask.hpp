@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/late/motion_trail.hpp>
+#include <dynfilter/late/motion_history.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
@@ -19,16 +19,16 @@ namespace dynfilter {
 class CarriedMask {
  public:
   /// `labels`: CV_8UC1 of any size. `frame`: the frame that they were computed on.
-  void start(const cv::Mat& labels, const TrailFrame& frame);
+  void start(const cv::Mat& labels, const MotionFrame& frame);
 
-  void carry(const TrailFrame& to);
+  void carry(const MotionFrame& to);
 
   /// CV_8UC1 at a quarter of the image's width and height. Valid until the next call.
   /// Gaps between points are filled where at least 4 of the 8 neighbours are set.
   const cv::Mat& labels();
 
  private:
-  static constexpr float kCellPx = MotionTrail::kCellPx;
+  static constexpr float kCellPx = MotionHistory::kCellPx;
   static constexpr int kBlock = 8;  // width and height of a block of cells that moves as one
   static constexpr float kNearPx = 60;
   // Largest depth difference between a point and its features.
@@ -59,7 +59,7 @@ class CarriedMask {
     int points = 0;
   };
 
-  static cv::Point cell_of(const cv::Point2f& px) { return MotionTrail::cell_of(px); }
+  static cv::Point cell_of(const cv::Point2f& px) { return MotionHistory::cell_of(px); }
   bool in_grid(const cv::Point& cell) const {
     return cell.x >= 0 && cell.y >= 0 && cell.x < grid_.cols && cell.y < grid_.rows;
   }

@@ -10,14 +10,14 @@
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/carried_mask.hpp>
-#include <dynfilter/late/motion_trail.hpp>
+#include <dynfilter/late/motion_history.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
 
 DYNFILTER_INLINE void LateResults::begin(bool first_call) {
-  thin_depth_ready_ = false;
-  if (first_call && used_) thin_depth();  // while the depth image is in the cache
+  sparse_depth_ready_ = false;
+  if (first_call && used_) sparse_depth();  // while the depth image is in the cache
 }
 
 DYNFILTER_INLINE const std::vector<Detection>* LateResults::boxes(int max_age_frames) {
@@ -26,7 +26,7 @@ DYNFILTER_INLINE const std::vector<Detection>* LateResults::boxes(int max_age_fr
   const std::vector<CarriedBox>* boxes = carrier_.boxes(*frame.detections, frame.id);
   if (boxes == nullptr) return nullptr;
   carried_.clear();
-  const TrailFrame& now = *carrier_.trail().find(frame.id);
+  const MotionFrame& now = *carrier_.motions().find(frame.id);
   for (const CarriedBox& box : *boxes) {
     if (id_gap(frame.id, box.found_id) > max_age_frames) continue;
     carried_.push_back(box.detection);
@@ -44,17 +44,17 @@ DYNFILTER_INLINE const cv::Mat* LateResults::labels() {
 DYNFILTER_INLINE void LateResults::record_step() {
   const FrameView& frame = current_.frame();
   seen_ = seen_ || is_late();
-  if (carrier_.trail().find(frame.id) != nullptr) return;
+  if (carrier_.motions().find(frame.id) != nullptr) return;
   const Match& last = matches_.step_match();
-  carrier_.trail().add(frame.id, last, current_.pixels(), current_.depths_m(), thin_depth(),
-                       current_.image_size_px());
+  carrier_.motions().add(frame.id, last, current_.pixels(), current_.depths_m(), sparse_depth(),
+                         current_.image_size_px());
 }
 
-inline cv::Mat& LateResults::thin_depth() {
+inline cv::Mat& LateResults::sparse_depth() {
   const FrameView& frame = current_.frame();
-  if (!thin_depth_ready_) MotionTrail::thin_depth(frame.depth, frame.depth_unit_m, thin_depth_m_);
-  thin_depth_ready_ = true;
-  return thin_depth_m_;
+  if (!sparse_depth_ready_) MotionHistory::sparse_depth(frame.depth, frame.depth_unit_m, sparse_depth_m_);
+  sparse_depth_ready_ = true;
+  return sparse_depth_m_;
 }
 
 inline bool LateResults::is_late() const {

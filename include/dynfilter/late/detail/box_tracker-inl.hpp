@@ -12,16 +12,16 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE void BoxTracker::carry(const TrailFrame& to) {
+DYNFILTER_INLINE void BoxTracker::carry(const MotionFrame& to) {
   for (CarriedBox& box : boxes_) carrier_.carry(to, box);
 }
 
 DYNFILTER_INLINE void BoxTracker::take(Span<const Detection> detections, std::int64_t found_id,
-                                       const std::vector<const TrailFrame*>& path) {
+                                       const std::vector<const MotionFrame*>& path) {
   new_.clear();
   for (const Detection& detection : detections) {
     new_.push_back(CarriedBox::from(detection, found_id));
-    for (const TrailFrame* frame : path) carrier_.carry(*frame, new_.back());
+    for (const MotionFrame* frame : path) carrier_.carry(*frame, new_.back());
   }
   pair_up();
   for (CarriedBox& box : new_)

@@ -22,9 +22,10 @@ DYNFILTER_INLINE CarriedBox CarriedBox::from(const Detection& detection, std::in
 DYNFILTER_INLINE cv::Mat carried_instance(const CarriedBox& carried, cv::Size image_px) {
   const cv::Mat& mask = carried.detection.mask;
   const cv::Rect2f &now = carried.detection.box, &then = carried.found_box;
-  const auto cell = static_cast<float>(MotionTrail::kCellPx);
-  cv::Mat out = cv::Mat::zeros((image_px.height + MotionTrail::kCellPx - 1) / MotionTrail::kCellPx,
-                               (image_px.width + MotionTrail::kCellPx - 1) / MotionTrail::kCellPx, CV_8UC1);
+  const auto cell = static_cast<float>(MotionHistory::kCellPx);
+  cv::Mat out =
+      cv::Mat::zeros((image_px.height + MotionHistory::kCellPx - 1) / MotionHistory::kCellPx,
+                     (image_px.width + MotionHistory::kCellPx - 1) / MotionHistory::kCellPx, CV_8UC1);
   if (mask.type() != CV_8UC1 || mask.empty() || !(now.width > 0) || !(now.height > 0)) return out;
   const float to_mask_x = static_cast<float>(mask.cols) / static_cast<float>(image_px.width),
               to_mask_y = static_cast<float>(mask.rows) / static_cast<float>(image_px.height);
@@ -40,7 +41,7 @@ DYNFILTER_INLINE cv::Mat carried_instance(const CarriedBox& carried, cv::Size im
   return out;
 }
 
-DYNFILTER_INLINE void BoxCarrier::carry(const TrailFrame& to, CarriedBox& box) {
+DYNFILTER_INLINE void BoxCarrier::carry(const MotionFrame& to, CarriedBox& box) {
   if (!std::isfinite(box.depth_m))
     box.found_depth_m = box.depth_m = object_depth_m(to.samples, box.detection.box);
   collect(to.samples, box);

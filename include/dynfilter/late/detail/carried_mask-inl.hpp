@@ -13,8 +13,8 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE void CarriedMask::start(const cv::Mat& labels, const TrailFrame& frame) {
-  const int cell = MotionTrail::kCellPx;
+DYNFILTER_INLINE void CarriedMask::start(const cv::Mat& labels, const MotionFrame& frame) {
+  const int cell = MotionHistory::kCellPx;
   grid_.create((frame.image_px.height + cell - 1) / cell, (frame.image_px.width + cell - 1) / cell, CV_8UC1);
   const bool depth = frame.depth_m.size() == grid_.size();
   points_.clear();
@@ -35,7 +35,7 @@ DYNFILTER_INLINE void CarriedMask::start(const cv::Mat& labels, const TrailFrame
   draw();
 }
 
-DYNFILTER_INLINE void CarriedMask::carry(const TrailFrame& to) {
+DYNFILTER_INLINE void CarriedMask::carry(const MotionFrame& to) {
   collect(to.samples);
   find_motions();
   const bool depth = to.depth_m.size() == grid_.size();

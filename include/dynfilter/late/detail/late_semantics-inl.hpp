@@ -10,13 +10,13 @@ namespace dynfilter {
 DYNFILTER_INLINE const std::vector<CarriedBox>* LateSemantics::boxes(const DetectionInput& input,
                                                                      std::int64_t now_id) {
   if (boxes_at_ && *boxes_at_ != now_id) {
-    if (trail_.path(*boxes_at_, now_id, path_))
-      for (const TrailFrame* frame : path_) boxes_.carry(*frame);
+    if (motions_.path(*boxes_at_, now_id, path_))
+      for (const MotionFrame* frame : path_) boxes_.carry(*frame);
     else
       boxes_.reset(), boxes_of_.reset();
   }
   if (boxes_of_ != input.frame_id) {
-    if (!trail_.path(input.frame_id, now_id, path_)) return nullptr;
+    if (!motions_.path(input.frame_id, now_id, path_)) return nullptr;
     boxes_.take(input.detections, input.frame_id, path_);
     boxes_of_ = input.frame_id;
   }
@@ -26,14 +26,14 @@ DYNFILTER_INLINE const std::vector<CarriedBox>* LateSemantics::boxes(const Detec
 
 DYNFILTER_INLINE CarriedMask* LateSemantics::mask(const MaskInput& input, std::int64_t now_id) {
   if (mask_of_ == input.frame_id && mask_at_ == now_id) return &mask_;
-  if (mask_of_ == input.frame_id && trail_.path(*mask_at_, now_id, path_)) {
-    for (const TrailFrame* frame : path_) mask_.carry(*frame);
+  if (mask_of_ == input.frame_id && motions_.path(*mask_at_, now_id, path_)) {
+    for (const MotionFrame* frame : path_) mask_.carry(*frame);
   } else {
     mask_of_.reset();
-    const TrailFrame* seen = trail_.find(input.frame_id);
-    if (seen == nullptr || !trail_.path(input.frame_id, now_id, path_)) return nullptr;
+    const MotionFrame* seen = motions_.find(input.frame_id);
+    if (seen == nullptr || !motions_.path(input.frame_id, now_id, path_)) return nullptr;
     mask_.start(input.labels, *seen);
-    for (const TrailFrame* frame : path_) mask_.carry(*frame);
+    for (const MotionFrame* frame : path_) mask_.carry(*frame);
     mask_of_ = input.frame_id;
   }
   mask_at_ = now_id;
@@ -41,7 +41,7 @@ DYNFILTER_INLINE CarriedMask* LateSemantics::mask(const MaskInput& input, std::i
 }
 
 DYNFILTER_INLINE void LateSemantics::reset() {
-  trail_.reset();
+  motions_.reset();
   boxes_.reset();
   boxes_of_.reset(), boxes_at_.reset(), mask_of_.reset(), mask_at_.reset();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/late/motion_trail.hpp>
+#include <dynfilter/late/motion_history.hpp>
 
 #include <algorithm>
 #include <dynfilter/core/frame_view.hpp>
@@ -11,18 +11,19 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE void MotionTrail::add(std::int64_t id, const Match& match,
-                                       const std::vector<cv::Point2f>& px, const std::vector<float>& depths_m,
-                                       cv::Mat& thin_depth_m, cv::Size image_px) {
-  TrailFrame& frame = next();
+DYNFILTER_INLINE void MotionHistory::add(std::int64_t id, const Match& match,
+                                         const std::vector<cv::Point2f>& px,
+                                         const std::vector<float>& depths_m, cv::Mat& sparse_depth_m,
+                                         cv::Size image_px) {
+  MotionFrame& frame = next();
   frame.id = id;
   frame.from_id = match.reference != nullptr ? match.reference->id : -1;
   frame.image_px = image_px;
   fill_samples(match, px, depths_m, frame.samples);
-  cv::swap(frame.depth_m, thin_depth_m);
+  cv::swap(frame.depth_m, sparse_depth_m);
 }
 
-DYNFILTER_INLINE cv::Point MotionTrail::cell_of(const cv::Point2f& px) {
+DYNFILTER_INLINE cv::Point MotionHistory::cell_of(const cv::Point2f& px) {
   // Other values do not fit an int.
   constexpr float kMost = 1e8F;
   const auto cell = [](float at) {
@@ -31,18 +32,18 @@ DYNFILTER_INLINE cv::Point MotionTrail::cell_of(const cv::Point2f& px) {
   return {cell(px.x), cell(px.y)};
 }
 
-DYNFILTER_INLINE void MotionTrail::thin_depth(const cv::Mat& depth, double unit_m, cv::Mat& out) {
+DYNFILTER_INLINE void MotionHistory::sparse_depth(const cv::Mat& depth, double unit_m, cv::Mat& out) {
   if (depth.type() == CV_16UC1)
-    thin<std::uint16_t>(depth, static_cast<float>(unit_m), out);
+    sample_depth<std::uint16_t>(depth, static_cast<float>(unit_m), out);
   else if (depth.type() == CV_32FC1)
-    thin<float>(depth, static_cast<float>(unit_m), out);
+    sample_depth<float>(depth, static_cast<float>(unit_m), out);
   else
     out.release();
 }
 
-DYNFILTER_INLINE void MotionTrail::fill_samples(const Match& match, const std::vector<cv::Point2f>& px,
-                                                const std::vector<float>& depths_m,
-                                                std::vector<MotionSample>& samples) {
+DYNFILTER_INLINE void MotionHistory::fill_samples(const Match& match, const std::vector<cv::Point2f>& px,
+                                                  const std::vector<float>& depths_m,
+                                                  std::vector<MotionSample>& samples) {
   samples.clear();
   for (std::size_t i = 0; match.reference != nullptr && i < px.size(); ++i)
     if (match.found(i))
@@ -50,17 +51,17 @@ DYNFILTER_INLINE void MotionTrail::fill_samples(const Match& match, const std::v
           {match.correspondences.reference_px[i], px[i], match.reference_depth_m[i], depths_m[i]});
 }
 
-DYNFILTER_INLINE const TrailFrame* MotionTrail::find(std::int64_t id) const {
+DYNFILTER_INLINE const MotionFrame* MotionHistory::find(std::int64_t id) const {
   for (std::size_t k = 0; k < size_; ++k)
     if (frames_[(begin_ + k) % kFrames].id == id) return &frames_[(begin_ + k) % kFrames];
   return nullptr;
 }
 
-DYNFILTER_INLINE bool MotionTrail::path(std::int64_t from_id, std::int64_t to_id,
-                                        std::vector<const TrailFrame*>& out) const {
+DYNFILTER_INLINE bool MotionHistory::path(std::int64_t from_id, std::int64_t to_id,
+                                          std::vector<const MotionFrame*>& out) const {
   out.clear();
   while (to_id > from_id) {
-    const TrailFrame* frame = find(to_id);
+    const MotionFrame* frame = find(to_id);
     if (frame == nullptr || frame->from_id >= to_id) return false;
     out.push_back(frame);
     to_id = frame->from_id;
@@ -69,16 +70,16 @@ DYNFILTER_INLINE bool MotionTrail::path(std::int64_t from_id, std::int64_t to_id
   return to_id == from_id;
 }
 
-inline TrailFrame& MotionTrail::next() {
+inline MotionFrame& MotionHistory::next() {
   if (frames_.empty()) frames_.resize(kFrames);
   if (size_ < kFrames) return frames_[(begin_ + size_++) % kFrames];
-  TrailFrame& oldest = frames_[begin_];
+  MotionFrame& oldest = frames_[begin_];
   begin_ = (begin_ + 1) % kFrames;
   return oldest;
 }
 
 template <class T>
-void MotionTrail::thin(const cv::Mat& depth, float unit_m, cv::Mat& out) {
+void MotionHistory::sample_depth(const cv::Mat& depth, float unit_m, cv::Mat& out) {
   out.create((depth.rows + kCellPx - 1) / kCellPx, (depth.cols + kCellPx - 1) / kCellPx, CV_32FC1);
   const auto row = [&](int r) { return depth.ptr<T>(std::min(r * kCellPx + kCellPx / 2, depth.rows - 1)); };
   constexpr int kLine = 64 / sizeof(T), kMiddle = kCellPx / 2;
