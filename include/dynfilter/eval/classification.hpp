@@ -10,11 +10,11 @@
 namespace dynfilter::eval {
 
 /// Pixel values of the truth image (CV_8UC1).
-enum class Truth : std::uint8_t { Static = 0, DontCare = 128, Dynamic = 255 };
+enum class TruthPixel : std::uint8_t { Static = 0, DontCare = 128, Dynamic = 255 };
 
 /// The truth at the rounded pixel of a feature in the distorted image.
 /// DontCare outside the image; some hosts have keypoints at x = width.
-Truth truth_at(const cv::Mat& truth, const cv::Point2f& pixel);
+TruthPixel truth_at(const cv::Mat& truth, const cv::Point2f& pixel);
 
 /// Counts of rejected and kept features, static and dynamic, over all frames.
 /// A feature with verdict Unknown counts as kept. A ratio without features is NaN.
@@ -22,7 +22,7 @@ struct Classification {
   std::size_t dynamic_rejected = 0, dynamic_kept = 0, static_rejected = 0, static_kept_count = 0,
               dont_care = 0;
 
-  void add(Truth truth, bool rejected);
+  void add(TruthPixel truth, bool rejected);
   void add(const Classification& other);
 
   /// Share of the rejected features that are dynamic.

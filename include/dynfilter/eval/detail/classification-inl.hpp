@@ -8,19 +8,19 @@
 
 namespace dynfilter::eval {
 
-DYNFILTER_INLINE Truth truth_at(const cv::Mat& truth, const cv::Point2f& pixel) {
+DYNFILTER_INLINE TruthPixel truth_at(const cv::Mat& truth, const cv::Point2f& pixel) {
   const float x = std::round(pixel.x), y = std::round(pixel.y);
   if (!(x >= 0 && y >= 0 && x < static_cast<float>(truth.cols) && y < static_cast<float>(truth.rows))) {
-    return Truth::DontCare;
+    return TruthPixel::DontCare;
   }
   const std::uint8_t value = truth.at<std::uint8_t>(static_cast<int>(y), static_cast<int>(x));
-  return value == 0 ? Truth::Static : value == 255 ? Truth::Dynamic : Truth::DontCare;
+  return value == 0 ? TruthPixel::Static : value == 255 ? TruthPixel::Dynamic : TruthPixel::DontCare;
 }
 
-DYNFILTER_INLINE void Classification::add(Truth truth, bool rejected) {
-  if (truth == Truth::DontCare) {
+DYNFILTER_INLINE void Classification::add(TruthPixel truth, bool rejected) {
+  if (truth == TruthPixel::DontCare) {
     ++dont_care;
-  } else if (truth == Truth::Dynamic) {
+  } else if (truth == TruthPixel::Dynamic) {
     ++(rejected ? dynamic_rejected : dynamic_kept);
   } else {
     ++(rejected ? static_rejected : static_kept_count);
