@@ -7,7 +7,7 @@
 #include <cstring>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/presets.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>

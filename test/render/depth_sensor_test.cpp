@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <dynfilter/render/depth_sensor.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <set>
 
 #include "doctest/doctest.h"

@@ -4,7 +4,7 @@
 // processor. The mean colour is compared beside it.
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/core.hpp>
 #include <sstream>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <dynfilter/render/rasteriser.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "doctest/doctest.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/core.hpp>
 
 #include "doctest/doctest.h"

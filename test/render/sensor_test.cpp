@@ -2,7 +2,7 @@
 #include <cmath>
 #include <dynfilter/render/calibration_error.hpp>
 #include <dynfilter/render/colour_sensor.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <dynfilter/render/shutter.hpp>
 
 #include "doctest/doctest.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <dynfilter/io/sequence.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <dynfilter/render/sequence_writer.hpp>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>

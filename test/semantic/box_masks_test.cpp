@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <dynfilter/semantic/box_masks.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <dynfilter/semantic/merged_masks.hpp>

@@ -6,7 +6,7 @@
 #include <dynfilter/eval/classification.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/background_motion.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <dynfilter/render/scene_file.hpp>
 #include <dynfilter/render/scenes.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <system_error>
 
 #include <CLI/CLI.hpp>

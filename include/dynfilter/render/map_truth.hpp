@@ -11,7 +11,7 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/render/mesh_distance.hpp>
 #include <dynfilter/render/scenes.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>

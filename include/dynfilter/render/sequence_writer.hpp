@@ -7,7 +7,7 @@
 #include <dynfilter/io/trajectory.hpp>
 #include <dynfilter/render/camera_model.hpp>
 #include <dynfilter/render/scene_file.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <filesystem>
 #include <functional>
 #include <opencv2/core/mat.hpp>

@@ -4,7 +4,7 @@
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/sequence.hpp>
 #include <dynfilter/render/scenes.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>

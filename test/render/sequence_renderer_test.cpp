@@ -3,14 +3,14 @@
 
 #include <cmath>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/render/sequence.hpp>
+#include <dynfilter/render/sequence_renderer.hpp>
 #include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/features2d.hpp>
 #include <set>
 
-namespace sequence_test {
+namespace sequence_renderer_test {
 
 using namespace dynfilter;
 using namespace dynfilter::render;
@@ -265,4 +265,4 @@ TEST_CASE("exposure varies and motion blurs when asked for") {
   CHECK(sharpness(blurred.frame(10).colour) < 0.9 * sharpness(plain.frame(10).colour));
 }
 
-}  // namespace sequence_test
+}  // namespace sequence_renderer_test

@@ -150,5 +150,5 @@ class SequenceRenderer {
 }  // namespace dynfilter::render
 
 #ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/render/detail/sequence-inl.hpp>
+#include <dynfilter/render/detail/sequence_renderer-inl.hpp>
 #endif
