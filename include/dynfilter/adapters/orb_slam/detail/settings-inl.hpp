@@ -79,7 +79,7 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
   std::string text;
   for (const auto& [key, value] : root.entries(prefix)) {
     const std::string name = key.substr(prefix.size());
-    const auto& table = P::fields();
+    const dynfilter::detail::AnyFields& table = P::fields().all();
     const auto field =
         std::find_if(table.begin(), table.end(), [&](const auto& f) { return f.info.name == name; });
     if (name == text_key) {
@@ -90,8 +90,7 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
       throw ConfigError("", "unknown key `" + key + "`" + did_you_mean(key, known) +
                                 "; known keys: " + dynfilter::detail::joined(known));
     } else {
-      field->read(p, value);
-      field->check(p, value.path());
+      field->read(&p, value);
     }
   }
   return text;
