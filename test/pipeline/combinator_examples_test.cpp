@@ -41,7 +41,6 @@ TEST_CASE("every combinator has an example that runs and rejects features") {
     const Verdict verdict = last_verdict(file);
     for (const StageReport& stage : verdict.report.stages) {
       CAPTURE(stage.path);
-      CHECK_FALSE(stage.skipped);
       CHECK_FALSE(stage.failed);
     }
     const auto& stages = verdict.report.stages;
@@ -49,6 +48,7 @@ TEST_CASE("every combinator has an example that runs and rejects features") {
       return stage.name == entry.card.name;
     });
     REQUIRE(combinator != stages.end());
+    CHECK_FALSE(combinator->skipped);
     CHECK(combinator->judged > 0);
     CHECK(combinator->dynamic > 0);
     CHECK(verdict.report.rejected > 0);

@@ -180,7 +180,8 @@ Clip judge_file(const fs::path& file, const MotionOptions& options, const Regist
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   eval::Classification counts;
   for (std::size_t p = 0; p < dynamic.size(); ++p)
-    counts.add(task.is_positive(tracks.label[p]) ? eval::TruthPixel::Dynamic : eval::TruthPixel::Static, dynamic[p]);
+    counts.add(task.is_positive(tracks.label[p]) ? eval::TruthPixel::Dynamic : eval::TruthPixel::Static,
+               dynamic[p]);
   clip.points = dynamic.size();
   clip.positives = counts.dynamic_rejected + counts.dynamic_kept;
   clip.precision = counts.precision();
