@@ -239,6 +239,32 @@ TEST_CASE("groups are what chains of like neighbours hold together") {
   CHECK(groups.near(4).size() == 4);
 }
 
+TEST_CASE("a camera stands while traffic fills most of the view") {
+  // Cars that cross to the right fit a camera that shifts to the left before a background at infinity.
+  Rng rng(3);
+  std::vector<ViewPair> pairs;
+  std::vector<int> seeds;
+  for (int i = 0; i < 400; ++i) {
+    const double x = rng.uniform(-600, 600), y = rng.uniform(-180, 180);
+    const bool crossing = y > -60;
+    const double flow = crossing ? 6 + rng.uniform(0, 10) : 0, noise = rng.uniform(-0.05, 0.05);
+    seeds.push_back(static_cast<int>(pairs.size()));
+    pairs.push_back({x, y, x + flow + noise, y + noise});
+  }
+  ImageCells cells;
+  cells.width_px = 1200, cells.height_px = 360;
+  ViewMotionEstimator estimator;
+  const auto found = estimator.estimate(pairs, seeds, cells, 700, std::nullopt);
+  REQUIRE(found.has_value());
+  CHECK_FALSE(found->has_baseline());
+  CHECK(found->rotation_rad == std::array<double, 3>{});
+  // Where the background moves as well, the camera does.
+  for (ViewPair& p : pairs) p.x += 1;
+  const auto moved = estimator.estimate(pairs, seeds, cells, 700, std::nullopt);
+  REQUIRE(moved.has_value());
+  CHECK(moved->rotation_rad != std::array<double, 3>{});
+}
+
 TEST_CASE("points of one patch are not each other's neighbours") {
   std::vector<ImageNeighbours::Point> points;
   for (int i = 0; i < 5; ++i) points.push_back({1.0 * i, 0});  // one corner

@@ -32,6 +32,9 @@ struct ViewMotionOptions {
   /// A turn alone is taken where it has this share of the support, unless more than `parallax_share` of what
   /// it explains flows as parallax does.
   double rotation_share = 0.7, parallax_share = 0.4;
+  /// A camera stands if this share of the votes does not flow at all: far points alone are fewer, and a car
+  /// ahead is one of many cells.
+  double rest_share = 0.2;
 };
 
 /// The camera's motion from the flow of points of which many may move: the motion whose inliers **cover most
@@ -54,6 +57,7 @@ class ViewMotionEstimator {
 
  private:
   static constexpr int kSample = 6, kScoredPerCell = 4, kLeastSamples = 10;
+  static constexpr double kRest_px = 0.2;            ///< flow of a still image: noise of sub-pixel matching
   static constexpr double kLeastParallax_px = 0.02;  ///< where there is no noise to measure
   static constexpr double kMissed = 0.01;            ///< probability that no sample was of inliers only
   static constexpr double kHopeless = 0.5;  ///< share of the support needed; the fit to all will not reach it
@@ -80,6 +84,9 @@ class ViewMotionEstimator {
 
   ViewMotion without_needless_baseline(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
                                        double focal_px);
+
+  /// Nothing flows but what moves itself.
+  bool stands(const std::vector<ViewPair>& pairs) const;
 
   /// Of what the rotation in best_ explains, the share that flows as parallax does, by more than twice the
   /// noise: that of the distances to the epipolar lines. Noise seldom does.

@@ -22,6 +22,7 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
   if (static_cast<int>(seeds.size()) < options_.min_pairs) return std::nullopt;
   fill_cells(pairs, seeds, cells);
   if (static_cast<int>(occupied_.size()) < options_.min_cells) return std::nullopt;
+  if (stands(pairs)) return ViewMotion{{}, {}, focal_px};
   rng_ = Rng(kSeed);
   best_support_ = -1;
   if (last) {
@@ -33,6 +34,16 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
     try_sample(pairs, focal_px, last, k);
   polish(pairs, seeds);
   return without_needless_baseline(pairs, seeds, focal_px);
+}
+
+inline bool ViewMotionEstimator::stands(const std::vector<ViewPair>& pairs) const {
+  double at_rest = 0;
+  for (const int index : scored_) {
+    const auto i = static_cast<std::size_t>(index);
+    if (std::hypot(pairs[i].x - pairs[i].reference_x, pairs[i].y - pairs[i].reference_y) < kRest_px)
+      at_rest += score_weights_[i];
+  }
+  return at_rest > options_.rest_share * votes_;
 }
 
 inline double ViewMotionEstimator::samples_needed() const {
