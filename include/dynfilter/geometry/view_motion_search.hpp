@@ -50,10 +50,11 @@ class ViewMotionEstimator {
 
   explicit ViewMotionEstimator(const Options& options = Options()) : options_(options) {}
 
-  /// From the pairs that may carry it (`seeds`). `last`: of the frame before.
+  /// From the pairs that may carry it (`seeds`). `last`: of the frame before, or of this one (`fresh`) over
+  /// another gap: then fewer samples will do.
   std::optional<ViewMotion> estimate(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
                                      const ImageCells& cells, double focal_px,
-                                     const std::optional<ViewMotion>& last);
+                                     const std::optional<ViewMotion>& last, bool fresh = false);
 
  private:
   static constexpr int kSample = 6, kScoredPerCell = 4, kLeastSamples = 10;

@@ -144,7 +144,8 @@ inline bool FlowConsistencyFilter::measure(const Evidence& evidence, int gap, Vo
   if (main) motion_ = main_motion_;
   std::optional<ViewMotion> guess;
   if (motion_) guess = motion_->over(gap_s_);
-  const std::optional<ViewMotion> found = estimator_.estimate(pairs_, seeds_, cells_, focal_px_, guess);
+  const std::optional<ViewMotion> found =
+      estimator_.estimate(pairs_, seeds_, cells_, focal_px_, guess, !main);
   if (main) {
     main_motion_.reset();
     if (found) main_motion_ = TimedMotion{*found, gap_s_};

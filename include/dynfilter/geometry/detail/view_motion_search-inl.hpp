@@ -18,7 +18,7 @@ namespace dynfilter {
 
 DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
     const std::vector<ViewPair>& pairs, const std::vector<int>& seeds, const ImageCells& cells,
-    double focal_px, const std::optional<ViewMotion>& last) {
+    double focal_px, const std::optional<ViewMotion>& last, bool fresh) {
   if (static_cast<int>(seeds.size()) < options_.min_pairs) return std::nullopt;
   fill_cells(pairs, seeds, cells);
   if (static_cast<int>(occupied_.size()) < options_.min_cells) return std::nullopt;
@@ -30,8 +30,8 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
     attempt(pairs, refine_view_motion(*last, pairs, seeds, weights_, 1.0, 8));
   }
   const int least = last ? kLeastSamples : options_.iterations;
-  for (int k = 0; k < options_.iterations && (k < least || k < samples_needed()); ++k)
-    try_sample(pairs, focal_px, last, k);
+  const int most = last && fresh ? kLeastSamples : options_.iterations;
+  for (int k = 0; k < most && (k < least || k < samples_needed()); ++k) try_sample(pairs, focal_px, last, k);
   polish(pairs, seeds);
   return without_needless_baseline(pairs, seeds, focal_px);
 }
