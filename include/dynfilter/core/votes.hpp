@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/span.hpp>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace dynfilter {
@@ -47,7 +47,8 @@ class Votes {
   /// The parts are texts and integers: note("motion: ", 5, " of ", 7).
   template <class... Parts>
   void note(const Parts&... parts) {
-    append_text(note_, note_.empty() ? "" : "; ", parts...);
+    if (!note_.empty()) note_ += "; ";
+    (add(parts), ...);
   }
   const std::string& notes() const { return note_; }
   /// Marks the prior suspects of `other`, which has the same number of features.
@@ -81,6 +82,14 @@ class Votes {
   std::vector<Vote> vote_;
   std::vector<float> suspicion_;
   std::vector<std::uint8_t> prior_;
+  template <class Part>
+  void add(const Part& part) {
+    if constexpr (std::is_integral_v<Part>)
+      note_ += std::to_string(part);
+    else
+      note_ += part;
+  }
+
   std::string note_;
 };
 
