@@ -4,6 +4,7 @@
 #include <dynfilter/pipeline/cluster_expand.hpp>
 
 #include <dynfilter/cluster/clusters.hpp>
+#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>

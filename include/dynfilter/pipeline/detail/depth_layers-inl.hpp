@@ -4,6 +4,7 @@
 #include <dynfilter/pipeline/depth_layers.hpp>
 
 #include <algorithm>
+#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <opencv2/core.hpp>

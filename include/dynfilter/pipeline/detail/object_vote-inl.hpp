@@ -4,6 +4,7 @@
 #include <dynfilter/pipeline/object_vote.hpp>
 
 #include <algorithm>
+#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/pipeline/stage.hpp>
