@@ -71,7 +71,7 @@ inline std::filesystem::path AtomicFolder::resolved(const std::filesystem::path&
   const std::filesystem::path whole = std::filesystem::absolute(folder).lexically_normal();
   const std::filesystem::path named = whole.has_filename() ? whole : whole.parent_path();
   std::error_code error;
-  const std::filesystem::path real = std::filesystem::canonical(named, error);
+  std::filesystem::path real = std::filesystem::canonical(named, error);
   if (error) return named;
   if (!std::filesystem::is_directory(real)) throw IoError(named.string() + ": exists and is not a folder");
   return real;
