@@ -69,7 +69,7 @@ DYNFILTER_INLINE void AtomicFolder::commit() {
 /// Without a slash at the end and without symbolic links, which a rename would replace.
 inline std::filesystem::path AtomicFolder::resolved(const std::filesystem::path& folder) {
   const std::filesystem::path whole = std::filesystem::absolute(folder).lexically_normal();
-  const std::filesystem::path named = whole.has_filename() ? whole : whole.parent_path();
+  std::filesystem::path named = whole.has_filename() ? whole : whole.parent_path();
   std::error_code error;
   std::filesystem::path real = std::filesystem::canonical(named, error);
   if (error) return named;
