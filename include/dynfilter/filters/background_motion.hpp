@@ -112,7 +112,6 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr float kBlindTrust = 0.3F;     ///< of neighbours, for a feature without depth
   static constexpr float kOwnWeight = 0.5F;      ///< of zero evidence in the mean over neighbours
   static constexpr float kSupportReach_px = 40, kSupportReach_m = 0.25F;  ///< neighbours of a core
-  static constexpr float kOnePatch_px = 8;         ///< closer features share their flow: one observation
   static constexpr float kMinSupport = 1.3F;       ///< two of them within 24 px, or more farther away
   static constexpr float kMinSupportShare = 0.5F;  ///< of them that must move, too
   static constexpr float kCoreReach_px = 120, kCoreReach_m = 0.4F;  ///< from a core to its object's features

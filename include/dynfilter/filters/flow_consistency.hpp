@@ -108,8 +108,6 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   static constexpr double kMaxSigmas = 6;  ///< limits the influence of one frame
   static constexpr int kNeighbours = 6;    ///< judged together if their flow is similar
   static constexpr double kReach = 0.05;   ///< [image widths] radius of the neighbourhood
-  /// Features closer than that lie in one patch of the flow: they are one observation.
-  static constexpr double kOnePatch_px = 8;
   /// Largest difference of similar flows.
   static constexpr double kAlike_px = 0.4, kAlikeOfFlow = 0.06;
   static constexpr double kUntrackedReach = 0.075;  ///< neighbourhood of a feature without a track

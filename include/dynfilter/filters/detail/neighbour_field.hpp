@@ -16,6 +16,9 @@
 
 namespace dynfilter {
 
+/// Features closer than half of the flow's window share its patch, and so its error: they are one observation.
+constexpr float kOnePatch_px = 8;
+
 /// The features of a frame sorted by place, for sums of several values over the same neighbourhoods.
 /// Results do not depend on the order of the features, down to the last bit.
 /// Positions that are not finite are skipped.
