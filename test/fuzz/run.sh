@@ -4,11 +4,12 @@
 # names the input that shows it.
 #   bash test/fuzz/run.sh [SECONDS] [TARGET...]     SECONDS: default 60, of each target; TARGET: default all
 # What is found is collected in build/fuzz/found/TARGET, and new inputs in build/fuzz/corpus/TARGET, so that the next run
-# continues from there. DYNFILTER_FUZZ_AT_ONCE: targets at a time, default 2.
+# continues from there. DYNFILTER_FUZZ_AT_ONCE: targets at a time, default 2. DYNFILTER_FUZZ_SEED: for the same inputs in
+# every run that starts without build/fuzz/corpus; default: other inputs each time.
 set -u
 cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 2
 seconds=${1:-60}
-[[ "$seconds" =~ ^[1-9][0-9]*$ ]] || { sed -n '5,7s/^# *//p' "${BASH_SOURCE[0]}"; exit 2; }
+[[ "$seconds" =~ ^[1-9][0-9]*$ ]] || { sed -n '5,8s/^# *//p' "${BASH_SOURCE[0]}"; exit 2; }
 shift || true
 targets=${*:-yaml frames files sequences protocol facade}
 
@@ -25,7 +26,7 @@ fuzz() {
   mkdir -p "build/fuzz/found/$target" "build/fuzz/corpus/$target"
   if [ "$target" = yaml ]; then extra=(-dict=test/fuzz/yaml.dict examples/pipelines test/fuzz/pipelines); fi
   # An input may take 20 s here: the sanitizers are slow, and so may be the machine.
-  DYNFILTER_FUZZ_RATE=1 build/fuzz/test/fuzz/fuzz_"$target" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 \
+  DYNFILTER_FUZZ_RATE=1 build/fuzz/test/fuzz/fuzz_"$target" -seed="${DYNFILTER_FUZZ_SEED:-0}" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 \
     -max_len=4096 -artifact_prefix="build/fuzz/found/$target/" -print_final_stats=1 "build/fuzz/corpus/$target" \
     "test/fuzz/corpus/$target" "${extra[@]}" >"$log" 2>&1
   local code=$?

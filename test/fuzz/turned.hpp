@@ -33,7 +33,7 @@ class Turner {
     turn(f.keypoints, n), turn(f.undistorted, n), turn(f.depth_m, n), turn(f.right_u_px, n);
     turn(f.map_point_ids, n), turn(f.map_points, n), turn(f.match_index, n);
     turn(f.keyframe_points, n);
-    if (static_cast<std::size_t>(f.descriptors.rows) == n && n > 0) cv::flip(f.descriptors, f.descriptors, 0);
+    if (static_cast<std::size_t>(f.descriptors.rows) == n && n > 0) f.descriptors = flipped(f.descriptors, 0);
     return place;
   }
 
@@ -43,7 +43,8 @@ class Turner {
     const int width = f.grey.empty() ? 0 : f.grey.cols;
     if (width == 0 || f.grey.type() != CV_8UC1) return void(comparable_ = false);
     for (const cv::KeyPoint& k : f.keypoints)
-      if (!on_lattice(k.pt.x)) comparable_ = false;
+      if (!on_lattice(k.pt.x) || k.pt.x < 0 || k.pt.x >= static_cast<float>(width))
+        comparable_ = false;  // a keypoint at x = width belongs to the last column
     for (const dynfilter::Detection& d : f.boxes)
       if (!on_lattice(d.box.x) || !on_lattice(d.box.width)) comparable_ = false;
     if (f.labels.size() != f.grey.size()) comparable_ = false;     // scaling rounds to one side
@@ -56,12 +57,18 @@ class Turner {
     for (dynfilter::Detection& d : f.boxes) {
       d.box.x -= 0.5F;
       d.box.x = last - d.box.x - d.box.width;
-      if (!d.mask.empty()) cv::flip(d.mask, d.mask, 1);
+      if (!d.mask.empty()) d.mask = flipped(d.mask, 1);
     }
-    cv::flip(f.labels, f.labels, 1);
+    f.labels = flipped(f.labels, 1);
   }
 
  private:
+  /// The pixels of an OwnedFrame may be another frame's, too.
+  static cv::Mat flipped(const cv::Mat& image, int axis) {
+    cv::Mat out;
+    cv::flip(image, out, axis);
+    return out;
+  }
   static bool on_lattice(float x) { return std::abs(x) < 1000 && std::floor(x) == x; }
 
   /// Two features that nothing distinguishes may change their roles.
