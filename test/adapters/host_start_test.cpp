@@ -177,7 +177,7 @@ TEST_CASE("keep_first_frame 0: masks and boxes decide on the first frame, with t
   }
 }
 
-TEST_CASE("start: one line says which pipeline runs, what it asks for and what the host gives") {
+TEST_CASE("start: one line says which pipeline runs, what it uses and what the host gives") {
   const Folder folder;
   Lines lines;
   auto filter = start(folder.settings("DynFilter.pipeline: des_slam\n"), lines);
@@ -186,7 +186,7 @@ TEST_CASE("start: one line says which pipeline runs, what it asks for and what t
   CHECK(lines[0] == filter->start_line());
   CHECK(has(lines[0], "dynfilter: pipeline `des_slam` of "));
   CHECK(has(lines[0],
-            "des_slam.yaml asks for depth, camera, pose, mask, map points, covisible keyframes, "
+            "des_slam.yaml uses depth, camera, pose, mask, map points, covisible keyframes, "
             "correspondences; the host gives depth, camera, pose, map points, covisible keyframes, "
             "correspondences, but not: mask (masks: set_mask(), DynFilter.masks or "
             "DynFilter.detector); it also needs the calls at_keyframe()"));
@@ -196,9 +196,9 @@ TEST_CASE("start: one line says which pipeline runs, what it asks for and what t
   const auto line = [&](const std::string& keys, int sensor = 2) {
     return OrbSlam(folder.settings(keys), sensor).start_line();
   };
-  CHECK(has(line(kReject), "settings.yaml asks for "));
+  CHECK(has(line(kReject), "settings.yaml uses "));
   CHECK(has(line("DynFilter.pipeline: dynfilter\n", 0), "but not: depth, boxes, mask"));
-  CHECK(has(line("DynFilter.pipeline: none\n"), "asks for nothing"));
+  CHECK(has(line("DynFilter.pipeline: none\n"), "uses nothing"));
   CHECK(has(line(std::string("DynFilter.pipeline: rts_slam_g\n")), "the host gives all of it"));
   folder.write("boxes.txt", "100.0 none\n");
   CHECK(has(line("DynFilter.boxes: boxes.txt\n"), "but not: mask ("));

@@ -17,6 +17,7 @@
 
 #include "command.hpp"
 #include "running/command_registry.hpp"
+#include "running/oracle_filter.hpp"
 #include "running/presets.hpp"
 #include "text/json.hpp"
 #include "text/terminal.hpp"
@@ -52,6 +53,10 @@ Needs needs_of(const Pipeline& pipeline) {
   return all;
 }
 
+std::string required_by(const Pipeline& pipeline, const Needs& needs) {
+  return needs_text(uses_stage(pipeline, OracleFilter::kName) ? OracleFilter::kName : "", needs.required);
+}
+
 void print_stages(const Stage& root) {
   root.for_each([](const Stage& stage, int depth) {
     const std::string name = std::string(static_cast<std::size_t>(4 + 2 * depth), ' ') + stage.name();
@@ -61,9 +66,9 @@ void print_stages(const Stage& root) {
       const Needs needs = stage.needs();
       const bool more = needs.optional != Input::None;
       constexpr std::size_t kTextAt = 40;
-      const std::string text =
-          wrapped("needs " + to_string(needs.required) + (more ? "; uses " + to_string(needs.optional) : ""),
-                  text_columns(), kTextAt);
+      const std::string text = wrapped("needs " + needs_text(stage.name(), needs.required) +
+                                           (more ? "; uses " + to_string(needs.optional) : ""),
+                                       text_columns(), kTextAt);
       fmt::print("{}", name + (name.size() < kTextAt ? text.substr(name.size()) : "\n" + text));
     }
   });
@@ -77,10 +82,10 @@ void print_text(const Pipeline& pipeline, const std::string& file) {
     print_stages(*pipeline.stages(point));
   }
   const Needs needs = needs_of(pipeline);
-  fmt::print("{}",
-             wrapped(fmt::format("inputs: {}; used where given: {}; frames looked back: {}",
-                                 to_string(needs.required), to_string(needs.optional), needs.history_frames),
-                     text_columns(), 2));
+  fmt::print("{}", wrapped(fmt::format("inputs: {}; used where given: {}; frames looked back: {}",
+                                       required_by(pipeline, needs), to_string(needs.optional),
+                                       needs.history_frames),
+                           text_columns(), 2));
   fmt::print("  a stage whose input is missing is skipped, and the report says so\n");
 }
 
@@ -94,14 +99,14 @@ void print_json(const Pipeline& pipeline, const std::string& file) {
                         {"name", stage.name()},
                         {"path", stage.path()},
                         {"filter", is_filter(stage)},
-                        {"required", to_string(stage.needs().required)},
+                        {"required", needs_text(stage.name(), stage.needs().required)},
                         {"optional", to_string(stage.needs().optional)}});
     });
   }
   const Needs needs = needs_of(pipeline);
   const Json json{{"pipeline", pipeline.name()},
                   {"file", file},
-                  {"required", to_string(needs.required)},
+                  {"required", required_by(pipeline, needs)},
                   {"optional", to_string(needs.optional)},
                   {"history_frames", needs.history_frames},
                   {"stages", stages}};

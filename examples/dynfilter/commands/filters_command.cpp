@@ -45,7 +45,7 @@ Json parameters_json(const std::vector<FieldInfo>& fields) {
 Json card_json(const FilterCard& card) {
   return {{"name", card.name},
           {"summary", card.summary},
-          {"required", to_string(card.needs.required)},
+          {"required", needs_text(card.name, card.needs.required)},
           {"optional", to_string(card.needs.optional)},
           {"history_frames", card.needs.history_frames},
           {"parameters", parameters_json(card.parameters)}};
@@ -73,7 +73,7 @@ void print_parameters(const std::vector<FieldInfo>& fields) {
 
 void print_card(const FilterCard& card) {
   fmt::print("{}\n", wrapped(card.name + ": " + card.summary, text_columns()));
-  fmt::print("  needs       {}\n", to_string(card.needs.required));
+  fmt::print("  needs       {}\n", needs_text(card.name, card.needs.required));
   if (card.needs.optional != Input::None)
     fmt::print("  uses        {}, where given\n", to_string(card.needs.optional));
   if (card.needs.history_frames > 0)
@@ -101,7 +101,7 @@ void print_list(const Registry& registry) {
   fmt::print("rejectors\n");
   for (const std::string& name : registry.names()) {
     const FilterCard& card = registry.find(name)->card;
-    print_entry(name, card.summary, "needs " + to_string(card.needs.required));
+    print_entry(name, card.summary, "needs " + needs_text(card.name, card.needs.required));
   }
   fmt::print("\ncombinators\n");
   for (const CombinatorEntry& entry : combinator_table())

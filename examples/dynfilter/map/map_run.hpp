@@ -31,21 +31,12 @@
 #include "map_keyframes.hpp"
 #include "map_output.hpp"
 #include "odometry/odometry.hpp"
+#include "running/command_registry.hpp"
 #include "running/pipeline_judge.hpp"
 #include "running/sequence_run.hpp"
 #include "text/option_hint.hpp"
 
 namespace dynfilter::command {
-
-/// True if a stage of the pipeline has this name.
-inline bool uses_stage(const Pipeline& pipeline, const std::string& name) {
-  bool found = false;
-  for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
-    if (const Stage* root = pipeline.stages(point))
-      root->for_each([&](const Stage& stage, int) { found = found || stage.name() == name; });
-  }
-  return found;
-}
 
 inline bool has_stages(const Pipeline& pipeline) {
   return pipeline.stages(CallPoint::BeforePose) || pipeline.stages(CallPoint::AfterPose) ||

@@ -12,6 +12,7 @@
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <string>
 #include <utility>
 
 namespace dynfilter::command {
@@ -45,6 +46,12 @@ class OracleFilter final : public NamedFilter<OracleFilter> {
  private:
   std::shared_ptr<const OracleLabels> truth_;
 };
+
+/// The inputs that the filter `name` needs, in words. Labels are no input of a frame: only the oracle reads them.
+inline std::string needs_text(const std::string& name, Input inputs) {
+  if (name != OracleFilter::kName) return to_string(inputs);
+  return inputs == Input::None ? "labels of the sequence" : to_string(inputs) + ", labels of the sequence";
+}
 
 inline void add_oracle(Registry& registry, std::shared_ptr<const OracleLabels> truth) {
   FilterCard card;

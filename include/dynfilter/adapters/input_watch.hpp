@@ -15,7 +15,7 @@
 
 namespace dynfilter {
 
-/// Which inputs a pipeline asks for and which a host really gives: for one line at start, and for one warning
+/// Which inputs a pipeline uses and which a host gives: for one line at start, and for one warning
 /// when something never came.
 class InputWatch {
  public:
@@ -23,8 +23,8 @@ class InputWatch {
 
   explicit InputWatch(const Pipeline& pipeline);
 
-  /// Which pipeline runs, from which file, which inputs it asks for and which are given: "dynfilter: pipeline
-  /// `des_slam` of .../des_slam.yaml asks for depth, mask; the host gives depth, but not: mask". `given`:
+  /// Which pipeline runs, from which file, which inputs it uses and which are given: "dynfilter: pipeline
+  /// `des_slam` of .../des_slam.yaml uses depth, mask; the host gives depth, but not: mask". `given`:
   /// what the host can give.
   std::string start_line(const std::string& file, Input given) const;
 

@@ -137,7 +137,7 @@ class OrbSlam {
   const Pipeline& pipeline() const { return pipeline_; }
   /// The file that the pipeline was read from: the settings file or a preset's; "" if made in code.
   const std::string& pipeline_file() const { return pipeline_file_; }
-  /// Which pipeline runs, from which file, which inputs it asks for and which of them this host gives.
+  /// Which pipeline runs, from which file, which inputs it uses and which of them this host gives.
   std::string start_line() const {
     return params_.enabled ? watch_.start_line(pipeline_file_, given_inputs())
                            : "dynfilter: off, every feature is kept (DynFilter.enabled)";

@@ -17,7 +17,7 @@ DYNFILTER_INLINE InputWatch::InputWatch(const Pipeline& pipeline) : name_(pipeli
 DYNFILTER_INLINE std::string InputWatch::start_line(const std::string& file, Input given) const {
   std::string line = "dynfilter: pipeline `" + name_ + "`";
   if (!file.empty()) line += " of " + file;
-  line += " asks for " + to_string(asked_for_);
+  line += " uses " + to_string(asked_for_);
   const Input missing = without(asked_for_, given);
   if (asked_for_ != Input::None && missing == Input::None) line += "; the host gives all of it";
   if (missing != Input::None) {
