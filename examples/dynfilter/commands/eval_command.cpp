@@ -143,8 +143,8 @@ void add_eval(CLI::App& app, Action& action) {
       "Prints the absolute and the relative trajectory error, as the TUM RGB-D tools print them. Poses are "
       "paired if their stamps differ by less than 0.02 s. Relative errors are of poses one second apart. "
       "As in the TUM tools, rotational_error.median is in radians. --json adds median_deg.\n\n"
-      "Files are in the format of TUM (timestamp tx ty tz qx qy qz qw), of KITTI (12 numbers per line) or "
-      "of EuRoC's ground truth (nanoseconds, commas, qw first). All errors are defined as in the TUM tools, "
+      "Files are in one of three formats. TUM: timestamp tx ty tz qx qy qz qw. KITTI: 12 numbers per line. "
+      "EuRoC's ground truth: nanoseconds, commas, qw first. All errors are defined as in the TUM tools, "
       "not as in KITTI's.");
   command->add_option("GROUNDTRUTH", options->truth, "a trajectory")->required()->type_name("FILE");
   command->add_option("ESTIMATE", options->estimate, "a trajectory")->required()->type_name("FILE");

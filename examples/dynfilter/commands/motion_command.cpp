@@ -341,8 +341,8 @@ void add_motion(CLI::App& app, Action& action) {
   command
       ->add_option(
           "--positive", options->positive,
-          "what is to be found: movers (label > 1), mismatches (label 0), others (every label but the one "
-          "that spreads most over the image), or auto: by the data set that the file names")
+          "which points are to be found. movers: label > 1. mismatches: label 0. others: every label but the "
+          "one that spreads most over the image. auto: by the data set that the file names")
       ->check(CLI::IsMember({"auto", "movers", "mismatches", "others"}))
       ->type_name("WHAT");
   command->add_option("--focal-px", options->focal_px, "the camera's focal length, if it is known")

@@ -19,8 +19,8 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
       ->type_name("FILE");
   command
       .add_option("--sensor", options.sensor,
-                  "what the odometry sees: rgbd, stereo or mono; without it what camera.yaml names, else "
-                  "rgbd if there are depth images, stereo if there are right images, mono")
+                  "what the odometry sees; by default what camera.yaml names, else rgbd with depth images, "
+                  "else stereo with right images, else mono")
       ->check(CLI::IsMember({"rgbd", "stereo", "mono"}))
       ->type_name("SENSOR");
   command
@@ -39,8 +39,8 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
   command
       .add_option(
           "--detector-mode", options.detector_mode,
-          "when boxes and masks arrive: sync; late:N, N frames later; rate:HZ, as from a detector that "
-          "takes 1/HZ; async, from a thread of their own, at the pace of the recording")
+          "when boxes and masks arrive: sync (at once), late:N (N frames later), rate:HZ (as from a detector "
+          "that takes 1/HZ) or async (from a thread of their own, at the pace of the recording)")
       ->check([](const std::string& mode) {
         try {
           parse_runner_mode(mode);

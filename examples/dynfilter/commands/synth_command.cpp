@@ -103,10 +103,9 @@ void add_synth(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
       "synth",
       "Writes a labelled synthetic sequence in TUM's layout. The folder gets rgb/ and depth/ with their "
-      "lists, "
-      "right/ (of a second camera), groundtruth.txt, camera.yaml, labels/ dynamic/ motion/ (the truth), "
-      "masks/ and detections.txt (of a "
-      "detector with faults).\n\nScenes: " +
+      "lists, groundtruth.txt and camera.yaml. The truth is in labels/, dynamic/ and motion/. masks/ and "
+      "detections.txt are those of a detector with faults. With a second camera there is right/, too."
+      "\n\nScenes: " +
           scenes());
   command->add_option("SCENE", sequence.scene, "one of the scenes above")->required()->type_name("SCENE");
   command->add_option("DIR", options->folder, "folder to write; an existing synthetic sequence is replaced")

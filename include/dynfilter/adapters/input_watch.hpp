@@ -49,7 +49,7 @@ class InputWatch {
   static std::size_t index(CallPoint point) { return static_cast<std::size_t>(point); }
 
   /// Of each stage what it requires, and boxes and masks even where it can do without. A combinator reports
-  /// what its members ask for as its own: only what none of them asks for is its own.
+  /// its members' inputs as its own. Only what none of them uses is its own.
   void collect(CallPoint point, const Stage& root);
 
   static bool has_fallback(const std::vector<std::pair<const Stage*, int>>& nodes, std::size_t i);

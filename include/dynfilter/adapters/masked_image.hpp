@@ -32,7 +32,7 @@ class MaskedImage {
   /// another size than the mask is copied unchanged.
   static void zero_depth(const cv::Mat& depth, const cv::Mat& mask, cv::Mat& out);
 
-  /// A copy of a grey or colour image that is smooth where the mask is set, with a soft edge: a hard one
+  /// A copy of a grey or colour image that is smooth where the mask is set, with a soft edge. A hard one
   /// would be a new contour full of corners. About 2 ms for 640x480.
   void paint(const cv::Mat& image, const cv::Mat& mask, cv::Mat& out);
 

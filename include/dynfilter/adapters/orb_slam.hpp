@@ -37,8 +37,8 @@ namespace dynfilter {
 /// Judges and thins the frames of an ORB-SLAM2 or ORB-SLAM3 fork (docs/how-to/orb_slam.md). A member of the host's
 /// Tracking, called from its thread only; templates on the host's own types, told apart at compile time.
 ///
-/// Odd data never throws: images of a new size, no depth, an empty pose, no features, time that jumps back
-/// and a frame number that starts again are all taken (the last two forget the history). Wrong settings throw
+/// Odd data never throws: images of a new size, no depth, an empty pose, no features. Time that jumps back
+/// and a frame number that starts again reset the history. Wrong settings throw
 /// ConfigError when it is made. Reading and thinning cost less than 0.1 ms for 1000 features, beside the
 /// pipeline's own time.
 class OrbSlam {
@@ -59,9 +59,9 @@ class OrbSlam {
       : OrbSlam(read_orb_slam_settings(settings_file, registry, providers), host_sensor(sensor)) {}
   OrbSlam(OrbSlamSettings settings, HostSensor sensor, Tell tell = nullptr);
 
-  // ---- what a detector or a segmenter found; used by all call points of the next frame, then forgotten
-  /// `frame_id`: the host's mnId of the frame they were computed on, -1: the next one. An empty list means
-  /// that nothing was found; masks inside are not copied.
+  // ---- what a detector or a segmenter found, for all call points of the next frame
+  /// `frame_id`: the host's mnId of the frame they were computed on, or -1 for the next one. An empty list
+  /// means that nothing was found. Masks inside are not copied.
   void set_detections(std::vector<Detection> detections, std::int64_t frame_id = -1) {
     semantics_.set_detections(std::move(detections), frame_id);
   }
@@ -104,8 +104,8 @@ class OrbSlam {
     return verdict_;
   }
 
-  /// In CreateNewKeyFrame, before the KeyFrame is made of the frame: judges features and map points against
-  /// the covisible keyframes (mvpLocalKeyFrames), thins the frame, and returns the map points that moved, for
+  /// In CreateNewKeyFrame, before the KeyFrame is made of the frame. Judges features and map points against
+  /// the covisible keyframes (mvpLocalKeyFrames) and thins the frame. Returns the map points that moved, for
   /// the host to erase (SetBadFlag).
   template <class Frame, class KeyFrame>
   std::vector<orb_slam::MapPointOf<Frame>*> at_keyframe(Frame& frame,

@@ -23,7 +23,7 @@ struct TwoViewModel;
 struct RigidMotion;
 
 /// What a filter may know of the current frame: the frame itself, what is measured in it, and what earlier
-/// stages said. Read-only. Measurements are computed when a filter first asks for them, once per frame, and
+/// stages said. Read-only. Measurements are computed when a filter first uses them, once per frame, and
 /// all filters share them. References are valid until the end of the frame.
 /// An interface without storage: a plugin works with any implementation of it.
 class Evidence {
@@ -102,8 +102,8 @@ class Evidence {
   virtual std::optional<Pose> host_motion(const Match& match) const = 0;
 
   // ---- late results
-  /// The frame's boxes when they are of an older frame, carried to this one (late/late_semantics.hpp):
-  /// those found on it or, missed since, at most `max_age_frames` ago, with track ids. Null when nothing
+  /// The boxes of an older frame, carried to this one, with track ids (late/late_semantics.hpp). They were
+  /// found on that frame, or at most `max_age_frames` before and missed since. Null when nothing
   /// leads here.
   virtual const std::vector<Detection>* carried_boxes(int max_age_frames) const = 0;
   /// A mask of an older frame, carried to this one, at a quarter of the image's width and height.

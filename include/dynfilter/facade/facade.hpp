@@ -133,7 +133,7 @@ struct StageReport {
   std::string note;  ///< why it was skipped, which model was used, ...; "" if nothing
   std::size_t judged, dynamic, unknown;
   std::size_t prior;  ///< suspects that are kept out of the fit of models
-  double time_ms;     ///< shared evidence that it was first to ask for included
+  double time_ms;     ///< with the shared evidence that it was the first to use
 
   StageReport() : skipped(false), failed(false), judged(0), dynamic(0), unknown(0), prior(0), time_ms(0) {}
 };
@@ -152,8 +152,8 @@ class DYNFILTER_FACADE_API DynFilter {
   /// break or a `{` in it. Names are searched in the folders of the environment variable DYNFILTER_PRESETS,
   /// then in share/dynfilter/pipelines of the installation. error() lists the names for one that is unknown.
   bool load(const std::string& name_path_or_text) noexcept;
-  /// A pipeline file, or any YAML file with a `pipeline` node in it. A pipeline that was there goes, but only
-  /// when the new one can be used.
+  /// A pipeline file, or any YAML file with a `pipeline` node in it. It replaces the present pipeline, but only
+  /// if it can be used.
   bool load_file(const std::string& path) noexcept;
   bool load_text(const std::string& yaml) noexcept;
   bool loaded() const noexcept;

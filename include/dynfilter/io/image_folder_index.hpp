@@ -10,9 +10,9 @@ namespace dynfilter::io::detail {
 bool is_image_folder(const std::filesystem::path& folder);
 
 /// Reads the names of the images, and right images of the same names in right/ beside left/.
-/// Stamps are those of times.txt, one line per image and in seconds, else the images' names where these
-/// are numbers of seconds or nanoseconds, else counted with `rate_hz`, else with Camera.fps of
-/// camera.yaml, else with 30 Hz.
+/// Stamps are those of times.txt, one line per image and in seconds. Without it they are the images' names
+/// if these are seconds or nanoseconds. Else frames are counted with `rate_hz`, Camera.fps of camera.yaml
+/// or 30 Hz, the first that is given.
 /// The poses are in groundtruth.txt, in TUM's format.
 SequenceIndex read_image_folder_index(const std::filesystem::path& folder, std::optional<double> rate_hz);
 

@@ -49,9 +49,9 @@ struct SequenceFrame {
 class Sequence {
  public:
   /// Reads the lists, not the images.
-  /// Throws IoError with one line that names the file:
-  /// if the folder is missing or of no known layout, if lists are missing, empty or out of order,
-  /// if no frame of a TUM folder has depth, or the camera is unknown.
+  /// Throws IoError with one line that names the file. Causes are a missing folder or an unknown layout,
+  /// lists that are missing, empty or out of order,
+  /// a TUM folder without any depth, and an unknown camera.
   static Sequence open(const std::filesystem::path& folder, const SequenceOptions& options = {});
 
   std::size_t size() const { return index_.frames.size(); }

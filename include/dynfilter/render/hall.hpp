@@ -9,7 +9,7 @@
 
 namespace dynfilter::render {
 
-/// A workshop hall of 16 x 20 x 6 m, z up, origin in the middle of the floor: racks with boxes along the
+/// A workshop hall of 16 x 20 x 6 m, z up, origin in the middle of the floor. Racks with boxes along the
 /// walls, benches, carts and pillars in the middle, pipes under the ceiling.
 class Hall : public Surroundings {
  public:

@@ -15,13 +15,13 @@ void street(SceneBuilder& b);
 /// The same with oncoming cars, two cars ahead and two pedestrians.
 void street_traffic(SceneBuilder& b);
 
-/// One car ahead at a constant distance: its image stands still.
+/// One car ahead at a constant distance: its image does not move.
 void street_follow(SceneBuilder& b);
 
 /// Oncoming cars only. They move along the epipolar lines.
 void street_oncoming(SceneBuilder& b);
 
-/// The own car stands at a crossing. Cars, vans and buses cross in front of it from both sides.
+/// The own car waits at a crossing. Cars, vans and buses cross in front of it from both sides.
 void junction(SceneBuilder& b);
 
 /// The own car turns right at a crossing, among traffic.

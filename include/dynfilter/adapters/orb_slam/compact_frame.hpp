@@ -16,7 +16,7 @@ namespace detail {
 using Keep = std::vector<std::uint8_t>;
 
 /// Drops the entries whose `keep` is 0. An array of another length is not parallel to it and stays. Without
-/// branches: nobody can predict who goes.
+/// branches, which would be mispredicted.
 template <class T>
 void compact(std::vector<T>& values, const Keep& keep) {
   if (values.size() != keep.size()) return;
@@ -27,10 +27,10 @@ void compact(std::vector<T>& values, const Keep& keep) {
   }
   values.erase(values.begin() + static_cast<std::ptrdiff_t>(to), values.end());
 }
-/// Rows of a matrix. Whoever else holds the same rows keeps them as they were.
+/// Rows of a matrix. Other matrices that share these rows are unchanged.
 void compact(cv::Mat& rows, const Keep& keep);
 
-/// The new index of each old one, -1 for those that went.
+/// The new index of each old one, -1 for those that were dropped.
 std::vector<int> new_indices(const Keep& keep);
 
 int count_first(const Keep& keep, int n);
@@ -69,7 +69,7 @@ void compact_single(Frame& frame, const Keep& keep) {
   fill_grid(frame, frame.mvKeysUn, frame.mGrid);
 }
 
-/// Of the right camera goes what is matched to a rejected feature of the left one.
+/// Right features that are matched to a rejected left one are dropped.
 template <class Frame>
 Keep keep_of_right(const Frame& frame, const Keep& left) {
   Keep right(frame.mvKeysRight.size(), 1);
@@ -114,10 +114,10 @@ void compact_pair(Frame& frame, const Keep& left) {
 
 }  // namespace detail
 
-/// Call points B and C: takes the rejected features out of every parallel array of the frame, sets N, refills
-/// the grid through the host's PosInGrid and forgets the bag of words, which the host computes when it needs
-/// it. The order of the others stays. `verdict` is about mvKeys; of another size, nothing is done. Returns
-/// how many went.
+/// Call points B and C. Removes the rejected features from every parallel array of the frame and sets N. Refills
+/// the grid by the host's PosInGrid, and clears the bag of words, which the host computes when it needs it.
+/// The order of the others stays. `verdict` is about mvKeys. With another size, nothing is done. Returns
+/// the number of removed features.
 template <class Frame>
 std::size_t compact_frame(Frame& frame, const Verdict& verdict) {
   require_frame<Frame>();
