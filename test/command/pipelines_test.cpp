@@ -49,7 +49,8 @@ TEST_CASE("check prints the stages of every preset and what they need") {
 }
 
 TEST_CASE("the oracle says that it needs labels") {
-  for (const std::string arguments : {"check oracle", "check oracle --json", "filters oracle", "filters oracle --json"})
+  for (const std::string arguments :
+       {"check oracle", "check oracle --json", "filters oracle", "filters oracle --json"})
     CHECK_MESSAGE(contains(dynfilter(arguments).out, "labels of the sequence"), arguments);
   CHECK(!contains(dynfilter("check dynfilter").out, "labels"));
 }
