@@ -22,7 +22,7 @@ void print_detector(const DetectorSummary& d) {
   if (d.mode == "sync" && d.failed == 0) return;
   fmt::print("  detector      {}: {} results", d.mode, d.results);
   if (d.frames_with_result > 0)
-    fmt::print(", on {} frames, {:.0f} frames old (at most {:.0f})", d.frames_with_result,
+    fmt::print(", on {} frames; median age {:.0f}, at most {:.0f} frames", d.frames_with_result,
                d.age_median_frames, d.age_max_frames);
   fmt::print("; {} images skipped, {} failed{}{}\n", d.skipped, d.failed, d.last_error.empty() ? "" : ": ",
              d.last_error);
