@@ -117,17 +117,20 @@ void occupy_closed_streams() {
   }
 }
 
+[[noreturn]] void end_by(int signal) {
+  complain(std::string("stopped by ") + ::strsignal(signal) + ": what was incomplete is removed", kFailed);
+  std::fflush(stdout);
+  Interruption::end_by(signal);
+}
+
 int run(int argc, char** argv) {
   try {
     return dispatch(argc, argv);
   } catch (const dynfilter::Error& error) {
+    if (Interruption::noted() != 0) end_by(Interruption::noted());  // it ended the wait for an answer
     return complain(error.what(), kBadInput);
   } catch (const Interrupted& interrupted) {
-    complain(
-        std::string("stopped by ") + ::strsignal(interrupted.signal) + ": what was incomplete is removed",
-        kFailed);
-    std::fflush(stdout);
-    Interruption::end_by(interrupted.signal);
+    end_by(interrupted.signal);
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0) return kFailed;  // main() reports it
     return complain(std::string("internal error: ") + error.what(), kFailed);

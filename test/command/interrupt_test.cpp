@@ -2,8 +2,10 @@
 #include <spawn.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -81,6 +83,23 @@ std::string slow_detector(const fs::path& folder) {
   return " --detector '" + (folder / "slow.yaml").string() + "' ";
 }
 
+/// A detector that never answers, or that never says that it has started. It writes its number to `pid`.
+std::string hung_detector(const fs::path& folder, bool starts) {
+  write_text(folder / "hung.sh", "echo $$ > '" + (folder / "pid").string() + "'\n" +
+                                     (starts ? "echo dynfilter-provider 1\n" : "") + "exec sleep 1000\n");
+  write_text(folder / "hung.yaml",
+             "%YAML:1.0\n---\ndetector:\n  type: process\n  timeout_s: 900\n  start_timeout_s: 900\n"
+             "  command: [ /bin/sh, \"" +
+                 (folder / "hung.sh").string() + "\" ]\n");
+  return " --detector '" + (folder / "hung.yaml").string() + "' ";
+}
+
+bool is_alive(long pid) {
+  std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
+  std::string number, name, state;
+  return in >> number >> name >> state && state != "Z" && state != "X";
+}
+
 std::string walking() {
   return "'" + Walking::shared().folder().string() + "' ";
 }
@@ -109,6 +128,34 @@ TEST_CASE("a signal ends a command that writes a folder, and nothing incomplete 
       CHECK(command.err().rfind("dynfilter: stopped by ", 0) == 0);
       CHECK_FALSE(fs::exists(out));
       CHECK(hidden_in(folder.path()).empty());
+    }
+  }
+}
+
+TEST_CASE("a signal ends a command within half a second while it waits for a detector") {
+  using Clock = std::chrono::steady_clock;
+  for (const char* command : {"run", "detect"}) {
+    for (const bool starts : {false, true}) {
+      CAPTURE(command);
+      CAPTURE(starts);
+      std::chrono::duration<double> quickest{1e9};
+      for (int k = 0; k < 5 && quickest.count() > 0.5; ++k) {  // the machine may be busy
+        const TemporaryFolder folder;
+        const std::string pipeline = std::string(command) == "run" ? "--pipeline none " : "";
+        Background running(folder.path(), command + (" " + walking()) + pipeline +
+                                              hung_detector(folder.path(), starts) + "--out '" +
+                                              (folder.path() / "out").string() + "'");
+        long pid = 0;
+        running.wait_until([&] { return bool(std::ifstream(folder.path() / "pid") >> pid); });
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+        const Clock::time_point sent = Clock::now();
+        CHECK(running.end_by(SIGINT) == SIGINT);
+        quickest = std::min<std::chrono::duration<double>>(quickest, Clock::now() - sent);
+        CHECK(running.err().rfind("dynfilter: stopped by ", 0) == 0);
+        CHECK(hidden_in(folder.path()).empty());
+        CHECK_FALSE(is_alive(pid));
+      }
+      CHECK(quickest.count() < 0.5);
     }
   }
 }

@@ -100,8 +100,8 @@ TEST_CASE("disturbed poses and points return to where the sightings put them") {
   for (int k = 1; k < kKeyframes; ++k)
     s.map.keyframes[k].set_pose(
         moved(camera_at(k), (Vector6d() << 0.01, -0.01, 0.02, 0.004, 0.003, -0.005).finished()));
-  for (auto& point : s.map.points)
-    for (int i = 0; i < 3; ++i) point.world_m[i] += between(random, -0.02, 0.02);
+  for (int i = 0; i < kPoints; ++i)
+    for (int axis = 0; axis < 3; ++axis) s.map.points[i].world_m[axis] += between(random, -0.02, 0.02);
   BundleOptions options;
   options.max_iterations = 20;
   BundleAdjuster(kCamera, options).adjust(s.map, {0, 1, 2, 3, 4}, [&](const Observation& o) {

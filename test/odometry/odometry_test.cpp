@@ -101,6 +101,40 @@ TEST_CASE("a swaying camera is followed to millimetres, twice the same to the la
   }
 }
 
+TEST_CASE("the map keeps no more keyframes than allowed, and the trajectory keeps all frames") {
+  cv::setNumThreads(1);
+  OdometryOptions options;
+  options.max_keyframes = 12;
+  Odometry odometry(odometry_test::camera(), options, nullptr), whole(odometry_test::camera(), {}, nullptr);
+  constexpr int kFrames = 120;
+  std::vector<std::size_t> kept_points;
+  for (int i = 0; i < kFrames; ++i) {
+    CHECK(odometry.process(sway(i)).state == TrackState::Tracked);
+    whole.process(sway(i));
+    const Map& map = odometry.map();
+    CHECK(map.keyframes.count() <= 12);
+    std::size_t points = 0;
+    for (std::size_t k = 0; k < map.points.size(); ++k) {
+      if (!map.alive(static_cast<std::int64_t>(k))) continue;
+      ++points;
+      for (const Observation& o : map.point(static_cast<std::int64_t>(k)).observations)
+        CHECK(o.keyframe >= map.keyframes.first());
+    }
+    kept_points.push_back(points);
+    // Until the first keyframe is removed, nothing is different.
+    if (map.keyframes.first() == 0)
+      CHECK(odometry.trajectory().back().T_world_camera.translation_m ==
+            whole.trajectory().back().T_world_camera.translation_m);
+  }
+  CHECK(odometry.map().keyframes.first() > 5);
+  CHECK(whole.map().keyframes.first() == 0);
+  CHECK(kept_points.back() <= std::size_t{12} * 1000);
+  const io::Trajectory trajectory = odometry.trajectory();
+  REQUIRE(trajectory.size() == kFrames);
+  for (int i = 0; i < kFrames; ++i) CHECK(trajectory[static_cast<std::size_t>(i)].timestamp_s == i / 30.0);
+  CHECK(worst_error_m(trajectory) < 0.005);
+}
+
 TEST_CASE("the judge is asked where it should be, and what it rejects is gone") {
   RecordingJudge judge;
   judge.bad = {0, 0, 320, 480};

@@ -83,6 +83,27 @@ TEST_CASE("vote by share and with weights, and the members that said so are the 
   CHECK_THROWS_AS(three(wrong), ConfigError);
 }
 
+TEST_CASE("vote: the suspicion is the members' mean by weight") {
+  VoteParams params;
+  params.weights = {3, 1};
+  const Verdict verdict = judge(vote(params, stage(says("a", "DSD")), stage(says("b", "SDD"))), 3);
+  CHECK(verdict.suspicion[0] == 0.75F);
+  CHECK(verdict.suspicion[1] == 0.25F);
+  CHECK(verdict.suspicion[2] == 1.0F);
+}
+
+TEST_CASE("two notes are one with a semicolon, and a missing one leaves no trace") {
+  std::string note = "old";
+  join_notes(note, "", "");
+  CHECK(note.empty());
+  join_notes(note, "a", "");
+  CHECK(note == "a");
+  join_notes(note, "", "b");
+  CHECK(note == "b");
+  join_notes(note, "a", "b");
+  CHECK(note == "a; b");
+}
+
 TEST_CASE("strict: guilty until proven static, and the reason says who was not satisfied") {
   const Verdict verdict = judge(strict(sequence(stage(says("a", "SUDU")), stage(says("b", "UUUS")))), 4);
   CHECK(letters_of(verdict) == "SDDS");
@@ -263,6 +284,16 @@ TEST_CASE("temporal: the belief goes with the map point, whichever feature sees 
   const std::vector<std::int64_t> first{7, 8, -1}, swapped{8, 7, -1};
   CHECK(story.tell(0, "DSD", first) == "DSD");
   CHECK(story.tell(1, "UUU", swapped) == "SDU");
+}
+
+// One vote is as sure as the threshold: it reaches the threshold, and 1.8 of it exceeds it.
+TEST_CASE("temporal: a belief at the threshold is unknown, one above it is dynamic") {
+  TemporalParams params;
+  params.reliability = params.threshold = 0.75;
+  params.memory = 0.8;
+  Story story(params);
+  CHECK(story.tell(0, "DS") == "US");
+  CHECK(story.tell(1, "DS") == "DS");
 }
 
 TEST_CASE("temporal: bad parameters are named") {

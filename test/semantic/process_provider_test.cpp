@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <atomic>
+#include <chrono>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/semantic/process_provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
@@ -270,6 +272,39 @@ TEST_CASE("a program that hangs is killed, and started again as often as allowed
   CHECK(error_of([&] { provider.infer(image_of(1, kColour)); }) == killed);
   CHECK(error_of([&] { provider.infer(image_of(2, kColour)); }) ==
         "/bin/sh: not started again after 1 restarts");
+}
+
+TEST_CASE("who waits for an answer or a start can be stopped long before the time limit") {
+  ProcessProviderParams params;
+  params.timeout_s = params.start_timeout_s = 1000;
+  params.restarts = 0;
+  const std::string reads = kHello + kRead;
+  for (const std::string& before : {std::string(), reads}) {
+    std::atomic<bool> stop{false};
+    params.command = {"/bin/sh", "-c", before + "sleep 1000 & wait"};
+    std::thread other([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      stop = true;
+    });
+    const auto begin = std::chrono::steady_clock::now();
+    CHECK(error_of([&] {
+            ProcessProvider provider(params, [&] { return stop.load(); });
+            provider.infer(image_of(0, kColour));
+          }) == "/bin/sh: killed: stopped");
+    CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(60));
+    other.join();
+  }
+}
+
+TEST_CASE("a provider that is not stopped answers as without the question") {
+  ProcessProviderParams params;
+  params.command = {"/bin/sh", "-c", kHello + kRead + "sleep 0.3; echo detections 0; echo end"};
+  int asked = 0;
+  ProcessProvider provider(params, [&] { return ++asked < 0; });
+  const auto result = provider.infer(image_of(0, kColour));
+  REQUIRE(result);
+  CHECK(result->detections->empty());
+  CHECK(asked > 2);  // at the start, for the image and again after 0.1 s
 }
 
 TEST_CASE("a killed program takes its children with it, also those that left its group") {

@@ -23,6 +23,7 @@
 
 #include "command.hpp"
 #include "running/command_registry.hpp"
+#include "running/interruption.hpp"
 #include "running/overlay.hpp"
 #include "running/results_folder.hpp"
 #include "text/json.hpp"
@@ -205,6 +206,7 @@ Report detect(const DetectOptions& options) {
   cv::setNumThreads(options.threads);
   const Images images(options.input);
   const DetectorConfig config = load_detector(options.detector, options.network_dir, options.plugins);
+  Interruption::watch();
   const auto provider = config.make();
   if (options.start >= images.size())
     throw Error(fmt::format("--start {}: there are only {} images", options.start, images.size()));

@@ -76,9 +76,9 @@ inline std::vector<std::int64_t> points_in_view(const odometry::Map& map, const 
   const Eigen::Isometry3d T = T_world_camera.isometry().inverse();
   const std::size_t settled = map.keyframes.size() < 2 ? 1 : 2;
   std::vector<std::int64_t> seen;
-  for (std::size_t i = 0; i < map.points.size(); ++i) {
-    const odometry::MapPoint& point = map.points[i];
-    if (!point.alive || point.observations.size() < settled) continue;
+  for (std::int64_t i = map.points.first(); i < static_cast<std::int64_t>(map.points.size()); ++i) {
+    if (!map.alive(i) || map.point(i).observations.size() < settled) continue;
+    const odometry::MapPoint& point = map.point(i);
     const Eigen::Vector3d p = T * point.world_m;
     if (!(p.z() > 0.1)) continue;
     const double u = camera.fx_px * p.x() / p.z() + camera.cx_px,
@@ -89,7 +89,7 @@ inline std::vector<std::int64_t> points_in_view(const odometry::Map& map, const 
                                                         ? frame.depth.at<std::uint16_t>(y, x)
                                                         : static_cast<double>(frame.depth.at<float>(y, x)));
     if (measured_m > 0 && measured_m < 0.9 * p.z()) continue;
-    seen.push_back(static_cast<std::int64_t>(i));
+    seen.push_back(i);
   }
   return seen;
 }

@@ -97,7 +97,7 @@ class BundleAdjuster {
 
   /// Improves `map` in place, then removes observations with large residuals.
   /// `sighting(keyframe, feature)` returns the measurement.
-  /// The first keyframe of the map is always fixed.
+  /// The first keyframe is fixed as long as the map has it.
   template <class SightingOf>
   void adjust(Map& map, const std::vector<std::int32_t>& window, SightingOf&& sighting) {
     select_points(map, window);
@@ -122,6 +122,12 @@ class BundleAdjuster {
     bool used = false, moves = false;
   };
 
+  Block& block(std::int32_t keyframe) { return blocks_[static_cast<std::size_t>(keyframe - first_)]; }
+  const Block& block(std::int32_t keyframe) const {
+    return blocks_[static_cast<std::size_t>(keyframe - first_)];
+  }
+  std::int64_t keyframe(std::size_t block) const { return first_ + static_cast<std::int64_t>(block); }
+
   void select_points(const Map& map, const std::vector<std::int32_t>& window) {
     points_ = map.points_of(window);
     points_.erase(std::remove_if(points_.begin(), points_.end(),
@@ -136,24 +142,26 @@ class BundleAdjuster {
   }
 
   void select_keyframes(const Map& map, const std::vector<std::int32_t>& window) {
-    blocks_.assign(map.keyframes.size(), Block{});
-    for (const std::int32_t k : window) blocks_[k].used = blocks_[k].moves = true;
-    blocks_[0].moves = false;
+    first_ = map.keyframes.first();
+    blocks_.assign(map.keyframes.count(), Block{});
+    for (const std::int32_t k : window) block(k).used = block(k).moves = true;
+    const bool has_origin = first_ == 0;
+    if (has_origin) block(0).moves = false;
     int fixed = 0;
-    for (const std::int32_t k : map.covisible(points_, map.keyframes.size())) {
-      if (blocks_[k].used || fixed >= options_.fixed_keyframes) continue;
-      blocks_[k].used = true;
+    for (const std::int32_t k : map.covisible(points_, map.keyframes.count())) {
+      if (block(k).used || fixed >= options_.fixed_keyframes) continue;
+      block(k).used = true;
       ++fixed;
     }
     // Without a fixed keyframe the window has a free gauge, so its oldest keyframe is fixed.
-    if (fixed == 0 && !blocks_[0].used)
-      blocks_[*std::min_element(window.begin(), window.end())].moves = false;
+    if (fixed == 0 && !(has_origin && block(0).used))
+      block(*std::min_element(window.begin(), window.end())).moves = false;
   }
 
   void add_poses(const Map& map, ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering) {
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
       if (!blocks_[k].used) continue;
-      PoseManifold::from_pose(map.keyframes[k].T_camera_world, blocks_[k].x.data());
+      PoseManifold::from_pose(map.keyframes[keyframe(k)].T_camera_world, blocks_[k].x.data());
       problem.AddParameterBlock(blocks_[k].x.data(), 7, &manifold_);
       ordering.AddElementToGroup(blocks_[k].x.data(), 1);
       if (!blocks_[k].moves) problem.SetParameterBlockConstant(blocks_[k].x.data());
@@ -170,9 +178,9 @@ class BundleAdjuster {
       positions_[i] = point.world_m;
       bool used = false;
       for (const Observation& o : point.observations) {
-        if (!blocks_[o.keyframe].used) continue;
+        if (!block(o.keyframe).used) continue;
         costs_.emplace_back(camera_, sighting(o));
-        problem.AddResidualBlock(&costs_.back(), &huber_, blocks_[o.keyframe].x.data(), positions_[i].data());
+        problem.AddResidualBlock(&costs_.back(), &huber_, block(o.keyframe).x.data(), positions_[i].data());
         used = true;
       }
       if (used) ordering.AddElementToGroup(positions_[i].data(), 0);
@@ -194,7 +202,7 @@ class BundleAdjuster {
 
   void write_back(Map& map) const {
     for (std::size_t k = 0; k < blocks_.size(); ++k)
-      if (blocks_[k].moves) map.keyframes[k].set_pose(PoseManifold::to_pose(blocks_[k].x.data()));
+      if (blocks_[k].moves) map.keyframes[keyframe(k)].set_pose(PoseManifold::to_pose(blocks_[k].x.data()));
     for (std::size_t i = 0; i < points_.size(); ++i) map.point(points_[i]).world_m = positions_[i];
   }
 
@@ -203,7 +211,7 @@ class BundleAdjuster {
     for (const std::int64_t i : points_) {
       const std::vector<Observation> seen = map.point(i).observations;
       for (const Observation& o : seen) {
-        if (!blocks_[o.keyframe].used) continue;
+        if (!block(o.keyframe).used) continue;
         const Sighting s = sighting(o);
         const Eigen::Vector3d p = map.keyframes[o.keyframe].T_camera_world * map.point(i).world_m;
         const bool agrees =
@@ -220,6 +228,7 @@ class BundleAdjuster {
   ceres::HuberLoss huber_{2.45};
   std::vector<std::int64_t> points_;
   std::vector<Eigen::Vector3d> positions_;
+  std::int32_t first_ = 0;  ///< keyframe of the first block
   std::vector<Block> blocks_;
   std::deque<SightingCost> costs_;  ///< the problem keeps pointers to its elements
 };

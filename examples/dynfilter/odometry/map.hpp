@@ -9,6 +9,7 @@
 
 #include "descriptor.hpp"
 #include "frame_features.hpp"
+#include "numbered.hpp"
 
 namespace dynfilter::odometry {
 
@@ -24,7 +25,6 @@ struct MapPoint {
   double distance_m = 0;
   std::int32_t born = 0;  ///< keyframe that created it
   int visible = 1, found = 1;
-  bool alive = true;
   std::vector<Observation> observations;
 };
 
@@ -40,15 +40,15 @@ struct Keyframe {
   }
 };
 
-/// Keyframes and points by index. Indices of removed points are not reused.
+/// Keyframes and points by index. Indices of removed ones are not reused.
 class Map {
  public:
-  std::vector<Keyframe> keyframes;
-  std::vector<MapPoint> points;
+  NewestOf<Keyframe> keyframes;
+  SparseVector<MapPoint> points;
 
-  bool alive(std::int64_t point) const { return point >= 0 && points[static_cast<std::size_t>(point)].alive; }
-  MapPoint& point(std::int64_t i) { return points[static_cast<std::size_t>(i)]; }
-  const MapPoint& point(std::int64_t i) const { return points[static_cast<std::size_t>(i)]; }
+  bool alive(std::int64_t point) const { return points.has(point); }
+  MapPoint& point(std::int64_t i) { return points[i]; }
+  const MapPoint& point(std::int64_t i) const { return points[i]; }
 
   void observe(std::int64_t i, std::int32_t keyframe, std::int32_t feature) {
     point(i).observations.push_back({keyframe, feature});
@@ -63,27 +63,36 @@ class Map {
                               }),
                list.end());
     keyframes[seen.keyframe].features.map_point[seen.feature] = -1;
-    if (list.empty()) point(i).alive = false;
+    if (list.empty()) points.remove(i);
   }
 
   void remove(std::int64_t i) {
     for (const Observation& o : point(i).observations)
       keyframes[o.keyframe].features.map_point[o.feature] = -1;
-    point(i).observations.clear();
-    point(i).alive = false;
+    points.remove(i);
+  }
+
+  /// Points that no other keyframe observes are removed, too.
+  void remove_oldest_keyframe() {
+    const std::int32_t oldest = keyframes.first();
+    const std::vector<std::int64_t> seen = keyframes[oldest].features.map_point;
+    for (std::size_t k = 0; k < seen.size(); ++k)
+      if (alive(seen[k])) forget(seen[k], {oldest, static_cast<std::int32_t>(k)});
+    keyframes.remove_first();
   }
 
   /// Keyframes that observe the given points, by number of observations, at most `limit`.
   /// Ties prefer the newer keyframe.
   std::vector<std::int32_t> covisible(const std::vector<std::int64_t>& seen, std::size_t limit) const {
-    std::vector<std::int32_t> votes(keyframes.size(), 0), order;
+    const std::int32_t first = keyframes.first();
+    std::vector<std::int32_t> votes(keyframes.count(), 0), order;
     for (const std::int64_t i : seen)
       if (alive(i))
-        for (const Observation& o : point(i).observations) ++votes[o.keyframe];
+        for (const Observation& o : point(i).observations) ++votes[o.keyframe - first];
     for (std::size_t k = 0; k < votes.size(); ++k)
-      if (votes[k] > 0) order.push_back(static_cast<std::int32_t>(k));
+      if (votes[k] > 0) order.push_back(first + static_cast<std::int32_t>(k));
     std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-      return votes[a] != votes[b] ? votes[a] > votes[b] : a > b;
+      return votes[a - first] != votes[b - first] ? votes[a - first] > votes[b - first] : a > b;
     });
     if (order.size() > limit) order.resize(limit);
     return order;

@@ -118,11 +118,12 @@ class Mapper {
     constexpr int kYoung = 3, kSettled = 2;
     constexpr double kMinFound = 0.25;
     while (first_young_ < static_cast<std::int64_t>(map_.points.size()) &&
-           map_.point(first_young_).born + kYoung < newest)
+           (!map_.alive(first_young_) || map_.point(first_young_).born + kYoung < newest))
       ++first_young_;
     for (std::int64_t i = first_young_; i < static_cast<std::int64_t>(map_.points.size()); ++i) {
+      if (!map_.alive(i)) continue;
       const MapPoint& point = map_.point(i);
-      if (!point.alive || point.born == newest) continue;
+      if (point.born == newest) continue;
       const bool rare = point.found < kMinFound * point.visible;
       const bool single = newest - point.born >= kSettled && point.observations.size() < 2;
       if (rare || single) map_.remove(i);

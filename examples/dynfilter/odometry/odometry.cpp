@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <deque>
 #include <utility>
 
 #include "mapper.hpp"
@@ -56,12 +57,8 @@ class Odometry::Steps {
   }
 
   std::vector<io::StampedPose> trajectory() const {
-    std::vector<io::StampedPose> poses;
-    for (const Anchored& a : anchored_) {
-      Eigen::Isometry3d T = a.T_camera_keyframe;
-      if (a.keyframe >= 0) T = T * mapper_.map().keyframes[a.keyframe].T_camera_world;
-      poses.push_back({a.timestamp_s, Pose::from(T.inverse())});
-    }
+    std::vector<io::StampedPose> poses = settled_;
+    for (const Anchored& a : anchored_) poses.push_back(posed(a));
     return poses;
   }
 
@@ -77,6 +74,24 @@ class Odometry::Steps {
     std::int32_t keyframe;                ///< -1: the world
     Eigen::Isometry3d T_camera_keyframe;  ///< or T_camera_world
   };
+
+  io::StampedPose posed(const Anchored& a) const {
+    return {a.timestamp_s, Pose::from(in_world(a).inverse())};
+  }
+  Eigen::Isometry3d in_world(const Anchored& a) const {
+    if (a.keyframe < 0) return a.T_camera_keyframe;
+    return a.T_camera_keyframe * mapper_.map().keyframes[a.keyframe].T_camera_world;
+  }
+
+  /// Poses of its frames no longer change.
+  void remove_oldest_keyframe() {
+    const std::int32_t oldest = mapper_.map().keyframes.first();
+    for (Anchored& a : anchored_)
+      if (a.keyframe == oldest) a = {a.timestamp_s, -1, in_world(a)};
+    for (; !anchored_.empty() && anchored_.front().keyframe < 0; anchored_.pop_front())
+      settled_.push_back(posed(anchored_.front()));
+    mapper_.map().remove_oldest_keyframe();
+  }
 
   Pinhole pinhole() const {
     return Pinhole(camera_, options_.sensor == Sensor::Stereo ? camera_.baseline_fx_px_m
@@ -147,6 +162,7 @@ class Odometry::Steps {
     tracker_.set_image(image_);
     two_views_.reset();
     anchored_.clear();
+    settled_.clear();
     gate_.reset();
   }
 
@@ -212,6 +228,8 @@ class Odometry::Steps {
     tracker_.keyframe_made(mapper_.map(), index, before);
     result.keyframe = true;
     if (result.tracked_points == 0) result.tracked_points = tracker_.keyframe_points();
+    while (static_cast<int>(mapper_.map().keyframes.count()) > options_.max_keyframes)
+      remove_oldest_keyframe();
     result.ms.mapping += watch.lap_ms();
   }
 
@@ -247,7 +265,8 @@ class Odometry::Steps {
   FrameFeatures features_;
   cv::Size image_;
   Eigen::Isometry3d pose_ = Eigen::Isometry3d::Identity();  ///< T_camera_world of this frame
-  std::vector<Anchored> anchored_;
+  std::vector<io::StampedPose> settled_;                    ///< of the oldest frames
+  std::deque<Anchored> anchored_;                           ///< of the others
   std::int64_t next_frame_id_ = 0;
   double last_timestamp_s_ = 0;
   bool pose_is_known_ = false;

@@ -97,6 +97,7 @@ struct OdometryOptions {
   int min_initial_points = 60;       ///< features with depth needed to start a map
   int min_inliers = 20;              ///< fewer: lost
   int min_relocalised_inliers = 30;  ///< fewer: still lost
+  int max_keyframes = 500;           ///< the oldest beyond it are removed, with points only they observe
   int local_keyframes = 10;          ///< keyframes that provide the points to search in a frame
   double max_time_gap_s = 1.0;       ///< a longer gap is a time jump
 };

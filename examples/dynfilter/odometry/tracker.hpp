@@ -94,8 +94,7 @@ class Tracker {
   /// then from older ones in turn, two per frame.
   bool recover(const Map& map, FrameFeatures& features, Eigen::Isometry3d& pose) {
     refiner_.expect_nothing();
-    const auto count = static_cast<std::int32_t>(map.keyframes.size());
-    for (const std::int32_t k : {reference_, next_candidate(count), next_candidate(count)}) {
+    for (const std::int32_t k : {reference_, next_candidate(map), next_candidate(map)}) {
       search_.clear();
       for (const std::int64_t i : map.keyframes[k].features.map_point)
         if (map.alive(i))
@@ -181,16 +180,15 @@ class Tracker {
     std::vector<std::int32_t> frames =
         map.covisible(features.map_point, static_cast<std::size_t>(options_.local_keyframes));
     if (std::find(frames.begin(), frames.end(), reference_) == frames.end()) frames.push_back(reference_);
-    assigned_.assign(map.points.size(), 0);
-    for (const std::int64_t i : features.map_point)
-      if (i >= 0) assigned_[static_cast<std::size_t>(i)] = 1;
+    assigned_ = features.map_point;
+    std::sort(assigned_.begin(), assigned_.end());
     search_.clear();
     Eigen::Vector3d expected_px;
     for (const std::int64_t i : map.points_of(frames)) {
       MapPoint& point = map.point(i);
       if (!matcher_.visible(point.world_m, pose, expected_px)) continue;
       ++point.visible;
-      if (assigned_[static_cast<std::size_t>(i)]) continue;
+      if (std::binary_search(assigned_.begin(), assigned_.end(), i)) continue;
       search_.push_back({point.world_m, point.descriptor, mapper.expected_octave(point, pose), i});
     }
   }
@@ -221,7 +219,10 @@ class Tracker {
     }
   }
 
-  std::int32_t next_candidate(std::int32_t keyframes) { return candidate_ = (candidate_ + 1) % keyframes; }
+  std::int32_t next_candidate(const Map& map) {
+    const bool is_last = candidate_ + 1 >= static_cast<std::int32_t>(map.keyframes.size());
+    return candidate_ = std::max(is_last ? 0 : candidate_ + 1, map.keyframes.first());
+  }
 
   /// Of the features; of a mono camera, of their map points.
   static double median_depth(const Map& map, const FrameFeatures& features, const Eigen::Isometry3d& pose) {
@@ -255,7 +256,8 @@ class Tracker {
   std::vector<SearchPoint> search_;
   std::vector<std::int32_t> found_, pose_feature_;
   std::vector<PosePoint> pose_points_;
-  std::vector<std::uint8_t> inlier_, assigned_;
+  std::vector<std::uint8_t> inlier_;
+  std::vector<std::int64_t> assigned_;  ///< map points of the frame, ascending
 };
 
 }  // namespace dynfilter::odometry

@@ -16,10 +16,22 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <utility>
 
+#include "interruption.hpp"
 #include "presets.hpp"
 #include "text/option_hint.hpp"
 
 namespace dynfilter::command {
+namespace {
+
+/// A signal also ends the wait for an answer of the program.
+std::unique_ptr<SemanticProvider> process_provider(const YamlNode& node, const ProviderFiles&,
+                                                   const std::vector<std::string>& other_keys) {
+  return std::make_unique<ProcessProvider>(
+      read_parameters<ProcessProviderParams>(node, ProcessProviderParams(), other_keys),
+      [] { return Interruption::noted() != 0; });
+}
+
+}  // namespace
 
 Registry command_registry(const std::vector<std::string>& plugins,
                           std::shared_ptr<const OracleLabels> truth) {
@@ -34,7 +46,9 @@ ProviderRegistry command_providers(const std::vector<std::string>& plugins) {
   ProviderRegistry registry;
   registry.add<DnnProvider>();
   registry.add<FileProvider>();
-  registry.add<ProcessProvider>();
+  registry.add(
+      {{ProcessProvider::kName, ProcessProvider::kSummary, describe_parameters<ProcessProviderParams>()},
+       &process_provider});
   Registry unused;
   for (const std::string& file : plugins) load_plugin(file, unused, registry);
   return registry;

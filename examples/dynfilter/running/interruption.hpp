@@ -34,8 +34,11 @@ class Interruption {
 
   /// Throws Interrupted after a signal. Work that takes long calls this between its steps.
   static void check() {
-    if (const int signal = noted_; signal != 0) throw Interrupted(signal);
+    if (const int signal = noted(); signal != 0) throw Interrupted(signal);
   }
+
+  /// The signal that arrived, or 0.
+  static int noted() { return noted_; }
 
   /// Ends the program by the signal, as its parent expects.
   [[noreturn]] static void end_by(int signal) {

@@ -23,6 +23,7 @@
 #include <utility>
 
 #include "command_registry.hpp"
+#include "interruption.hpp"
 #include "map/map_run.hpp"
 #include "odometry/odometry.hpp"
 #include "pipeline_judge.hpp"
@@ -168,6 +169,7 @@ class SequenceRun {
       const DetectorConfig detector =
           load_detector(options_.detector, options_.network_dir, options_.plugins);
       summary_.notes.push_back("boxes and masks from the detector " + detector.name);
+      Interruption::watch();
       feed_.emplace(detector.make(), options_.detector_mode, false);
       return;
     }

@@ -9,7 +9,9 @@
 #include <cstddef>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/limits.hpp>
+#include <functional>
 #include <string>
+#include <utility>
 
 namespace dynfilter {
 
@@ -33,6 +35,9 @@ class MessageStream {
   /// Sets the time limit for the next calls.
   void set_deadline(double seconds);
 
+  /// While it waits, a call asks `stop` at least every kStop_ms. If it returns true, the call throws Error.
+  void set_stop(std::function<bool()> stop) { stop_ = std::move(stop); }
+
   /// Returns a line without its line end.
   std::string read_line();
 
@@ -49,15 +54,18 @@ class MessageStream {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::size_t kMaxLine = limits::kMaxMessageLineBytes;
+  static constexpr int kStop_ms = 100;
 
   std::size_t receive(void* to, std::size_t n);
 
   void wait(int descriptor, short events) const;
+  int wait_ms() const;
   std::string shown_seconds() const;
 
   int in_, out_;
   double seconds_ = kForever;
   Clock::time_point end_;
+  std::function<bool()> stop_;
   std::string buffer_;
   std::size_t begin_ = 0;
 };

@@ -8,6 +8,7 @@
 #include <dynfilter/semantic/process_protocol.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,7 +38,9 @@ class ProcessProvider final : public SemanticProvider {
   static constexpr const char* kSummary = "a separate program that implements a small protocol";
 
   /// Starts the program and waits for its first line. Throws Error with one line that names it.
-  explicit ProcessProvider(Params params);
+  /// `stop` is asked ten times a second while the provider waits for the program, in the waiting thread.
+  /// If it returns true, the program is killed and the wait ends with an Error. A signal handler may set it.
+  explicit ProcessProvider(Params params, std::function<bool()> stop = {});
 
   std::string name() const override { return kName; }
 
@@ -67,6 +70,7 @@ class ProcessProvider final : public SemanticProvider {
   std::string end();
 
   Params params_;
+  std::function<bool()> stop_;
   std::unique_ptr<ChildProcess> child_;
   std::optional<MessageStream> stream_;
   int starts_ = 0;

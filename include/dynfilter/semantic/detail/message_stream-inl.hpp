@@ -79,17 +79,23 @@ inline std::size_t MessageStream::receive(void* to, std::size_t n) {
 
 inline void MessageStream::wait(int descriptor, short events) const {
   for (;;) {
-    int left_ms = -1;
-    if (seconds_ < kForever) {
-      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end_ - Clock::now()).count();
-      if (left <= 0) throw Error("no answer within " + shown_seconds());
-      left_ms = static_cast<int>(std::min<long long>(left, 3600000));
-    }
+    if (stop_ && stop_()) throw Error("stopped");
     pollfd watched{descriptor, events, 0};
-    const int ready = ::poll(&watched, 1, left_ms);
+    const int ready = ::poll(&watched, 1, wait_ms());
     if (ready > 0) return;
     if (ready < 0 && errno != EINTR) throw EndOfStream();
   }
+}
+
+/// The time of the next poll. Negative: without an end.
+inline int MessageStream::wait_ms() const {
+  long long most_ms = -1;
+  if (seconds_ < kForever) {
+    most_ms = std::chrono::duration_cast<std::chrono::milliseconds>(end_ - Clock::now()).count();
+    if (most_ms <= 0) throw Error("no answer within " + shown_seconds());
+  }
+  if (stop_ && (most_ms < 0 || most_ms > kStop_ms)) most_ms = kStop_ms;
+  return static_cast<int>(std::min<long long>(most_ms, 3600000));
 }
 
 inline std::string MessageStream::shown_seconds() const {

@@ -23,7 +23,8 @@ DYNFILTER_INLINE const FieldTable<ProcessProviderParams>& ProcessProviderParams:
   return table;
 }
 
-DYNFILTER_INLINE ProcessProvider::ProcessProvider(Params params) : params_(std::move(params)) {
+DYNFILTER_INLINE ProcessProvider::ProcessProvider(Params params, std::function<bool()> stop)
+    : params_(std::move(params)), stop_(std::move(stop)) {
   check_parameters(params_, kName);
   start();
 }
@@ -50,6 +51,7 @@ inline void ProcessProvider::start() {
   numbered_ = false;
   child_ = std::make_unique<ChildProcess>(params_.command);
   stream_.emplace(child_->socket(), child_->socket());
+  stream_->set_stop(stop_);
   talk(params_.start_timeout_s, [&] {
     const std::string line = stream_->read_line();
     if (line != protocol::kHello) throw protocol::unexpected("`" + std::string(protocol::kHello) + "`", line);
