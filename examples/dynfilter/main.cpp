@@ -9,6 +9,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/version.hpp>
 #include <exception>
 #include <iostream>
@@ -27,7 +28,8 @@ using namespace dynfilter::command;
 int complain(std::string message, int exit_code) {
   while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) message.pop_back();
   std::replace(message.begin(), message.end(), '\n', ' ');
-  std::fprintf(stderr, "dynfilter: %s\n", message.c_str());
+  // It may quote a file or another program.
+  std::fprintf(stderr, "dynfilter: %s\n", dynfilter::without_controls(message).c_str());
   return exit_code;
 }
 

@@ -69,6 +69,14 @@ TEST_CASE("an unknown option or scene: the nearest name, also where another opti
                 "unknown scene 'walking_xzy' (did you mean `walking_xyz`?)");
 }
 
+TEST_CASE("control characters of a file do not reach the terminal with an error") {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "poses.txt";
+  write_text(file, "1.0 x\x1b[31m\xc2\x9b 0 0 0 0 0 1\n");
+  check_refused("eval '" + file.string() + "' '" + file.string() + "'",
+                "poses.txt:1: 'x?[31m\?\?' is not a number");
+}
+
 TEST_CASE("compare: as wide as the terminal, all columns on request, none without an entry") {
   const std::string compare = "compare " + walking() + " --pipelines none,rts_slam_s";
   const CommandResult narrow = dynfilter(compare);

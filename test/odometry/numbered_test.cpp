@@ -41,7 +41,7 @@ TEST_CASE("elements are removed in any order, the others stay where they are, an
   CHECK(values.size() == 1000);
   CHECK(counted.use_count() == static_cast<long>(present.size()) + 1);
   for (std::int64_t i = -3; i < 1003; ++i) CHECK(values.has(i) == (present.count(i) > 0));
-  for (const std::int64_t i : present) CHECK(values[i] == counted);
+  for (const std::int64_t i : present) CHECK(values[i].get() == counted.get());
   CHECK(values.first() <= *present.begin());
   for (const std::int64_t i : present) values.remove(i);
   CHECK(values.first() >= 992);  // only the last page is left

@@ -2,9 +2,12 @@
 // Plays the same frames to and fro for as long as asked, and says what memory and time did meanwhile.
 //   steady_soak HOST FRAMES      HOST: a preset, c_facade, orb_slam
 // Memory: after a tenth of the frames (120 to 2000), the growth of what malloc() has given out, and of the
-// process. Time: CPU time of this thread in before_pose, and of the wall. Exit code 1: memory grew by 1 MB.
+// process. Time: CPU time of this thread in before_pose, and of the wall. A call is disturbed if the kernel gave the
+// processor to another program meanwhile: then it also has the time to fill the caches again. Exit code 1: memory grew
+// by 1 MB.
 #include <fmt/format.h>
 #include <malloc.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <dynfilter/facade/dynfilter.h>
@@ -55,6 +58,16 @@ Memory memory() {
           static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e3};
 }
 
+/// What the kernel did to this thread so far.
+struct Kernel {
+  long switches = 0, page_faults = 0;
+};
+Kernel kernel() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return {usage.ru_nivcsw + usage.ru_nvcsw, usage.ru_minflt + usage.ru_majflt};
+}
+
 double quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
@@ -65,6 +78,7 @@ class Times {
  public:
   explicit Times(std::size_t frames) { values_ms_.reserve(frames); }
   void add(double ms) { values_ms_.push_back(ms); }
+  std::size_t size() const { return values_ms_.size(); }
 
   /// Each frame comes again every `period` frames, and costs the same. The rest is the machine's.
   double worst_of_medians(std::size_t period) const {
@@ -77,6 +91,7 @@ class Times {
     return worst_ms;
   }
   std::string text() const {
+    if (values_ms_.empty()) return "none";
     const auto at = [&](double share) { return quantile(values_ms_, share); };
     return fmt::format("median {:.3f}, 99 % {:.3f}, 99.9 % {:.3f}, worst {:.3f} ms, worst / median {:.2f}",
                        at(0.5), at(0.99), at(0.999), at(1), at(1) / at(0.5));
@@ -89,23 +104,31 @@ class Times {
 /// `process(n)` judges frame n.
 int soak(const std::string& name, std::size_t frames, const std::function<void(std::size_t)>& process) {
   const std::size_t warm_up = std::clamp(frames / 10, kLeastWarmUp, kMostWarmUp);
-  Times cpu(frames), wall(frames);
+  Times cpu(frames), wall(frames), undisturbed(frames);
   Memory before;
+  long faults = 0;
   for (std::size_t n = 0; n < warm_up + frames; ++n) {
     if (n == warm_up) before = memory();
+    const Kernel kernel_start = kernel();
     const double cpu_start = cpu_ms(), start = wall_ms();
     process(n);
+    const double cpu_end = cpu_ms(), end = wall_ms();
+    const Kernel kernel_end = kernel();
     if (n < warm_up) continue;
-    cpu.add(cpu_ms() - cpu_start);
-    wall.add(wall_ms() - start);
+    cpu.add(cpu_end - cpu_start);
+    wall.add(end - start);
+    if (kernel_end.switches == kernel_start.switches) undisturbed.add(cpu_end - cpu_start);
+    faults += kernel_end.page_faults - kernel_start.page_faults;
   }
   const Memory after = memory();
   const double frame_ms = cpu.worst_of_medians(2 * (kFrames - 1));
   const double given_kB = after.given_kB - before.given_kB, grown_kB = after.process_kB - before.process_kB;
   fmt::print(
-      "{}: {} frames after {}\n  memory: malloc {:+.1f} kB, process {:+.1f} kB of {:.0f}\n  cpu:  {}\n"
+      "{}: {} frames after {}\n  memory: malloc {:+.1f} kB, process {:+.1f} kB of {:.0f}, {} page faults\n"
+      "  cpu:  {}\n  cpu of the {} undisturbed calls: {}\n"
       "  cpu of the slowest frame, median of its repetitions: {:.3f} ms\n  wall: {}\n",
-      name, frames, warm_up, given_kB, grown_kB, after.process_kB, cpu.text(), frame_ms, wall.text());
+      name, frames, warm_up, given_kB, grown_kB, after.process_kB, faults, cpu.text(), undisturbed.size(),
+      undisturbed.text(), frame_ms, wall.text());
   return given_kB < kMostGrowth_kB ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 

@@ -9,7 +9,6 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/detail/place_order.hpp>
 #include <dynfilter/geometry/detail/rigid_score_avx2.hpp>
 #include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
@@ -44,7 +43,6 @@ struct RigidPoints {
   bool image_depth = true;
   bool wide = true;  ///< use AVX2 where available, with identical results
   std::vector<float> data;
-  PlaceOrder by_place;
   std::vector<int> indices;
 
   const float* row(int r) const { return data.data() + static_cast<std::size_t>(r) * stride; }
@@ -58,7 +56,6 @@ struct RigidPoints {
       const auto i = static_cast<std::size_t>(seed);
       if (seed >= 0 && seed < n && usable(reference[i]) && usable(current[i])) indices.push_back(seed);
     }
-    by_place.sort(indices, [&](int i) { return projected(current[static_cast<std::size_t>(i)]); });
     count = indices.size();
     stride = (count + kPack - 1) / kPack * kPack;
     data.resize(stride * kRows);
@@ -76,7 +73,6 @@ struct RigidPoints {
     }
   }
 
-  static cv::Point2f projected(const cv::Point3f& p) { return {p.x / p.z, p.y / p.z}; }
   static bool usable(const cv::Point3f& p) {
     return valid_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
   }

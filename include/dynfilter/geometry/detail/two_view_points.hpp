@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/detail/place_order.hpp>
 #include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
@@ -76,7 +75,6 @@ class TwoViewPoints {
     }
     count_ = usable_.size();
     if (count_ == 0) return;
-    by_place_.sort(usable_, [&](int i) { return current[static_cast<std::size_t>(i)]; });
     order_.clear();
     visit_spread(count_, [&](std::size_t i) { order_.push_back(usable_[i]); });
     measure(reference, current);
@@ -224,7 +222,6 @@ class TwoViewPoints {
   double scale_ = 1, minor_px_ = 0;
   Eigen::Vector2d center1_, center2_;
   std::vector<float> x_, y_, u_, v_;
-  PlaceOrder by_place_;
   std::vector<int> usable_, order_;
   std::vector<std::uint32_t> members_;
   Cell cells_[kCells] = {};
