@@ -79,6 +79,18 @@ TEST_CASE("Eps_k, MinPts_k, cluster counts and the choice are those of the full 
   }
 }
 
+TEST_CASE("with few points there are as many candidates as points without one") {
+  int all_tried = 0;
+  for (unsigned seed = 0; seed < 20; ++seed)
+    for (const int n : {4, 5, 6, 8}) {
+      const Points points = point_sets::box(n, 1.0F, seed);
+      check_against_matrix(points);
+      AdaptiveDbscan adaptive;
+      all_tried += adaptive.choose(points).candidates.size() == static_cast<std::size_t>(n) - 1 ? 1 : 0;
+    }
+  CHECK(all_tried > 0);
+}
+
 TEST_CASE("so they are for awkward points") {
   for (const auto& [name, points] : point_sets::awkward()) {
     CAPTURE(name);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <dynfilter/cluster/density_clusters.hpp>
 #include <dynfilter/cluster/flann_neighbours.hpp>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -131,6 +132,59 @@ TEST_CASE("a point on the border of two clusters goes to the nearer core point")
   REQUIRE(clusters.count == 2);
   CHECK(clusters.core[3] == 0);
   CHECK(clusters.label[3] == clusters.label[4]);
+}
+
+namespace {
+
+/// The definition leaves the choice of a border point open. Ours is the nearest core point.
+void check_borders(const Points& points, const DbscanParams& params) {
+  Clusters clusters;
+  GridDbscan().run(points, params, clusters);
+  check_against_definition(points, params, clusters);
+  int borders = 0, wrong = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (clusters.core[i] != 0 || clusters.label[i] < 0) continue;
+    ++borders;
+    std::size_t nearest = i;
+    float nearest2 = std::numeric_limits<float>::infinity();
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      const float d2 = detail::squared_distance(points[i], points[j]);
+      if (clusters.core[j] != 0 && d2 < nearest2) nearest2 = d2, nearest = j;
+    }
+    wrong += clusters.label[i] != clusters.label[nearest] ? 1 : 0;
+  }
+  CHECK(borders > 10);
+  CHECK(wrong == 0);
+}
+
+}  // namespace
+
+// The dense ones have more than a hundred pairs to test for each point, so that they are clustered by cells.
+TEST_CASE("border points go to the nearest core point, in sparse and in dense sets") {
+  check_borders(point_sets::blobs(600, 4, 0.12F, 1), {0.1, 6});
+  check_borders(point_sets::box(500, 1.0F, 2), {0.08, 3});
+  check_borders(point_sets::blobs(1200, 3, 0.1F, 3), {0.15, 90});
+  check_borders(point_sets::joined(point_sets::box(800, 0.5F, 4), point_sets::box(300, 2.0F, 5)),
+                {0.25, 150});
+}
+
+// Cores at -1 and +1 along an axis, each with two points of its own. The point at 0 is 1 from both.
+TEST_CASE("of two core points at one distance the one with the smaller z, y and x counts, in any order") {
+  const cv::Point3f axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                    sides[] = {{0, 0.5F, 0}, {0.5F, 0, 0}, {0.5F, 0, 0}};
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool turned : {false, true}) {
+      CAPTURE(axis);
+      CAPTURE(turned);
+      const cv::Point3f &a = axes[axis], &s = sides[axis];
+      Points points{-a, -a + s, -a - s, {0, 0, 0}, a, a + s, a - s};
+      if (turned) std::reverse(points.begin(), points.end());
+      Clusters clusters;
+      GridDbscan().run(points, {1.0, 4}, clusters);
+      REQUIRE(clusters.count == 2);
+      CHECK(clusters.core[3] == 0);
+      CHECK(clusters.label[3] == clusters.label[turned ? 6 : 0]);
+    }
 }
 
 TEST_CASE("the order of the points does not matter") {

@@ -141,4 +141,25 @@ TEST_CASE("static miss: what cannot be predicted says nothing") {
   CHECK(model({{kNan, 240}, kNan}, {{320, 240}, kNan}).axes == Axes::None);
 }
 
+TEST_CASE(
+    "static miss: the fast form is the whole one where a depth is missing, and has the same miss where none "
+    "is") {
+  const StaticMissModel model(geometry_test::camera(), motion(), noise());
+  Rng rng(4);
+  for (int k = 0; k < 50; ++k) {
+    const Pair pair(rng, {3, -2});
+    for (const bool then_known : {true, false})
+      for (const bool now_known : {true, false}) {
+        SeenPoint then = pair.then, now = pair.now;
+        if (!then_known) then.depth_m = kNan;
+        if (!now_known) now.depth_m = kNan;
+        const StaticMiss fast = model.miss(then, now), whole = model(then, now);
+        CHECK(fast.axes == whole.axes);
+        CHECK(fast.miss_px == whole.miss_px);
+        CHECK(fast.px_per_m == whole.px_per_m);
+        if (!then_known || !now_known) CHECK(fast.chi2 == whole.chi2);
+      }
+  }
+}
+
 }  // namespace static_miss_test

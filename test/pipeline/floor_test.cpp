@@ -103,6 +103,57 @@ TEST_CASE("coverage without an image: the grid covers the extent of the features
   }
 }
 
+// The last feature is at 30: the extent is [0, 31), and its middle 15.5.
+TEST_CASE("coverage without an image: the extent ends one pixel after the last feature") {
+  FloorParams params = nothing();
+  params.min_grid_coverage = 1;
+  for (const bool upright : {true, false}) {
+    CAPTURE(upright);
+    params.grid_columns = upright ? 1 : 2;
+    params.grid_rows = upright ? 2 : 1;
+    Features features(4);
+    const float places[] = {0, 15, 15.75F, 30};
+    for (std::size_t i = 0; i < 4; ++i)
+      features.keypoints[i].pt = upright ? cv::Point2f(5, places[i]) : cv::Point2f(places[i], 5);
+    Verdict verdict = all_dynamic({0.9F, 0.6F, 0.7F, 0.8F});
+    Floor(params).apply(features.view(), 0, verdict);
+    CHECK(letters_of(verdict) == "DUUD");
+  }
+}
+
+TEST_CASE("coverage: rows and columns are different cells, and a share of them is rounded up") {
+  FloorParams params = nothing();
+  params.grid_columns = params.grid_rows = 2;
+  Features features(4);
+  features.keypoints[0].pt = {5, 5}, features.keypoints[1].pt = {35, 5};
+  features.keypoints[2].pt = {5, 35}, features.keypoints[3].pt = {35, 35};
+  FrameView frame = features.view();
+  frame.grey = cv::Mat::zeros(40, 40, CV_8UC1);
+  const auto restored = [&](double coverage) {
+    params.min_grid_coverage = coverage;
+    Verdict verdict = all_dynamic({0.6F, 0.7F, 0.8F, 0.9F});
+    Floor(params).apply(frame, 0, verdict);
+    return letters_of(verdict);
+  };
+  CHECK(restored(1) == "UUUU");
+  CHECK(restored(0.3) == "UUDD");  // 1.2 of four cells
+  CHECK(restored(0.2) == "UDDD");
+}
+
+TEST_CASE("coverage: a cell that keeps a feature gets no other one, however little that is suspected") {
+  FloorParams params = nothing();
+  params.min_grid_coverage = 1;
+  params.grid_columns = params.grid_rows = 2;
+  const Features features(4);  // at 0, 10 | 20, 30
+  FrameView frame = features.view();
+  frame.grey = cv::Mat::zeros(40, 40, CV_8UC1);
+  Verdict verdict = all_dynamic({0.1F, 0.1F, 0.7F, 0.8F});
+  verdict.decision[0] = Vote::Static;
+  Floor(params).apply(frame, 0, verdict);
+  CHECK(letters_of(verdict) == "SDUD");
+  CHECK(verdict.report.notes == std::vector<std::string>{"floor: 1 features restored"});
+}
+
 TEST_CASE("coverage restores only what is missing: cells that keep a feature need none") {
   FloorParams params = nothing();
   params.min_grid_coverage = 0.5;  // of the two occupied cells: one
