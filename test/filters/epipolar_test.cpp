@@ -134,6 +134,32 @@ TEST_CASE(
   }
 }
 
+// A camera that only turns has no fundamental matrix: `auto` compares with the point that the rotation predicts.
+TEST_CASE("by any model only with `auto` and the distance from the line, else by the fundamental matrix") {
+  const auto judged = [](Preset preset, EpipolarModel model, EpipolarDistance distance) {
+    EpipolarParams params;
+    params.model = model;
+    params.distance = distance;
+    EpipolarFilter filter(params);
+    return judge(filter, synth::preset(preset).points(600).pixel_noise(0.2), 8);
+  };
+  const auto turning = [&](EpipolarModel model, EpipolarDistance distance) {
+    const Votes votes = judged(Preset::PureRotation, model, distance);
+    return votes.size() - votes.count(Vote::Unknown);
+  };
+  CHECK(turning(EpipolarModel::Auto, EpipolarDistance::Line) > 500);
+  CHECK(turning(EpipolarModel::Auto, EpipolarDistance::Sampson) == 0);
+  CHECK(turning(EpipolarModel::Fundamental, EpipolarDistance::Line) == 0);
+  CHECK(turning(EpipolarModel::Fundamental, EpipolarDistance::Sampson) == 0);
+  const Votes either = judged(Preset::General, EpipolarModel::Auto, EpipolarDistance::Sampson),
+              published = judged(Preset::General, EpipolarModel::Fundamental, EpipolarDistance::Sampson);
+  REQUIRE(published.count(Vote::Dynamic) > 0);
+  for (std::size_t i = 0; i < either.size(); ++i) {
+    CHECK(either[i] == published[i]);
+    CHECK(either.suspicion(i) == published.suspicion(i));
+  }
+}
+
 TEST_CASE("with fewer than 20 pairs of neighbours max_distance_px counts as it is") {
   const synth::ExactScene scene = synth::ExactScene().points(30).pixel_noise(1.5);
   EpipolarFilter a, b(measured());
