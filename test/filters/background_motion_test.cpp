@@ -16,6 +16,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -233,7 +234,7 @@ TEST_CASE("background_motion: slow motion shows over the track, or at once where
 }
 
 TEST_CASE(
-    "background_motion: prior suspects are no seeds of the first motion, and are judged more strictly") {
+    "background_motion: prior suspects hardly count in the first choice, and are judged more strictly") {
   const Player::IsPrior on_mover = [](const ExactFrame& f, std::size_t i) { return f.label[i] > 0; };
   const Player::IsPrior on_half = [](const ExactFrame& f, std::size_t i) { return f.point[i] % 2 == 0; };
   const ExactScene majority = noisy(synth::preset(Preset::Majority)),
@@ -255,8 +256,7 @@ TEST_CASE(
     const ExactFrame frame = rigid.frame(k);
     CHECK(player.show(frame, nullptr, on_half).count(Vote::Dynamic) <= frame.size() / 50);
     const std::size_t clear = frame.size() - frame.size() / 2;
-    if (k == 1) CHECK(points_looked_at(player.note) <= clear);
-    if (k > 1) CHECK(points_looked_at(player.note) > clear);
+    if (k > 0) CHECK(points_looked_at(player.note) > clear);  // they tell the noise, too
     const Votes& votes = strict.show(frame, nullptr, on_half);
     if (k == 0) continue;
     std::size_t suspects = 0, rejected = 0;
@@ -500,6 +500,108 @@ TEST_CASE("background_motion: without a match, a surface in space that was free 
   CHECK(play(true, false) == 1.0);
   CHECK(play(false, false) == 0.0);  // nothing tells what the earlier frames saw there
   CHECK(play(true, true) == 0.0);    // they saw something nearer
+}
+
+namespace {
+
+/// A camera that goes 1 cm a frame to the right before a wall at 4 m, with a panel at 2 m in front of its left part. Twelve
+/// features on the panel, 4 px from its border, go down by `slide_px` a frame.
+struct BorderScene {
+  double slide_px = 0;
+  bool with_image = true;
+  static constexpr int kFrames = 8, kOnBorder = 12;
+  static constexpr float kFocal_px = 500;
+
+  /// How many of the features on the border, and of the others, are dynamic in the last frame.
+  std::pair<std::size_t, std::size_t> dynamic() const {
+    FrameEvidence evidence;
+    BackgroundMotionFilter filter;
+    evidence.set_history(filter.needs().history_frames);
+    Votes votes;
+    for (int k = 0; k < kFrames; ++k) {
+      const float near_px = kFocal_px * 0.01F * static_cast<float>(k) / 2, far_px = near_px / 2;
+      const auto border = static_cast<int>(std::lround(320 - near_px));
+      cv::Mat depth(480, 640, CV_32FC1, cv::Scalar(4.0F));
+      depth.colRange(0, border).setTo(2.0F);
+      std::vector<cv::KeyPoint> keypoints;
+      std::vector<float> depth_m;
+      for (int n = 0; n < kOnBorder; ++n) {
+        const double y = 40 + 16 * n + slide_px * k;
+        keypoints.emplace_back(cv::Point2f(316 - near_px, static_cast<float>(y)), 7.0F);
+        depth_m.push_back(2);
+      }
+      for (int y = 20; y < 470; y += 30)
+        for (int x = 60; x < 640; x += 30) {
+          if (std::abs(x - 320) < 30) continue;
+          const bool near = x < 320;
+          keypoints.emplace_back(
+              cv::Point2f(static_cast<float>(x) - (near ? near_px : far_px), static_cast<float>(y)), 7.0F);
+          depth_m.push_back(near ? 2.0F : 4.0F);
+        }
+      std::vector<std::int32_t> same(keypoints.size());
+      std::iota(same.begin(), same.end(), 0);
+      FrameView view;
+      view.id = k, view.timestamp_s = k / 30.0;
+      view.keypoints = keypoints, view.depth_m = depth_m;
+      if (with_image) view.depth = depth;
+      Camera camera;
+      camera.fx_px = camera.fy_px = kFocal_px, camera.cx_px = 320, camera.cy_px = 240;
+      view.camera = camera;
+      if (k > 0) view.matches = HostMatches{k - 1, same};
+      evidence.begin(view, CallPoint::BeforePose);
+      votes.reset(view.size());
+      filter.apply(evidence, votes);
+      evidence.end(false);
+    }
+    std::pair<std::size_t, std::size_t> count{0, 0};
+    for (std::size_t i = 0; i < votes.size(); ++i)
+      if (votes[i] == Vote::Dynamic) ++(i < kOnBorder ? count.first : count.second);
+    return count;
+  }
+};
+
+}  // namespace
+
+// Between 2 and 4 m, 1 cm makes a difference of 500 * 0.01 * (1/2 - 1/4) = 1.25 px. Crossings of both surfaces' edges may
+// slide by as much. Without a depth image nobody knows of the second surface.
+TEST_CASE("background_motion: what slides along an occluding edge does not move") {
+  CHECK(BorderScene{1.2, true}.dynamic() == std::pair<std::size_t, std::size_t>(0, 0));
+  CHECK(BorderScene{1.2, false}.dynamic() == std::pair<std::size_t, std::size_t>(BorderScene::kOnBorder, 0));
+  CHECK(BorderScene{12, true}.dynamic() == std::pair<std::size_t, std::size_t>(BorderScene::kOnBorder, 0));
+  CHECK(BorderScene{0, true}.dynamic() == std::pair<std::size_t, std::size_t>(0, 0));
+}
+
+// A poster's features are 2.5 px off in one frame and back in the next one. That frame's miss is as large as a mover's, but
+// the track's is none.
+TEST_CASE("background_motion: a miss that is undone in the next frame is an error of the match") {
+  const ExactScene scene = noisy(synth::preset(Preset::General));
+  const auto on_poster = [](const cv::KeyPoint& k) { return k.pt.x > 400 && k.pt.y > 300; };
+  constexpr int kWrong = 6;
+  constexpr float kOff_px = 2.5F;
+  for (const bool undone : {true, false}) {
+    Player player;
+    std::size_t features = 0, suspect = 0;
+    for (int k = 0; k <= kWrong + 1; ++k) {
+      ExactFrame frame = scene.frame(k);
+      std::vector<std::size_t> poster;
+      for (std::size_t i = 0; i < frame.size(); ++i)
+        if (frame.label[i] == 0 && on_poster(frame.keypoints[i])) poster.push_back(i);
+      const float off_px =
+          k == kWrong || (k > kWrong && !undone) ? kOff_px * static_cast<float>(k - kWrong + 1) : 0.0F;
+      for (const std::size_t i : poster) {
+        frame.keypoints[i].pt.x += off_px;
+        if (i < frame.keypoints_undistorted.size()) frame.keypoints_undistorted[i].pt.x += off_px;
+      }
+      const Votes& votes = player.show(frame);
+      if (k <= kWrong) continue;
+      for (const std::size_t i : poster) ++features, suspect += votes.suspicion(i) > 0.5F ? 1 : 0;
+    }
+    REQUIRE(features >= 20);
+    if (undone)
+      CHECK(suspect == 0);
+    else
+      CHECK(10 * suspect >= 9 * features);
+  }
 }
 
 TEST_CASE("background_motion: the report says what was chosen among what") {

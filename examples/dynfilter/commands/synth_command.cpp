@@ -91,6 +91,11 @@ void add_sensor(CLI::App& command, render::SequenceOptions& sequence) {
       ->type_name("X")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
+  command.add_flag("--perfect-depth", sequence.perfect_depth, "true depth without noise and holes");
+  command.add_option("--image-noise", sequence.image_noise, "noise of the images, standard deviation")
+      ->type_name("GREY")
+      ->check(CLI::Range(0.0, 50.0))
+      ->capture_default_str();
   command.add_flag("--exposure", sequence.exposure_variation, "the brightness varies smoothly");
   command.add_flag("--exposure-steps", sequence.exposure_steps, "the brightness jumps once a second");
 }

@@ -116,7 +116,9 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr float kMinSupportShare = 0.5F;  ///< of them that must move, too
   static constexpr float kCoreReach_px = 120, kCoreReach_m = 0.4F;  ///< from a core to its object's features
   static constexpr double kReachSigmas = 3;                         ///< of two depths' noise
-  static constexpr int kMinSeeds = 30;
+  /// Weight of a suspect before the camera's motion is known. Areas are roots of weights: a tenth of its area
+  /// counts. Suspects take part, since without them too few points are left to tell the noise.
+  static constexpr float kSuspectBelief = 0.01F;
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
   /// The same for the first choice, which is made again: likelier than all others together. Small errors of a
   /// static world look like several motions then.
@@ -195,7 +197,17 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   double sigma_px(int gap) const {
     return (gap == 1 ? step_scale_ : track_scale_) * chained_noise_px(static_cast<std::size_t>(gap));
   }
-  float odds_of(const Evidence& evidence, std::size_t i, const Measured& measured,
+  /// NaN: two surfaces in the patch explain what looks like motion, so nothing is said.
+  float odds_of_match(const Evidence& evidence, std::size_t i, const MovingOdds& odds) const;
+  float odds_with_relief(const Evidence& evidence, std::size_t i, double relief_per_m,
+                         const MovingOdds& odds) const;
+  double relief_per_m(const Evidence& evidence, std::size_t i) const;
+  /// A mover misses more over its track than over the last frame. A miss that is undone is an error of the
+  /// last frame's match.
+  bool is_undone(std::size_t i) const {
+    return step_[i].in_space() && track_[i].in_space() && track_[i].image_px < step_[i].image_px;
+  }
+  float odds_of(const Evidence& evidence, std::size_t i, const Measured& measured, double relief_per_m,
                 const MovingOdds& odds) const;
 
   // ---- free space

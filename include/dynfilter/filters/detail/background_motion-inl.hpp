@@ -13,6 +13,7 @@
 #include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/motion_proposal.hpp>
+#include <dynfilter/geometry/patch_relief.hpp>
 #include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
@@ -172,9 +173,11 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
   scene.pixels = evidence.pixels();
   scene.static_belief = static_belief_;
   scene.mobility = mobility_;
-  const bool known = camera_poses_.size() >= 2;  // what the camera does: then suspects take part
-  evidence.collect_seeds(match, known, seeds_);
-  if (static_cast<int>(seeds_.size()) < kMinSeeds) evidence.collect_seeds(match, true, seeds_);
+  const bool known = camera_poses_.size() >= 2;  // what the camera does
+  if (!known)
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (evidence.prior(i)) static_belief_[i] *= kSuspectBelief;
+  evidence.collect_seeds(match, true, seeds_);
   scene.seeds = seeds_;
   scene.predicted = evidence.host_motion(match);
   if (known) scene.expected = usual_step();
@@ -312,26 +315,53 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   own_.resize(evidence.size());
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     own_[i] = kept * remembered_[i];
-    const bool matched = step_[i].gap > 0 || track_[i].gap > 0, tells = step_[i].tells() || track_[i].tells();
-    const float now =
-        matched ? std::max(odds_of(evidence, i, step_[i], odds), odds_of(evidence, i, track_[i], odds))
-                : space_odds(evidence.points_m()[i]);
-    if (!tells && now <= 0) continue;
+    const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
+    const float now = matched ? odds_of_match(evidence, i, odds) : space_odds(evidence.points_m()[i]);
+    if (!(now > 0) && !(step_[i].tells() || track_[i].tells())) continue;
+    if (std::isnan(now)) continue;
     seen_[i] = 1;
     own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
   }
 }
 
+inline float BackgroundMotionFilter::odds_of_match(const Evidence& evidence, std::size_t i,
+                                                   const MovingOdds& odds) const {
+  const float now = odds_with_relief(evidence, i, 0, odds);
+  const double per_m = now > 0 ? relief_per_m(evidence, i) : 0;
+  if (per_m == 0) return now;
+  const float explained = odds_with_relief(evidence, i, per_m, odds);
+  return explained > 0 ? explained : std::numeric_limits<float>::quiet_NaN();
+}
+
+inline float BackgroundMotionFilter::odds_with_relief(const Evidence& evidence, std::size_t i,
+                                                      double relief_per_m, const MovingOdds& odds) const {
+  const float over_track = odds_of(evidence, i, track_[i], relief_per_m, odds);
+  if (is_undone(i)) return over_track;
+  return std::max(odds_of(evidence, i, step_[i], relief_per_m, odds), over_track);
+}
+
+inline double BackgroundMotionFilter::relief_per_m(const Evidence& evidence, std::size_t i) const {
+  const FrameView& frame = evidence.frame();
+  const double depth_m = evidence.depths_m()[i];
+  return PatchRelief(frame.depth, frame.depth_unit_m)
+      .per_m(evidence.pixels()[i], depth_m, noise(1).depth_noise.sigma_m(depth_m));
+}
+
 inline float BackgroundMotionFilter::odds_of(const Evidence& evidence, std::size_t i,
-                                             const Measured& measured, const MovingOdds& odds) const {
+                                             const Measured& measured, double relief_per_m,
+                                             const MovingOdds& odds) const {
   if (measured.gap == 0) return kLeastOdds;
   const SeenPoint seen = now(evidence, i);
   const StaticMiss miss = models_[static_cast<std::size_t>(measured.gap - 1)](measured.then, seen);
   if (miss.axes == StaticMiss::Axes::None) return kLeastOdds;
   MovingOddsInput in;
-  in.chi2 = static_cast<double>(miss.chi2);
+  const double match_px = sigma_px(measured.gap);
+  const Pose motion = between(0, static_cast<std::size_t>(measured.gap));
+  in.sigma_px =
+      std::hypot(match_px, relief_shift_px(*evidence.frame().camera, motion, seen.px, relief_per_m));
+  const double narrower = match_px / in.sigma_px;
+  in.chi2 = static_cast<double>(miss.chi2) * narrower * narrower;
   in.miss_px = static_cast<double>(miss.image_px);
-  in.sigma_px = sigma_px(measured.gap);
   in.image_axes = miss.axes == StaticMiss::Axes::Line ? 1 : 2;
   in.depth_axis = measured.in_space();
   if (in.depth_axis) in.sigma_depth_m = noise(1).depth_noise.sigma_m(static_cast<double>(seen.depth_m));
@@ -421,7 +451,7 @@ inline void BackgroundMotionFilter::set_certainty() {
 
 inline float BackgroundMotionFilter::doubt(const Evidence& evidence, std::size_t i) const {
   const bool blind = std::isnan(evidence.depths_m()[i]);
-  if (!evidence.prior(i)) return blind ? kBlindDoubt : kUnseenDoubt;
+  if (!evidence.prior(i)) return blind ? kBlindDoubt + certainty_ : kUnseenDoubt;
   return blind ? static_cast<float>(params_.prior_suspicion) : 0.0F;
 }
 
