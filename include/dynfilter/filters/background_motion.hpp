@@ -241,7 +241,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
     return evidence.prior(i) ? 0 : certainty_;
   }
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
-  /// suspects it can look at; without one the neighbours must speak for motion.
+  /// suspects it can look at; without one the neighbours must speak for motion. Structured light has holes
+  /// beside near surfaces, on what is behind them.
   float doubt(const Evidence& evidence, std::size_t i) const;
 
   Params params_;

@@ -451,7 +451,7 @@ inline void BackgroundMotionFilter::set_certainty() {
 
 inline float BackgroundMotionFilter::doubt(const Evidence& evidence, std::size_t i) const {
   const bool blind = std::isnan(evidence.depths_m()[i]);
-  if (!evidence.prior(i)) return blind ? kBlindDoubt + certainty_ : kUnseenDoubt;
+  if (!evidence.prior(i)) return blind ? kBlindDoubt + (judges_directions_ ? 0 : certainty_) : kUnseenDoubt;
   return blind ? static_cast<float>(params_.prior_suspicion) : 0.0F;
 }
 
