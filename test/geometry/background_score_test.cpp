@@ -73,24 +73,28 @@ MotionProposal near_to(const RigidBackgroundEstimator& estimator, const Pose& T)
   return best;
 }
 
-/// The share of the neighbours within 50 px on the other part that are in front, of either part.
-struct Orders {
-  double first = 0, second = 0;
-};
-Orders brute_force_orders(const Cells& cells, std::size_t first_points) {
-  double behind[2] = {1, 1}, front[2] = {1, 1};
+/// The share of the neighbours within 50 px on other parts that are in front, of each part.
+/// Part k has the points from begins[k] to begins[k + 1].
+std::vector<double> brute_force_orders(const Cells& cells, const std::vector<std::size_t>& begins) {
+  const auto part = [&](std::size_t i) {
+    return static_cast<std::size_t>(std::upper_bound(begins.begin(), begins.end(), i) - begins.begin()) - 1;
+  };
+  std::vector<double> behind(begins.size(), 1), front(begins.size(), 1), orders;
   for (std::size_t a = 0; a < cells.pixels.size(); ++a)
     for (std::size_t b = 0; b < cells.pixels.size(); ++b) {
-      const int part_a = a < first_points ? 0 : 1, part_b = b < first_points ? 0 : 1;
-      if (part_a == part_b || !(cells.current_m[a].z > 1.08F * cells.current_m[b].z)) continue;
+      if (part(a) == part(b) || !(cells.current_m[a].z > 1.08F * cells.current_m[b].z)) continue;
       if (cv::norm(cells.pixels[a] - cells.pixels[b]) > 50) continue;
-      ++behind[part_a];
-      ++front[part_b];
+      ++behind[part(a)];
+      ++front[part(b)];
     }
-  return {behind[0] / (behind[0] + front[0]), behind[1] / (behind[1] + front[1])};
+  for (std::size_t k = 0; k < begins.size(); ++k) orders.push_back(behind[k] / (behind[k] + front[k]));
+  return orders;
 }
 
-constexpr std::size_t kFirst = std::size_t{12} * 10 * 4;  ///< points of ten columns
+/// Points of so many columns.
+constexpr std::size_t points_of(int columns) {
+  return static_cast<std::size_t>(columns) * kRows * 4;
+}
 
 }  // namespace
 
@@ -153,10 +157,33 @@ TEST_CASE("the order is the share of the neighbours within 50 px that are in fro
     cells.fill(10, 16, 1.8, mover);
     RigidBackgroundEstimator estimator;
     REQUIRE(estimator.estimate(cells.scene()).ok);
-    const Orders expected = brute_force_orders(cells, kFirst);
-    CHECK((expected.first > 0.9) == (depth_m == 3.0));
-    CHECK(near_to(estimator, camera).order == Approx(expected.first).epsilon(1e-9));
-    CHECK(near_to(estimator, mover).order == Approx(expected.second).epsilon(1e-9));
+    const std::vector<double> expected = brute_force_orders(cells, {0, points_of(10)});
+    CHECK((expected[0] > 0.9) == (depth_m == 3.0));
+    CHECK(near_to(estimator, camera).order == Approx(expected[0]).epsilon(1e-9));
+    CHECK(near_to(estimator, mover).order == Approx(expected[1]).epsilon(1e-9));
+  }
+}
+
+// The middle part is beside both others.
+TEST_CASE("three motions: the order of each is over both others, and all count against the best") {
+  const Pose motions[] = {shift(0.03), shift(-0.02, 0.01), shift(0.01, -0.03)};
+  const double depths_m[][3] = {{3, 2.4, 1.8}, {2.4, 3, 1.8}, {1.8, 2.4, 3}, {1.8, 3, 2.4}};
+  for (const auto& depth_m : depths_m) {
+    Cells cells;
+    cells.fill(0, 6, depth_m[0], motions[0]);
+    cells.fill(6, 11, depth_m[1], motions[1]);
+    cells.fill(11, 16, depth_m[2], motions[2]);
+    RigidBackgroundEstimator estimator;
+    REQUIRE(estimator.estimate(cells.scene()).ok);
+    const std::vector<double> expected = brute_force_orders(cells, {0, points_of(6), points_of(11)});
+    double sum = 0, best = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const MotionProposal p = near_to(estimator, motions[k]);
+      CHECK(p.order == Approx(expected[k]).epsilon(1e-9));
+      sum += std::exp(p.score);
+      best = std::max(best, std::exp(p.score));
+    }
+    CHECK(estimator.confidence() == Approx(best / sum).epsilon(1e-9));
   }
 }
 
