@@ -168,6 +168,26 @@ TEST_CASE("border points go to the nearest core point, in sparse and in dense se
                 {0.25, 150});
 }
 
+// Two heaps of 300 points, each with a core point on the way to the other one, 0.9 and 0.8 from a point between them.
+TEST_CASE("between dense clusters, too, a border point goes to the nearer core point") {
+  for (const float side : {-1.0F, 1.0F}) {
+    CAPTURE(side);
+    Points points = point_sets::joined(Points(300, cv::Point3f(-1.8F * side, 0, 0)),
+                                       Points(300, cv::Point3f(1.7F * side, 0, 0)));
+    points.emplace_back(-0.9F * side, 0, 0);
+    points.emplace_back(0.8F * side, 0, 0);
+    points.emplace_back(0, 0, 0);
+    Clusters clusters;
+    GridDbscan().run(points, {1.0, 200}, clusters);
+    REQUIRE(clusters.count == 2);
+    CHECK(clusters.core[600] == 1);
+    CHECK(clusters.core[601] == 1);
+    CHECK(clusters.core[602] == 0);
+    CHECK(clusters.label[602] == clusters.label[300]);
+    CHECK(clusters.label[602] != clusters.label[0]);
+  }
+}
+
 // Cores at -1 and +1 along an axis, each with two points of its own. The point at 0 is 1 from both.
 TEST_CASE("of two core points at one distance the one with the smaller z, y and x counts, in any order") {
   const cv::Point3f axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
