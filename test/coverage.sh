@@ -17,4 +17,4 @@ find build/coverage -name '*.gcda' -delete
 ctest --preset coverage -j "${DYNFILTER_JOBS:-$jobs}" | tail -n 5 || exit 1
 gcovr --root . --object-directory build/coverage --filter 'include/dynfilter/' \
   --exclude-throw-branches --exclude-unreachable-branches --sort-percentage --print-summary \
-  --fail-under-line 92 --fail-under-branch 80
+  --fail-under-line 92 --fail-under-branch 80 build/coverage
