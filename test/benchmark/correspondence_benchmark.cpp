@@ -108,7 +108,7 @@ void compare(benchmark::State& state, const Ours& ours, const Anchor& anchor) {
 
 void flow(benchmark::State& state, FlowEngine engine, FlowCheck check) {
   static const std::vector<FlowSet> sets = flow_sets();
-  FlowParams params;
+  FlowParams params = engine == FlowEngine::Guided ? FlowParams::guided() : FlowParams();
   params.engine = engine;
   params.check = check;
   FlowTracker tracker(params);

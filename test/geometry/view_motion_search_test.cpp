@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/geometry/detail/view_motion_terms.hpp>
 #include <dynfilter/geometry/flow_groups.hpp>
 #include <dynfilter/geometry/ground_plane.hpp>
 #include <dynfilter/geometry/sequential_homographies.hpp>
@@ -62,8 +63,8 @@ TEST_CASE("a static point's flow has nothing across its line, and its inverse de
 TEST_CASE("derivatives of flows by the camera's motion are those of differences") {
   constexpr double kStep = 1e-6;
   const ViewPair pair{210, -90, 260, -40};
-  const auto turned = [](const std::array<double, 3>& by, const ViewFlowModel::Gradient& g) {
-    return by[0] * g.turn[0] + by[1] * g.turn[1] + by[2] * g.turn[2];
+  const auto turned = [](const std::array<double, 3>& turn, const double* by) {
+    return turn[0] * by[0] + turn[1] * by[1] + turn[2] * by[2];
   };
   for (const double turn : {0.0, 0.3})
     for (const bool baseline : {false, true}) {
@@ -78,33 +79,62 @@ TEST_CASE("derivatives of flows by the camera's motion are those of differences"
         const ViewFlowModel more(detail::stepped(motion, there)), less(detail::stepped(motion, back));
         return (more(pair).*member - less(pair).*member) / (2 * kStep);
       };
-      const ViewFlowModel model(motion);
+      const detail::ViewMotionTerms<double> terms(motion);
       const auto turns = detail::turns_by_step(motion.rotation_rad);
+      double ahead = 0;
       if (baseline) {
-        double across_px = 0;
-        ViewFlowModel::Gradient g;
-        REQUIRE(model.across(pair, across_px, g));
-        CHECK(across_px == doctest::Approx(model(pair).across_px));
+        const auto t = terms.across(pair.reference_x, pair.reference_y, pair.x, pair.y, ahead);
+        const double length = std::sqrt(t.squared);
+        CHECK(t.cross / length == doctest::Approx(ViewFlowModel(motion)(pair).across_px));
         for (int k = 0; k < 3; ++k)
-          CHECK(turned(turns[static_cast<std::size_t>(k)], g) ==
+          CHECK(turned(turns[static_cast<std::size_t>(k)], t.by) / length ==
                 doctest::Approx(difference(k, &ViewFlow::across_px)).epsilon(1e-6));
-        const auto tangents = detail::tangents(motion.direction);
-        for (int k = 0; k < 2; ++k) {
-          const auto& t = tangents[static_cast<std::size_t>(k)];
-          CHECK(t[0] * g.direction[0] + t[1] * g.direction[1] + t[2] * g.direction[2] ==
-                doctest::Approx(difference(3 + k, &ViewFlow::across_px)).epsilon(1e-6));
-        }
+        for (int k = 3; k < 5; ++k)
+          CHECK(t.by[k] / length == doctest::Approx(difference(k, &ViewFlow::across_px)).epsilon(1e-6));
       } else {
-        double rest_px[2];
-        ViewFlowModel::Gradient g[2];
-        REQUIRE(model.rest(pair, rest_px, g));
+        const auto t = terms.rest(pair.reference_x, pair.reference_y, pair.x, pair.y, ahead);
         for (int k = 0; k < 3; ++k) {
           const auto& by = turns[static_cast<std::size_t>(k)];
-          CHECK(turned(by, g[0]) == doctest::Approx(difference(k, &ViewFlow::across_px)).epsilon(1e-6));
-          CHECK(turned(by, g[1]) == doctest::Approx(difference(k, &ViewFlow::along_px)).epsilon(1e-6));
+          CHECK(turned(by, t.by[0]) == doctest::Approx(difference(k, &ViewFlow::across_px)).epsilon(1e-6));
+          CHECK(turned(by, t.by[1]) == doctest::Approx(difference(k, &ViewFlow::along_px)).epsilon(1e-6));
         }
       }
+      CHECK(ahead > 0);
+      // Eight points at a time: the same to the precision of floats.
+      const detail::ViewMotionTerms<detail::Pack> packs(motion);
+      detail::Pack ahead8;
+      const auto number = [](double value) { return detail::Pack(static_cast<float>(value)); };
+      const auto t8 = packs.across(number(pair.reference_x), number(pair.reference_y), number(pair.x),
+                                   number(pair.y), ahead8);
+      const auto t = terms.across(pair.reference_x, pair.reference_y, pair.x, pair.y, ahead);
+      for (int lane = 0; lane < detail::Pack::kWidth; ++lane)
+        for (int k = 0; k < 5; ++k)
+          CHECK(static_cast<double>(t8.by[k][lane]) == doctest::Approx(t.by[k]).epsilon(1e-3));
     }
+}
+
+TEST_CASE("a fit finds the motion from a start nearby, and leaves out what is behind the camera") {
+  for (const bool baseline : {true, false}) {
+    CAPTURE(baseline);
+    std::vector<ViewPair> pairs = road(203, baseline ? 0.3 : 0, baseline ? 1.0 : 0, 0.03);
+    ViewMotion start;
+    start.focal_px = kFocal;
+    if (!baseline) start.direction = {};
+    std::vector<int> which = all(pairs.size());
+    std::vector<double> weights(pairs.size(), 0.5);
+    weights[7] = 0;
+    pairs[7] = {500, 100, -500, -100};
+    ViewMotionFit fit;
+    fit.select(pairs, which, weights);
+    const ViewMotion found = fit.refine(start, {1.0, 20, 0.0005});
+    const ViewFlowModel model(found);
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (i != 7) CHECK(std::abs(model(pairs[i]).across_px) < 0.01);
+    CHECK(std::abs(found.rotation_rad[1]) == doctest::Approx(0.03).epsilon(0.02));
+    // Without anything to fit, it is the start.
+    fit.select(pairs, {}, {});
+    CHECK(fit.refine(start, {}).rotation_rad == start.rotation_rad);
+  }
 }
 
 TEST_CASE("the camera's motion is found from nothing, exactly where there is no noise") {

@@ -3,7 +3,7 @@
 
 #include <array>
 #include <cmath>
-#include <vector>
+#include <cstddef>
 
 namespace dynfilter {
 
@@ -58,22 +58,10 @@ class ViewFlowModel {
     return {(ex * dy - ey * dx) * inverse, along, along * inverse};
   }
 
-  /// Derivatives of a residual with respect to a rotation of the rays about x, y and z
-  /// (applied after the current rotation) and with respect to the direction.
-  struct Gradient {
-    double turn[3] = {}, direction[3] = {};
-  };
-
-  /// The distance from the epipolar line and its derivatives. False if rotated out of view.
-  bool across(const ViewPair& p, double& across_px, Gradient& gradient) const;
-
-  /// Without a baseline: the flow to the right and downwards, and their derivatives.
-  bool rest(const ViewPair& p, double (&rest_px)[2], Gradient (&gradients)[2]) const;
+  /// Of the rotation, row by row.
+  const std::array<double, 9>& matrix() const { return R_; }
 
  private:
-  /// From derivatives with respect to q. A rotation by v moves the ray r = (q_x, q_y, f) by v x r.
-  void by_turn(double qx, double qy, double by_qx, double by_qy, Gradient& gradient) const;
-
   void rotation_matrix(const std::array<double, 3>& w);
 
   std::array<double, 9> R_{};
@@ -97,15 +85,6 @@ ViewMotion stepped(const ViewMotion& motion, const double (&step)[5]);
 std::array<std::array<double, 3>, 3> turns_by_step(const std::array<double, 3>& w);
 
 }  // namespace detail
-
-/// Gauss-Newton on the distances of `pairs[i]`, i in `which`, from their epipolar lines.
-/// Without a baseline, it uses the flow that the rotation does not explain.
-/// The weights are Cauchy weights of scale `sigma_px` times `weights[i]`.
-/// `sigma_px` 0 means plain squares, and `weights` may be empty.
-/// Cost: about 30 ns per point and iteration.
-ViewMotion refine_view_motion(ViewMotion motion, const std::vector<ViewPair>& pairs,
-                              const std::vector<int>& which, const std::vector<double>& weights,
-                              double sigma_px, int iterations);
 
 }  // namespace dynfilter
 

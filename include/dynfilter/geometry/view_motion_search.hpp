@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/view_motion.hpp>
+#include <dynfilter/geometry/view_motion_fit.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -72,6 +73,10 @@ class ViewMotionEstimator {
   /// A cell with one point has half a vote: it may be an outlier.
   static double share(std::size_t points);
 
+  ViewMotion refined(const ViewMotion& start, const std::vector<ViewPair>& pairs,
+                     const std::vector<int>& which, const std::vector<double>& weights,
+                     const ViewMotionFit::Options& options);
+
   /// Keeps the motion, with the sign of its direction, if it is supported better.
   void attempt(const std::vector<ViewPair>& pairs, ViewMotion motion);
 
@@ -94,6 +99,7 @@ class ViewMotionEstimator {
   double parallax_share(const std::vector<ViewPair>& pairs, const ViewMotion& with_baseline);
 
   Options options_;
+  ViewMotionFit fit_;
   Rng rng_{kSeed};
   ViewMotion best_;
   double best_support_ = -1, votes_ = 0;

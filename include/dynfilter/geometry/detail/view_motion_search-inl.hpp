@@ -27,7 +27,7 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
   best_support_ = -1;
   if (last) {
     attempt(pairs, *last);
-    attempt(pairs, refine_view_motion(*last, pairs, seeds, weights_, 1.0, 8));
+    attempt(pairs, refined(*last, pairs, seeds, weights_, {1.0, 8}));
   }
   const int least = last ? kLeastSamples : options_.iterations;
   const int most = last && fresh ? kLeastSamples : options_.iterations;
@@ -82,6 +82,14 @@ inline double ViewMotionEstimator::share(std::size_t points) {
   return 1.0 / static_cast<double>(std::max<std::size_t>(2, points));
 }
 
+inline ViewMotion ViewMotionEstimator::refined(const ViewMotion& start, const std::vector<ViewPair>& pairs,
+                                               const std::vector<int>& which,
+                                               const std::vector<double>& weights,
+                                               const ViewMotionFit::Options& options) {
+  fit_.select(pairs, which, weights);
+  return fit_.refine(start, options);
+}
+
 inline void ViewMotionEstimator::attempt(const std::vector<ViewPair>& pairs, ViewMotion motion) {
   const ViewFlowModel model(motion);
   const double inverse = 1 / (options_.max_distance_px * options_.max_distance_px);
@@ -121,7 +129,7 @@ inline void ViewMotionEstimator::try_sample(const std::vector<ViewPair>& pairs, 
   if (static_cast<int>(sample_.size()) < kSample) return;
   ViewMotion start = last && attempt_number % 2 == 1 ? *last : start_motion(focal_px);
   if (!start.has_baseline()) start = start_motion(focal_px);
-  attempt(pairs, refine_view_motion(start, pairs, sample_, {}, 0, 6));
+  attempt(pairs, refined(start, pairs, sample_, {}, {0, 6}));
 }
 
 inline ViewMotion ViewMotionEstimator::start_motion(double focal_px) {
@@ -142,7 +150,7 @@ inline void ViewMotionEstimator::polish(const std::vector<ViewPair>& pairs, cons
     for (const int i : seeds)
       if (std::abs(model(pairs[static_cast<std::size_t>(i)]).across_px) < limit) inliers_.push_back(i);
     if (inliers_.size() < 8) return;
-    attempt(pairs, refine_view_motion(best_, pairs, inliers_, weights_, fine ? 0.3 : 1.0, 6));
+    attempt(pairs, refined(best_, pairs, inliers_, weights_, {fine ? 0.3 : 1.0, 6}));
   }
 }
 
@@ -156,12 +164,12 @@ inline ViewMotion ViewMotionEstimator::without_needless_baseline(const std::vect
   rotation.rotation_rad = best_.rotation_rad;
   rotation.direction = {};
   best_support_ = -1;
-  attempt(pairs, refine_view_motion(rotation, pairs, scored_, score_weights_, 1.0, 8));
+  attempt(pairs, refined(rotation, pairs, scored_, score_weights_, {1.0, 8}));
   if (best_support_ < kHopeless * options_.rotation_share * support) return with_baseline;
   best_support_ = -1;
   attempt(pairs, rotation);
-  attempt(pairs, refine_view_motion(rotation, pairs, seeds, weights_, 1.0, 8));
-  attempt(pairs, refine_view_motion(best_, pairs, seeds, weights_, 0.3, 6));
+  attempt(pairs, refined(rotation, pairs, seeds, weights_, {1.0, 8}));
+  attempt(pairs, refined(best_, pairs, seeds, weights_, {0.3, 6}));
   const bool turn_will_do = best_support_ >= options_.rotation_share * support &&
                             parallax_share(pairs, with_baseline) < options_.parallax_share;
   return turn_will_do ? best_ : with_baseline;
