@@ -156,6 +156,12 @@ void descriptors(benchmark::State& state, double search_radius_px, int max_octav
 
 }  // namespace
 
+BENCHMARK_CAPTURE(flow, guided_residual, FlowEngine::Guided, FlowCheck::Residual)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(flow, guided_forward_backward, FlowEngine::Guided, FlowCheck::ForwardBackward)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(flow, own_unchecked, FlowEngine::Own, FlowCheck::None)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);

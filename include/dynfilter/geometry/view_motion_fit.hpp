@@ -19,7 +19,7 @@ class ViewMotionFit {
   struct Options {
     double sigma_px = 1;  ///< scale of the Cauchy weights; 0: plain squares
     int iterations = 6;   ///< at most
-    /// Ends when a step changes the weighted residuals by less than this, RMS.
+    /// Ends when a step changes the weighted residuals by less than this, RMS; far below the noise of a flow.
     double settled_px = 0.005;
   };
 
