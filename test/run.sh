@@ -62,6 +62,9 @@ tidy_check() {
   printf '%s\n' $files | xargs -P "$jobs" -n 1 clang-tidy -p build/release --quiet
 }
 
+# lint_result PROCESS: what it says is shown only if it found something.
+lint_result() { wait "$1" || { cat build/lint.log; false; }; }
+
 step "packages"
 need_packages $build_packages $test_packages $python_packages
 [ "$mode" = quick ] || need_packages $clang_packages
@@ -76,19 +79,18 @@ if [ "$mode" != quick ]; then
     build_and_test tsan
     build_and_test ubsan-clang
   fi
-  step "abi"
-  check abi bash test/abi/check.sh
-  step "compilers"
-  if [ "$mode" = long ]; then check compilers bash test/compilers.sh --all; else check compilers bash test/compilers.sh; fi
   step "fuzz"
   # The same inputs for the same sources: a commit is judged by what it changed. --long looks for new ones.
   if [ "$mode" = long ]; then seconds=600; else seconds=60 DYNFILTER_FUZZ_SEED=${DYNFILTER_FUZZ_SEED:-1}; fi
   export DYNFILTER_FUZZ_SEED
   check fuzz bash test/fuzz/run.sh "${FUZZ_SECONDS:-$seconds}"
-  step "format"
+  step "lint, abi, compilers, format"
+  tidy_check >build/lint.log 2>&1 &  # one file takes one core: the others meanwhile
+  lint=$!
+  check abi bash test/abi/check.sh
+  if [ "$mode" = long ]; then check compilers bash test/compilers.sh --all; else check compilers bash test/compilers.sh; fi
   check format format_check
-  step "lint"
-  check lint tidy_check
+  check lint lint_result $lint
 fi
 step "done"
 finish

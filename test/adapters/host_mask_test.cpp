@@ -9,6 +9,8 @@
 #include "adapters/mask_host_stand_ins.hpp"
 #include "doctest/doctest.h"
 
+namespace host_mask_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -134,3 +136,5 @@ TEST_CASE("VINS-Fusion reduces all its arrays by one status") {
   CHECK(tracker.ids == std::vector<int>{5});
   CHECK(tracker.track_cnt == std::vector<int>{2});
 }
+
+}  // namespace host_mask_test

@@ -16,6 +16,8 @@
 #include "adapters/settings_folder.hpp"
 #include "doctest/doctest.h"
 
+namespace host_start_test {
+
 // What a host is told at start and later, and where its boxes and masks come from.
 
 using namespace dynfilter;
@@ -423,3 +425,5 @@ TEST_CASE("a closed host has the same keys: boxes of a file, the first frame, th
   for (int k = 0; k < 31; ++k) closed.process(grey(), depth(), 100 + 0.04 * k);
   CHECK(has(closed.warning(), "no mask came for semantic_mask"));
 }
+
+}  // namespace host_start_test

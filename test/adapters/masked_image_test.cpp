@@ -9,6 +9,8 @@
 
 #include "doctest/doctest.h"
 
+namespace masked_image_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -100,3 +102,5 @@ TEST_CASE("nothing rejected, NaN positions, other sizes: copies, no trouble") {
   MaskedImage::zero_depth(other, adapter.mask(c.keypoints, c.verdict, c.size), out);
   CHECK(cv::countNonZero(out) == 400);
 }
+
+}  // namespace masked_image_test

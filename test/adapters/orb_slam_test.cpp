@@ -17,6 +17,8 @@
 #include "adapters/settings_folder.hpp"
 #include "doctest/doctest.h"
 
+namespace orb_slam_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -711,3 +713,5 @@ TEST_CASE("the guide's table of presets: what each asks for, and which calls it 
   }
   check_guide("<!-- presets -->\n", wanted);
 }
+
+}  // namespace orb_slam_test

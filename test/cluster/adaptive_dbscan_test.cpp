@@ -8,6 +8,8 @@
 #include "cluster/point_sets.hpp"
 #include "doctest/doctest.h"
 
+namespace adaptive_dbscan_test {
+
 using namespace dynfilter;
 using point_sets::Points;
 
@@ -98,7 +100,8 @@ TEST_CASE("n points have n - 1 candidates, also if none is chosen") {
 
 TEST_CASE("so they are for awkward points") {
   for (const auto& [name, points] : point_sets::awkward()) {
-    CAPTURE(name);
+    const auto& shown = name;  // clang 14 captures no structured binding
+    CAPTURE(shown);
     if (name == "none" || name == "one" || name == "two" || name == "only odd ones") {
       CHECK_FALSE(AdaptiveDbscan().choose(points).found);
       continue;
@@ -164,3 +167,5 @@ TEST_CASE("of too many points some are looked at") {
   limits.max_k = 2;
   CHECK_FALSE(AdaptiveDbscan(limits).choose(points).found);
 }
+
+}  // namespace adaptive_dbscan_test

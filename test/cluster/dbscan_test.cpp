@@ -9,6 +9,8 @@
 #include "cluster/point_sets.hpp"
 #include "doctest/doctest.h"
 
+namespace dbscan_test {
+
 using namespace dynfilter;
 using point_sets::Points;
 
@@ -107,7 +109,8 @@ TEST_CASE("grid and FLANN give the clusters of the definition") {
 
 TEST_CASE("awkward distributions are clustered by the definition too") {
   for (const auto& [name, points] : point_sets::awkward()) {
-    CAPTURE(name);
+    const auto& shown = name;  // clang 14 captures no structured binding
+    CAPTURE(shown);
     for (const double eps_m : {0.001, 0.05, 0.125, 5.0})
       for (const int min_points : {1, 3, 7}) check_both(points, {eps_m, min_points});
   }
@@ -249,3 +252,5 @@ TEST_CASE("a radius or a count that makes no sense is refused") {
   CHECK_THROWS_AS(GridDbscan().run({}, {0.1, 0}, clusters), ConfigError);
   CHECK_THROWS_AS(flann_dbscan({}, {-1, 4}, clusters), ConfigError);
 }
+
+}  // namespace dbscan_test

@@ -5,6 +5,8 @@
 
 #include "doctest/doctest.h"
 
+namespace depth_growth_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -92,3 +94,5 @@ TEST_CASE("seeds outside, without depth or odd grow nothing; so does another typ
   CHECK(cv::countNonZero(grown(cv::Mat(10, 10, CV_8UC1, cv::Scalar(1)), {{3, 3}})) == 0);
   CHECK(grown(cv::Mat(), {{3, 3}}).empty());
 }
+
+}  // namespace depth_growth_test

@@ -8,7 +8,12 @@ function(run)
   endif()
 endfunction()
 
-file(REMOVE_RECURSE "${WORK}")
+# FetchContent comes second into the folder of add_subdirectory: only what was configured goes.
+if(WAY STREQUAL "fetch_content")
+  file(REMOVE_RECURSE "${WORK}/build/CMakeCache.txt" "${WORK}/build/CMakeFiles" "${WORK}/build/consumer")
+else()
+  file(REMOVE_RECURSE "${WORK}")
+endif()
 set(where -DDYNFILTER_SOURCE=${SOURCE})
 # A user's own warnings must not be triggered by our headers.
 set(flags "-O0 -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror")

@@ -7,6 +7,8 @@
 
 #include "doctest/doctest.h"
 
+namespace limits_test {
+
 TEST_CASE("the table of docs/explanation/trust.md has every limit with its value") {
   using namespace dynfilter::limits;
   std::stringstream docs;
@@ -28,3 +30,5 @@ TEST_CASE("the table of docs/explanation/trust.md has every limit with its value
   has("kMaxBytes", static_cast<long long>(dynfilter::YamlText::kMaxBytes));
   has("kMaxDepth", dynfilter::YamlText::kMaxDepth);
 }
+
+}  // namespace limits_test

@@ -3,6 +3,8 @@
 
 #include "doctest/doctest.h"
 
+namespace near_miss_test {
+
 using namespace dynfilter;
 
 TEST_CASE("edit distance: changes, additions, omissions and swaps of neighbours count one each") {
@@ -27,3 +29,5 @@ TEST_CASE("the nearest name is offered, and none where nothing is near") {
   CHECK(did_you_mean("nome", names) == " (did you mean `none`?)");
   CHECK(did_you_mean("x", names).empty());
 }
+
+}  // namespace near_miss_test

@@ -7,6 +7,8 @@
 
 #include "doctest/doctest.h"
 
+namespace order_statistics_test {
+
 using namespace dynfilter;
 
 TEST_CASE("order statistics: by hand") {
@@ -65,3 +67,5 @@ TEST_CASE("densest window: most values win, of equal ones the lowest") {
   std::vector<float> none;
   CHECK_FALSE(densest_in_place(none, 1.0F).has_value());
 }
+
+}  // namespace order_statistics_test

@@ -4,6 +4,8 @@
 
 #include "doctest/doctest.h"
 
+namespace parameters_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -85,3 +87,5 @@ TEST_CASE("the table describes itself") {
   CHECK(infos[3].default_value == "red");
   CHECK(infos[4].default_value == "[person]");
 }
+
+}  // namespace parameters_test

@@ -9,6 +9,8 @@
 
 #include "doctest/doctest.h"
 
+namespace point_grid_test {
+
 using dynfilter::PointGrid;
 using dynfilter::Span;
 
@@ -152,3 +154,5 @@ TEST_CASE("keypoints are places too") {
   grid.build(Span<const cv::KeyPoint>(keypoints), 5);
   CHECK(visited(grid, {30, 5}, 1) == std::vector<std::int32_t>{3});
 }
+
+}  // namespace point_grid_test

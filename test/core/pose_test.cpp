@@ -3,6 +3,8 @@
 
 #include "doctest/doctest.h"
 
+namespace pose_test {
+
 using dynfilter::Pose;
 
 TEST_CASE("a pose times its inverse is the identity") {
@@ -22,3 +24,5 @@ TEST_CASE("composition chains frames: T_a_c p_c = T_a_b (T_b_c p_c)") {
   const Eigen::Vector3d p_b = T_b_c.R() * p_c + T_b_c.t();
   CHECK((T_a_b.isometry() * p_b - (T_a_b * T_b_c).isometry() * p_c).norm() < 1e-12);
 }
+
+}  // namespace pose_test

@@ -3,6 +3,8 @@
 
 #include "doctest/doctest.h"
 
+namespace printable_text_test {
+
 using dynfilter::without_controls;
 
 TEST_CASE("control characters become question marks, other text stays") {
@@ -17,3 +19,5 @@ TEST_CASE("control characters become question marks, other text stays") {
   CHECK(without_controls("\xC2\x9B"
                          "31m \xC2\xA9") == "??31m \xC2\xA9");
 }
+
+}  // namespace printable_text_test

@@ -9,6 +9,8 @@
 #include "doctest/doctest.h"
 #include "support/time_limit.hpp"
 
+namespace yaml_test {
+
 using dynfilter::ConfigError;
 using dynfilter::YamlDocument;
 
@@ -271,3 +273,5 @@ TEST_CASE("a text of 100,000 keys is refused, the most keys that fit are read in
   CHECK(taken(keys(100'000, dynfilter::YamlText::kMaxBytes), error) < dynfilter_test::kMost_s);
   CHECK(error == "no error");
 }
+
+}  // namespace yaml_test

@@ -11,6 +11,8 @@
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 
+namespace files_test {
+
 using namespace dynfilter::io;
 using namespace dynfilter_test;
 using dynfilter::IoError;
@@ -217,3 +219,5 @@ TEST_CASE("a PLY file has the header and the bytes of its points") {
   CHECK(bytes.substr(body + 15, 4) == std::string("\x07\x00\x00\x00", 4));  // class
   CHECK_THROWS_AS(write_ply(path, {{1, 2, 3}}, {{1, 2, 3}, {1, 2, 3}}), IoError);
 }
+
+}  // namespace files_test

@@ -19,6 +19,8 @@
 #include "io/tum_folder.hpp"
 #include "support/time_limit.hpp"
 
+namespace limits_test {
+
 using namespace dynfilter::io;
 using namespace dynfilter_test;
 using dynfilter::IoError;
@@ -169,3 +171,5 @@ TEST_CASE("boxes of one image are limited, and class names have no control chara
   CHECK_THROWS_WITH_AS(read_detections(path), doctest::Contains("boxes.txt:1001: more than 1000 boxes"),
                        IoError);
 }
+
+}  // namespace limits_test

@@ -4,6 +4,8 @@
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 
+namespace point_tracks_test {
+
 using namespace dynfilter::io;
 using namespace dynfilter_test;
 
@@ -63,3 +65,5 @@ TEST_CASE("the widest label covers the most cells, whatever its points") {
   write_text(folder.path() / "t.txt", text);
   CHECK(widest_label(read_point_tracks(folder.path() / "t.txt")) == 5);
 }
+
+}  // namespace point_tracks_test

@@ -3,6 +3,8 @@
 
 #include "doctest/doctest.h"
 
+namespace pose_lookup_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -41,3 +43,5 @@ TEST_CASE("poses are aligned also when the camera stands still") {
   CHECK((found.t() - T.t()).norm() < 1e-9);
   CHECK_FALSE(io::align_poses(truth, {}));
 }
+
+}  // namespace pose_lookup_test

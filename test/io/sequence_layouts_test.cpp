@@ -7,6 +7,8 @@
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 
+namespace sequence_layouts_test {
+
 using namespace dynfilter;
 using namespace dynfilter_test;
 namespace fs = std::filesystem;
@@ -469,3 +471,5 @@ TEST_CASE("the real KITTI folder loads as it is" * doctest::test_suite("shared_d
   REQUIRE(sequence.ground_truth());
   CHECK(sequence.ground_truth()->size() == 51);
 }
+
+}  // namespace sequence_layouts_test

@@ -5,6 +5,8 @@
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 
+namespace trajectory_formats_test {
+
 using namespace dynfilter;
 using namespace dynfilter_test;
 
@@ -96,3 +98,5 @@ TEST_CASE("trajectory formats: nanoseconds in a TUM file are told by their steps
   CHECK(!read("1403636579.76" + pose + "1403636579.81" + pose).nanoseconds);
   CHECK(!read("0" + pose + "3600" + pose).nanoseconds);  // an hour
 }
+
+}  // namespace trajectory_formats_test

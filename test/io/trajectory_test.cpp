@@ -4,6 +4,8 @@
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 
+namespace trajectory_test {
+
 using namespace dynfilter::io;
 using namespace dynfilter_test;
 
@@ -59,3 +61,5 @@ TEST_CASE("broken trajectories: an error that names file and line") {
   CHECK_THROWS_AS(read_tum_trajectory(folder.path() / "absent.txt"), dynfilter::IoError);
   CHECK_THROWS_AS(read_tum_trajectory(folder.path()), dynfilter::IoError);
 }
+
+}  // namespace trajectory_test

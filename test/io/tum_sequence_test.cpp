@@ -5,6 +5,8 @@
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 
+namespace tum_sequence_test {
+
 using dynfilter::IoError;
 using dynfilter::io::Sequence;
 using dynfilter::io::SequenceOptions;
@@ -224,3 +226,5 @@ TEST_CASE("the real TUM folders load as downloaded" * doctest::test_suite("share
   CHECK(desk.size() == 40);
   CHECK(desk.camera().distortion[0] == 0.2624);
 }
+
+}  // namespace tum_sequence_test

@@ -4,6 +4,8 @@
 #include "doctest/doctest.h"
 #include "support/parameter_tables.hpp"
 
+namespace docs_test {
+
 using namespace dynfilter;
 
 TEST_CASE("the tables of docs/reference/keyframes.md are those of the parameters") {
@@ -12,3 +14,5 @@ TEST_CASE("the tables of docs/reference/keyframes.md are those of the parameters
       {{"pose_change", dynfilter_test::parameter_table<PoseChangeParams>()},
        {"vertex_cover", dynfilter_test::parameter_table<VertexCoverParams>()}});
 }
+
+}  // namespace docs_test

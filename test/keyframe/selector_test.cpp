@@ -5,6 +5,8 @@
 
 #include "doctest/doctest.h"
 
+namespace selector_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -283,3 +285,5 @@ TEST_CASE("parameters are checked and read") {
   CHECK(make_keyframe_selector("pose_change", yaml.root())->name() == "pose_change");
   CHECK_THROWS_AS(make_keyframe_selector("vertex_cover", yaml.root()), ConfigError);
 }
+
+}  // namespace selector_test

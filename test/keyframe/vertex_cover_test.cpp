@@ -5,6 +5,8 @@
 #include "doctest/doctest.h"
 #include "graph_twin.hpp"
 
+namespace vertex_cover_test {
+
 using namespace dynfilter;
 using namespace dynfilter_test;
 
@@ -183,3 +185,5 @@ TEST_CASE("with bridges a cover is connected wherever the graph is") {
         if (set[a] && set[b]) CHECK(reached(graph, set, a, b) == reached(graph, all, a, b));
   }
 }
+
+}  // namespace vertex_cover_test

@@ -16,6 +16,8 @@
 #include "doctest/doctest.h"
 #include "support/parameter_tables.hpp"
 
+namespace static_map_test {
+
 using namespace dynfilter;
 using namespace dynfilter::mapping;
 
@@ -591,3 +593,5 @@ TEST_CASE("the table of docs/reference/mapping.md is that of the parameters") {
   dynfilter_test::check_parameter_tables("docs/reference/mapping.md",
                                          {{"mapping", dynfilter_test::parameter_table<MappingParams>()}});
 }
+
+}  // namespace static_map_test

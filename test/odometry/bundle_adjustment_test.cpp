@@ -6,6 +6,8 @@
 
 #include "doctest_beside_glog.hpp"
 
+namespace bundle_adjustment_test {
+
 using namespace dynfilter::odometry;
 
 namespace {
@@ -136,3 +138,5 @@ TEST_CASE("a wrong sighting is dropped, on both sides") {
   CHECK(s.map.points[6].observations.size() == kKeyframes);
   CHECK((s.map.points[5].world_m - s.truth[5]).norm() < 0.01);
 }
+
+}  // namespace bundle_adjustment_test

@@ -8,6 +8,8 @@
 #include "doctest/doctest.h"
 #include "test_images.hpp"
 
+namespace frame_features_test {
+
 using namespace dynfilter::odometry;
 
 namespace {
@@ -117,3 +119,5 @@ TEST_CASE("a window of the grid holds all that a brute search finds, once") {
     }
   }
 }
+
+}  // namespace frame_features_test

@@ -6,6 +6,8 @@
 #include "doctest/doctest.h"
 #include "test_images.hpp"
 
+namespace matching_test {
+
 using namespace dynfilter::odometry;
 
 namespace {
@@ -123,3 +125,5 @@ TEST_CASE("recovery finds a pose without prediction, among wrong matches, and no
   CHECK(untouched.matrix() == Eigen::Matrix4d::Identity());
   CHECK(recovery.recover({}, s.features, 12, untouched) == 0);
 }
+
+}  // namespace matching_test

@@ -9,7 +9,9 @@
 
 #include "test_images.hpp"
 
-#include "doctest_beside_glog.hpp"
+#include "doctest/doctest.h"
+
+namespace mono_test {
 
 using namespace dynfilter;
 using namespace dynfilter::odometry;
@@ -178,3 +180,5 @@ TEST_CASE("a mono camera is followed up to a scale, twice the same; without moti
   Odometry still(odometry_test::camera(), mono(), nullptr);
   for (int i = 0; i < 5; ++i) CHECK(still.process(frame_at(0, 0, i / 30.0)).state == TrackState::NoMap);
 }
+
+}  // namespace mono_test

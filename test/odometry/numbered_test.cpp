@@ -4,7 +4,9 @@
 #include <random>
 #include <set>
 
-#include "doctest_beside_glog.hpp"
+#include "doctest/doctest.h"
+
+namespace numbered_test {
 
 using namespace dynfilter::odometry;
 
@@ -50,3 +52,5 @@ TEST_CASE("elements are removed in any order, the others stay where they are, an
   values.push_back(counted);
   CHECK(values.has(1000));
 }
+
+}  // namespace numbered_test

@@ -8,7 +8,9 @@
 
 #include "test_images.hpp"
 
-#include "doctest_beside_glog.hpp"
+#include "doctest/doctest.h"
+
+namespace odometry_test {
 
 using namespace dynfilter;
 using namespace dynfilter::odometry;
@@ -260,3 +262,5 @@ TEST_CASE("real frames: a static desk, and walking people with the features in t
   CHECK(ate_m(data / "tum_fr3_walking_halfsphere", &boxes, tracked, frames) < 0.020);
   CHECK(tracked == frames);
 }
+
+}  // namespace odometry_test

@@ -4,6 +4,8 @@
 #include "doctest/doctest.h"
 #include "test_images.hpp"
 
+namespace orb_extractor_test {
+
 using namespace dynfilter::odometry;
 
 namespace {
@@ -86,3 +88,5 @@ TEST_CASE("images without corners or without room give none") {
   CHECK(keypoints.size() > 20);
   for (const auto& k : keypoints) CHECK((k.pt.x >= 0 && k.pt.y >= 0 && k.pt.x < 96 && k.pt.y < 80));
 }
+
+}  // namespace orb_extractor_test

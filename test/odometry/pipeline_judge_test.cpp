@@ -7,7 +7,9 @@
 #include "test_images.hpp"
 
 // Included last, because other headers may include glog.
-#include "doctest_beside_glog.hpp"
+#include "doctest/doctest.h"
+
+namespace pipeline_judge_test {
 
 using namespace dynfilter;
 using namespace dynfilter::odometry;
@@ -83,3 +85,5 @@ TEST_CASE("the map starts when the pipeline no longer asks to wait") {
     CHECK(result.T_world_camera.has_value() == !busy);
   }
 }
+
+}  // namespace pipeline_judge_test

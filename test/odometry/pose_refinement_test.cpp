@@ -7,6 +7,8 @@
 
 #include "doctest_beside_glog.hpp"
 
+namespace pose_refinement_test {
+
 using namespace dynfilter::odometry;
 
 namespace {
@@ -173,3 +175,5 @@ TEST_CASE("too few points, and points behind the camera, leave a finite pose") {
   CHECK(T.matrix().allFinite());
   CHECK(distance(T, truth) < 1e-6);
 }
+
+}  // namespace pose_refinement_test

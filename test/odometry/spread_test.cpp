@@ -5,6 +5,8 @@
 
 #include "doctest/doctest.h"
 
+namespace spread_test {
+
 using dynfilter::odometry::Spreader;
 
 namespace {
@@ -73,3 +75,5 @@ TEST_CASE("the order of the corners does not matter") {
   for (std::size_t i = 0; i < first.size(); ++i) same = same && first[i].pt == second[i].pt;
   CHECK(same);
 }
+
+}  // namespace spread_test

@@ -9,7 +9,9 @@
 
 #include "test_images.hpp"
 
-#include "doctest_beside_glog.hpp"
+#include "doctest/doctest.h"
+
+namespace stereo_test {
 
 using namespace dynfilter;
 using namespace dynfilter::odometry;
@@ -168,3 +170,5 @@ TEST_CASE("real frames: a street, with both cameras and with the left one alone"
     CHECK(eval::absolute_trajectory_error(*sequence.ground_truth(), poses, ate).error_m.rmse < 0.12);
   }
 }
+
+}  // namespace stereo_test

@@ -12,6 +12,8 @@
 
 #include "doctest/doctest.h"
 
+namespace loader_test {
+
 using namespace dynfilter;
 namespace fs = std::filesystem;
 
@@ -217,3 +219,5 @@ TEST_CASE("a folder is loaded in the order of names, all or nothing") {
   CHECK(other.names().empty());
   CHECK_THROWS_AS(load_plugin_directory(folder.path / "none", other), PluginError);
 }
+
+}  // namespace loader_test

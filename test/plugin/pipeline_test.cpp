@@ -11,6 +11,8 @@
 
 #include "doctest/doctest.h"
 
+namespace pipeline_test {
+
 using namespace dynfilter;
 namespace fs = std::filesystem;
 
@@ -114,3 +116,5 @@ TEST_CASE("a filter gives the same verdicts from its plugin as from its header, 
   if (compared == 0) MESSAGE("skipped: built without DYNFILTER_BUILD_PLUGINS");
   if (compared > 0) CHECK(compared == static_cast<int>(headers.names().size()));
 }
+
+}  // namespace pipeline_test

@@ -7,6 +7,7 @@
 
 namespace motion_test {
 
+using namespace dynfilter;
 using namespace dynfilter::render;
 
 namespace {
