@@ -116,7 +116,7 @@ struct UmeyamaRansac {
     }
   }
   Eigen::Matrix4d run() const {
-    Rng rng(1);
+    SampleGenerator rng(1);
     const auto n = static_cast<std::uint32_t>(p.cols());
     Eigen::Matrix4d best = Eigen::Matrix4d::Identity();
     int best_count = 0, needed = 300;

@@ -378,7 +378,7 @@ TEST_CASE("background_motion: undistorted keypoints and poses that are none do n
 TEST_CASE("background_motion: other image sizes") {
   for (const cv::Size size : {cv::Size(1241, 376), cv::Size(752, 480), cv::Size(320, 240)}) {
     CAPTURE(size.width);
-    Camera camera = synth::freiburg3_camera();
+    Camera camera = freiburg3_camera();
     camera.width_px = size.width, camera.height_px = size.height;
     camera.cx_px = size.width / 2.0, camera.cy_px = size.height / 2.0;
     camera.fx_px = camera.fy_px = 0.8 * size.width;

@@ -54,7 +54,7 @@ class Road {
   explicit Road(double speed_m_s, double rate_hz = 10) : speed_m_s_(speed_m_s), rate_hz_(rate_hz) {}
 
   std::vector<cv::Point3d> at(double time_s) const {
-    Rng rng(1);
+    SampleGenerator rng(1);
     std::vector<cv::Point3d> points;
     const double driven = 8 * time_s;
     for (int i = 0; i < 150; ++i) points.emplace_back(rng.uniform(-6, 6), 1.5, rng.uniform(16, 40) - driven);
@@ -157,7 +157,7 @@ TEST_CASE("flow_consistency: slow movers are found over a long gap") {
   FrameEvidence evidence;
   Votes votes;
   for (int k = 0; k < 40; ++k) {
-    Rng rng(1), noise(static_cast<std::uint64_t>(k) + 2);
+    SampleGenerator rng(1), noise(static_cast<std::uint64_t>(k) + 2);
     std::vector<cv::KeyPoint> keypoints;
     std::vector<std::int32_t> reference;
     for (int i = 0; i < 240; ++i) {
@@ -267,7 +267,7 @@ TEST_CASE("flow_consistency: all features in one place, on one line, on the edge
     FrameEvidence evidence;
     Votes votes;
     for (int k = 0; k < 6; ++k) {
-      Rng rng(1);
+      SampleGenerator rng(1);
       std::vector<cv::KeyPoint> keypoints;
       std::vector<std::int32_t> reference;
       for (int i = 0; i < 60; ++i) {

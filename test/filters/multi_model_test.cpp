@@ -30,7 +30,7 @@ struct Pair {
 
 /// Two surfaces with different motions, 40 matches each, and 60 mismatches.
 Pair two_motions() {
-  Rng rng(4);
+  SampleGenerator rng(4);
   Pair pair;
   const auto add = [&](double x, double y, double u, double v) {
     pair.now.emplace_back(static_cast<float>(x), static_cast<float>(y), 7.0F);

@@ -25,7 +25,7 @@ struct Feature {
 
 /// With clusters, exact duplicates, missing depths and invalid positions.
 std::vector<Feature> features(std::uint64_t seed, int count) {
-  Rng rng(seed);
+  SampleGenerator rng(seed);
   std::vector<Feature> all;
   for (int i = 0; i < count; ++i) {
     const double spread = i % 3 == 0 ? 15 : 640;
@@ -101,7 +101,7 @@ TEST_CASE("neighbour field: the order of the features does not matter, bit for b
   std::vector<Feature> all = features(7, 300);
   const Built field = field_of(all, 25);
   const std::vector<Feature> asked = all;
-  Rng rng(3);
+  SampleGenerator rng(3);
   for (std::size_t i = all.size(); i-- > 1;)
     std::swap(all[i], all[rng.below(static_cast<std::uint32_t>(i + 1))]);
   const Built shuffled = field_of(all, 25);

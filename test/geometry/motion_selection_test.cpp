@@ -85,7 +85,7 @@ Motions sorted(Motions set) {
 /// The motions after the groups explain nothing.
 Problem groups(const std::vector<int>& sizes, std::size_t others, double sigma_px, double apart_px,
                std::uint64_t seed) {
-  Rng rng(seed);
+  SampleGenerator rng(seed);
   const auto n = static_cast<std::size_t>(std::accumulate(sizes.begin(), sizes.end(), 0));
   Problem p(sizes.size() + others, n);
   std::size_t k = 0;
@@ -108,7 +108,7 @@ TEST_CASE("the description is as short as the shortest of all sets, or as greedy
   int exact = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     CAPTURE(seed);
-    Rng rng(100 + seed);
+    SampleGenerator rng(100 + seed);
     Problem p = groups({80 + static_cast<int>(rng.below(60)), 20 + static_cast<int>(rng.below(40)),
                         static_cast<int>(rng.below(30))},
                        2, rng.uniform(0.1, 1), rng.uniform(1, 6), seed);

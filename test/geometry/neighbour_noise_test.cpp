@@ -16,7 +16,7 @@ using namespace dynfilter;
 TEST_CASE("neighbours' differences show the noise, whatever they share") {
   for (const double sigma_px : {0.1, 2.0}) {
     CAPTURE(sigma_px);
-    Rng rng(1);
+    SampleGenerator rng(1);
     std::vector<Miss> misses;
     for (int i = 0; i < 2000; ++i) {
       const auto x = static_cast<float>(rng.uniform(0, 640)), y = static_cast<float>(rng.uniform(0, 480));
@@ -38,7 +38,7 @@ TEST_CASE("neighbours' differences show the noise, whatever they share") {
 // sqrt(1 + s^2). Half of the pairs may be movers' without any change beyond the bound.
 TEST_CASE("the whole noise counts what neighbours share, up to a bound") {
   const auto scene = [](double shared_px, MissAxes axes) {
-    Rng rng(7);
+    SampleGenerator rng(7);
     std::vector<cv::Point2f> patches;
     const auto draw = [&](double sigma) {
       return cv::Point2f(static_cast<float>(sigma * rng.normal()),

@@ -66,7 +66,7 @@ struct Parts {
     return out;
   }
 
-  Rng rng;
+  SampleGenerator rng;
   double noise_px = 0.1;
   std::vector<cv::Point3f> reference_m, current_m;
   std::vector<cv::Point2f> pixels;

@@ -171,7 +171,7 @@ TEST_CASE("rigid motion: spread beats heads when a compact mover holds most poin
 
 TEST_CASE("rigid motion: wider registers score to the same bits") {
   const RigidScene scene(203, 0.3, 5, 1);
-  Rng rng(8);
+  SampleGenerator rng(8);
   for (const RigidResidualKind kind : {RigidResidualKind::ImageDepth, RigidResidualKind::Point}) {
     dynfilter::detail::RigidPoints wide, narrow;
     narrow.wide = false;
@@ -274,7 +274,7 @@ double chi2_in_matrices(const Camera& cam, const Pose& T, const RigidResidualNoi
 }  // namespace
 
 TEST_CASE("rigid residual: chi2 is the one of the full covariance, with and without that of the motion") {
-  Rng rng(7);
+  SampleGenerator rng(7);
   const Camera cam = camera();
   for (int k = 0; k < 200; ++k) {
     CAPTURE(k);

@@ -90,7 +90,7 @@ struct RigidScene {
     current.push_back(measure(T, p));
   }
 
-  dynfilter::Rng rng_;
+  dynfilter::SampleGenerator rng_;
   double noise_;
   std::vector<Eigen::Vector3d> points_;
 };

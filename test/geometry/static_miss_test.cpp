@@ -45,7 +45,7 @@ Eigen::Vector3d point(const cv::Point2f& px, double depth_m) {
 struct Pair {
   SeenPoint then, now;
 
-  explicit Pair(Rng& rng, const cv::Point2f& off_px = {}) {
+  explicit Pair(SampleGenerator& rng, const cv::Point2f& off_px = {}) {
     then.px = {static_cast<float>(rng.uniform(40, 600)), static_cast<float>(rng.uniform(40, 440))};
     then.depth_m = static_cast<float>(rng.uniform(1.5, 12));
     const Eigen::Vector3d q = motion().R() * point(then.px, then.depth_m) + motion().t();
@@ -58,7 +58,7 @@ struct Pair {
 
 TEST_CASE("static miss: nothing is left of a static point, whichever depths are known") {
   const StaticMissModel model(geometry_test::camera(), motion(), noise());
-  Rng rng(1);
+  SampleGenerator rng(1);
   for (int k = 0; k < 200; ++k) {
     const Pair pair(rng);
     for (const bool then_known : {true, false})
@@ -82,7 +82,7 @@ TEST_CASE("static miss: nothing is left of a static point, whichever depths are 
 // The prediction moves with the depth's error, to first order: the covariance by numerical differentiation.
 TEST_CASE("static miss: with one depth, chi2 is that of the full covariance") {
   const StaticMissModel model(geometry_test::camera(), motion(), noise());
-  Rng rng(2);
+  SampleGenerator rng(2);
   for (int k = 0; k < 200; ++k) {
     const cv::Point2f off_px(static_cast<float>(rng.uniform(-6, 6)), static_cast<float>(rng.uniform(-6, 6)));
     Pair pair(rng, off_px);
@@ -103,7 +103,7 @@ TEST_CASE("static miss: with one depth, chi2 is that of the full covariance") {
 
 TEST_CASE("static miss: without depths, the distance from the nearest point that the ray may hold") {
   const StaticMissModel model(geometry_test::camera(), motion(), noise());
-  Rng rng(3);
+  SampleGenerator rng(3);
   for (int k = 0; k < 200; ++k) {
     const cv::Point2f off_px(static_cast<float>(rng.uniform(-9, 9)), static_cast<float>(rng.uniform(-9, 9)));
     Pair pair(rng, off_px);

@@ -19,7 +19,7 @@ namespace {
 
 /// Matches that move by about 20 px, with 3 px of noise and some outliers.
 TwoViewPoints matches(std::size_t n, std::uint64_t seed) {
-  Rng rng(seed);
+  SampleGenerator rng(seed);
   std::vector<cv::Point2f> reference, current;
   for (std::size_t i = 0; i < n; ++i) {
     const double x = rng.uniform(0, 640), y = rng.uniform(0, 480), noise_px = i % 5 == 0 ? 60 : 3;
@@ -34,7 +34,7 @@ TwoViewPoints matches(std::size_t n, std::uint64_t seed) {
   return points;
 }
 
-Eigen::Matrix3d near_identity(Rng& rng) {
+Eigen::Matrix3d near_identity(SampleGenerator& rng) {
   Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
   for (int i = 0; i < 9; ++i) m.data()[i] += 0.05 * rng.normal();
   return m;
@@ -90,7 +90,7 @@ TEST_CASE("normal equations of homography and epipolar geometry are those of the
   for (const std::size_t n : {8U, 61U, 64U, 331U}) {
     CAPTURE(n);
     const TwoViewPoints points = matches(n, n);
-    Rng rng(n + 1);
+    SampleGenerator rng(n + 1);
     std::vector<float> errors;
     for (std::size_t i = 0; i < n; ++i) errors.push_back(static_cast<float>(rng.uniform(0, 1)));
     for (const Selection& selection :

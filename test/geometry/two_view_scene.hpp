@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/geometry/epipolar_distance.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
@@ -31,6 +32,18 @@ struct TwoViewRecipe {
 inline dynfilter::Pose motion(double rotation_deg, Eigen::Vector3d axis, Eigen::Vector3d t) {
   return dynfilter::Pose::from(
       Eigen::AngleAxisd(rotation_deg * CV_PI / 180, axis.normalized()).toRotationMatrix(), t);
+}
+
+/// F = K^-T [t]x R K^-1 of a known motion (Hartley and Zisserman, section 9.2), of norm 1.
+inline dynfilter::Matrix9 fundamental_from_pose(const dynfilter::Camera& camera,
+                                                const dynfilter::Pose& T_current_reference) {
+  const Eigen::Vector3d t = T_current_reference.t();
+  Eigen::Matrix3d K_inv, across;
+  K_inv << 1 / camera.fx_px, 0, -camera.cx_px / camera.fx_px, 0, 1 / camera.fy_px,
+      -camera.cy_px / camera.fy_px, 0, 0, 1;
+  across << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  const Eigen::Matrix3d F = (K_inv.transpose() * across * T_current_reference.R() * K_inv).normalized();
+  return dynfilter::detail::to_array(F);
 }
 
 /// Static points first, then movers, then mismatches.
@@ -99,7 +112,7 @@ struct TwoViewScene {
     current.emplace_back(jitter(q.x()), jitter(q.y()));
   }
 
-  dynfilter::Rng rng_;
+  dynfilter::SampleGenerator rng_;
 };
 
 }  // namespace geometry_test

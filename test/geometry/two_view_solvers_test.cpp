@@ -12,7 +12,7 @@ using namespace dynfilter;
 using namespace dynfilter::detail;
 
 TEST_CASE("cubic: roots that were put in come out") {
-  Rng rng(3);
+  SampleGenerator rng(3);
   for (int trial = 0; trial < 200; ++trial) {
     const double a = rng.uniform(-3, 3), b = rng.uniform(-3, 3), c = rng.uniform(-3, 3);
     double roots[3];
@@ -37,7 +37,7 @@ TEST_CASE("seven points: one of the solutions is the true F, also for pure trans
     for (double turn : {0.0, 2.0}) {
       const Eigen::Matrix3d R = geometry_test::motion(turn, {0.3, 1, 0.2}, t).R();
       for (int seed = 1; seed <= 20; ++seed) {
-        Rng rng(seed);
+        SampleGenerator rng(seed);
         Eigen::Vector2d p[7], q[7];
         for (int i = 0; i < 7; ++i) {
           const double z = rng.uniform(1, 4);
@@ -61,7 +61,7 @@ TEST_CASE("seven points: one of the solutions is the true F, also for pure trans
 }
 
 TEST_CASE("four points: the homography that made them; none from collinear ones") {
-  Rng rng(5);
+  SampleGenerator rng(5);
   for (int trial = 0; trial < 50; ++trial) {
     Eigen::Matrix3d truth = Eigen::Matrix3d::Identity();
     for (int i = 0; i < 8; ++i) truth(i / 3, i % 3) += rng.uniform(-0.1, 0.1);
@@ -106,7 +106,8 @@ TEST_CASE("bail-out: a cost that is returned is the full cost, and none better t
   TwoViewPoints points;
   points.pack(scene.reference, scene.current, scene.all());
   const double tau2 = std::pow(points.scale(), 2), inf = std::numeric_limits<double>::infinity();
-  const Eigen::Matrix3d px = to_eigen(fundamental_from_pose(geometry_test::camera(), recipe.motion));
+  const Eigen::Matrix3d px =
+      to_eigen(geometry_test::fundamental_from_pose(geometry_test::camera(), recipe.motion));
   const Eigen::Matrix3d F = points.T2().inverse().transpose() * px * points.T1().inverse();
   double twin = 0;
   for (std::size_t i = 0; i < points.count(); ++i) {

@@ -47,7 +47,7 @@ Score score(const TwoViewModel& model, const TwoViewScene& scene, double noise_p
 template <class CheckKind>
 void check_scene(Relief relief, const Pose& T, double noise_px, bool calibrated, CheckKind check_kind) {
   const Camera cam = camera();
-  const Matrix9 truth = fundamental_from_pose(cam, T);
+  const Matrix9 truth = geometry_test::fundamental_from_pose(cam, T);
   TwoViewEstimator estimator;
   for (Movers movers :
        {Movers::None, Movers::Together, Movers::Anyhow, Movers::TwoGroups, Movers::Expanding}) {
@@ -167,7 +167,7 @@ TEST_CASE("two views: movers may be the majority outside the seeds") {
   const Camera cam = camera();
   TwoViewEstimator estimator;
   const TwoViewModel model = estimator.estimate(scene.reference, scene.current, seeds, &cam);
-  const Matrix9 truth = fundamental_from_pose(cam, recipe.motion);
+  const Matrix9 truth = geometry_test::fundamental_from_pose(cam, recipe.motion);
   const Score s = score(model, scene, 0.3, &truth);
   CHECK(model.seeds == 300);
   CHECK(s.flagged_static < 0.02);
@@ -181,7 +181,7 @@ TEST_CASE("two views: exact matches give the analytic F, and the exact rotation"
   const Camera cam = camera();
   TwoViewEstimator estimator;
   const TwoViewModel model = estimator.estimate(scene.reference, scene.current, scene.all());
-  const Matrix9 truth = fundamental_from_pose(cam, recipe.motion);
+  const Matrix9 truth = geometry_test::fundamental_from_pose(cam, recipe.motion);
   const TwoViewScene fresh([&] {
     recipe.seed = 99;
     return recipe;

@@ -36,7 +36,7 @@ std::vector<int> all(std::size_t n) {
 
 /// Static points all over the image, seen by a camera that drives and turns.
 std::vector<ViewPair> road(int n, double tx, double tz, double turn) {
-  Rng rng(7);
+  SampleGenerator rng(7);
   std::vector<ViewPair> pairs;
   for (int i = 0; i < n; ++i)
     pairs.push_back(
@@ -156,7 +156,7 @@ TEST_CASE("the camera's motion is found from nothing, exactly where there is no 
 
 TEST_CASE("what covers the image is the background, not what has most of the points") {
   std::vector<ViewPair> pairs = road(150, 0, 1.0, 0);
-  Rng rng(3);
+  SampleGenerator rng(3);
   for (int i = 0; i < 500;
        ++i)  // 77 % of the points on a truck that drives to the right, on a quarter of the image
     pairs.push_back(seen(rng.uniform(100, 400), rng.uniform(-100, 150), 15, -1.5, 0.1, -0.5, 0));
@@ -199,7 +199,7 @@ TEST_CASE("too few points, or all in one place: no motion") {
 TEST_CASE("the ground is the lowest plane with support, also with a tilted horizon") {
   for (const double tilt : {0.0, 0.04, -0.06}) {
     CAPTURE(tilt);
-    Rng rng(11);
+    SampleGenerator rng(11);
     std::vector<GroundPoint> points;
     for (int i = 0; i < 60; ++i) {
       GroundPoint p;
@@ -226,7 +226,7 @@ TEST_CASE("the ground is the lowest plane with support, also with a tilted horiz
 }
 
 TEST_CASE("nearest neighbours are those of the all-pairs search") {
-  Rng rng(5);
+  SampleGenerator rng(5);
   std::vector<ImageNeighbours::Point> points;
   for (int i = 0; i < 300; ++i) points.push_back({rng.uniform(0, 640), rng.uniform(0, 480)});
   points.push_back(points[0]);  // twice the same
@@ -271,7 +271,7 @@ TEST_CASE("groups are what chains of like neighbours hold together") {
 
 TEST_CASE("a camera stands while traffic fills most of the view") {
   // Cars that cross to the right fit a camera that shifts to the left before a background at infinity.
-  Rng rng(3);
+  SampleGenerator rng(3);
   std::vector<ViewPair> pairs;
   std::vector<int> seeds;
   for (int i = 0; i < 400; ++i) {
@@ -308,7 +308,7 @@ TEST_CASE("points of one patch are not each other's neighbours") {
 }
 
 TEST_CASE("two moving planes among mismatches: the mismatches are what is left") {
-  Rng rng(9);
+  SampleGenerator rng(9);
   std::vector<ImageMatch> matches;
   for (int i = 0; i < 60; ++i) {
     const double x = rng.uniform(20, 300), y = rng.uniform(20, 460);
@@ -339,7 +339,7 @@ TEST_CASE("wrong matches alone make no homography") {
     CAPTURE(n);
     int models = 0;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-      Rng rng(seed);
+      SampleGenerator rng(seed);
       std::vector<ImageMatch> matches;
       for (int i = 0; i < n; ++i)
         matches.push_back(
@@ -353,7 +353,7 @@ TEST_CASE("wrong matches alone make no homography") {
 }
 
 TEST_CASE("homographies do not depend on the unit of length") {
-  Rng rng(9);
+  SampleGenerator rng(9);
   std::vector<ImageMatch> matches, larger;
   for (int i = 0; i < 100; ++i) {
     const double x = rng.uniform(20, 600), y = rng.uniform(20, 460);

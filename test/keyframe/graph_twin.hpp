@@ -9,10 +9,10 @@
 namespace dynfilter_test {
 
 using dynfilter::Graph;
-using dynfilter::Rng;
+using dynfilter::SampleGenerator;
 using dynfilter::VertexSet;
 
-inline Graph random_graph(Rng& rng, std::size_t n, double edge_share) {
+inline Graph random_graph(SampleGenerator& rng, std::size_t n, double edge_share) {
   Graph graph(n);
   for (Graph::Vertex a = 0; a < n; ++a)
     for (Graph::Vertex b = a + 1; b < n; ++b)
@@ -21,7 +21,7 @@ inline Graph random_graph(Rng& rng, std::size_t n, double edge_share) {
 }
 
 /// Frames along a path. Each shares points with nearby frames, like candidates of a moving camera.
-inline Graph band_graph(Rng& rng, std::size_t n, std::size_t reach) {
+inline Graph band_graph(SampleGenerator& rng, std::size_t n, std::size_t reach) {
   Graph graph(n);
   for (Graph::Vertex a = 0; a < n; ++a)
     for (Graph::Vertex b = a + 1; b < n && b <= a + reach; ++b)

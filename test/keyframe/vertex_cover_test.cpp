@@ -97,7 +97,7 @@ TEST_CASE("among equals low numbers are taken") {
 }
 
 TEST_CASE("the cover is as small as trying every set finds it, and its bound holds") {
-  Rng rng(1);
+  SampleGenerator rng(1);
   for (int trial = 0; trial < 150; ++trial) {
     const Graph graph = random_graph(rng, 3 + rng.below(12), rng.uniform(0.05, 0.9));
     const VertexCover cover = small_vertex_cover(graph);
@@ -116,7 +116,7 @@ TEST_CASE("the cover is as small as trying every set finds it, and its bound hol
 }
 
 TEST_CASE("graphs as a moving camera makes them are solved exactly") {
-  Rng rng(2);
+  SampleGenerator rng(2);
   for (const std::size_t n : {30, 60, 120}) {
     const VertexCover cover = small_vertex_cover(band_graph(rng, n, 8));
     CHECK(cover.optimal());
@@ -125,7 +125,7 @@ TEST_CASE("graphs as a moving camera makes them are solved exactly") {
 }
 
 TEST_CASE("how far the greedy cover is from the smallest" * doctest::test_suite("measure")) {
-  Rng rng(3);
+  SampleGenerator rng(3);
   double greedy = 0, exact = 0, matching = 0;
   std::size_t hit = 0, trials = 400;
   for (std::size_t trial = 0; trial < trials; ++trial) {
@@ -171,7 +171,7 @@ TEST_CASE("bridges take the short way round a cycle and leave apart what the gra
 }
 
 TEST_CASE("with bridges a cover is connected wherever the graph is") {
-  Rng rng(4);
+  SampleGenerator rng(4);
   for (int trial = 0; trial < 60; ++trial) {
     const Graph graph = random_graph(rng, 12, rng.uniform(0.05, 0.4));
     VertexSet set = small_vertex_cover(graph).set;

@@ -64,7 +64,7 @@ std::vector<Verdict> verdicts_on_images(const std::string& preset, int threads) 
     frame.grey = grey;
     frame.depth = image.depth;
     frame.depth_unit_m = 1.0 / 5000;
-    frame.camera = render::fr3_camera();
+    frame.camera = freiburg3_camera();
     if (image.detections) frame.detections = DetectionInput{-1, *image.detections};
     verdicts.push_back(pipeline.before_pose(frame));
   }

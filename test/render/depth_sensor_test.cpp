@@ -30,7 +30,7 @@ MaterialSet matt() {
 }
 
 cv::Mat measure(const GeometryImage& scene, const DepthSensor::Options& options = {}) {
-  DepthSensor sensor(fr3_camera(), options, 5);
+  DepthSensor sensor(freiburg3_camera(), options, 5);
   Random random(7);
   cv::Mat out;
   sensor.measure(scene, matt(), random, out);
@@ -95,11 +95,11 @@ TEST_CASE("dark surfaces lose some of their depth, a perfect sensor none") {
   dark.add(cv::Mat(cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(20))), 0.4F);
   Random random(7);
   cv::Mat depth;
-  DepthSensor(fr3_camera(), {}, 5).measure(wall(2), dark, random, depth);
+  DepthSensor(freiburg3_camera(), {}, 5).measure(wall(2), dark, random, depth);
   CHECK(cv::countNonZero(depth) / (640.0 * 480) == doctest::Approx(0.6).epsilon(0.08));
   DepthSensor::Options options;
   options.perfect = true;
-  DepthSensor(fr3_camera(), options, 5).measure(wall(2), dark, random, depth);
+  DepthSensor(freiburg3_camera(), options, 5).measure(wall(2), dark, random, depth);
   CHECK(cv::countNonZero(depth == 10000) == 640 * 480);
 }
 

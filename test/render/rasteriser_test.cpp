@@ -15,7 +15,7 @@ namespace {
 
 /// Renders models given in the camera frame.
 GeometryImage draw(const std::vector<Model>& models, const cv::Scalar& colour = {40, 90, 200}) {
-  Rasteriser rasteriser(fr3_camera());
+  Rasteriser rasteriser(freiburg3_camera());
   MaterialSet set;
   set.add(cv::Mat(cv::Mat(8, 8, CV_8UC3, colour)));
   rasteriser.begin();
@@ -40,7 +40,7 @@ Model box(const Eigen::Vector3f& centre, const Eigen::Vector3f& size, float turn
 
 /// Distance along the optical axis to a turned box by slabs, 0 where the ray misses it.
 double box_depth(const Eigen::Vector3d& centre, const Eigen::Vector3d& size, double turn_rad, int x, int y) {
-  const Camera c = fr3_camera();
+  const Camera c = freiburg3_camera();
   const Eigen::Matrix3d R =
       Eigen::AngleAxisd(turn_rad, Eigen::Vector3d(0.3, 1, 0.2).normalized()).toRotationMatrix();
   const Eigen::Vector3d d =
@@ -106,7 +106,7 @@ TEST_CASE("the nearer surface wins whatever the order of drawing") {
 TEST_CASE("a surface that passes the camera is cut, not dropped or mirrored") {
   // A floor one metre below the camera, from behind it to the horizon.
   const GeometryImage image = draw({box({0, 1.5F, 0}, {60, 1, 60})});
-  const Camera c = fr3_camera();
+  const Camera c = freiburg3_camera();
   for (const int y : {270, 300, 400, 479}) {
     const double expected = 1.0 / ((y - c.cy_px) / c.fy_px);
     CHECK(image.depth_m.at<float>(y, 320) == doctest::Approx(expected).epsilon(1e-3));

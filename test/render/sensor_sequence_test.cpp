@@ -170,9 +170,9 @@ TEST_CASE("a calibration error is in what users are told, not in the images") {
   SequenceRenderer right(options);
   options.calibration_error = 1;
   SequenceRenderer wrong(options);
-  CHECK(right.calibration() == fr3_camera());
-  CHECK(wrong.camera() == fr3_camera());
-  CHECK_FALSE(wrong.calibration() == fr3_camera());
+  CHECK(right.calibration() == freiburg3_camera());
+  CHECK(wrong.camera() == freiburg3_camera());
+  CHECK_FALSE(wrong.calibration() == freiburg3_camera());
   CHECK(same(right.frame(kFrame).colour, wrong.frame(kFrame).colour));
 }
 

@@ -88,7 +88,7 @@ TEST_CASE("light adds up, not grey levels") {
 }
 
 TEST_CASE("a calibration is off by what was asked for, in directions that the seed draws") {
-  const Camera camera = fr3_camera();
+  const Camera camera = freiburg3_camera();
   CHECK(with_calibration_error(camera, 0, 3) == camera);
   CHECK(with_calibration_error(camera, 1, 3) == with_calibration_error(camera, 1, 3));
   int longer = 0, right = 0, barrel = 0;
@@ -184,7 +184,7 @@ TEST_CASE("a shaken camera jitters quickly by tens of pixels a frame, one on a t
   constexpr double kSeconds = 20;
   for (int i = 0; i < 30 * kSeconds; ++i) {
     const Eigen::Isometry3d a = shaken.camera->pose(i / 30.0), b = shaken.camera->pose((i + 1) / 30.0);
-    largest_px = std::max(largest_px, angle_rad(a, b) * fr3_camera().fx_px);
+    largest_px = std::max(largest_px, angle_rad(a, b) * freiburg3_camera().fx_px);
   }
   for (int i = 0; i < 200 * kSeconds; ++i) {
     const Eigen::Isometry3d a = shaken.camera->pose(i / 200.0), b = shaken.camera->pose((i + 1) / 200.0);

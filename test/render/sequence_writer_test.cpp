@@ -49,7 +49,7 @@ TEST_CASE("what is written is read again as a TUM sequence with truth") {
   const io::Sequence sequence = io::Sequence::open(folder.path / "walk");
   REQUIRE(sequence.size() == 3);
   CHECK(sequence.has_labels());
-  CHECK(sequence.camera() == fr3_camera());
+  CHECK(sequence.camera() == freiburg3_camera());
   SequenceRenderer renderer(short_walk());
   const RenderedFrame expected = renderer.frame(2);
   const io::SequenceFrame got = sequence.load(2);
@@ -89,7 +89,7 @@ TEST_CASE("scene.txt tells what the sensor did, camera.yaml what users are told 
   CHECK(name->scene == "walking_static");
   CHECK(name->seed == options.seed);
   const io::Sequence sequence = io::Sequence::open(folder.path / "walk");
-  CHECK(sequence.camera() == with_calibration_error(fr3_camera(), 1, options.seed));
+  CHECK(sequence.camera() == with_calibration_error(freiburg3_camera(), 1, options.seed));
   CHECK(sequence.timestamp_s(2) - sequence.timestamp_s(0) == doctest::Approx(0.2).epsilon(1e-5));
 }
 

@@ -255,7 +255,7 @@ TEST_CASE("Noise, gaps and mismatches are as large as asked for") {
 }
 
 TEST_CASE("Distorted keypoints are what OpenCV undistorts") {
-  Camera camera = synth::freiburg3_camera();
+  Camera camera = freiburg3_camera();
   camera.distortion = {0.2624, -0.9531, -0.0054, 0.0026, 1.1633};
   const ExactFrame frame = ExactScene().camera(camera).pixel_noise(0.5).frame(2);
   REQUIRE(frame.keypoints_undistorted.size() == frame.size());

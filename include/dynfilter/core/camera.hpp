@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 namespace dynfilter {
 
@@ -24,5 +25,18 @@ struct Camera {
            height_px == o.height_px;
   }
 };
+
+/// The camera of TUM's freiburg3 sequences: 640x480, no distortion. Scenes are seen by it.
+inline Camera freiburg3_camera() {
+  Camera camera;
+  camera.fx_px = 535.4, camera.fy_px = 539.2, camera.cx_px = 320.1, camera.cy_px = 247.6;
+  camera.width_px = 640, camera.height_px = 480;
+  return camera;
+}
+
+/// True for a usable depth. NaN, infinite, zero and negative all mean "no depth".
+inline bool valid_depth(double depth_m) {
+  return depth_m > 0 && std::isfinite(depth_m);
+}
 
 }  // namespace dynfilter

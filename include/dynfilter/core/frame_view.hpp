@@ -89,11 +89,6 @@ inline bool has_sole_owner(const cv::Mat& image) {
   return image.u != nullptr && image.u->refcount == 1;
 }
 
-/// False for NaN, zero, negative and infinite depth.
-inline bool valid_depth(float depth_m) {
-  return depth_m > 0 && std::isfinite(depth_m);
-}
-
 /// True if depths come from the columns in the right image.
 inline bool is_stereo(const FrameView& frame) {
   return !frame.right_u_px.empty() && frame.camera && frame.camera->baseline_fx_px_m > 0;

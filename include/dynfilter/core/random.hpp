@@ -7,9 +7,10 @@
 
 namespace dynfilter {
 
-/// Finaliser of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014): spreads every bit of the argument.
+/// Step of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) and its finaliser, which spreads every bit of the argument.
+constexpr std::uint64_t kMixStep = 0x9E3779B97F4A7C15ULL;
 inline std::uint64_t mix_bits(std::uint64_t x) {
-  x += 0x9E3779B97F4A7C15ULL;
+  x += kMixStep;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ULL;
   x = (x ^ (x >> 27)) * 0x94D049BB133111EBULL;
   return x ^ (x >> 31);

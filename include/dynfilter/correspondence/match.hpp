@@ -26,7 +26,7 @@ struct Match {
   std::vector<cv::Point3f> reference_points_m;  ///< in the frame of the reference camera
 
   bool found(std::size_t i) const { return correspondences.found[i] != 0; }
-  bool valid_depth(std::size_t i) const { return std::isfinite(reference_points_m[i].z); }
+  bool has_reference_point(std::size_t i) const { return std::isfinite(reference_points_m[i].z); }
 };
 
 }  // namespace dynfilter

@@ -2,13 +2,9 @@
 #pragma once
 
 #include <cmath>
+#include <dynfilter/core/camera.hpp>
 
 namespace dynfilter {
-
-/// True for a usable depth. NaN, infinite, zero and negative all mean "no depth".
-inline bool valid_depth(double depth_m) {
-  return depth_m > 0 && std::isfinite(depth_m);
-}
 
 /// Noise of a structured-light depth camera along its optical axis,
 ///   sigma_z(z) = base + quadratic (z - offset)^2   [m].

@@ -86,16 +86,6 @@ inline cv::Point2d transfer(const Matrix9& H, cv::Point2f p) {
   return {(H[0] * p.x + H[1] * p.y + H[2]) / w, (H[3] * p.x + H[4] * p.y + H[5]) / w};
 }
 
-/// Distance [px] of the current point from H times the reference point.
-inline double transfer_distance_px(const Matrix9& H, cv::Point2f reference, cv::Point2f current) {
-  const cv::Point2d q = transfer(H, reference);
-  return std::hypot(current.x - q.x, current.y - q.y);
-}
-
-/// F = K^-T [t]x R K^-1 of a known motion (Hartley and Zisserman, section 9.2).
-/// All zero without translation.
-Matrix9 fundamental_from_pose(const Camera& camera, const Pose& T_current_reference);
-
 }  // namespace dynfilter
 
 #ifdef DYNFILTER_HEADER_ONLY

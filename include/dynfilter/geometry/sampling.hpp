@@ -5,21 +5,21 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/random.hpp>
 #include <numeric>
 
 namespace dynfilter {
 
-/// Small deterministic generator (splitmix64, Steele et al., OOPSLA 2014).
-/// It yields the same numbers on every machine, unlike std::uniform_*_distribution.
-class Rng {
+/// Generator for samplers (splitmix64, Steele et al., OOPSLA 2014): one stream of 32 bits at a time.
+/// `Random` is for scenes, in which every frame and point has a stream of its own.
+class SampleGenerator {
  public:
-  explicit Rng(std::uint64_t seed) : state_(seed) {}
+  explicit SampleGenerator(std::uint64_t seed) : state_(seed) {}
 
   std::uint32_t next() {
-    std::uint64_t z = (state_ += 0x9E3779B97F4A7C15ULL);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
-    return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
+    const std::uint64_t bits = mix_bits(state_);
+    state_ += kMixStep;
+    return static_cast<std::uint32_t>(bits >> 32);
   }
   /// Uniform in [0, n). Requires n > 0.
   std::uint32_t below(std::uint32_t n) {
@@ -39,7 +39,7 @@ class Rng {
 };
 
 /// Draws `count` distinct indices below `n` by rejection. Requires count <= n.
-inline void sample_distinct(Rng& rng, std::uint32_t n, std::uint32_t* out, int count) {
+inline void sample_distinct(SampleGenerator& rng, std::uint32_t n, std::uint32_t* out, int count) {
   for (int i = 0; i < count;) {
     out[i] = rng.below(n);
     if (std::find(out, out + i, out[i]) == out + i) ++i;

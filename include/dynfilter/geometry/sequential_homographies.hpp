@@ -92,7 +92,7 @@ class SequentialHomographies {
   bool least_squares(Homography& h) const;
 
   Options options_;
-  Rng rng_{0};
+  SampleGenerator rng_{0};
   const std::vector<ImageMatch>* matches_ = nullptr;
   double centre_x_ = 0, centre_y_ = 0, scale_px_ = 1, max_distance_px_ = 0, best_score_ = 0;
   Homography best_{};

@@ -34,9 +34,6 @@ cv::Point2f distort_point(const Camera& camera, cv::Point2f ideal_px);
 /// Copies if the camera has no distortion.
 void undistort_points(const Camera& camera, Span<const cv::Point2f> in, Span<cv::Point2f> out);
 
-/// `out[i] = distort_point(in[i])`. Both have the same size, and `out` may be `in`.
-void distort_points(const Camera& camera, Span<const cv::Point2f> in, Span<cv::Point2f> out);
-
 /// Point in the camera frame [m] (x right, y down, z forward)
 /// from an undistorted pixel and its depth z [m].
 /// All NaN if the depth is NaN, infinite, zero or negative.

@@ -100,7 +100,7 @@ class ViewMotionEstimator {
 
   Options options_;
   ViewMotionFit fit_;
-  Rng rng_{kSeed};
+  SampleGenerator rng_{kSeed};
   ViewMotion best_;
   double best_support_ = -1, votes_ = 0;
   std::vector<std::vector<int>> in_cell_;

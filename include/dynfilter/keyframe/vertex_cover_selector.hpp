@@ -46,12 +46,6 @@ class VertexCoverSelector final : public KeyframeSelector {
  public:
   static constexpr const char* kName = "vertex_cover";
 
-  /// Figures of the last batch, for reports.
-  struct Batch {
-    std::size_t candidates = 0, edges = 0, cover = 0, lower_bound = 0, bridges = 0, isolated = 0,
-                replaced = 0;
-  };
-
   /// Throws ConfigError if a parameter is out of range.
   explicit VertexCoverSelector(const VertexCoverParams& params = VertexCoverParams());
 
@@ -60,8 +54,6 @@ class VertexCoverSelector final : public KeyframeSelector {
   std::vector<SelectedFrame> flush() override;
 
   std::vector<std::int64_t> pending() const override;
-
-  const Batch& last_batch() const { return batch_; }
 
  protected:
   std::vector<SelectedFrame> choose(const FrameSummary& frame) override;
@@ -114,7 +106,6 @@ class VertexCoverSelector final : public KeyframeSelector {
   std::vector<Candidate> open_;
   std::optional<Candidate> anchor_;  ///< last keyframe of the previous batch
   std::optional<std::pair<std::int64_t, Pose>> last_candidate_;
-  Batch batch_;
 };
 
 }  // namespace dynfilter

@@ -7,17 +7,9 @@ namespace dynfilter::render {
 
 constexpr double kDepthUnitsPerM = 5000.0;  ///< of TUM's depth images
 
-/// The camera of the office scenes: TUM's freiburg3.
-inline Camera fr3_camera() {
-  Camera camera;
-  camera.fx_px = 535.4, camera.fy_px = 539.2, camera.cx_px = 320.1, camera.cy_px = 247.6;
-  camera.width_px = 640, camera.height_px = 480;
-  return camera;
-}
-
-/// What the camera of a scene measures.
+/// What the camera of a scene measures. In the office scenes it is TUM's freiburg3.
 struct CameraModel {
-  Camera camera = fr3_camera();
+  Camera camera = freiburg3_camera();
   double baseline_m = 0.11;  ///< to the right camera
   double rate_hz = 30;
   double depth_units_per_m = kDepthUnitsPerM;

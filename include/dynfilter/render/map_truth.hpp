@@ -62,10 +62,6 @@ class MapTruth {
   /// Distance between the scene's camera and a given camera pose [m].
   double distance_from(double timestamp_s, const Pose& T_world_camera) const;
 
-  MeshDistance::Nearest nearest_static(const Eigen::Vector3f& p, float within_m) const {
-    return room_.nearest(p, within_m);
-  }
-
   bool on_mover(const Eigen::Vector3f& p, double timestamp_s);
 
   /// Adds the static surface visible in a frame: depth pixels with label 0, from the true pose.

@@ -7,9 +7,6 @@
 
 namespace dynfilter::synth {
 
-/// The camera of TUM's freiburg3 sequences: 640x480, no distortion.
-Camera freiburg3_camera();
-
 /// Undistorted pixel of a point in the camera's frame; NaN behind it.
 cv::Point2d project(const Camera& camera, const Eigen::Vector3d& point_m);
 

@@ -140,7 +140,7 @@ inline float BackgroundMotionFilter::mobility_around(const Evidence& evidence, c
                                                      std::size_t i) const {
   const bool found = match.reference != nullptr && match.found(i);
   const float depth_m =
-      found && match.valid_depth(i) ? match.reference_points_m[i].z : evidence.depths_m()[i];
+      found && match.has_reference_point(i) ? match.reference_points_m[i].z : evidence.depths_m()[i];
   const NeighbourPlaces::Sum sum = last_places_.around(
       moved_, found ? match.correspondences.reference_px[i] : evidence.pixels()[i], depth_m,
       kMobilityReach * static_cast<float>(params_.neighbour_px), reach_m(params_.neighbour_m, depth_m));

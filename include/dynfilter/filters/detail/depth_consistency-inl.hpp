@@ -93,7 +93,7 @@ inline void DepthConsistencyFilter::judge_by_frame(const Evidence& evidence, con
     const cv::Point3f& p = evidence.points_m()[i];
     const Eigen::Vector3d now(p.x, p.y, p.z);
     Opinion opinion;
-    if (by_match() && match.found(i) && match.valid_depth(i)) {
+    if (by_match() && match.found(i) && match.has_reference_point(i)) {
       const cv::Point3f& then = match.reference_points_m[i];
       add_match(p, R.row(2).dot(Eigen::Vector3d(then.x, then.y, then.z)) + t.z(), opinion);
     }

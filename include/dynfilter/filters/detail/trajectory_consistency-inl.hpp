@@ -68,7 +68,7 @@ DYNFILTER_INLINE void TrajectoryConsistencyFilter::apply(const Evidence& evidenc
 
 inline bool TrajectoryConsistencyFilter::judgeable(const Evidence& evidence, const Match& match,
                                                    std::size_t i) const {
-  if (!evidence.judged(i) || !match.found(i) || !match.valid_depth(i)) return false;
+  if (!evidence.judged(i) || !match.found(i) || !match.has_reference_point(i)) return false;
   const double z = static_cast<double>(evidence.points_m()[i].z);
   return z <= params_.max_depth_m && static_cast<double>(match.reference_depth_m[i]) <= params_.max_depth_m;
 }

@@ -62,7 +62,7 @@ class RigidMotionSearch {
   RigidNoise noise() const { return {options_.residual, options_.pixel_sigma_px, options_.depth_noise}; }
 
   void search(const std::optional<Pose>& prior, RigidMotion& result) {
-    Rng rng(options_.seed);
+    SampleGenerator rng(options_.seed);
     has_best_ = false;
     best_score_ = 0;
     double advantage = 1;
@@ -104,7 +104,7 @@ class RigidMotionSearch {
     return true;
   }
 
-  bool draw(Rng& rng, Hypothesis& candidate) const {
+  bool draw(SampleGenerator& rng, Hypothesis& candidate) const {
     std::uint32_t pick[3];
     sample_distinct(rng, static_cast<std::uint32_t>(points_.count), pick, 3);
     return points_.solve_triple(pick, candidate);

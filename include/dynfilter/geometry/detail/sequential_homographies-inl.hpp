@@ -18,7 +18,7 @@ namespace dynfilter {
 DYNFILTER_INLINE const std::vector<int>& SequentialHomographies::fit(const std::vector<ImageMatch>& matches) {
   matches_ = &matches;
   label_.assign(matches.size(), -1);
-  rng_ = Rng(0x6d6f6465ULL);
+  rng_ = SampleGenerator(0x6d6f6465ULL);
   normalise();
   max_distance_px_ = std::sqrt(options_.chance * reference_area_px2() / kPi);
   models_.clear();

@@ -55,7 +55,7 @@ class TwoViewSearch {
   }
 
   void search_fundamental(TwoViewModel& model) {
-    Rng rng(options_.seed);
+    SampleGenerator rng(options_.seed);
     has_F_ = false;
     local_runs_ = 0;
     F_cost_ = sample_cost_ = static_cast<double>(points_.count()) * (1 - 0.5 * options_.min_inlier_share);
@@ -125,7 +125,7 @@ class TwoViewSearch {
       members_.resize(points_.count());
       for (std::uint32_t i = 0; i < members_.size(); ++i) members_[i] = i;
     }
-    Rng rng(options_.seed + 1);
+    SampleGenerator rng(options_.seed + 1);
     const double members = static_cast<double>(members_.size()), count = static_cast<double>(points_.count());
     H_cost_ = count - 0.5 * options_.min_plane_share * members;
     int needed = ransac_iterations(options_.min_plane_share, 4, options_.confidence, options_.max_iterations);

@@ -129,7 +129,7 @@ class TwoViewDecision {
     if (n < 10) return false;
     double best = F ? points_.cost(FundamentalError(*F), tau2_, kAnywhere) : kAnywhere;
     const double start = best;
-    Rng rng(options_.seed + 2);
+    SampleGenerator rng(options_.seed + 2);
     for (int i = 0; i < 60; ++i) {
       std::uint32_t pick[2];
       sample_distinct(rng, n, pick, 2);

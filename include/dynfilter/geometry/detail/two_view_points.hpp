@@ -133,7 +133,7 @@ class TwoViewPoints {
 
   /// Draws `size` distinct matches.
   /// With `spread`, they are from different cells of a 4x4 grid if enough cells are occupied.
-  void sample(Rng& rng, bool spread, int size, std::uint32_t* out) const {
+  void sample(SampleGenerator& rng, bool spread, int size, std::uint32_t* out) const {
     if (!spread || used_cells_ < size) {
       sample_distinct(rng, static_cast<std::uint32_t>(count_), out, size);
       return;

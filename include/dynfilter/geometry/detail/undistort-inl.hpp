@@ -71,11 +71,6 @@ DYNFILTER_INLINE void undistort_points(const Camera& camera, Span<const cv::Poin
   for (std::size_t i = 0; i < in.size(); ++i) out[i] = undistort_point(camera, in[i]);
 }
 
-DYNFILTER_INLINE void distort_points(const Camera& camera, Span<const cv::Point2f> in,
-                                     Span<cv::Point2f> out) {
-  for (std::size_t i = 0; i < in.size(); ++i) out[i] = distort_point(camera, in[i]);
-}
-
 DYNFILTER_INLINE cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px, float depth_m) {
   if (!valid_depth(depth_m)) {
     const float nan = std::numeric_limits<float>::quiet_NaN();

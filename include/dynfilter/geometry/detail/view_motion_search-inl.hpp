@@ -23,7 +23,7 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
   fill_cells(pairs, seeds, cells);
   if (static_cast<int>(occupied_.size()) < options_.min_cells) return std::nullopt;
   if (stands(pairs)) return ViewMotion{{}, {}, focal_px};
-  rng_ = Rng(kSeed);
+  rng_ = SampleGenerator(kSeed);
   best_support_ = -1;
   if (last) {
     attempt(pairs, *last);

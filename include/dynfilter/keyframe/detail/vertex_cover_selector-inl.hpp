@@ -80,7 +80,6 @@ DYNFILTER_INLINE void VertexCoverSelector::forget() {
   open_.clear();
   anchor_.reset();
   last_candidate_.reset();
-  batch_ = Batch();
 }
 
 inline std::size_t VertexCoverSelector::fresh() const {
@@ -116,7 +115,7 @@ inline std::vector<SelectedFrame> VertexCoverSelector::solve() {
                                          params_.min_shared_share);
   std::vector<std::optional<KeyframeReason>> why(vertex.size());
   VertexSet set = cover(graph, why);
-  for (const Vertex b : add_bridges(graph, set)) why[b] = KeyframeReason::Bridge, ++batch_.bridges;
+  for (const Vertex b : add_bridges(graph, set)) why[b] = KeyframeReason::Bridge;
   replace_dirty(graph, vertex, set, why);
   return hand_over(vertex, set, why);
 }
@@ -128,15 +127,11 @@ DYNFILTER_INLINE VertexSet VertexCoverSelector::cover(const Graph& graph,
   for (Vertex v = 0; v < n; ++v)
     for (const Vertex w : graph.neighbours(v))
       if (w < n) uncovered.connect(v, w);
-  const VertexCover found = small_vertex_cover(uncovered);
-  batch_ = Batch();
-  batch_.candidates = n, batch_.edges = graph.edges();
-  batch_.cover = found.size, batch_.lower_bound = found.lower_bound;
-  VertexSet set = found.set;
+  VertexSet set = small_vertex_cover(uncovered).set;
   for (Vertex v = 0; v < n; ++v) {
     if (set[v]) why[v] = KeyframeReason::Cover;
     if (graph.degree(v) > 0 || !params_.keep_isolated) continue;
-    set[v] = 1, why[v] = KeyframeReason::Isolated, ++batch_.isolated;
+    set[v] = 1, why[v] = KeyframeReason::Isolated;
   }
   if (anchor_) set[n] = 1;
   return set;
@@ -151,7 +146,6 @@ inline void VertexCoverSelector::replace_dirty(const Graph& graph,
     if (!u) continue;
     set[v] = 0, why[v].reset();
     set[*u] = 1, why[*u] = KeyframeReason::Replacement;
-    ++batch_.replaced;
   }
 }
 

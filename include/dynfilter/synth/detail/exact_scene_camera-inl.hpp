@@ -9,13 +9,6 @@
 
 namespace dynfilter::synth {
 
-DYNFILTER_INLINE Camera freiburg3_camera() {
-  Camera camera;
-  camera.fx_px = 535.4, camera.fy_px = 539.2, camera.cx_px = 320.1, camera.cy_px = 247.6;
-  camera.width_px = 640, camera.height_px = 480;
-  return camera;
-}
-
 DYNFILTER_INLINE cv::Point2d project(const Camera& camera, const Eigen::Vector3d& point_m) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   if (!(point_m.z() > 1e-6)) return {kNan, kNan};
