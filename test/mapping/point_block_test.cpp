@@ -66,7 +66,7 @@ TEST_CASE("the cell, remainder, key and place of a point are the floor of its co
     auto keyed = std::make_unique<detail::KeyedBlock>();
     fill(points, source, block);
     call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
-      detail::split_points<detail::Lanes<lanes()>>(block, kScale, *keyed);
+      detail::split_points<dynfilter::detail::Lanes<lanes()>>(block, kScale, *keyed);
     });
     for (std::size_t i = 0; i < points.size(); ++i) {
       // The product is a float's: what is checked is the division into cell and remainder.
@@ -99,9 +99,9 @@ TEST_CASE("four lanes and eight split points into the same numbers") {
     detail::PointBlock block{};
     auto narrow = std::make_unique<detail::KeyedBlock>(), wide = std::make_unique<detail::KeyedBlock>();
     fill(points, source, block);
-    detail::split_points<detail::Lanes<4>>(block, kScale, *narrow);
+    detail::split_points<dynfilter::detail::Lanes<4>>(block, kScale, *narrow);
     call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
-      detail::split_points<detail::Lanes<lanes()>>(block, kScale, *wide);
+      detail::split_points<dynfilter::detail::Lanes<lanes()>>(block, kScale, *wide);
     });
     for (std::size_t i = 0; i < points.size(); ++i) {
       REQUIRE(narrow->key[i] == wide->key[i]);

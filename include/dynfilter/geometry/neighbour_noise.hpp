@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -57,8 +57,8 @@ class NeighbourNoise {
 
   static double median_chi2(MissAxes axes) { return axes == MissAxes::One ? 0.4549 : 2 * std::log(2.0); }
 
-  using Four = detail::Pack::Four;
-  using Mask = std::int32_t __attribute__((vector_size(16)));
+  using Four = detail::Lanes<4>::Float;
+  using Mask = detail::Lanes<4>::Int;
   static constexpr std::size_t kLanes = 4;
   static constexpr Four kLane{0, 1, 2, 3};
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <dynfilter/core/cpu.hpp>
-#include <dynfilter/mapping/lanes.hpp>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/mapping/voxel_key.hpp>
 #include <opencv2/core.hpp>
 
@@ -53,16 +53,16 @@ DYNFILTER_AS_CALLER inline void split_axis(const float* v, int n, const GridScal
   for (int i = 0; i < n; i += L::kCount) {
     Float units;
     Int good, q;
-    load_lane(v + i, units);
-    load_lane(ok + i, good);
+    dynfilter::detail::load_lane(v + i, units);
+    dynfilter::detail::load_lane(ok + i, good);
     units *= scale.per_unit;
     const Int inside = (units < limit) & (units >= -limit);
-    truncate_inside<L>(units, inside, q);
+    dynfilter::detail::truncate_inside<L>(units, inside, q);
     // Floor, because the conversion truncates towards zero.
     q += (__builtin_convertvector(q, Float) > units) & inside;
-    store_lane(cell + i, Int(q >> scale.sub_bits));
-    store_lane(rest + i, Int(q & mask));
-    store_lane(ok + i, Int(good & inside));
+    dynfilter::detail::store_lane(cell + i, Int(q >> scale.sub_bits));
+    dynfilter::detail::store_lane(rest + i, Int(q & mask));
+    dynfilter::detail::store_lane(ok + i, Int(good & inside));
   }
 }
 

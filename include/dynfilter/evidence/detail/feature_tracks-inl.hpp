@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstring>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 

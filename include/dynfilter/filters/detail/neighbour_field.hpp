@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <opencv2/core.hpp>
 #include <tuple>
 #include <utility>

@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/rigid_background_scene.hpp>
 #include <opencv2/core.hpp>
 #include <tuple>

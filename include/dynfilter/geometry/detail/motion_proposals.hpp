@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/detail/background_points.hpp>
 #include <dynfilter/geometry/motion_proposal.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/rigid_background_scene.hpp>
 #include <dynfilter/geometry/rigid_misses.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <iterator>
 #include <vector>
 
@@ -95,7 +95,7 @@ class MotionSelection {
   /// log(1 + x) for x >= 0, with an error of at most 3e-4: a polynomial in the mantissa.
   /// The standard library's function costs ten times as much.
   static Four log1p_of(const Four& x) {
-    using Bits = std::int32_t __attribute__((vector_size(16)));
+    using Bits = detail::Lanes<4>::Int;
     const Four y = 1 + x;
     Bits bits;
     std::memcpy(&bits, &y, sizeof bits);

@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <cstring>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>

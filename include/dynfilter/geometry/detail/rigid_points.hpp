@@ -7,10 +7,10 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/detail/rigid_score_avx2.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <opencv2/core.hpp>

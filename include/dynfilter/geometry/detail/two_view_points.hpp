@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
 #include <opencv2/core.hpp>

@@ -5,8 +5,8 @@
 
 #include <cmath>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/geometry/undistort.hpp>
-#include <dynfilter/mapping/lanes.hpp>
 #include <dynfilter/mapping/voxel_key.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -104,7 +104,7 @@ DYNFILTER_INLINE __attribute__((noinline)) void DepthView::look(const std::uint6
                                                                 Projected& voxels) const {
   dynfilter::detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
     transform(keys, n, static_cast<float>(leaf_m), T, voxels);
-    find_blocks<detail::Lanes<lanes()>>(n, voxels);
+    find_blocks<dynfilter::detail::Lanes<lanes()>>(n, voxels);
     judge(n, leaf_m, voxels);
   });
 }
@@ -139,16 +139,16 @@ inline DYNFILTER_AS_CALLER void DepthView::find_blocks(std::size_t n, Projected&
   for (std::size_t k = 0; k < n; k += L::kCount) {
     typename L::Float u, v, z;
     typename L::Int column, row;
-    detail::load_lane(voxels.x + k, u);
-    detail::load_lane(voxels.y + k, v);
-    detail::load_lane(voxels.z + k, z);
+    dynfilter::detail::load_lane(voxels.x + k, u);
+    dynfilter::detail::load_lane(voxels.y + k, v);
+    dynfilter::detail::load_lane(voxels.z + k, z);
     u = fx * u / z + cx;
     v = fy * v / z + cy;
     const typename L::Int inside = (z > 0) & (u >= 0) & (v >= 0) & (u < width) & (v < height);
-    detail::truncate_inside<L>(u, inside, column);
-    detail::truncate_inside<L>(v, inside, row);
+    dynfilter::detail::truncate_inside<L>(u, inside, column);
+    dynfilter::detail::truncate_inside<L>(v, inside, row);
     const typename L::Int block = (row >> kBlockBits) * columns_ + (column >> kBlockBits);
-    detail::store_lane(voxels.block + k, typename L::Int((block & inside) | (none & ~inside)));
+    dynfilter::detail::store_lane(voxels.block + k, typename L::Int((block & inside) | (none & ~inside)));
   }
 }
 

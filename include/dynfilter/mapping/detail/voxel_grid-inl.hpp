@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/mapping/lanes.hpp>
+#include <dynfilter/core/lanes.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter::mapping {
@@ -121,7 +121,7 @@ inline void VoxelGrid::add_block(bool coloured) {
   detail::KeyedBlock& keyed = keyed_;
   const detail::GridScale scale{per_unit_, sub_bits_, bits_};
   dynfilter::detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
-    detail::split_points<detail::Lanes<lanes()>>(block_, scale, keyed);
+    detail::split_points<dynfilter::detail::Lanes<lanes()>>(block_, scale, keyed);
   });
   for (int i = 0; i < std::min(n, kFar); ++i) __builtin_prefetch(&table_[keyed.place[i]], 1);
   int outside = 0;
