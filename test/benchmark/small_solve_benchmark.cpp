@@ -5,8 +5,8 @@
 
 #include <Eigen/Dense>
 #include <array>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/geometry/detail/two_view_solvers.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 #include <vector>
@@ -22,7 +22,7 @@ constexpr std::size_t kSets = 10,
 
 template <class Input, class Make>
 std::vector<std::vector<Input>> sets_of(const Make& make) {
-  Rng rng(1);
+  SampleGenerator rng(1);
   std::vector<std::vector<Input>> sets(kSets);
   for (auto& set : sets)
     for (std::size_t k = 0; k < kCalls; ++k) set.push_back(make(rng));
@@ -52,7 +52,7 @@ struct System {
 /// Normal equations of a step: 5 of the view's motion, 6 of a rigid one, 8 of a homography.
 template <int N>
 void positive_definite(benchmark::State& state) {
-  const auto sets = sets_of<System<N>>([](Rng& rng) {
+  const auto sets = sets_of<System<N>>([](SampleGenerator& rng) {
     Eigen::Matrix<double, N + 4, N> J;
     System<N> s;
     for (double& v : J.reshaped()) v = rng.uniform(-1, 1);
@@ -75,7 +75,7 @@ struct SevenRows {
 
 /// The null space of seven matches.
 void null_space(benchmark::State& state) {
-  const auto sets = sets_of<SevenRows>([](Rng& rng) {
+  const auto sets = sets_of<SevenRows>([](SampleGenerator& rng) {
     SevenRows rows;
     for (auto& row : rows.A) {
       const double x = rng.uniform(-1, 1), y = rng.uniform(-1, 1), u = x + rng.uniform(-0.1, 0.1),
@@ -105,7 +105,7 @@ struct FourMatches {
 
 /// The homography of four matches.
 void homography(benchmark::State& state) {
-  const auto sets = sets_of<FourMatches>([](Rng& rng) {
+  const auto sets = sets_of<FourMatches>([](SampleGenerator& rng) {
     FourMatches m;
     const double x[4] = {-1, 1, 1, -1}, y[4] = {-1, -1, 1, 1};
     for (int k = 0; k < 4; ++k) {
@@ -155,7 +155,7 @@ Lanes score(const Points& p, const Lanes& none, const Load& load, const Positive
 
 void lanes(benchmark::State& state) {
   std::vector<Points> sets(kSets);
-  Rng rng(1);
+  SampleGenerator rng(1);
   for (Points& p : sets)
     for (std::size_t k = 0; k < Points::kCount; ++k) {
       p.x[k] = static_cast<float>(rng.uniform(-1, 1)), p.y[k] = static_cast<float>(rng.uniform(-1, 1));
