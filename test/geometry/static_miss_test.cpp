@@ -145,7 +145,7 @@ TEST_CASE(
     "static miss: the fast form is the whole one where a depth is missing, and has the same miss where none "
     "is") {
   const StaticMissModel model(geometry_test::camera(), motion(), noise());
-  Rng rng(4);
+  SampleGenerator rng(4);
   for (int k = 0; k < 50; ++k) {
     const Pair pair(rng, {3, -2});
     for (const bool then_known : {true, false})
