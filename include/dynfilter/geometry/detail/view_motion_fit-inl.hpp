@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/geometry/detail/view_motion_terms.hpp>
-#include <dynfilter/geometry/pack.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 #include <numeric>
 #include <vector>

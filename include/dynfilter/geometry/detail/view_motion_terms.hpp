@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <dynfilter/geometry/pack.hpp>
+#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/geometry/view_motion.hpp>
 
 namespace dynfilter::detail {
