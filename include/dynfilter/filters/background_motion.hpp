@@ -47,7 +47,9 @@ struct BackgroundMotionParams {
 /// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp). Prior suspects
 ///           take part once the camera's motion is known. Each feature's residual against it in (u, v, depth)
 ///           gives log-odds of motion (geometry/moving_odds.hpp), over one frame and over its track of up to
-///           0.2 s. The larger log-odds count. The noise is measured in every frame and for both gaps: the
+///           0.2 s. The larger log-odds count, but a miss of the last frame that the track undoes does not. In a
+///           patch over two surfaces their shift against each other is added to the noise
+///           (geometry/patch_relief.hpp). The noise is measured in every frame and for both gaps: the
 ///           differences between neighbours (geometry/neighbour_noise.hpp), times a ratio for errors that
 ///           neighbours share (calibration, clock, blur). The ratio is the median residual of the features
 ///           that follow the background, at most 1.5 times what is usual for this camera. A
@@ -65,7 +67,8 @@ struct BackgroundMotionParams {
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone, which are
 ///           mismatches.
-/// Blind to: motion within the noise over 0.2 s; movers without matches at places that were hidden or that
+/// Blind to: motion within the noise over 0.2 s; motion at an occluding edge as small as the shift of its two
+///           surfaces; movers without matches at places that were hidden or that
 ///           they still cover; movers with fewer than three features; everything, if a
 ///           mover is taken for the background. The report names the choice and the number of candidates.
 /// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. The pipeline
@@ -116,9 +119,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr float kMinSupportShare = 0.5F;  ///< of them that must move, too
   static constexpr float kCoreReach_px = 120, kCoreReach_m = 0.4F;  ///< from a core to its object's features
   static constexpr double kReachSigmas = 3;                         ///< of two depths' noise
-  /// Weight of a suspect before the camera's motion is known. Areas are roots of weights: a tenth of its area
-  /// counts. Suspects take part, since without them too few points are left to tell the noise.
-  static constexpr float kSuspectBelief = 0.01F;
+  static constexpr int kMinSeeds = 30;
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
   /// The same for the first choice, which is made again: likelier than all others together. Small errors of a
   /// static world look like several motions then.

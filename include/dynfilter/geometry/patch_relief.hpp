@@ -23,7 +23,7 @@ class PatchRelief {
   PatchRelief(const cv::Mat& depth, double unit_m);
 
   /// Relief [1/m] of the patch around a pixel with the depth `depth_m`, which has the noise `sigma_m`.
-  /// 0 where it is within the noise, and where depths are missing. About 0.05 us.
+  /// 0 where it is within the noise, and where depths are missing. Reads 16 pixels.
   double per_m(const cv::Point2f& px, double depth_m, double sigma_m) const;
 
  private:

@@ -173,11 +173,9 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
   scene.pixels = evidence.pixels();
   scene.static_belief = static_belief_;
   scene.mobility = mobility_;
-  const bool known = camera_poses_.size() >= 2;  // what the camera does
-  if (!known)
-    for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (evidence.prior(i)) static_belief_[i] *= kSuspectBelief;
-  evidence.collect_seeds(match, true, seeds_);
+  const bool known = camera_poses_.size() >= 2;  // what the camera does: then suspects take part
+  evidence.collect_seeds(match, known, seeds_);
+  if (static_cast<int>(seeds_.size()) < kMinSeeds) evidence.collect_seeds(match, true, seeds_);
   scene.seeds = seeds_;
   scene.predicted = evidence.host_motion(match);
   if (known) scene.expected = usual_step();
@@ -317,8 +315,8 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
     own_[i] = kept * remembered_[i];
     const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
     const float now = matched ? odds_of_match(evidence, i, odds) : space_odds(evidence.points_m()[i]);
-    if (!(now > 0) && !(step_[i].tells() || track_[i].tells())) continue;
-    if (std::isnan(now)) continue;
+    const bool tells = step_[i].tells() || track_[i].tells();
+    if (std::isnan(now) || (now <= 0 && !tells)) continue;
     seen_[i] = 1;
     own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
   }
@@ -355,12 +353,15 @@ inline float BackgroundMotionFilter::odds_of(const Evidence& evidence, std::size
   const StaticMiss miss = models_[static_cast<std::size_t>(measured.gap - 1)](measured.then, seen);
   if (miss.axes == StaticMiss::Axes::None) return kLeastOdds;
   MovingOddsInput in;
-  const double match_px = sigma_px(measured.gap);
-  const Pose motion = between(0, static_cast<std::size_t>(measured.gap));
-  in.sigma_px =
-      std::hypot(match_px, relief_shift_px(*evidence.frame().camera, motion, seen.px, relief_per_m));
-  const double narrower = match_px / in.sigma_px;
-  in.chi2 = static_cast<double>(miss.chi2) * narrower * narrower;
+  in.chi2 = static_cast<double>(miss.chi2);
+  in.sigma_px = sigma_px(measured.gap);
+  if (relief_per_m > 0) {
+    const Pose motion = between(0, static_cast<std::size_t>(measured.gap));
+    const double shift_px = relief_shift_px(*evidence.frame().camera, motion, seen.px, relief_per_m);
+    const double match2_px2 = in.sigma_px * in.sigma_px, whole2_px2 = match2_px2 + shift_px * shift_px;
+    in.chi2 *= match2_px2 / whole2_px2;
+    in.sigma_px = std::sqrt(whole2_px2);
+  }
   in.miss_px = static_cast<double>(miss.image_px);
   in.image_axes = miss.axes == StaticMiss::Axes::Line ? 1 : 2;
   in.depth_axis = measured.in_space();
