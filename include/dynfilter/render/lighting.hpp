@@ -14,30 +14,33 @@ struct Lamp {
   float size_m = 0.6F;     ///< half side of the cube that is sampled for soft shadows
 };
 
+/// A point or a direction as plain numbers. A room asks for millions of shadows:
+/// Eigen's expressions take several times as long where nothing is inlined, as under the sanitizers.
+struct Plain3 {
+  float x, y, z;
+
+  explicit Plain3(const Eigen::Vector3f& v) : x(v.x()), y(v.y()), z(v.z()) {}
+  Plain3(float x_, float y_, float z_) : x(x_), y(y_), z(z_) {}
+};
+
 /// A box that casts shadows.
 class Occluder {
  public:
   /// `frame`: pose of the box in the world, with its centre as origin.
-  Occluder(const Eigen::Isometry3f& frame, const Eigen::Vector3f& size_m)
-      : to_box_(frame.linear().transpose()),
-        centre_m_(frame.translation()),
-        half_m_(size_m / 2),
-        radius_m_(half_m_.norm()) {}
+  Occluder(const Eigen::Isometry3f& frame, const Eigen::Vector3f& size_m);
 
-  /// True if origin + s * direction hits the box for some s in (near, far).
-  bool hit(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near, float far) const;
+  /// True if origin + s * direction hits the box for some s in (0, far).
+  bool hit(const Plain3& origin, const Plain3& direction, float far) const;
 
   /// True if the bounding sphere of the box is within `margin_m` of the segment.
-  bool near_segment(const Eigen::Vector3f& from, const Eigen::Vector3f& along, float margin_m) const;
-  bool near_point(const Eigen::Vector3f& p, float margin_m) const;
+  bool near_segment(const Plain3& from, const Plain3& along, float margin_m) const;
+  bool near_point(const Plain3& p, float margin_m) const;
   /// True if any part of the box is in front of the plane through p with normal n.
-  bool before_plane(const Eigen::Vector3f& p, const Eigen::Vector3f& n) const {
-    return n.dot(centre_m_ - p) + (to_box_ * n).cwiseAbs().dot(half_m_) > 0;
-  }
+  bool before_plane(const Plain3& p, const Plain3& n) const;
 
  private:
-  Eigen::Matrix3f to_box_;
-  Eigen::Vector3f centre_m_, half_m_;
+  Plain3 to_box_x_, to_box_y_, to_box_z_;  ///< rows of the rotation from the world to the box
+  Plain3 centre_m_, half_m_;
   float radius_m_;
 };
 
@@ -73,8 +76,8 @@ class Lighting {
 
   float visibility(const Lamp& lamp, const Eigen::Vector3f& p, Random& random) const;
 
-  static bool blocked(const std::vector<const Occluder*>& by, const Eigen::Vector3f& from,
-                      const Eigen::Vector3f& along, float far);
+  static bool blocked(const std::vector<const Occluder*>& by, const Plain3& from, const Plain3& along,
+                      float far);
 };
 
 /// Shades every vertex of a static model.
