@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: MIT
+#include "first_pipeline_1.inc"

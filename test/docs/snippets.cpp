@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+// The C++ of the pages, with the variables that a reader has.
+#include <cstdint>
+#include <dynfilter/adapters/host_mask.hpp>
+#include <dynfilter/adapters/orb_slam.hpp>
+#include <dynfilter/dynfilter.hpp>
+#include <dynfilter/io/ply.hpp>
+#include <dynfilter/io/sequence.hpp>
+#include <dynfilter/keyframe/make_selector.hpp>
+#include <dynfilter/mapping/cloud_picture.hpp>
+#include <dynfilter/mapping/mapping_thread.hpp>
+#include <dynfilter/mapping/static_map.hpp>
+#include <dynfilter/plugin/export.hpp>
+#include <dynfilter/plugin/loader.hpp>
+#include <dynfilter/render/sequence_writer.hpp>
+#include <dynfilter/semantic/async_runner.hpp>
+#include <dynfilter/semantic/detector_yaml.hpp>
+#include <dynfilter/semantic/dnn_provider.hpp>
+#include <iostream>
+#include <memory>
+#include <opencv2/features2d.hpp>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "dark_blobs.hpp"
+#include "odometry/odometry.hpp"
+
+namespace {
+
+using namespace dynfilter;
+
+// What the readers' programs have.
+std::int64_t n, k, id, frame_id, next_frame_id_;
+double t, stamp, timestamp, timestamp_s, cur_time;
+cv::Mat grey, depth, bgr, left, right, mask, cur_img, img_gray, img_depth, image;
+std::vector<cv::KeyPoint> keypoints, keypts_;
+std::vector<Detection> boxes, detections;
+std::vector<cv::Point2f> prev_pts, cur_pts;
+std::vector<int> ids, track_cnt;
+std::unordered_map<int, std::int32_t> place_of_id;
+const Camera camera;
+const FrameView frame;
+Pose T_world_camera;
+
+void track(const cv::KeyPoint&) {}
+
+template <class T>
+void reduceVector(std::vector<T>&, const std::vector<uchar>&) {}
+
+struct Host {
+  void feed_monocular_frame(const cv::Mat&, double, const cv::Mat&) {}
+  void feed_RGBD_frame(const cv::Mat&, const cv::Mat&, double, const cv::Mat&) {}
+  void feed_stereo_frame(const cv::Mat&, const cv::Mat&, double, const cv::Mat&) {}
+};
+
+}  // namespace
+
+void readme() {
+#include "README_1.inc"
+}
+
+void any_front_end(FrameView& view, const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+#include "any_front_end_1.inc"
+}
+
+void report_of(const Verdict& verdict) {
+#include "any_front_end_2.inc"
+}
+
+struct Features {
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  std::vector<float> depth_m;
+};
+
+void pnp_loop(Pipeline& pipeline, const Features& now, const io::SequenceFrame& image,
+              const io::Sequence& sequence) {
+#include "any_front_end_3.inc"
+}
+
+struct FrameObservation {
+  cv::Mat descriptors_;
+};
+
+void stella_vslam(std::unique_ptr<Pipeline>& pipeline_, FrameObservation& frm_obs) {
+#include "any_front_end_4.inc"
+}
+
+void vins_mono(Pipeline& pipeline) {
+#include "any_front_end_5.inc"
+}
+
+void dense_map(const mapping::MapFrame& other_frame) {
+#include "dense_map_1.inc"
+}
+
+void detectors() {
+#include "detectors_1.inc"
+}
+
+void late_results(Pipeline& pipeline, FrameView& view, std::unique_ptr<SemanticProvider> provider) {
+#include "late_results_1.inc"
+}
+
+void host_mask(Pipeline& pipeline) {
+#include "mask_hosts_1.inc"
+}
+
+void stella_masks(Host& slam, HostMask& host, const Verdict& verdict) {
+#include "mask_hosts_2.inc"
+}
+
+namespace ov_core {
+struct CameraData {
+  std::vector<cv::Mat> images, masks;
+};
+}  // namespace ov_core
+
+struct VioManager {
+  void feed_measurement_camera(const ov_core::CameraData&) {}
+};
+
+void openvins(VioManager* sys, HostMask& host, const Verdict& verdict) {
+#include "mask_hosts_3.inc"
+}
+
+void vins_status(Pipeline& pipeline) {
+#include "mask_hosts_4.inc"
+}
+
+struct KimeraFrame {
+  cv::Mat detection_mask_;
+};
+
+struct FeatureDetector {
+  void featureDetection(KimeraFrame*) {}
+};
+
+void kimera(KimeraFrame* left_frame, FeatureDetector* feature_detector_, HostMask& host,
+            const Verdict& verdict) {
+#include "mask_hosts_5.inc"
+}
+
+void plugins() {
+#include "plugins_2.inc"
+}
+
+void keyframes(const FrameSummary& summary) {
+  const auto map = [](std::int64_t) {};
+#include "keyframes_1.inc"
+}
+
+void synth() {
+#include "synth_1.inc"
+}
+
+void component(const io::SequenceFrame& frame, odometry::FeatureJudge& judge) {
+  using namespace odometry;
+  const DetectionInput detections;
+  const MaskInput mask;
+#include "odometry_1.inc"
+}
+
+#include "detectors_2.inc"
