@@ -67,6 +67,10 @@ function(dynfilter_component name)
     dynfilter_library_sources(sources ${name} ${arg_PARTS} ${bodies})
     add_library(dynfilter_${name} STATIC ${sources})
     set_target_properties(dynfilter_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)  # plugins link it
+    # A project that takes the source in compiles only the components that it links.
+    if(NOT top_level AND NOT DYNFILTER_INSTALL)
+      set_target_properties(dynfilter_${name} PROPERTIES EXCLUDE_FROM_ALL ON)
+    endif()
     target_link_libraries(dynfilter_${name} PRIVATE $<BUILD_INTERFACE:dynfilter_library_options>)
   else()
     add_library(dynfilter_${name} INTERFACE)
