@@ -59,7 +59,7 @@ class CoarseFlow {
 template <class Kernels, std::size_t N>
 cv::Point2f most_alike(const SmallWindow<Kernels>& window, const cv::Mat& image, const cv::Point2f& px,
                        const std::array<cv::Point2f, N>& flows, float scale) {
-  constexpr float kSamePx = 0.25F;  // nearer ones converge to the same place
+  constexpr float kSamePx = 0.5F;  // nearer ones converge to the same place
   cv::Point2f best = flows[0];
   float least = std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < N; ++k) {
@@ -96,23 +96,24 @@ void CoarseFlow::compute(const std::vector<cv::Mat>& from, const std::vector<cv:
 template <class Kernels>
 cv::Point2f CoarseFlow::node_flow(const cv::Mat& from, const cv::Mat& to, const cv::Point2f& node, int level,
                                   double min_eigenvalue, SmallWindow<Kernels>& window) const {
-  const float scale = std::ldexp(1.0F, -level);
-  const cv::Point2f px = node / scale;
+  const auto level_0 = static_cast<float>(1 << level);
+  const float scale = 1 / level_0;
+  const cv::Point2f px = node * level_0;
   const Around above = around(px, level + 1);
   if (!window.cut(from, node)) return above[0];
   const cv::Point2f start = most_alike(window, to, px, above, scale);
   cv::Point2f at = node + start * scale;
   if (!window.textured(min_eigenvalue) || !window.refine(to, kMaxIterations, kEpsilonPx, at)) return start;
-  return (at - node) / scale;
+  return (at - node) * level_0;
 }
 
 inline CoarseFlow::Around CoarseFlow::around(const cv::Point2f& px, int level) const {
   const auto l = static_cast<std::size_t>(level);
   if (l >= grids_.size()) return {};
   const Grid& grid = grids_[l];
-  const float spacing_px = std::ldexp(static_cast<float>(kSpacingPx), level);
+  const float spacing_px = static_cast<float>(kSpacingPx << level);
   const auto before = [&](float at_px, int count) {
-    return std::clamp(static_cast<int>(std::floor(at_px / spacing_px - 0.5F)), 0, std::max(0, count - 2));
+    return std::clamp(cvFloor(at_px / spacing_px - 0.5F), 0, std::max(0, count - 2));
   };
   const int x = before(px.x, grid.columns), y = before(px.y, grid.rows);
   const int next_x = std::min(x + 1, grid.columns - 1), next_y = std::min(y + 1, grid.rows - 1);

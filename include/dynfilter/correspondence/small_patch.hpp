@@ -9,6 +9,7 @@ namespace dynfilter::detail {
 
 /// Template patch of at most 16 columns, which one vector of 16 values holds. It is cut at whole pixels, so
 /// nothing is interpolated. All sums fit 32 bits, so results do not depend on the width of vectors.
+/// Sums of values, gradients or differences down one column fit 16 bits.
 struct SmallPatch {
   static constexpr int kMaxWindow = 16;
   static constexpr int kColumns = 16;
@@ -27,6 +28,11 @@ struct SmallPatch {
 struct SmallPatchMismatch {
   std::int32_t x = 0, y = 0;  ///< of (image - patch) times the gradients
   std::int32_t sum = 0;       ///< of image - patch
+};
+
+/// The same at a whole pixel: sums of image - patch and of its square.
+struct SmallPatchDifference {
+  std::int32_t sum = 0, square = 0;
 };
 
 /// 1 - NCC of the two needs these sums, too.

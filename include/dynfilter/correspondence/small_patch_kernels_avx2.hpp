@@ -23,7 +23,7 @@ struct SmallPatchKernelsAvx2 {
     const auto step = static_cast<std::ptrdiff_t>(image.step[0]);
     const __m256i in_window = columns(0, window_px);
     const __m256i in_image = _mm256_and_si256(columns(-x, image.cols - x), in_window);
-    const __m256i one = _mm256_set1_epi16(1), none = _mm256_setzero_si256();
+    const __m256i none = _mm256_setzero_si256();
     __m256i sum_x = none, sum_y = none, xx = none, xy = none, yy = none, sum_grey = none, square = none;
     const unsigned char* row = pixel(image, x, y);
     Row upper(row - step), here(row);
@@ -39,47 +39,66 @@ struct SmallPatchKernelsAvx2 {
       store(patch.grey + at, grey);
       store(patch.dx + at, dx);
       store(patch.dy + at, dy);
-      sum_x = _mm256_add_epi32(sum_x, _mm256_madd_epi16(dx, one));
-      sum_y = _mm256_add_epi32(sum_y, _mm256_madd_epi16(dy, one));
+      sum_x = _mm256_add_epi16(sum_x, dx);
+      sum_y = _mm256_add_epi16(sum_y, dy);
       xx = _mm256_add_epi32(xx, _mm256_madd_epi16(dx, dx));
       xy = _mm256_add_epi32(xy, _mm256_madd_epi16(dx, dy));
       yy = _mm256_add_epi32(yy, _mm256_madd_epi16(dy, dy));
-      sum_grey = _mm256_add_epi32(sum_grey, _mm256_madd_epi16(grey, one));
+      sum_grey = _mm256_add_epi16(sum_grey, grey);
       square = _mm256_add_epi32(square, _mm256_madd_epi16(grey, grey));
       upper = here, here = lower;
     }
-    patch.x = sum(sum_x), patch.y = sum(sum_y);
-    patch.xx = sum(xx), patch.xy = sum(xy), patch.yy = sum(yy);
-    patch.sum = sum(sum_grey), patch.square = sum(square);
+    const __m128i first = sums(in_pairs(sum_x), in_pairs(sum_y), in_pairs(sum_grey), square);
+    const __m128i second = sums(xx, xy, yy, none);
+    patch.x = _mm_cvtsi128_si32(first), patch.y = _mm_extract_epi32(first, 1);
+    patch.sum = _mm_extract_epi32(first, 2), patch.square = _mm_extract_epi32(first, 3);
+    patch.xx = _mm_cvtsi128_si32(second), patch.xy = _mm_extract_epi32(second, 1);
+    patch.yy = _mm_extract_epi32(second, 2);
   }
 
   DYNFILTER_AVX2 static SmallPatchMismatch mismatch(const cv::Mat& image, const SmallCorner& corner,
                                                     int window_px, const SmallPatch& patch) {
-    const __m256i one = _mm256_set1_epi16(1);
     __m256i by_x = _mm256_setzero_si256(), by_y = by_x, all_of = by_x;
     Rows rows(image, corner, window_px);
     for (int at = 0; at < window_px * SmallPatch::kColumns; at += SmallPatch::kColumns) {
       const __m256i off = _mm256_sub_epi16(rows.next(), load(patch.grey + at));
       by_x = _mm256_add_epi32(by_x, _mm256_madd_epi16(off, load(patch.dx + at)));
       by_y = _mm256_add_epi32(by_y, _mm256_madd_epi16(off, load(patch.dy + at)));
-      all_of = _mm256_add_epi32(all_of, _mm256_madd_epi16(off, one));
+      all_of = _mm256_add_epi16(all_of, off);
     }
-    return {sum(by_x), sum(by_y), sum(all_of)};
+    const __m128i s = sums(by_x, by_y, in_pairs(all_of), _mm256_setzero_si256());
+    return {_mm_cvtsi128_si32(s), _mm_extract_epi32(s, 1), _mm_extract_epi32(s, 2)};
   }
 
   DYNFILTER_AVX2 static SmallPatchLikeness likeness(const cv::Mat& image, const SmallCorner& corner,
                                                     int window_px, const SmallPatch& patch) {
-    const __m256i one = _mm256_set1_epi16(1);
     __m256i all_of = _mm256_setzero_si256(), square = all_of, product = all_of;
     Rows rows(image, corner, window_px);
     for (int at = 0; at < window_px * SmallPatch::kColumns; at += SmallPatch::kColumns) {
       const __m256i grey = load(patch.grey + at);
       const __m256i off = _mm256_sub_epi16(rows.next(), grey);
-      all_of = _mm256_add_epi32(all_of, _mm256_madd_epi16(off, one));
+      all_of = _mm256_add_epi16(all_of, off);
       square = _mm256_add_epi32(square, _mm256_madd_epi16(off, off));
       product = _mm256_add_epi32(product, _mm256_madd_epi16(off, grey));
     }
-    return {sum(all_of), sum(square), sum(product)};
+    const __m128i s = sums(in_pairs(all_of), square, product, _mm256_setzero_si256());
+    return {_mm_cvtsi128_si32(s), _mm_extract_epi32(s, 1), _mm_extract_epi32(s, 2)};
+  }
+
+  DYNFILTER_AVX2 static SmallPatchDifference difference(const cv::Mat& image, int x, int y, int window_px,
+                                                        const SmallPatch& patch) {
+    const __m256i in_window = columns(0, window_px);
+    const auto step = static_cast<std::ptrdiff_t>(image.step[0]);
+    const unsigned char* row = pixel(image, x, y);
+    __m256i all_of = _mm256_setzero_si256(), square = all_of;
+    for (int at = 0; at < window_px * SmallPatch::kColumns; at += SmallPatch::kColumns, row += step) {
+      const __m256i value = _mm256_and_si256(_mm256_slli_epi16(bytes(row), 3), in_window);
+      const __m256i off = _mm256_sub_epi16(value, load(patch.grey + at));
+      all_of = _mm256_add_epi16(all_of, off);
+      square = _mm256_add_epi32(square, _mm256_madd_epi16(off, off));
+    }
+    const __m128i s = sums(in_pairs(all_of), square, square, square);
+    return {_mm_cvtsi128_si32(s), _mm_extract_epi32(s, 1)};
   }
 
  private:
@@ -134,10 +153,14 @@ struct SmallPatchKernelsAvx2 {
   DYNFILTER_AVX2 static void store(std::int16_t* to, const __m256i& v) {
     _mm256_store_si256(reinterpret_cast<__m256i*>(to), v);
   }
-  DYNFILTER_AVX2 static std::int32_t sum(const __m256i& v) {
-    __m128i four = _mm_add_epi32(_mm256_castsi256_si128(v), _mm256_extracti128_si256(v, 1));
-    four = _mm_add_epi32(four, _mm_shuffle_epi32(four, 0x4e));
-    return _mm_cvtsi128_si32(_mm_add_epi32(four, _mm_shuffle_epi32(four, 0xb1)));
+  /// Sums of neighbouring lanes, which fit 16 bits only column by column (SmallPatch).
+  DYNFILTER_AVX2 static __m256i in_pairs(const __m256i& v) {
+    return _mm256_madd_epi16(v, _mm256_set1_epi16(1));
+  }
+  /// The sum of the lanes of each.
+  DYNFILTER_AVX2 static __m128i sums(const __m256i& a, const __m256i& b, const __m256i& c, const __m256i& d) {
+    const __m256i halves = _mm256_hadd_epi32(_mm256_hadd_epi32(a, b), _mm256_hadd_epi32(c, d));
+    return _mm_add_epi32(_mm256_castsi256_si128(halves), _mm256_extracti128_si256(halves, 1));
   }
   /// All bits set where the lane is in [first, last).
   DYNFILTER_AVX2 static __m256i columns(int first, int last) {
