@@ -17,6 +17,8 @@
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "doctest/doctest.h"
 
@@ -46,6 +48,64 @@ bool all_unknown(const Votes& votes) {
   return votes.count(Vote::Unknown) == votes.size();
 }
 
+/// Votes after 0.8 s on points that a camera with f = 700 px tracks. `at(time_s)`: points in its frame [m].
+template <class At>
+Votes judge_points(const At& at, const cv::Size& size, const cv::Point2d& centre, double rate_hz,
+                   const FlowConsistencyParams& params) {
+  FlowConsistencyFilter filter(params);
+  FrameEvidence evidence;
+  Votes votes;
+  for (int k = 0; k <= 0.8 * rate_hz + 0.5; ++k) {
+    std::vector<cv::KeyPoint> keypoints;
+    std::vector<std::int32_t> reference;
+    for (const cv::Point3d& p : at(k / rate_hz)) {
+      keypoints.emplace_back(static_cast<float>(centre.x + 700 * p.x / p.z),
+                             static_cast<float>(centre.y + 700 * p.y / p.z), 7.0F);
+      reference.push_back(k == 0 ? -1 : static_cast<std::int32_t>(reference.size()));
+    }
+    FrameView view;
+    view.id = k;
+    view.timestamp_s = k / rate_hz;
+    view.keypoints = keypoints;
+    view.camera = Camera();
+    view.camera->width_px = size.width, view.camera->height_px = size.height;
+    view.matches = HostMatches{k - 1, reference};
+    evidence.begin(view, CallPoint::BeforePose);
+    votes.reset(keypoints.size());
+    filter.apply(evidence, votes);
+    evidence.end(false);
+  }
+  return votes;
+}
+
+/// A camera that shifts to the right at 0.3 m/s, a wall 4 m ahead with 300 points, and before it a body with 40.
+/// All flow is along the rows.
+struct Room {
+  double body_depth_m, body_mps = 0;  ///< to the right
+  double body_half_m = 0.3;
+
+  std::vector<cv::Point3d> at(double time_s) const {
+    SampleGenerator rng(1);
+    std::vector<cv::Point3d> points;
+    for (int i = 0; i < 300; ++i)
+      points.emplace_back(rng.uniform(-1.8, 1.8) - 0.3 * time_s, rng.uniform(-1.3, 1.3),
+                          rng.uniform(3.8, 4.2));
+    for (int i = 0; i < 40; ++i)
+      points.emplace_back(rng.uniform(-body_half_m, body_half_m) + (body_mps - 0.3) * time_s,
+                          rng.uniform(-body_half_m, body_half_m), body_depth_m);
+    return points;
+  }
+  /// Shares of the wall and of the body that are dynamic.
+  std::pair<double, double> dynamic() const {
+    const Votes votes =
+        judge_points([&](double time_s) { return at(time_s); }, {640, 480}, {320, 240}, 30, {});
+    double wall = 0, body = 0;
+    for (std::size_t i = 0; i < votes.size(); ++i)
+      (i < 300 ? wall : body) += votes[i] == Vote::Dynamic ? 1 : 0;
+    return {wall / 300, body / 40};
+  }
+};
+
 /// A camera 1.5 m above a road that drives at 8 m/s and looks ahead.
 /// The scene has the road, walls on both sides, and the front of a car with 30 points.
 /// The car is on the oncoming lane and drives at `speed_m_s`.
@@ -66,30 +126,7 @@ class Road {
   }
   /// Votes after 0.8 s, in the order of the points.
   Votes judge(const FlowConsistencyParams& params) const {
-    FlowConsistencyFilter filter(params);
-    FrameEvidence evidence;
-    Votes votes;
-    for (int k = 0; k <= 0.8 * rate_hz_ + 0.5; ++k) {
-      std::vector<cv::KeyPoint> keypoints;
-      std::vector<std::int32_t> reference;
-      for (const cv::Point3d& p : at(k / rate_hz_)) {
-        keypoints.emplace_back(static_cast<float>(620 + 700 * p.x / p.z),
-                               static_cast<float>(190 + 700 * p.y / p.z), 7.0F);
-        reference.push_back(k == 0 ? -1 : static_cast<std::int32_t>(reference.size()));
-      }
-      FrameView view;
-      view.id = k;
-      view.timestamp_s = k / rate_hz_;
-      view.keypoints = keypoints;
-      view.camera = Camera();
-      view.camera->width_px = 1240, view.camera->height_px = 380;
-      view.matches = HostMatches{k - 1, reference};
-      evidence.begin(view, CallPoint::BeforePose);
-      votes.reset(keypoints.size());
-      filter.apply(evidence, votes);
-      evidence.end(false);
-    }
-    return votes;
+    return judge_points([&](double time_s) { return at(time_s); }, {1240, 380}, {620, 190}, rate_hz_, params);
   }
   int found(const Votes& votes, std::size_t from, std::size_t to) const {
     int n = 0;
@@ -130,6 +167,25 @@ TEST_CASE("flow_consistency: movers off their epipolar line are found, with nois
 }
 
 // The car's own speed doubles its flow, but along the direction of static flow.
+TEST_CASE("flow_consistency: what seems more than five times nearer than the middle of the scene moves") {
+  // On their lines, all of them. The walker seems to be at 2 m * 0.3 / (0.3 + 1.2) = 0.4 m, a tenth of 4 m.
+  const std::pair<double, double> walker = Room{2, -1.2}.dynamic();
+  CHECK(walker.first == 0);
+  CHECK(walker.second >= 0.8);  // at its rim some have too few neighbours that move alike
+  const auto check_static = [](const Room& room) {
+    CAPTURE(room.body_mps);
+    CAPTURE(room.body_depth_m);
+    const auto [wall, body] = room.dynamic();
+    CHECK(wall == 0);
+    CHECK(body == 0);
+  };
+  // With the camera, but slower: it seems to be at 3 m, as something static could be.
+  check_static({2, 0.1});
+  // Static things a quarter and a half as far as the wall, and half of the image.
+  check_static({1});
+  check_static({2, 0, 0.6});
+}
+
 TEST_CASE("flow_consistency: an oncoming car is found by its foot above the ground only") {
   const Road road(8);
   const Votes with_ground = road.judge({}), without = road.judge(without_ground());

@@ -43,7 +43,8 @@ struct FlowConsistencyParams {
 ///           as the motion that covers most of the image (geometry/view_motion_search.hpp).
 ///           Per feature, two medians are taken over itself and its neighbours with similar flow.
 ///           One is of the distance from the epipolar line.
-///           The other is of the flow against the direction of static points.
+///           The other is of the flow against the direction of static points, or of what exceeds five times
+///           the flow of the middle of the scene along it.
 ///           Both are in standard deviations, averaged over time and over the group.
 ///           Each feature is judged over the longest gap that its track covers.
 ///           A feature without a track has the mean excess over the limit of its neighbours.
@@ -53,7 +54,8 @@ struct FlowConsistencyParams {
 ///           Optional: a camera, else a focal length is assumed.
 /// Abstains: on features without a track whose neighbours do not move, with fewer than 12 tracks,
 ///           and if the tracks cover less than 5 of 72 cells of the image.
-/// Blind to: movers along their epipolar line without `ground`, or where the ground is not seen;
+/// Blind to: movers along their epipolar line that seem no nearer than that, without `ground` or where the
+///           ground is not seen;
 ///           a mover that covers more of the image than the background does.
 /// State:    own tracks over up to gap_frames frames and their evidence;
 ///           the last motion and ground.
@@ -113,6 +115,10 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   static constexpr double kUntrackedReach = 0.075;  ///< neighbourhood of a feature without a track
   static constexpr float kOwnWeight = 0.5F;         ///< of no excess in the mean over neighbours
   static constexpr std::size_t kGroup = 4;          ///< smallest number of points
+  /// What moves along its line seems to be nearer or farther than it is. Static things are seldom nearer than a
+  /// fifth of the middle of the scene, movers often seem to be: a walker is faster than a camera in the hand.
+  static constexpr double kNearest = 5;
+  static constexpr std::size_t kLeastCells = 9;  ///< that tell the middle of the scene
 
   void follow(const Evidence& evidence);
 
@@ -156,6 +162,12 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
 
   /// 1.48 times the median distance of the points that agree with the motion.
   double measured_noise_px();
+
+  /// Of the middle of the static scene: median over the image's cells of each cell's median.
+  /// Infinite without a baseline, or if fewer than kLeastCells are left.
+  double middle_inverse_depth();
+  /// Flow along the line that no static point has: against its direction, or as if it were too near.
+  double wrong_way_px(const Point& p, double along_px, double middle_inverse_depth) const;
 
   void weigh_flows();
 
@@ -220,6 +232,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   NeighbourPlaces::Field excess_around_;
   std::vector<float> excess_, depths_m_;  ///< over the limit, in standard deviations; depths: unknown
   std::vector<double> suspicion_, values_, along_;
+  std::vector<std::vector<double>> in_cell_;
 };
 
 }  // namespace dynfilter

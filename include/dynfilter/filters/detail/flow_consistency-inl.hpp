@@ -241,7 +241,32 @@ inline double FlowConsistencyFilter::measured_noise_px() {
                          : std::max(params_.noise_px, 1.48 * averaged_median_in_place(values_));
 }
 
+inline double FlowConsistencyFilter::middle_inverse_depth() {
+  in_cell_.resize(static_cast<std::size_t>(cells_.count()));
+  for (std::vector<double>& cell : in_cell_) cell.clear();
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const Point& p = points_[k];
+    if (std::abs(p.flow.across_px) < params_.limit * noise_px_ && evidence_of(k).flow < params_.limit)
+      in_cell_[static_cast<std::size_t>(cells_.of(p.pair.x, p.pair.y))].push_back(p.flow.inverse_depth);
+  }
+  values_.clear();
+  for (std::vector<double>& cell : in_cell_)
+    if (!cell.empty()) values_.push_back(averaged_median_in_place(cell));
+  return motion_->motion.has_baseline() && values_.size() >= kLeastCells
+             ? std::max(0.0, averaged_median_in_place(values_))
+             : std::numeric_limits<double>::infinity();
+}
+
+inline double FlowConsistencyFilter::wrong_way_px(const Point& p, double along_px,
+                                                  double middle_inverse_depth) const {
+  if (!motion_->motion.has_baseline()) return along_px;
+  if (along_px < 0 || std::isinf(middle_inverse_depth)) return std::min(0.0, along_px);
+  const double middle_px = middle_inverse_depth * line_length(p.flow);
+  return std::max(0.0, along_px - kNearest * (middle_px + noise_px_));
+}
+
 inline void FlowConsistencyFilter::weigh_flows() {
+  const double middle = middle_inverse_depth();
   for (std::size_t k = 0; k < points_.size(); ++k) {
     if (judged(k)) continue;
     values_.assign(1, points_[k].flow.across_px);
@@ -251,8 +276,7 @@ inline void FlowConsistencyFilter::weigh_flows() {
       along_.push_back(points_[static_cast<std::size_t>(j)].flow.along_px);
     }
     const double across = averaged_median_in_place(values_);
-    double wrong_way = averaged_median_in_place(along_);
-    if (motion_->motion.has_baseline()) wrong_way = std::min(0.0, wrong_way);
+    const double wrong_way = wrong_way_px(points_[k], averaged_median_in_place(along_), middle);
     const double sigma_px = std::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
     TrackEvidence& evidence = evidence_of(k);
     remember(std::min(std::hypot(across, wrong_way) / sigma_px, kMaxSigmas), evidence.flow,
