@@ -58,7 +58,11 @@ void check_sums(const cv::Mat& image, const cv::Mat& other, int x0, int y0, int 
   const SmallCorner corner(cv::Point2f(static_cast<float>(x0) + 1.37F, static_cast<float>(y0) - 0.81F));
   const detail::SmallPatchMismatch mismatch = Kernels::mismatch(other, corner, window_px, patch);
   const detail::SmallPatchLikeness likeness = Kernels::likeness(other, corner, window_px, patch);
+  const cv::Point whole(x0 + 2, y0 - 1);
+  const detail::SmallPatchDifference difference =
+      Kernels::difference(other, whole.x, whole.y, window_px, patch);
   SmallPatch sums;
+  std::int64_t whole_sum = 0, whole_square = 0;
   std::int64_t off_x = 0, off_y = 0, off_sum = 0, off_square = 0, product = 0;
   for (int y = 0; y < window_px; ++y)
     for (int x = 0; x < window_px; ++x) {
@@ -66,6 +70,8 @@ void check_sums(const cv::Mat& image, const cv::Mat& other, int x0, int y0, int 
       const int value = 8 * grey(image, x0 + x, y0 + y), off = between(other, corner, x, y) - value;
       sums.x += dx, sums.y += dy, sums.xx += dx * dx, sums.xy += dx * dy, sums.yy += dy * dy;
       sums.sum += value, sums.square += value * value;
+      const int whole_off = 8 * grey(other, whole.x + x, whole.y + y) - value;
+      whole_sum += whole_off, whole_square += whole_off * whole_off;
       off_x += off * dx, off_y += off * dy, off_sum += off, off_square += off * off, product += off * value;
     }
   CHECK(patch.x == sums.x);
@@ -81,6 +87,8 @@ void check_sums(const cv::Mat& image, const cv::Mat& other, int x0, int y0, int 
   CHECK(likeness.sum == off_sum);
   CHECK(likeness.square == off_square);
   CHECK(likeness.product == product);
+  CHECK(difference.sum == whole_sum);
+  CHECK(difference.square == whole_square);
 }
 
 cv::Mat bordered(const cv::Mat& image, ImagePyramid& pyramid, int window_px) {
