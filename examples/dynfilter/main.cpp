@@ -104,7 +104,10 @@ int dispatch(int argc, char** argv) {
     const std::string what = error.what();
     const bool pipeline =
         what.find("--pipeline") != std::string::npos && what.find("required") != std::string::npos;
-    const std::string hint = pipeline ? "`dynfilter presets` lists the names" : "see dynfilter --help";
+    const bool known = !words.empty() && words.front().front() != '-';
+    const std::string hint = pipeline ? "`dynfilter presets` lists the names"
+                             : known  ? "`dynfilter help " + words.front() + "` explains"
+                                      : "`dynfilter help` lists them";
     return complain(what + " (" + hint + ")", kBadInput);
   }
   return action();

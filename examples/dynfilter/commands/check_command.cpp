@@ -82,7 +82,7 @@ void print_text(const Pipeline& pipeline, const std::string& file) {
     print_stages(*pipeline.stages(point));
   }
   const Needs needs = needs_of(pipeline);
-  fmt::print("{}", wrapped(fmt::format("inputs: {}; used where given: {}; frames looked back: {}",
+  fmt::print("{}", wrapped(fmt::format("inputs: {}; used where given: {}; earlier frames kept: {}",
                                        required_by(pipeline, needs), to_string(needs.optional),
                                        needs.history_frames),
                            text_columns(), 2));

@@ -31,7 +31,7 @@ inline std::string roff(const std::string& text) {
 
 /// Paragraphs of a page, separated by empty lines.
 inline std::string roff_paragraphs(const std::string& text) {
-  std::string result = ".PP\n";
+  std::string result;
   for (const char c : wrapped(text, 78)) {
     if (c == '\n' && !result.empty() && result.back() == '\n')
       result += ".PP\n";

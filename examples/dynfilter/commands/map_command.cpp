@@ -14,8 +14,10 @@ namespace {
 
 void print_map_text(const Summary& s) {
   fmt::print("{} on {}\n", s.pipeline, s.sequence);
-  fmt::print("  frames        {} with a pose and a depth image, {:.0f} features, {:.0f} of them rejected\n",
-             s.map->frames_offered, s.features_mean, s.rejected_mean);
+  fmt::print(
+      "  frames        {} with a pose and a depth image\n"
+      "  features      {:.0f} a frame, {:.0f} of them rejected\n",
+      s.map->frames_offered, s.features_mean, s.rejected_mean);
   fmt::print("{}", map_text(*s.map));
   print_notes(s.notes);
   print_notes(s.stage_notes);

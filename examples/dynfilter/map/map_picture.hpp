@@ -102,7 +102,8 @@ inline cv::Mat draw_map(const mapping::MapCloud& cloud, double leaf_m, const Map
   detail::draw_scale_and_axes(above.cloud, from_above, left);
   detail::draw_scale_and_axes(cloud, first, right);
   const bool whole = above.cloud.size() == cloud.size();
-  detail::write(left, whole ? "from above" : "from above, without the ceiling", {12, 20}, 0.5);
+  detail::write(left, whole ? "from behind and above" : "from behind and above, without the ceiling",
+                {12, 20}, 0.5);
   detail::write(right, "from the first camera", {12, 20}, 0.5);
   cv::hconcat(left, right, both);
   constexpr int kTitle_px = 30;

@@ -16,11 +16,11 @@ inline std::string map_text(const MapSummary& m) {
     return std::isfinite(share) ? fmt::format("{:.2f} %", 100 * share) : std::string("-");
   };
   std::string text = fmt::format(
-      "  map           {}\n                {} points of {:g} m from {} keyframes ({}), {:.0f} MB in memory\n",
-      m.file.empty() ? "not written" : m.file, m.points, m.leaf_m, m.keyframes, m.keyframes_by,
-      static_cast<double>(m.bytes) / 1e6);
-  text += fmt::format("                {:.1f} ms a keyframe; {} points before thinning, {} cut out\n",
-                      m.ms_per_keyframe, m.full_points, m.cut_points);
+      "  map           {}\n                {} points, voxels of {:g} m, {:.0f} MB in memory\n",
+      m.file.empty() ? "not written" : m.file, m.points, m.leaf_m, static_cast<double>(m.bytes) / 1e6);
+  text += fmt::format("                {} keyframes ({}), {:.1f} ms each\n", m.keyframes, m.keyframes_by,
+                      m.ms_per_keyframe);
+  text += fmt::format("                {} points before thinning, {} cut out\n", m.full_points, m.cut_points);
   if (m.skipped + m.dropped > 0)
     text += fmt::format("                {} keyframes could not be used{}{}\n", m.skipped + m.dropped,
                         m.last_note.empty() ? "" : ": ", m.last_note);

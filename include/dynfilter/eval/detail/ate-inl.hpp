@@ -34,7 +34,8 @@ DYNFILTER_INLINE AteResult absolute_trajectory_error(const io::Trajectory& truth
   const auto pairs = io::associate(truth_s, estimate_s, options.max_gap_s);
   if (pairs.size() < 3) {
     throw Error("the trajectories share " + std::to_string(pairs.size()) +
-                " timestamps within tolerance, three are needed: are they of the same recording?");
+                " timestamps within tolerance, and three are needed" +
+                (pairs.empty() ? ": are they of the same recording?" : ""));
   }
   const auto n = static_cast<Eigen::Index>(pairs.size());
   Eigen::Matrix3Xd a(3, n), b(3, n);
