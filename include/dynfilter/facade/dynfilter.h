@@ -120,8 +120,8 @@ DYNFILTER_C_API int dynfilter_abi_version(void);
 DYNFILTER_C_API const char* dynfilter_version(void);
 
 /* NULL when the pipeline cannot be used: `error` (may be NULL) then holds the reason, cut to error_size.
- * dynfilter_create: a pipeline by its name ("dynfilter"), by the path of a file, or as YAML text, which is
- * told by a line break or a `{` in it. Names are searched in the folders of the environment variable
+ * dynfilter_create: a pipeline by its name ("dynfilter"), by the path of a file, or as YAML text.
+ * A line break or a `{` marks YAML text. Names are searched in the folders of the environment variable
  * DYNFILTER_PRESETS, then in share/dynfilter/pipelines of the installation. */
 DYNFILTER_C_API dynfilter_filter* dynfilter_create(const char* name_path_or_text, char* error,
                                                    size_t error_size);

@@ -148,9 +148,9 @@ class DYNFILTER_FACADE_API DynFilter {
   DynFilter(const DynFilter&) = delete;
   DynFilter& operator=(const DynFilter&) = delete;
 
-  /// A pipeline by its name ("dynfilter"), by the path of a file, or as YAML text, which is told by a line
-  /// break or a `{` in it. Names are searched in the folders of the environment variable DYNFILTER_PRESETS,
-  /// then in share/dynfilter/pipelines of the installation. error() lists the names for one that is unknown.
+  /// A pipeline by its name ("dynfilter"), by the path of a file, or as YAML text.
+  /// A line break or a `{` marks YAML text. Names are searched in the folders of the environment variable
+  /// DYNFILTER_PRESETS, then in share/dynfilter/pipelines of the installation. error() lists the known names.
   bool load(const std::string& name_path_or_text) noexcept;
   /// A pipeline file, or any YAML file with a `pipeline` node in it. It replaces the present pipeline, but only
   /// if it can be used.

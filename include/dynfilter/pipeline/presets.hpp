@@ -51,8 +51,8 @@ std::vector<std::string> preset_names(const PresetFolders& folders = {},
 std::filesystem::path find_preset(const std::string& name, const PresetFolders& folders = {},
                                   const PresetKind& kind = kPipelinePresets);
 
-/// A pipeline by a preset's name ("dynfilter"), by the path of a file, or from YAML text, which is told by a
-/// line break or a `{` in it. Throws ConfigError.
+/// A pipeline by a preset's name ("dynfilter"), by the path of a file, or from YAML text.
+/// A line break or a `{` marks YAML text. Throws ConfigError.
 PipelineConfig load_pipeline(const std::string& source, const Registry& registry,
                              const PresetFolders& folders = {});
 

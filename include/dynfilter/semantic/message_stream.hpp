@@ -35,7 +35,7 @@ class MessageStream {
   /// Sets the time limit for the next calls.
   void set_deadline(double seconds);
 
-  /// While it waits, a call asks `stop` at least every kStop_ms. If it returns true, the call throws Error.
+  /// While it waits, a call calls `stop` at least every kStop_ms. If that returns true, the wait throws Error.
   void set_stop(std::function<bool()> stop) { stop_ = std::move(stop); }
 
   /// Returns a line without its line end.

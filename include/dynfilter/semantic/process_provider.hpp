@@ -38,7 +38,7 @@ class ProcessProvider final : public SemanticProvider {
   static constexpr const char* kSummary = "a separate program that implements a small protocol";
 
   /// Starts the program and waits for its first line. Throws Error with one line that names it.
-  /// `stop` is asked ten times a second while the provider waits for the program, in the waiting thread.
+  /// `stop` is called ten times a second while the provider waits for the program, in the waiting thread.
   /// If it returns true, the program is killed and the wait ends with an Error. A signal handler may set it.
   explicit ProcessProvider(Params params, std::function<bool()> stop = {});
 
