@@ -94,7 +94,7 @@ typedef struct dynfilter_verdicts {
   size_t count;            /* of the arrays, the frame's keypoint_count */
   const uint8_t* keep;     /* 0: on something that moves */
   const int8_t* decision;  /* 1 dynamic, 0 unknown (kept), -1 static */
-  const float* suspicion;  /* [0, 1]; negative: nobody had an idea */
+  const float* suspicion;  /* [0, 1]; negative: no stage judged it */
   const uint64_t* reasons; /* bit k: stage k called it dynamic, see dynfilter_stage_name() */
   size_t stage_count, rejected;
   int32_t wait_for_keyframe;
