@@ -16,6 +16,15 @@ set(CPACK_SOURCE_GENERATOR TGZ)
 set(CPACK_SOURCE_PACKAGE_FILE_NAME dynfilter-${PROJECT_VERSION})
 set(CPACK_SOURCE_IGNORE_FILES "/\\\\.git/" "/\\\\.git$" "/build[^/]*/" "^${PROJECT_SOURCE_DIR}/out/" "\\\\.swp$"
     "/compile_commands\\\\.json$")
+# The tests copy doctest.h when they are configured. The preset `deb` has no tests.
+if(DYNFILTER_DEBIAN AND NOT EXISTS "${PROJECT_SOURCE_DIR}/test/doctest/doctest.h")
+  find_path(DOCTEST_INCLUDE_DIR doctest.h PATH_SUFFIXES doctest)
+  if(DOCTEST_INCLUDE_DIR)
+    file(COPY "${DOCTEST_INCLUDE_DIR}/doctest.h" DESTINATION "${PROJECT_SOURCE_DIR}/test/doctest")
+  else()
+    message(WARNING "dynfilter: the source package will not contain doctest (Debian: apt-get install doctest-dev)")
+  endif()
+endif()
 set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
 
 include(cmake/debian.cmake)
