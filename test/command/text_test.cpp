@@ -208,6 +208,9 @@ TEST_CASE("completion scripts are scripts, and complete") {
   CHECK(completed(program + "run --pipeline rts_slam_p") == " rts_slam_published \n");
   CHECK(completed(program + "compare --pipelines none,orac") == " none,oracle \n");
   CHECK(completed(program + "run --cam") == " --camera \n");
+  CHECK(completed(program + "run --json --cam") == " --camera \n");  // a flag takes no value
+  CHECK(contains(read_text(zsh), " '--json[print JSON]'"));
+  CHECK(!contains(read_text(zsh), "$1:"));  // in zsh `$1:c` is the path of the command $1
   CHECK(completed(program + "motion --positive mism") == " mismatches \n");
   CHECK(completed(program + "synth walking_x") == " walking_xyz \n");
   CHECK(completed(program + "filters trajec") == " trajectory_consistency \n");

@@ -34,6 +34,11 @@ inline std::vector<std::string> dashed_names(const CLI::Option& option) {
   return names;
 }
 
+/// False for flags.
+inline bool takes_value(const CLI::Option& option) {
+  return option.get_type_size() != 0 && option.get_expected_max() > 0;
+}
+
 namespace detail_completion {
 
 /// Quotes a text for a shell, with single quotes.
@@ -121,7 +126,7 @@ _dynfilter_names() {
   local -a names
   names=(${(f)"$(dynfilter completion $1 2>/dev/null)"})
   compset -P '*,'
-  _alternative "$1:$1:compadd -a names" 'files:file:_files'
+  _alternative "${1}:${1}:compadd -a names" 'files:file:_files'
 }
 _dynfilter() {
   local -a commands
@@ -156,7 +161,7 @@ inline std::string bash_completion(const CLI::App& app) {
     for (const CLI::Option* option : arguments.options) {
       const std::vector<std::string> dashed = dashed_names(*option);
       options.insert(options.end(), dashed.begin(), dashed.end());
-      if (option->get_type_size() == 0) continue;
+      if (!takes_value(*option)) continue;
       values += fmt::format("        {}) {}; return ;;\n", fmt::join(dashed, "|"), bash_values(*option));
     }
     const std::string first =
@@ -180,7 +185,7 @@ inline std::string zsh_completion(const CLI::App& app) {
     std::string specs;
     for (const CLI::Option* option : arguments.options) {
       const std::string value =
-          option->get_type_size() == 0 ? "" : fmt::format(":{}:{}", value_name(*option), zsh_values(*option));
+          takes_value(*option) ? fmt::format(":{}:{}", value_name(*option), zsh_values(*option)) : "";
       for (const std::string& name : dashed_names(*option))
         specs += fmt::format(" \\\n        {}",
                              quoted(fmt::format("{}[{}]{}", name, zsh_text(option_text(*option)), value)));
