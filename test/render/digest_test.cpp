@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What rendered scenes show, as one number each. Figures of pipelines on these scenes can be compared only while
 // these numbers stay. Of geometry and truth, not of colours: their filters come from OpenCV, which decides by the
-// processor. The mean colour is compared beside it.
+// processor. The mean colour is compared beside it, and pictures that no filter has touched.
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/render/room_materials.hpp>
 #include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/core.hpp>
 #include <sstream>
@@ -31,7 +32,21 @@ std::string digest_of(const render::RenderedFrame& frame) {
   return digest.text();
 }
 
+std::string digest_of(const cv::Mat& picture) {
+  Digest digest;
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x)
+      for (int c = 0; c < 3; ++c) digest.add(picture.at<cv::Vec3b>(y, x)[c]);
+  return digest.text();
+}
+
 }  // namespace
+
+TEST_CASE("digests of painted pictures: every compiler draws the random numbers in the same order") {
+  Random tile(5), cover(5);
+  CHECK(digest_of(render::picture::ceiling_tile(tile)) == "38b1aa706435721f");
+  CHECK(digest_of(render::picture::book_cover(cover)) == "ec6f4ec7f5c0150c");
+}
 
 TEST_CASE("digests of rendered scenes") {
   const struct {

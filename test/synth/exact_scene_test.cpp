@@ -8,6 +8,7 @@
 #include <set>
 
 #include "doctest/doctest.h"
+#include "support/digest.hpp"
 
 namespace exact_scene_test {
 
@@ -62,6 +63,23 @@ double share(const std::vector<int>& labels, bool of_movers) {
 }
 
 }  // namespace
+
+TEST_CASE("the digest of a scene: every compiler draws the random numbers in the same order") {
+  const ExactScene scene =
+      ExactScene().mover(MovingBox()).pixel_noise(0.5).depth_noise(0.002).mismatches(0.1);
+  const ExactFrame frame = scene.frame(3);
+  digest::Digest digest;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const auto thousandths = [](float value) {
+      return static_cast<std::uint64_t>(std::lround(1000 * value));
+    };
+    digest.add(thousandths(frame.keypoints[i].pt.x));
+    digest.add(thousandths(frame.keypoints[i].pt.y));
+    digest.add(thousandths(frame.depth_m[i]));
+    digest.add(static_cast<std::uint64_t>(frame.reference_index[i]));
+  }
+  CHECK(digest.text() == "95c3aefc29521d51");
+}
 
 TEST_CASE("A scene is the same every time, in any order of frames, and another for another seed") {
   const auto make = [](std::uint64_t seed) {

@@ -29,6 +29,11 @@ class Random {
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   bool chance(double probability) { return uniform() < probability; }
   int below(int n) { return static_cast<int>(uniform() * n); }
+  /// A pixel of an image of this size. The row is drawn first.
+  cv::Point below(cv::Size size) {
+    const int y = below(size.height), x = below(size.width);
+    return {x, y};
+  }
   double gaussian() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(2.0 * CV_PI * uniform());

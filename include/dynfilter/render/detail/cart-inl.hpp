@@ -60,8 +60,10 @@ DYNFILTER_INLINE Model cargo_cart(const CargoMaterials& m, float wide_m, float h
       BoxSkin skin = BoxSkin::all({m.boxes[0]});
       for (Skin* side : {&skin.front, &skin.back, &skin.left, &skin.right, &skin.top})
         side->material = m.boxes[static_cast<std::size_t>(r.below(CargoMaterials::kBoxes))];
-      add_box(model, placed({x, uniform(-0.02, 0.02), z + high / 2}, uniform(-0.1, 0.1)),
-              {width, deep * uniform(0.8, 0.96), high * (i == 0 ? 1.0F : uniform(0.85, 1.0))}, skin, 0.15F);
+      const Eigen::Vector3f size{width, deep * uniform(0.8, 0.96),
+                                 high * (i == 0 ? 1.0F : uniform(0.85, 1.0))};
+      const float yaw_rad = uniform(-0.1, 0.1);
+      add_box(model, placed({x, uniform(-0.02, 0.02), z + high / 2}, yaw_rad), size, skin, 0.15F);
     }
     z += high;
   }

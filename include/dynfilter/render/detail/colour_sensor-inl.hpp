@@ -24,7 +24,7 @@ DYNFILTER_INLINE void ColourSensor::expose(cv::Mat& colour, double time_s, Rando
   const double factor = gain(time_s);
   if (factor != 1) colour.convertTo(colour, -1, factor);
   if (options_.noise <= 0) return;
-  const cv::Point offset(random.below(kTile), random.below(kTile));
+  const cv::Point offset = random.below(cv::Size(kTile, kTile));
   for (int y = 0; y < colour.rows; ++y) {
     auto* row = colour.ptr<cv::Vec3b>(y);
     const auto* grain = grain_.ptr<cv::Vec3s>((y + offset.y) % kTile);

@@ -31,7 +31,8 @@ DYNFILTER_INLINE void FurnitureBuilder::furnished_desk(const Eigen::Vector3f& at
   const Eigen::Isometry3f f = placed(at, yaw_rad);
   desk(f);
   const float mirror = random_.chance(0.5) ? 1.0F : -1.0F;
-  monitor(f, {mirror * 0.05F + uniform(-0.05F, 0.05F), 0.14F, 0.74F}, uniform(-0.12F, 0.12F));
+  const float monitor_yaw_rad = uniform(-0.12F, 0.12F);
+  monitor(f, {mirror * 0.05F + uniform(-0.05F, 0.05F), 0.14F, 0.74F}, monitor_yaw_rad);
   if (plain_) return;
   keyboard(f, {mirror * 0.05F, -0.2F, 0.74F}, uniform(-0.12F, 0.12F));
   book_pile(f, {mirror * 0.5F, 0.12F, 0.74F}, 3 + random_.below(4));
@@ -61,8 +62,8 @@ DYNFILTER_INLINE void FurnitureBuilder::partition(const Eigen::Vector3f& at, flo
   for (int i = 0; i < 7; ++i) {
     const float x = (static_cast<float>(i) - 3.0F) * width / 7.2F + uniform(-0.05F, 0.05F);
     const float w = uniform(0.24F, 0.4F);
-    hang(f * Eigen::Vector3f(x, -0.03F, 1.12F + uniform(-0.06F, 0.06F)), yaw_rad, w, w * 1.25F,
-         pick(i % 3 ? m_.posters : m_.papers));
+    const int picture = pick(i % 3 ? m_.posters : m_.papers);
+    hang(f * Eigen::Vector3f(x, -0.03F, 1.12F + uniform(-0.06F, 0.06F)), yaw_rad, w, w * 1.25F, picture);
   }
 }
 
@@ -97,9 +98,11 @@ DYNFILTER_INLINE void FurnitureBuilder::bookshelf(const Eigen::Vector3f& at, flo
     part(sub(f, {0, 0, z}), {width, depth, 0.025F}, board, 0.2F);
     if (i < shelves && !plain_) books_on_shelf(f, z + 0.013F, width - 0.06F, 0.27F);
   }
-  for (int i = 0; i < 2 && !plain_; ++i)
-    part(sub(f, {uniform(-0.3F, 0.3F) * width, 0, height + 0.14F}, uniform(-0.3F, 0.3F)),
-         {0.32F, 0.24F, 0.24F}, BoxSkin::all({m_.cardboard}));
+  for (int i = 0; i < 2 && !plain_; ++i) {
+    const float box_yaw_rad = uniform(-0.3F, 0.3F);
+    part(sub(f, {uniform(-0.3F, 0.3F) * width, 0, height + 0.14F}, box_yaw_rad), {0.32F, 0.24F, 0.24F},
+         BoxSkin::all({m_.cardboard}));
+  }
 }
 
 DYNFILTER_INLINE void FurnitureBuilder::cabinet(const Eigen::Vector3f& at, float yaw_rad) {
@@ -221,9 +224,11 @@ inline void FurnitureBuilder::book_pile(const Eigen::Isometry3f& f, const Eigen:
     BoxSkin skin = BoxSkin::all({m_.pages});
     skin.top = {pick(m_.covers)};
     skin.front = back_of_book(true);
+    const Eigen::Vector3f size{uniform(0.22F, 0.28F), uniform(0.16F, 0.2F), thick};
+    const float yaw_rad = uniform(-0.35F, 0.35F);
     part(sub(f, {at.x() + uniform(-0.015F, 0.015F), at.y() + uniform(-0.015F, 0.015F), z + thick / 2},
-             uniform(-0.35F, 0.35F)),
-         {uniform(0.22F, 0.28F), uniform(0.16F, 0.2F), thick}, skin, 0.2F, instance);
+             yaw_rad),
+         size, skin, 0.2F, instance);
     z += thick;
   }
 }
@@ -259,7 +264,8 @@ inline void FurnitureBuilder::books_on_shelf(const Eigen::Isometry3f& f, float z
 inline void FurnitureBuilder::sheet(const Eigen::Isometry3f& f, const Eigen::Vector3f& at) {
   BoxSkin skin = BoxSkin::all({m_.white, 1});
   skin.top = {pick(m_.papers)};
-  add_box(models.back(), sub(f, at + Eigen::Vector3f(0, 0, uniform(0, 0.002F)), uniform(-0.5F, 0.5F)),
+  const float yaw_rad = uniform(-0.5F, 0.5F);
+  add_box(models.back(), sub(f, at + Eigen::Vector3f(0, 0, uniform(0, 0.002F)), yaw_rad),
           {0.21F, 0.297F, 0.002F}, skin);
 }
 

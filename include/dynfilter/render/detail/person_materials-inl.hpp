@@ -54,8 +54,9 @@ DYNFILTER_INLINE cv::Mat stripes(Random& r) {
     cv::rectangle(out, {0, y + 38, 512, 6}, accent, cv::FILLED);
   }
   for (int i = 0; i < 60; ++i) {
-    const cv::Point p(r.below(490), 64 * r.below(8) + 48);
-    cv::rectangle(out, cv::Rect(p.x, p.y, 6 + r.below(12), 8), r.chance(0.5) ? dark : accent, cv::FILLED);
+    const int y = 64 * r.below(8) + 48, x = r.below(490);
+    const cv::Scalar colour = r.chance(0.5) ? dark : accent;
+    cv::rectangle(out, cv::Rect(x, y, 6 + r.below(12), 8), colour, cv::FILLED);
   }
   fold(out, r, 0.5);
   return out;
@@ -66,15 +67,20 @@ DYNFILTER_INLINE cv::Mat printed(Random& r) {
   cv::Mat out(512, 512, CV_8UC3, dark ? dye(r, 35, 80) : dye(r, 150, 215));
   for (int i = 0; i < 70; ++i) {
     const cv::Scalar ink = dark ? dye(r, 130, 235) : dye(r, 20, 100);
-    const cv::Point p(30 + r.below(430), 30 + r.below(450));
+    const cv::Point p = cv::Point(30, 30) + r.below(cv::Size(430, 450));
     const int kind = r.below(4);
     if (kind == 0)
       cv::putText(out, scribble(r, 4), p - cv::Point(20, -8), cv::FONT_HERSHEY_DUPLEX, 1.0, ink, 3,
                   cv::LINE_AA);
-    if (kind == 1) cv::circle(out, p, 6 + r.below(16), ink, r.chance(0.5) ? cv::FILLED : 4, cv::LINE_AA);
+    if (kind == 1) {
+      const int thickness = r.chance(0.5) ? cv::FILLED : 4;
+      cv::circle(out, p, 6 + r.below(16), ink, thickness, cv::LINE_AA);
+    }
     if (kind == 2) cv::ellipse(out, p, {20, 7}, r.uniform(0, 180), 0, 360, ink, cv::FILLED, cv::LINE_AA);
-    if (kind == 3)
-      cv::rectangle(out, cv::Rect(p.x, p.y, 10 + r.below(40), 10 + r.below(30)), ink, cv::FILLED);
+    if (kind == 3) {
+      const int height = 10 + r.below(30), width = 10 + r.below(40);
+      cv::rectangle(out, cv::Rect(p.x, p.y, width, height), ink, cv::FILLED);
+    }
   }
   fold(out, r, 0.5);
   return out;
@@ -95,13 +101,15 @@ DYNFILTER_INLINE cv::Mat denim(Random& r) {
   const cv::Scalar blue = r.colour_near(bgr(66, 84, 122), 24);
   cv::Mat out = ramp(fractal_noise({512, 512}, {5, 3}, 6, 0.72, r), blue * 0.55, blue * 1.55, 2.2);
   for (int i = 0; i < 160; ++i) {  // worn threads
-    const cv::Point p(r.below(512), r.below(512));
-    cv::line(out, p, p + cv::Point(r.below(24) - 12, r.below(10)), r.chance(0.6) ? blue * 1.8 : blue * 0.45,
-             2, cv::LINE_AA);
+    const cv::Point p = r.below(out.size());
+    const cv::Scalar colour = r.chance(0.6) ? blue * 1.8 : blue * 0.45;
+    cv::line(out, p, p + r.below(cv::Size(24, 10)) - cv::Point(12, 0), colour, 2, cv::LINE_AA);
   }
   for (int x : {6, 20, 262}) cv::line(out, {x, 0}, {x, 511}, bgr(178, 140, 84), 3);
-  for (int x : {70, 330})
-    cv::rectangle(out, cv::Rect(x + r.below(60), 40 + r.below(60), 84, 70), blue * 0.5, 5);
+  for (int x : {70, 330}) {
+    const cv::Point corner = cv::Point(x, 40) + r.below(cv::Size(60, 60));
+    cv::rectangle(out, cv::Rect(corner, cv::Size(84, 70)), blue * 0.5, 5);
+  }
   fold(out, r, 0.45);
   return out;
 }
@@ -173,7 +181,8 @@ DYNFILTER_INLINE Outfit::Outfit(MaterialSet& set, Random& r) {
                               : cloth::printed(r));
   trousers = set.add(r.chance(0.35) && kind != 3 ? cloth::camouflage(r) : cloth::denim(r));
   skin = set.add(cloth::skin(r, tone));
-  face = set.add(cloth::face(r, tone, strands, r.chance(0.4), r.chance(0.4)));
+  const bool glasses = r.chance(0.4), beard = r.chance(0.4);
+  face = set.add(cloth::face(r, tone, strands, beard, glasses));
   hair = set.add(cloth::hair(r, strands), 0.25F);
   shoe = set.add(cloth::shoe(r));
   belt = set.add(cv::Mat(8, 8, CV_8UC3, bgr(40, 32, 28)));

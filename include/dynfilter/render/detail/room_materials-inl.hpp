@@ -16,12 +16,12 @@ DYNFILTER_INLINE cv::Mat plaster(Random& r, const cv::Scalar& colour, double rou
   cv::Mat out = ramp(fractal_noise({512, 512}, {4, 4}, 7, 0.75, r), colour * (1 - roughness),
                      colour * (1 + roughness), 1.6);
   for (int i = 0; i < static_cast<int>(36 * roughness / 0.1); ++i) {  // scuffs and filled holes
-    const cv::Point p(r.below(512), r.below(512));
+    const cv::Point p = r.below(out.size());
     const cv::Scalar mark = colour * r.uniform(0.62, 0.9);
     if (r.chance(0.5))
       cv::circle(out, p, 1 + r.below(4), mark, cv::FILLED, cv::LINE_AA);
     else
-      cv::line(out, p, p + cv::Point(r.below(60) - 30, r.below(40) - 20), mark, 1, cv::LINE_AA);
+      cv::line(out, p, p + r.below(cv::Size(60, 40)) - cv::Point(30, 20), mark, 1, cv::LINE_AA);
   }
   return out;
 }
@@ -29,7 +29,7 @@ DYNFILTER_INLINE cv::Mat plaster(Random& r, const cv::Scalar& colour, double rou
 DYNFILTER_INLINE cv::Mat wood(Random& r, const cv::Scalar& dark, const cv::Scalar& light) {
   cv::Mat out = ramp(fractal_noise({512, 512}, {2, 24}, 5, 0.62, r), dark, light, 2.0);
   for (int i = 0; i < 5; ++i) {  // knots
-    const cv::Point p(r.below(512), r.below(512));
+    const cv::Point p = r.below(out.size());
     for (int k = 3; k > 0; --k)
       cv::ellipse(out, p, {5 * k, 2 * k}, 0, 0, 360, dark * (0.55 + 0.12 * k), 2, cv::LINE_AA);
   }
@@ -60,8 +60,9 @@ DYNFILTER_INLINE cv::Mat carpet(Random& r) {
       ramp(fractal_noise({1024, 1024}, {6, 6}, 8, 0.9, r), bgr(78, 82, 94), bgr(160, 160, 166), 2.0);
   for (int i = 0; i < 900; ++i) {
     const cv::Scalar fleck = r.chance(0.5) ? bgr(196, 188, 168) : bgr(44, 46, 60);
-    cv::circle(out, {r.below(1024), r.below(1024)}, 1 + r.below(4), r.colour_near(fleck, 22), cv::FILLED,
-               cv::LINE_AA);
+    const cv::Scalar colour = r.colour_near(fleck, 22);
+    const int radius = 1 + r.below(4);
+    cv::circle(out, {r.below(1024), r.below(1024)}, radius, colour, cv::FILLED, cv::LINE_AA);
   }
   for (int i = 0; i < 4; ++i) {
     cv::line(out, {256 * i, 0}, {256 * i, 1023}, bgr(58, 60, 72), 2);
@@ -72,8 +73,10 @@ DYNFILTER_INLINE cv::Mat carpet(Random& r) {
 
 DYNFILTER_INLINE cv::Mat ceiling_tile(Random& r) {
   cv::Mat out(256, 256, CV_8UC3, bgr(222, 222, 216));
-  for (int i = 0; i < 420; ++i)
-    cv::circle(out, {r.below(256), r.below(256)}, r.below(3), bgr(168, 168, 162), cv::FILLED, cv::LINE_AA);
+  for (int i = 0; i < 420; ++i) {
+    const int radius = r.below(3);
+    cv::circle(out, {r.below(256), r.below(256)}, radius, bgr(168, 168, 162), cv::FILLED, cv::LINE_AA);
+  }
   cv::rectangle(out, {0, 0, 256, 256}, bgr(140, 142, 142), 5);
   return out;
 }
@@ -98,7 +101,8 @@ DYNFILTER_INLINE cv::Mat window_view(Random& r) {
   cv::Mat out = landscape(r, {512, 512});
   out = out * 0.75 + cv::Scalar(70, 66, 62);
   for (int i = 0; i < 4; ++i) {  // houses
-    const cv::Rect house(r.below(440), 190 + r.below(80), 60 + r.below(70), 120);
+    const int width = 60 + r.below(70), top = 190 + r.below(80), left = r.below(440);
+    const cv::Rect house(left, top, width, 120);
     cv::rectangle(out, house, r.colour_near(bgr(214, 190, 172), 30), cv::FILLED);
     for (int k = 0; k < 9; ++k) {
       cv::rectangle(out,
@@ -117,16 +121,23 @@ DYNFILTER_INLINE cv::Mat window_view(Random& r) {
   return out;
 }
 
+inline cv::Scalar any_colour(Random& r, double darkest, double lightest) {
+  cv::Scalar out;
+  for (int channel : {2, 1, 0}) out[channel] = r.uniform(darkest, lightest);
+  return out;
+}
+
 DYNFILTER_INLINE void paint_shapes(cv::Mat& out, Random& r, int count) {
   for (int i = 0; i < count; ++i) {
-    const cv::Point p(r.below(out.cols), r.below(out.rows));
-    const cv::Scalar colour(r.uniform(20, 240), r.uniform(20, 240), r.uniform(20, 240));
+    const cv::Point p = r.below(out.size());
+    const cv::Scalar colour = any_colour(r, 20, 240);
     const int size = out.cols / 20 + r.below(out.cols / 6);
     const int kind = r.below(3);
     if (kind == 0) cv::circle(out, p, size / 2, colour, r.chance(0.6) ? cv::FILLED : 4, cv::LINE_AA);
-    if (kind == 1)
-      cv::rectangle(out, cv::Rect(p.x, p.y, size, size * (1 + r.below(3)) / 2), colour,
-                    r.chance(0.6) ? cv::FILLED : 4);
+    if (kind == 1) {
+      const int thickness = r.chance(0.6) ? cv::FILLED : 4;
+      cv::rectangle(out, cv::Rect(p.x, p.y, size, size * (1 + r.below(3)) / 2), colour, thickness);
+    }
     if (kind == 2) {
       const cv::Point q = p + cv::Point(size, r.below(size)), s = p + cv::Point(r.below(size), size);
       cv::fillConvexPoly(out, std::vector<cv::Point>{p, q, s}, colour, cv::LINE_AA);
@@ -146,15 +157,16 @@ DYNFILTER_INLINE cv::Mat art_poster(Random& r) {
     shade_by(art, fractal_noise(art.size(), {8, 8}, 5, 0.7, r), 0.4);
   }
   art.copyTo(out(cv::Rect(36, 120, 440, 460)));
-  cv::putText(out, scribble(r, 7), {34, 90}, cv::FONT_HERSHEY_DUPLEX, 2.6, r.colour_near(bgr(60, 40, 50), 60),
-              6, cv::LINE_AA);
+  const cv::Scalar ink = r.colour_near(bgr(60, 40, 50), 60);
+  cv::putText(out, scribble(r, 7), {34, 90}, cv::FONT_HERSHEY_DUPLEX, 2.6, ink, 6, cv::LINE_AA);
   print_lines(out, {40, 610, 430, 130}, 16, paper * 0.35, r);
   return out;
 }
 
 DYNFILTER_INLINE cv::Mat paper_poster(Random& r) {  // a conference poster: columns of print and figures
   cv::Mat out(768, 512, CV_8UC3, bgr(236, 236, 232));
-  const cv::Scalar band(r.uniform(60, 190), r.uniform(40, 130), r.uniform(20, 110));
+  const double red = r.uniform(20, 110), green = r.uniform(40, 130), blue = r.uniform(60, 190);
+  const cv::Scalar band(blue, green, red);
   cv::rectangle(out, {0, 0, 512, 96}, band, cv::FILLED);
   cv::putText(out, scribble(r, 9), {24, 62}, cv::FONT_HERSHEY_SIMPLEX, 1.9, bgr(245, 245, 240), 4,
               cv::LINE_AA);
@@ -180,16 +192,18 @@ DYNFILTER_INLINE cv::Mat whiteboard(Random& r) {
   const cv::Scalar pens[3] = {bgr(30, 40, 120), bgr(170, 36, 40), bgr(24, 110, 60)};
   for (int i = 0; i < 16; ++i) {
     const cv::Scalar pen = pens[r.below(3)];
-    const cv::Point p(40 + r.below(800), 60 + r.below(400));
+    const cv::Point p = cv::Point(40, 60) + r.below(cv::Size(800, 400));
     const int kind = r.below(4);
     if (kind == 0)
       cv::putText(out, scribble(r, 5 + r.below(5)), p, cv::FONT_HERSHEY_SCRIPT_SIMPLEX, 1.6, pen, 3,
                   cv::LINE_AA);
     if (kind == 1) cv::ellipse(out, p, {30 + r.below(60), 20 + r.below(40)}, 0, 0, 360, pen, 3, cv::LINE_AA);
     if (kind == 2)
-      cv::arrowedLine(out, p, p + cv::Point(r.below(200) - 100, r.below(120) - 60), pen, 3, cv::LINE_AA);
-    if (kind == 3)
-      cv::rectangle(out, cv::Rect(p.x, p.y, 60 + r.below(90), 40 + r.below(40)), pen, 3, cv::LINE_AA);
+      cv::arrowedLine(out, p, p + r.below(cv::Size(200, 120)) - cv::Point(100, 60), pen, 3, cv::LINE_AA);
+    if (kind == 3) {
+      const int height = 40 + r.below(40), width = 60 + r.below(90);
+      cv::rectangle(out, cv::Rect(p.x, p.y, width, height), pen, 3, cv::LINE_AA);
+    }
   }
   cv::rectangle(out, {0, 0, 1024, 512}, bgr(140, 144, 148), 14);
   return out;
@@ -204,7 +218,8 @@ DYNFILTER_INLINE cv::Mat book_backs(Random& r) {
     cv::Mat back(width, 512, CV_8UC3, cover);
     const cv::Scalar ink = cover[0] + cover[1] + cover[2] > 330 ? cover * 0.2 : cv::Scalar(190, 225, 235);
     cv::rectangle(back, {20 + r.below(30), 0, 8 + r.below(20), width}, ink, cv::FILLED);
-    cv::rectangle(back, {430 + r.below(20), 0, 30, width}, r.colour_near(cover, 90), cv::FILLED);
+    const cv::Scalar label = r.colour_near(cover, 90);
+    cv::rectangle(back, {430 + r.below(20), 0, 30, width}, label, cv::FILLED);
     cv::putText(back, scribble(r, 6 + r.below(5)), {110, width - 10}, cv::FONT_HERSHEY_DUPLEX, 0.8, ink, 2,
                 cv::LINE_AA);
     shade_by(back, fractal_noise(back.size(), {10, 1}, 4, 0.7, r), 0.25);
@@ -217,10 +232,10 @@ DYNFILTER_INLINE cv::Mat book_backs(Random& r) {
 }
 
 DYNFILTER_INLINE cv::Mat book_cover(Random& r) {
-  cv::Mat out(256, 256, CV_8UC3, cv::Scalar(r.uniform(20, 220), r.uniform(20, 220), r.uniform(20, 220)));
+  cv::Mat out(256, 256, CV_8UC3, any_colour(r, 20, 220));
   paint_shapes(out, r, 7);
-  cv::putText(out, scribble(r, 7), {16, 60}, cv::FONT_HERSHEY_DUPLEX, 1.6,
-              r.chance(0.5) ? bgr(245, 240, 230) : bgr(20, 20, 26), 4, cv::LINE_AA);
+  const cv::Scalar ink = r.chance(0.5) ? bgr(245, 240, 230) : bgr(20, 20, 26);
+  cv::putText(out, scribble(r, 7), {16, 60}, cv::FONT_HERSHEY_DUPLEX, 1.6, ink, 4, cv::LINE_AA);
   cv::putText(out, scribble(r, 8), {20, 220}, cv::FONT_HERSHEY_SIMPLEX, 1.0, bgr(240, 236, 222), 2,
               cv::LINE_AA);
   cv::rectangle(out, {0, 0, 256, 256}, bgr(40, 36, 36), 3);
@@ -231,7 +246,8 @@ DYNFILTER_INLINE cv::Mat screen(Random& r) {
   cv::Mat out(512, 1024, CV_8UC3);
   ramp(fractal_noise({1024, 512}, {3, 2}, 3, 0.5, r), bgr(18, 44, 84), bgr(44, 112, 158), 1.4).copyTo(out);
   for (int i = 0; i < 3; ++i) {
-    const cv::Rect window(40 + i * 250 + r.below(80), 40 + r.below(110), 360, 270 + r.below(60));
+    const int height = 270 + r.below(60), top = 40 + r.below(110), left = 40 + i * 250 + r.below(80);
+    const cv::Rect window(left, top, 360, height);
     const bool dark = r.chance(0.4);
     cv::rectangle(out, window, dark ? bgr(32, 34, 40) : bgr(236, 238, 240), cv::FILLED);
     cv::rectangle(out, cv::Rect(window.x, window.y, window.width, 20), bgr(92, 104, 122), cv::FILLED);
@@ -275,8 +291,8 @@ DYNFILTER_INLINE cv::Mat cardboard(Random& r) {
       ramp(fractal_noise({512, 512}, {3, 30}, 5, 0.7, r), bgr(150, 112, 72), bgr(206, 166, 118), 1.6);
   cv::rectangle(out, {0, 222, 512, 66}, bgr(196, 176, 132), cv::FILLED);  // tape
   for (int i = 0; i < 3; ++i) {
-    const cv::Rect label(24 + i * 150 + r.below(40), r.chance(0.5) ? 40 + r.below(60) : 310 + r.below(60),
-                         130, 110);
+    const int top = r.chance(0.5) ? 40 + r.below(60) : 310 + r.below(60);
+    const cv::Rect label(24 + i * 150 + r.below(40), top, 130, 110);
     cv::rectangle(out, label, bgr(236, 234, 226), cv::FILLED);
     cv::rectangle(out, label, bgr(60, 56, 56), 2);
     print_lines(out, {label.x + 8, label.y + 10, 112, 56}, 11, bgr(30, 30, 34), r);

@@ -116,8 +116,9 @@ inline void Street::parked_cars(const Eigen::Isometry3f& frame, float side, floa
     objects.push_back({2, "car"});
     const int instance = first_instance_ + static_cast<int>(objects.size());
     const float yaw = side > 0 ? 0 : static_cast<float>(CV_PI);
+    const float parked_yaw = yaw + uniform(-0.03, 0.03);
     const Eigen::Isometry3f at =
-        frame * placed({side * (kRoad + 1.2F + uniform(-0.12, 0.12)), y, 0}, yaw + uniform(-0.03, 0.03));
+        frame * placed({side * (kRoad + 1.2F + uniform(-0.12, 0.12)), y, 0}, parked_yaw);
     Model car = car_model(pick(paints_), kind, instance);
     for (Vertex& v : car.vertices) {
       v.position_m = at * v.position_m;

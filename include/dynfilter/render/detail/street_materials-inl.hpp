@@ -17,18 +17,21 @@ DYNFILTER_INLINE cv::Mat asphalt(Random& r) {
   constexpr int kSide = 1024;
   cv::Mat out =
       ramp(fractal_noise({kSide, kSide}, {5, 5}, 8, 0.92, r), bgr(66, 66, 70), bgr(132, 130, 128), 1.7);
-  for (int i = 0; i < 1500; ++i)  // gravel
-    cv::circle(out, {r.below(kSide), r.below(kSide)}, 1 + r.below(2),
-               r.chance(0.5) ? bgr(168, 164, 158) : bgr(44, 44, 48), cv::FILLED, cv::LINE_AA);
+  for (int i = 0; i < 1500; ++i) {  // gravel
+    const cv::Scalar colour = r.chance(0.5) ? bgr(168, 164, 158) : bgr(44, 44, 48);
+    const int radius = 1 + r.below(2);
+    cv::circle(out, {r.below(kSide), r.below(kSide)}, radius, colour, cv::FILLED, cv::LINE_AA);
+  }
   for (int i = 0; i < 5; ++i) {  // patches
-    const cv::Rect patch(r.below(900), r.below(900), 40 + r.below(70), 40 + r.below(90));
+    const int height = 40 + r.below(90), width = 40 + r.below(70);
+    const cv::Rect patch(r.below(cv::Size(900, 900)), cv::Size(width, height));
     cv::rectangle(out, patch, bgr(64, 64, 67) * r.uniform(0.85, 1.1), cv::FILLED);
     cv::rectangle(out, patch, bgr(36, 36, 40), 3, cv::LINE_AA);
   }
   for (int i = 0; i < 7; ++i) {  // cracks
-    cv::Point p(r.below(kSide), r.below(kSide));
+    cv::Point p = r.below(out.size());
     for (int k = 0; k < 14; ++k) {
-      const cv::Point q = p + cv::Point(r.below(70) - 30, r.below(70) - 30);
+      const cv::Point q = p + r.below(cv::Size(70, 70)) - cv::Point(30, 30);
       cv::line(out, p, q, bgr(40, 40, 42), 2, cv::LINE_AA);
       p = q;
     }
@@ -47,8 +50,10 @@ DYNFILTER_INLINE cv::Mat paving(Random& r) {
       slab = slab * r.uniform(0.82, 1.08);
       cv::rectangle(out, {kSlab * x, kSlab * y, kSlab, kSlab}, bgr(84, 82, 78), 3);
     }
-  for (int i = 0; i < 40; ++i)
-    cv::circle(out, {r.below(512), r.below(512)}, 2 + r.below(4), bgr(72, 70, 70), cv::FILLED, cv::LINE_AA);
+  for (int i = 0; i < 40; ++i) {
+    const int radius = 2 + r.below(4);
+    cv::circle(out, {r.below(512), r.below(512)}, radius, bgr(72, 70, 70), cv::FILLED, cv::LINE_AA);
+  }
   return out;
 }
 
@@ -109,9 +114,13 @@ DYNFILTER_INLINE cv::Mat facade(Random& r) {
 DYNFILTER_INLINE cv::Mat foliage(Random& r) {
   const cv::Scalar green = r.colour_near(bgr(70, 104, 44), 16);
   cv::Mat out = ramp(fractal_noise({512, 512}, {10, 10}, 6, 0.95, r), green * 0.3, green * 1.5, 2.4);
-  for (int i = 0; i < 1600; ++i)
-    cv::ellipse(out, cv::Point(r.below(512), r.below(512)), cv::Size(3 + r.below(5), 2 + r.below(2)),
-                r.uniform(0, 180), 0, 360, green * r.uniform(0.4, 1.8), cv::FILLED, cv::LINE_AA);
+  for (int i = 0; i < 1600; ++i) {
+    const cv::Scalar colour = green * r.uniform(0.4, 1.8);
+    const double angle_deg = r.uniform(0, 180);
+    const int height = 2 + r.below(2), width = 3 + r.below(5);
+    cv::ellipse(out, r.below(out.size()), {width, height}, angle_deg, 0, 360, colour, cv::FILLED,
+                cv::LINE_AA);
+  }
   return out;
 }
 
@@ -238,9 +247,10 @@ DYNFILTER_INLINE cv::Mat bus_side(Random& r, const cv::Scalar& paint) {
     cv::Mat glass = out(cv::Rect(x, 46, 104, 78));
     ramp(fractal_noise(glass.size(), {3, 2}, 4, 0.6, r), bgr(40, 48, 58), bgr(150, 166, 180), 1.8)
         .copyTo(glass);
-    if (r.chance(0.6))  // a passenger
-      cv::circle(out, {x + 20 + r.below(60), 108}, 15, r.colour_near(bgr(120, 90, 80), 40), cv::FILLED,
-                 cv::LINE_AA);
+    if (r.chance(0.6)) {  // a passenger
+      const cv::Scalar colour = r.colour_near(bgr(120, 90, 80), 40);
+      cv::circle(out, {x + 20 + r.below(60), 108}, 15, colour, cv::FILLED, cv::LINE_AA);
+    }
   }
   const cv::Mat poster = art_poster(r);
   cv::Mat advert = out(cv::Rect(270, 142, 420, 80));

@@ -41,7 +41,9 @@ DYNFILTER_INLINE int ExactScene::label(int p) const {
 DYNFILTER_INLINE Eigen::Vector3d ExactScene::static_position_m(int p) const {
   Random random = this->random(Purpose::Place, 0, p);
   const Eigen::Isometry3d T = camera_motion_(random.below(horizon_)).isometry();
-  const cv::Point2d px(random.uniform(0, camera_.width_px - 1), random.uniform(0, camera_.height_px - 1));
+  const double y_px = random.uniform(0, camera_.height_px - 1),
+               x_px = random.uniform(0, camera_.width_px - 1);
+  const cv::Point2d px(x_px, y_px);
   const Eigen::Vector3d direction = ray(camera_, px);
   const double depth_m = random.uniform(min_depth_m_, max_depth_m_);
   if (!planar_) return T * (direction * depth_m);
