@@ -22,9 +22,11 @@ class Road {
  public:
   static constexpr double kFocal_px = 700, kCamera_m = 1.65;
 
-  Road() {
+  /// Between the two depths the road shows no features.
+  explicit Road(double bare_from_m = 0, double bare_to_m = 0) {
     for (double z = 6; z < 40; z *= 1.1)
-      for (const double x : {-4.0, -2.5, -1.0, 0.5, 2.0, 3.5}) add(x, kCamera_m, z, 1, true);
+      for (const double x : {-4.0, -2.5, -1.0, 0.5, 2.0, 3.5})
+        if (z < bare_from_m || z > bare_to_m) add(x, kCamera_m, z, 1, true);
   }
 
   /// A grid of points on something upright from `foot_m` to `top_m` below the camera, 1.6 m wide. Its inverse
@@ -116,6 +118,16 @@ TEST_CASE("ground_contact: what stands on the ground stays") {
     road.add_body(2.5, z_m, 1.6, 0.2, 1);
     CHECK(road.off_ground(road.everything()) == 0);
   }
+}
+
+TEST_CASE("ground_contact: a parked car of which only what is above the bumper shows features stays") {
+  // Its lower end is a quarter of the camera's height above the road: 4/3 of the road's inverse depth in its row.
+  // It would stand where it is seen if it were 4/3 as far away, so the road is bare from there on.
+  Road road(7.5, 11.5);
+  const std::vector<std::size_t> parked = road.add_body(-3.6, 8, 0.75 * Road::kCamera_m, 0.2, 1);
+  const std::vector<std::size_t> oncoming = road.add_body(2.0, 8, 0.75 * Road::kCamera_m, 0.2, 2);
+  CHECK(road.off_ground(parked) == 0);
+  CHECK(road.off_ground(oncoming) >= 0.9);
 }
 
 TEST_CASE("ground_contact: a parked car whose lower half is hidden by a nearer one stays") {

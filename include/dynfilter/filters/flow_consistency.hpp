@@ -76,10 +76,17 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   void reset() override;
 
  private:
-  /// Evidence of a track: exponential averages for its flow and for its distance from the ground.
+  /// Mean whose values lose weight with time. It begins as if half an observation had shown no motion,
+  /// because the first flow of a track is its least certain one.
+  struct RecentMean {
+    static constexpr double kPriorWeight = 0.5;
+    double value = 0, weight = kPriorWeight;
+    bool known() const { return weight > kPriorWeight; }
+    void add(double new_value, double keep);
+  };
+  /// Evidence of a track [sigma]: of its flow, and of its distance from the ground.
   struct TrackEvidence {
-    double flow = 0, off_ground = 0;
-    bool flow_known = false, off_ground_known = false;
+    RecentMean flow, off_ground;
   };
   /// A motion and its duration.
   struct TimedMotion {
@@ -175,8 +182,6 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
     return evidence_[static_cast<std::size_t>(points_[k].feature)];
   }
   bool judged(std::size_t k) const { return judged_[static_cast<std::size_t>(points_[k].feature)]; }
-
-  void remember(double sigmas, double& mean, bool& known) const;
 
   /// A feature in a group has the suspicion of the group.
   /// Any other feature is scaled by the share of suspects among its neighbours,

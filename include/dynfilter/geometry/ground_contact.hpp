@@ -75,6 +75,8 @@ class GroundContact {
   static constexpr double kInFront = 1.25;    ///< ratio of inverse depths from which a point hides others
   static constexpr double kBelowFoot_px = 8;  ///< beneath is what the foot's own patch does not cover
   static constexpr std::size_t kLarge = 12;   ///< points of a group that needs no ground beneath it
+  /// Ratio of a lower end at a quarter of the camera's height: the bumper of a parked car whose wheels show nothing.
+  static constexpr double kHighestEnd = 4.0 / 3;
 
   using Members = Span<const int>;
   const GroundedPoint& point(int m) const { return (*points_)[static_cast<std::size_t>(m)]; }
@@ -98,7 +100,8 @@ class GroundContact {
     double left_px, right_px, y_px, ratio;
   };
   std::optional<Foot> foot_of(const Members& group);
-  bool stands_free(const Foot& foot, std::size_t members) const;
+  /// Number of ground points between the lower end and the place where it would stand, less the points in front.
+  int ground_beneath(const Foot& foot) const;
 
   GroundPlaneFinder finder_;
   std::optional<GroundPlane> ground_;

@@ -246,7 +246,7 @@ inline double FlowConsistencyFilter::middle_inverse_depth() {
   for (std::vector<double>& cell : in_cell_) cell.clear();
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Point& p = points_[k];
-    if (std::abs(p.flow.across_px) < params_.limit * noise_px_ && evidence_of(k).flow < params_.limit)
+    if (std::abs(p.flow.across_px) < params_.limit * noise_px_ && evidence_of(k).flow.value < params_.limit)
       in_cell_[static_cast<std::size_t>(cells_.of(p.pair.x, p.pair.y))].push_back(p.flow.inverse_depth);
   }
   values_.clear();
@@ -278,27 +278,25 @@ inline void FlowConsistencyFilter::weigh_flows() {
     const double across = averaged_median_in_place(values_);
     const double wrong_way = wrong_way_px(points_[k], averaged_median_in_place(along_), middle);
     const double sigma_px = std::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
-    TrackEvidence& evidence = evidence_of(k);
-    remember(std::min(std::hypot(across, wrong_way) / sigma_px, kMaxSigmas), evidence.flow,
-             evidence.flow_known);
+    evidence_of(k).flow.add(std::min(std::hypot(across, wrong_way) / sigma_px, kMaxSigmas), keep_);
   }
 }
 
-inline void FlowConsistencyFilter::remember(double sigmas, double& mean, bool& known) const {
-  mean += (known ? 1 - keep_ : 1) * (sigmas - mean);
-  known = true;
+inline void FlowConsistencyFilter::RecentMean::add(double new_value, double keep) {
+  weight = keep * weight + 1;
+  value += (new_value - value) / weight;
 }
 
 inline void FlowConsistencyFilter::weigh_groups() {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Span<const int> members = groups_.group(g);
     values_.clear();
-    for (const int m : members) values_.push_back(evidence_of(static_cast<std::size_t>(m)).flow);
+    for (const int m : members) values_.push_back(evidence_of(static_cast<std::size_t>(m)).flow.value);
     const double together = averaged_median_in_place(values_);
     for (const int m : members) {
       const auto k = static_cast<std::size_t>(m), i = static_cast<std::size_t>(points_[k].feature);
       if (judged_[i]) continue;
-      suspicion_[i] = members.size() >= kGroup ? together : evidence_[i].flow * share_of_suspects(k);
+      suspicion_[i] = members.size() >= kGroup ? together : evidence_[i].flow.value * share_of_suspects(k);
     }
   }
   for (const Point& p : points_) judged_[static_cast<std::size_t>(p.feature)] = true;
@@ -307,7 +305,7 @@ inline void FlowConsistencyFilter::weigh_groups() {
 inline double FlowConsistencyFilter::share_of_suspects(std::size_t k) {
   const Span<const int> near = groups_.near(k);
   const auto suspects = std::count_if(near.begin(), near.end(), [&](int j) {
-    return evidence_of(static_cast<std::size_t>(j)).flow > params_.limit;
+    return evidence_of(static_cast<std::size_t>(j)).flow.value > params_.limit;
   });
   return near.empty() ? 0 : static_cast<double>(suspects) / static_cast<double>(near.size());
 }
@@ -330,16 +328,16 @@ inline void FlowConsistencyFilter::weigh_ground() {
                          p.pair.x,
                          p.pair.y,
                          line_length(p.flow),
-                         evidence_of(k).flow < params_.limit});
+                         evidence_of(k).flow.value < params_.limit});
   }
   const std::vector<std::optional<double>>& sigmas = ground_.compare(
       grounded_, groups_, {gap_s_, cells_.height_px, focus_.y, noise_px_, params_.limit, kMaxSigmas});
   for (std::size_t k = 0; k < sigmas.size(); ++k) {
     TrackEvidence& evidence = evidence_of(k);
     if (sigmas[k])
-      remember(*sigmas[k], evidence.off_ground, evidence.off_ground_known);
-    else if (!evidence.off_ground_known)
-      evidence.off_ground = 0;  // was lent
+      evidence.off_ground.add(*sigmas[k], keep_);
+    else if (!evidence.off_ground.known())
+      evidence.off_ground.value = 0;  // was lent
   }
 }
 
@@ -357,10 +355,11 @@ inline void FlowConsistencyFilter::lend_ground_once() {
     values_.clear();
     for (const int j : groups_.linked(k))
       if (compared_[static_cast<std::size_t>(j)])
-        values_.push_back(evidence_of(static_cast<std::size_t>(j)).off_ground);
+        values_.push_back(evidence_of(static_cast<std::size_t>(j)).off_ground.value);
     if (values_.size() < kLenders) continue;
-    evidence_of(k).off_ground = averaged_median_in_place(values_);
-    evidence_of(k).off_ground_known = false;
+    RecentMean& off_ground = evidence_of(k).off_ground;
+    off_ground = RecentMean();
+    off_ground.value = averaged_median_in_place(values_);
     lent_.push_back(k);
   }
   for (const std::size_t k : lent_) compared_[k] = true;
@@ -373,7 +372,7 @@ inline void FlowConsistencyFilter::spread(const Evidence& evidence) {
   for (std::size_t i = 0; i < n; ++i)
     if (judged_[i])
       excess_[i] = static_cast<float>(
-          std::min(std::hypot(suspicion_[i], evidence_[i].off_ground) - params_.limit, params_.limit));
+          std::min(std::hypot(suspicion_[i], evidence_[i].off_ground.value) - params_.limit, params_.limit));
   neighbours_.build(evidence.pixels(), depths_m_, static_cast<float>(kReach * cells_.width_px));
   neighbours_.lay_out(
       excess_around_, [&](std::size_t i) { return excess_[i]; },

@@ -114,10 +114,12 @@ inline std::optional<double> GroundContact::nearer(const Members& group) {
   const std::optional<Foot> foot = foot_of(group);
   if (!foot) return std::nullopt;
   if (!(foot->ratio > 0)) return 0.0;
-  const double limit = kMostGround * (1 + 1 / static_cast<double>(values_.size()));
+  const int free = ground_beneath(*foot);
+  const double highest = free > 0 ? kMostGround : kHighestEnd;
+  const double limit = highest * (1 + 1 / static_cast<double>(values_.size()));
   const double sigmas =
       std::clamp(view_.limit + std::log(foot->ratio / limit) / kRatioSigma, 0.0, view_.most);
-  if (sigmas > 0 && !stands_free(*foot, group.size())) return std::nullopt;
+  if (sigmas > 0 && (free < 0 || (free == 0 && group.size() < kLarge))) return std::nullopt;
   return sigmas;
 }
 
@@ -147,7 +149,7 @@ inline std::optional<GroundContact::Foot> GroundContact::foot_of(const Members& 
   return foot;
 }
 
-inline bool GroundContact::stands_free(const Foot& foot, std::size_t members) const {
+inline int GroundContact::ground_beneath(const Foot& foot) const {
   const double foot_below_px = foot.y_px - view_.focus_y_px;
   int free = 0;
   for (const GroundedPoint& p : *points_) {
@@ -156,7 +158,7 @@ inline bool GroundContact::stands_free(const Foot& foot, std::size_t members) co
     if (is_ground(p)) ++free;
     if (p.at.inverse_depth > kInFront * foot.ratio * ground_->scale * foot_below_px) --free;
   }
-  return free > 0 || (free == 0 && members >= kLarge);
+  return free;
 }
 
 }  // namespace dynfilter

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/geometry/sampling.hpp>
+#include <dynfilter/geometry/small_solve.hpp>
 #include <dynfilter/geometry/view_motion.hpp>
 #include <optional>
 #include <vector>
@@ -33,6 +34,7 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
   const int most = last && fresh ? kLeastSamples : options_.iterations;
   for (int k = 0; k < most && (k < least || k < samples_needed()); ++k) try_sample(pairs, focal_px, last, k);
   polish(pairs, seeds);
+  try_twin(pairs, seeds);
   return without_needless_baseline(pairs, seeds, focal_px);
 }
 
@@ -152,6 +154,41 @@ inline void ViewMotionEstimator::polish(const std::vector<ViewPair>& pairs, cons
     if (inliers_.size() < 8) return;
     attempt(pairs, refined(best_, pairs, inliers_, weights_, {fine ? 0.3 : 1.0, 6}));
   }
+}
+
+inline void ViewMotionEstimator::try_twin(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds) {
+  const std::optional<std::array<double, 3>> normal = plane_normal(pairs);
+  if (!normal) return;
+  const std::array<double, 3>&n = *normal, &c = best_.direction;
+  const double support = best_support_;
+  ViewMotion twin = best_;
+  twin.rotation_rad[0] += n[1] * c[2] - n[2] * c[1];
+  twin.rotation_rad[1] += n[2] * c[0] - n[0] * c[2];
+  twin.rotation_rad[2] += n[0] * c[1] - n[1] * c[0];
+  twin.direction = n;
+  detail::normalise(twin.direction);
+  attempt(pairs, refined(twin, pairs, scored_, score_weights_, {1.0, 8}));
+  if (best_support_ > support) polish(pairs, seeds);
+}
+
+inline std::optional<std::array<double, 3>> ViewMotionEstimator::plane_normal(
+    const std::vector<ViewPair>& pairs) const {
+  if (!best_.has_baseline()) return std::nullopt;
+  const ViewFlowModel model(best_);
+  double products[9] = {}, normal[3] = {};
+  for (const int index : scored_) {
+    const auto i = static_cast<std::size_t>(index);
+    const ViewFlow flow = model(pairs[i]);
+    if (!(std::abs(flow.across_px) < options_.max_distance_px)) continue;
+    const double ray[3] = {pairs[i].reference_x / best_.focal_px, pairs[i].reference_y / best_.focal_px, 1};
+    for (std::size_t r = 0; r < 3; ++r) {
+      normal[r] += score_weights_[i] * flow.inverse_depth * ray[r];
+      for (std::size_t c = 0; c < 3; ++c) products[3 * r + c] += score_weights_[i] * ray[r] * ray[c];
+    }
+  }
+  if (!detail::solve_positive_definite(products, normal, 3)) return std::nullopt;
+  if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0) return std::nullopt;
+  return std::array<double, 3>{normal[0], normal[1], normal[2]};
 }
 
 inline ViewMotion ViewMotionEstimator::without_needless_baseline(const std::vector<ViewPair>& pairs,
