@@ -243,7 +243,10 @@ inline double FlowConsistencyFilter::measured_noise_px() {
 
 inline double FlowConsistencyFilter::middle_inverse_depth() {
   in_cell_.resize(static_cast<std::size_t>(cells_.count()));
-  for (std::vector<double>& cell : in_cell_) cell.clear();
+  for (std::vector<double>& cell : in_cell_) {
+    cell.clear();
+    cell.reserve(tracks_->size());  // no allocation later, whichever cell the points gather in
+  }
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Point& p = points_[k];
     if (std::abs(p.flow.across_px) < params_.limit * noise_px_ && evidence_of(k).flow.value < params_.limit)
