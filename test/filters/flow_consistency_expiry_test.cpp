@@ -37,7 +37,8 @@ class Camera700 {
     for (const Seen& p : points) {
       keypoints.emplace_back(static_cast<float>(620 + 700 * p.at_m.x / p.at_m.z),
                              static_cast<float>(190 + 700 * p.at_m.y / p.at_m.z), 7.0F);
-      const auto last = std::find_if(seen_.begin(), seen_.end(), [&](const Seen& q) { return q.number == p.number; });
+      const auto last =
+          std::find_if(seen_.begin(), seen_.end(), [&](const Seen& q) { return q.number == p.number; });
       reference.push_back(last == seen_.end() ? -1 : static_cast<std::int32_t>(last - seen_.begin()));
     }
     seen_ = points;
@@ -77,7 +78,9 @@ constexpr int kFirstOfCar = 350, kEnd = 380;
 std::vector<Seen> road(double driven_m, double car_m) {
   SampleGenerator rng(1);
   std::vector<Seen> points;
-  const auto add = [&](double x, double y, double z) { points.push_back({static_cast<int>(points.size()), {x, y, z}}); };
+  const auto add = [&](double x, double y, double z) {
+    points.push_back({static_cast<int>(points.size()), {x, y, z}});
+  };
   for (int i = 0; i < 150; ++i) {
     const double x = rng.uniform(-6, 6);
     add(x, 1.5, rng.uniform(16, 40) - driven_m);
@@ -99,13 +102,16 @@ constexpr int kDrive = 16, kSecond = static_cast<int>(kRate_hz);  ///< frames
 }  // namespace
 
 // Half of the car has tracks too young to be compared with the ground: these have what is lent.
-TEST_CASE("flow_consistency: distance from the ground, own and lent, is forgotten where the camera does not drive") {
+TEST_CASE(
+    "flow_consistency: distance from the ground, own and lent, is forgotten where the camera does not "
+    "drive") {
   Camera700 camera;
   const auto drive = [&](int k) {
     const double way_m = kSpeed_mps * k / kRate_hz;
     std::vector<Seen> points = road(way_m, way_m);
     for (Seen& p : points)
-      if (p.number >= kFirstOfCar && p.number % 2 == 0) p.number += 1000 * (k / 2 + 1);  // new every second frame
+      if (p.number >= kFirstOfCar && p.number % 2 == 0)
+        p.number += 1000 * (k / 2 + 1);  // new every second frame
     return points;
   };
   constexpr int kStop = kDrive + 1;  // the young tracks have one flow

@@ -35,17 +35,17 @@ inline std::vector<cv::KeyPoint> spread_by_quadtree(std::vector<cv::KeyPoint> co
   const auto add = [&](const cv::Rect2f& area, std::size_t first, std::size_t last) {
     if (first < last) leaves.push({area, first, last});
   };
-  const auto split = [&](std::size_t first, std::size_t last, float cv::Point2f::* axis, float value) {
-    return static_cast<std::size_t>(std::partition(at(first), at(last),
-                                                   [&](const cv::KeyPoint& k) { return k.pt.*axis < value; }) -
-                                    begin);
+  const auto split = [&](std::size_t first, std::size_t last, float cv::Point2f::*axis, float value) {
+    return static_cast<std::size_t>(
+        std::partition(at(first), at(last), [&](const cv::KeyPoint& k) { return k.pt.*axis < value; }) -
+        begin);
   };
   const int roots = std::max(1, cvRound(size.width / size.height));  // nearly square
   const float width = size.width / static_cast<float>(roots);
   std::size_t first = 0;
   for (int r = 0; r < roots; ++r) {
-    const std::size_t last = r + 1 < roots ? split(first, corners.size(), &cv::Point2f::x, width * (r + 1))
-                                           : corners.size();
+    const std::size_t last =
+        r + 1 < roots ? split(first, corners.size(), &cv::Point2f::x, width * (r + 1)) : corners.size();
     add({width * static_cast<float>(r), 0, width, size.height}, first, last);
     first = last;
   }
@@ -97,7 +97,8 @@ inline std::vector<cv::KeyPoint> quadtree_features(const cv::Mat& grey, int coun
   for (int level = 0; level < kLevels; ++level, share *= kShrink, scale *= kStep) {
     if (level > 0) cv::resize(grey, image, {cvRound(grey.cols / scale), cvRound(grey.rows / scale)});
     if (std::min(image.cols, image.rows) <= 2 * kBorder) break;
-    const cv::Mat inner = image(cv::Rect(kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder));
+    const cv::Mat inner =
+        image(cv::Rect(kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder));
     for (cv::KeyPoint& k : spread_by_quadtree(fast_corners(inner), inner.size(), cvRound(share))) {
       k.pt = (k.pt + cv::Point2f(kBorder, kBorder)) * static_cast<float>(scale);
       k.octave = level;

@@ -213,8 +213,8 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   std::optional<TimedMotion> motion_;  ///< over the current gap
   Expiring<TimedMotion> main_motion_;  ///< over the last frame's longest gap
   ExpiringMean ahead_;                 ///< share of the recent frames in which the camera moved ahead
-  std::vector<double> ages_s_;  ///< age of each recent frame
-  std::vector<int> gaps_;       ///< [frames]
+  std::vector<double> ages_s_;         ///< age of each recent frame
+  std::vector<int> gaps_;              ///< [frames]
   int ground_gap_ = 0;
   double gap_s_ = 0, passed_s_ = 0, noise_px_ = 0;
 

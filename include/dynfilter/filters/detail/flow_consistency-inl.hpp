@@ -379,8 +379,8 @@ inline void FlowConsistencyFilter::spread(const Evidence& evidence) {
   excess_.assign(n, 0);
   for (std::size_t i = 0; i < n; ++i)
     if (judged_[i])
-      excess_[i] = static_cast<float>(
-          std::min(std::hypot(suspicion_[i], evidence_[i].off_ground.value()) - params_.limit, params_.limit));
+      excess_[i] = static_cast<float>(std::min(
+          std::hypot(suspicion_[i], evidence_[i].off_ground.value()) - params_.limit, params_.limit));
   neighbours_.build(evidence.pixels(), depths_m_, static_cast<float>(kReach * cells_.width_px));
   neighbours_.lay_out(
       excess_around_, [&](std::size_t i) { return excess_[i]; },
