@@ -325,7 +325,7 @@ class Frames {
     if (in_.flag()) recut(box->mask, in_);
   }
   void shorten(OwnedFrame& f) {
-    const std::size_t n = in_.below(kMaxFeatures);
+    const std::size_t n = static_cast<std::size_t>(in_.below(kMaxFeatures));
     switch (in_.below(6)) {
       case 0:
         f.depth_m.resize(n);

@@ -58,14 +58,8 @@ Subject subject(const std::filesystem::path& file) {
 
 std::vector<Subject>& subjects() {
   static std::vector<Subject> all = [] {
-    std::vector<std::filesystem::path> files;
-    for (const char* folder : {"/examples/pipelines", "/test/fuzz/pipelines"})
-      for (const auto& entry :
-           std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + folder))
-        if (entry.path().stem() != "oracle") files.push_back(entry.path());  // needs labels
-    std::sort(files.begin(), files.end());
     std::vector<Subject> made;
-    for (const auto& file : files) made.push_back(subject(file));
+    for (const std::string& file : pipeline_files(DYNFILTER_SOURCE_DIR)) made.push_back(subject(file));
     return made;
   }();
   return all;

@@ -89,7 +89,7 @@ class LentMemory {
       }
     std::size_t retained = 0;
     for (cv::Mat& image : counted_) {
-      retained += dynfilter::has_sole_owner(image) ? 0 : 1;
+      retained += dynfilter::has_sole_owner(image) ? 0U : 1U;
       std::memset(image.data, garbage_, image.total() * image.elemSize());
     }
     for (const Block& block : blocks_) std::memset(block.memory, garbage_, block.size);
