@@ -55,7 +55,8 @@ std::vector<std::size_t> rejected_in_c(std::uint8_t garbage) {
     const cv::Mat mask = memory.image(half_mask());
     frame.grey = grey.data, frame.grey_stride_bytes = grey.step;
     dynfilter_box box{};
-    box.x_px = 100, box.y_px = 100, box.width_px = 200, box.height_px = 250, box.score = 0.9F, box.track_id = -1;
+    box.x_px = 100, box.y_px = 100, box.width_px = 200, box.height_px = 250, box.score = 0.9F,
+    box.track_id = -1;
     box.class_name = memory.text("person"), box.mask = mask.data, box.mask_stride_bytes = mask.step;
     frame.has_boxes = k > 0 ? 1 : 0, frame.box_count = 1, frame.boxes = memory.array(&box, 1);
     frame.boxes_frame_id = 0;
