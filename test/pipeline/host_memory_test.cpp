@@ -20,6 +20,8 @@
 #include "fuzz/frames.hpp"
 #include "fuzz/lent_memory.hpp"
 
+namespace host_memory_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -191,3 +193,5 @@ TEST_CASE("late boxes and masks: the host frees or overwrites them after the cal
     CHECK(all.dynamic_late > 0);
   }
 }
+
+}  // namespace host_memory_test
