@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kWidth = 640, kHeight = 480, kFrames = 6, kFeatures = 50;
 constexpr const char* kPipeline =
-    "pipeline:\n  before_pose:\n    - semantic_mask: { source: instances, role: reject }\n"
+    "pipeline:\n  before_pose:\n    - semantic_mask: { source: instances, role: reject, dilate_px: 0 }\n"
     "  floor: { min_features: 0, min_share: 0 }\n";
 const cv::Rect kBox(100, 100, 200, 250);
 
@@ -97,11 +97,11 @@ std::vector<std::size_t> rejected_in_cxx11(Host host, std::uint8_t garbage) {
 TEST_CASE("a late mask is read from the library's own memory") {
   // On the mask: 10 features from column 100 to 190; nothing moves, and without boxes nothing is rejected.
   const std::vector<std::size_t> expected{0, 10, 10, 10, 10, 10};
-  CHECK(rejected_in_c(0x00) == expected);
-  CHECK(rejected_in_c(0xff) == expected);
+  CHECK((rejected_in_c(0x00) == expected));
+  CHECK((rejected_in_c(0xff) == expected));
   for (const Host host : {Host::Frees, Host::Reuses}) {
-    CHECK(rejected_in_cxx11(host, 0x00) == expected);
-    CHECK(rejected_in_cxx11(host, 0xff) == expected);
+    CHECK((rejected_in_cxx11(host, 0x00) == expected));
+    CHECK((rejected_in_cxx11(host, 0xff) == expected));
   }
 }
 
