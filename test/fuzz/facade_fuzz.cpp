@@ -7,10 +7,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
+#include <memory>
 #include <string>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "bytes.hpp"
@@ -180,16 +179,21 @@ void check(dynfilter_filter* filter, std::size_t features, const dynfilter_verdi
   require(*dynfilter_stage_name(filter, v.stage_count) == '\0', "no stage beyond the last");
 }
 
-/// Two filters of each pipeline file.
-using Pair = std::pair<dynfilter_filter*, dynfilter_filter*>;
+/// Two filters of one pipeline file.
+struct Pair {
+  using Filter = std::unique_ptr<dynfilter_filter, void (*)(dynfilter_filter*)>;
+  Filter first, second;
+};
 std::vector<Pair>& filters() {
   static std::vector<Pair> all = [] {
+    const auto load = [](const std::string& file) {
+      return Pair::Filter(dynfilter_create_from_file(file.c_str(), nullptr, 0), dynfilter_destroy);
+    };
     std::vector<Pair> made;
-    for (const std::string& file : fuzz::pipeline_files(DYNFILTER_SOURCE_DIR))
-      made.emplace_back(dynfilter_create_from_file(file.c_str(), nullptr, 0),
-                        dynfilter_create_from_file(file.c_str(), nullptr, 0));
-    for (const Pair& pair : made)
-      require(pair.first != nullptr && pair.second != nullptr, "a preset can be loaded");
+    for (const std::string& file : fuzz::pipeline_files(DYNFILTER_SOURCE_DIR)) {
+      made.push_back({load(file), load(file)});
+      require(made.back().first && made.back().second, "a preset can be loaded");
+    }
     return made;
   }();
   return all;
@@ -256,7 +260,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     make_from_text(in);
     return 0;
   }
-  const auto [first, second] = filters()[static_cast<std::size_t>(which) % filters().size()];
+  const Pair& pair = filters()[static_cast<std::size_t>(which) % filters().size()];
+  dynfilter_filter *const first = pair.first.get(), *const second = pair.second.get();
   dynfilter_reset(first), dynfilter_reset(second);
   for (int k = 0, n = 1 + in.below(6); k < n; ++k) {
     Bytes rest = in;
