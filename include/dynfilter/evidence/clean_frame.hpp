@@ -7,6 +7,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/evidence/crowded_places.hpp>
 #include <limits>
 #include <opencv2/core/types.hpp>
 #include <optional>
@@ -22,9 +23,10 @@ namespace dynfilter {
 ///  - a camera has a focal length, or only an image size (focal lengths 0, no distortion);
 ///  - a pose is rigid;
 ///  - boxes have an area and a score in [0, 1], and there are at most limits::kMaxBoxes;
-///  - pixel positions are NaN or within 1e6 pixels.
+///  - pixel positions are NaN or within 1e6 pixels, and at most limits::kMaxCrowd are in a square of
+///    limits::kCrowd_px.
 /// Of more boxes those with the highest scores are kept.
-/// Of more than limits::kMaxFeatures features none is judged.
+/// Of more than limits::kMaxFeatures features none is judged, and none of those in a more crowded square.
 /// Unusable input is removed, with a note.
 /// An unusual array is replaced by a copy in this object, valid until the next call.
 class FrameCleaner {
@@ -49,8 +51,11 @@ class FrameCleaner {
   /// Returns false if there are too many features; then no feature has a position.
   bool clean_count(FrameView& frame);
   void clean_places(FrameView& frame);
-  /// Returns how many positions were set to NaN.
-  static std::size_t clean_places(Span<const cv::KeyPoint>& given, std::vector<cv::KeyPoint>& own);
+  /// How many positions were set to NaN, and why.
+  struct Dropped {
+    std::size_t nowhere = 0, crowded = 0;
+  };
+  Dropped clean_places(Span<const cv::KeyPoint>& given, std::vector<cv::KeyPoint>& own);
 
   void clean_boxes(FrameView& frame);
   static bool sound(const Detection& detection);
@@ -65,6 +70,7 @@ class FrameCleaner {
   static bool sound(const Camera& camera);
 
   std::vector<std::string> notes_;
+  CrowdedPlaces crowds_;
   std::vector<cv::KeyPoint> keypoints_, undistorted_;
   std::vector<Detection> detections_;
   std::vector<std::size_t> kept_;

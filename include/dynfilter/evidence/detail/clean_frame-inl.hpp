@@ -77,21 +77,29 @@ inline bool FrameCleaner::clean_count(FrameView& frame) {
 }
 
 inline void FrameCleaner::clean_places(FrameView& frame) {
-  const std::size_t nowhere = clean_places(frame.keypoints, keypoints_);
-  if (nowhere > 0) notes_.push_back(std::to_string(nowhere) + " keypoints are in no image: not judged");
+  const Dropped dropped = clean_places(frame.keypoints, keypoints_);
+  if (dropped.nowhere > 0)
+    notes_.push_back(std::to_string(dropped.nowhere) + " keypoints are in no image: not judged");
+  if (dropped.crowded > 0)
+    notes_.push_back(std::to_string(dropped.crowded) + " keypoints are more than " +
+                     std::to_string(limits::kMaxCrowd) + " in a square of " +
+                     std::to_string(limits::kCrowd_px) + " px: not judged");
   clean_places(frame.keypoints_undistorted, undistorted_);
 }
 
-inline std::size_t FrameCleaner::clean_places(Span<const cv::KeyPoint>& given,
-                                              std::vector<cv::KeyPoint>& own) {
+inline FrameCleaner::Dropped FrameCleaner::clean_places(Span<const cv::KeyPoint>& given,
+                                                        std::vector<cv::KeyPoint>& own) {
   const auto odd = [](const cv::KeyPoint& keypoint) { return !PointGrid::usable(keypoint.pt); };
-  const auto n = static_cast<std::size_t>(std::count_if(given.begin(), given.end(), odd));
-  if (n == 0) return 0;
+  const std::vector<std::uint32_t>& crowded = crowds_.find(given);
+  const Dropped dropped{static_cast<std::size_t>(std::count_if(given.begin(), given.end(), odd)),
+                        crowded.size()};
+  if (dropped.nowhere + dropped.crowded == 0) return dropped;
   own.assign(given.begin(), given.end());
   for (cv::KeyPoint& keypoint : own)
     if (odd(keypoint)) keypoint.pt = {kNone, kNone};
+  for (const std::uint32_t i : crowded) own[i].pt = {kNone, kNone};
   given = own;
-  return n;
+  return dropped;
 }
 
 inline void FrameCleaner::clean_boxes(FrameView& frame) {

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/evidence/crowded_places.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/point_grid.hpp>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE const std::vector<std::uint32_t>& CrowdedPlaces::find(Span<const cv::KeyPoint> keypoints) {
+  static_assert(limits::kMaxFeatures < std::size_t{1} << kIndexBits, "an index has its bits");
+  crowded_.clear();
+  if (keypoints.size() > limits::kMaxCrowd && may_be_crowded(keypoints)) find_exactly(keypoints);
+  return crowded_;
+}
+
+inline std::uint64_t CrowdedPlaces::square_of(const cv::Point2f& px) {
+  const auto along = [](float at_px) {
+    return static_cast<std::int64_t>(std::floor(at_px / static_cast<float>(limits::kCrowd_px))) + kSquares / 2;
+  };
+  return static_cast<std::uint64_t>(along(px.y) * kSquares + along(px.x));
+}
+
+inline bool CrowdedPlaces::may_be_crowded(Span<const cv::KeyPoint> keypoints) {
+  constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15U;
+  table_.fill(0);
+  std::uint32_t most = 0;
+  for (const cv::KeyPoint& keypoint : keypoints) {
+    if (!PointGrid::usable(keypoint.pt)) continue;
+    std::uint32_t& count = table_[square_of(keypoint.pt) * kGoldenRatio >> (64 - kTableBits)];
+    most = std::max(most, ++count);
+  }
+  return most > limits::kMaxCrowd;
+}
+
+inline void CrowdedPlaces::find_exactly(Span<const cv::KeyPoint> keypoints) {
+  sorted_.clear();
+  for (std::size_t i = 0; i < keypoints.size(); ++i)
+    if (PointGrid::usable(keypoints[i].pt)) sorted_.push_back(square_of(keypoints[i].pt) << kIndexBits | i);
+  std::sort(sorted_.begin(), sorted_.end());
+  for (std::size_t begin = 0, end = 0; begin < sorted_.size(); begin = end) {
+    while (end < sorted_.size() && sorted_[end] >> kIndexBits == sorted_[begin] >> kIndexBits) ++end;
+    if (end - begin <= limits::kMaxCrowd) continue;
+    for (std::size_t k = begin; k < end; ++k)
+      crowded_.push_back(static_cast<std::uint32_t>(sorted_[k] & ((std::uint64_t{1} << kIndexBits) - 1)));
+  }
+}
+
+}  // namespace dynfilter
