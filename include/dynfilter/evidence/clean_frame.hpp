@@ -22,7 +22,8 @@ namespace dynfilter {
 ///  - images have a supported type;
 ///  - a camera has a focal length, or only an image size (focal lengths 0, no distortion);
 ///  - a pose is rigid;
-///  - boxes have an area and a score in [0, 1], and there are at most limits::kMaxBoxes;
+///  - boxes have an area and a score in [0, 1], and there are at most limits::kMaxBoxes, or fewer with many
+///    features (limits::kMaxBoxFeaturePairs);
 ///  - pixel positions are NaN or within 1e6 pixels, and at most limits::kMaxCrowd are in a square of
 ///    limits::kCrowd_px.
 /// Of more boxes those with the highest scores are kept.
@@ -64,8 +65,8 @@ class FrameCleaner {
   static cv::Rect2f clipped(const cv::Rect2f& box);
   /// The box as filters may use it, or nullopt.
   static std::optional<cv::Rect2f> usable_box(const Detection& detection);
-  /// Keeps the boxes with the highest scores in kept_, in the order given.
-  void keep_best(Span<const Detection> given);
+  /// Keeps `most` boxes with the highest scores in kept_, in the order given.
+  void keep_best(Span<const Detection> given, std::size_t most);
 
   static bool sound(const Camera& camera);
 

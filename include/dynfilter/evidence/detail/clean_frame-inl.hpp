@@ -106,8 +106,10 @@ inline void FrameCleaner::clean_boxes(FrameView& frame) {
   if (!frame.detections) return;
   Span<const Detection>& given = frame.detections->detections;
   const auto is_sound = [](const Detection& box) { return sound(box); };
-  if (given.size() <= limits::kMaxBoxes && std::all_of(given.begin(), given.end(), is_sound)) return;
-  keep_best(given);
+  const std::size_t most =
+      std::min(limits::kMaxBoxes, limits::kMaxBoxFeaturePairs / std::max<std::size_t>(1, frame.size()));
+  if (given.size() <= most && std::all_of(given.begin(), given.end(), is_sound)) return;
+  keep_best(given, most);
   detections_.clear();
   for (const std::size_t k : kept_) {
     Detection box = given[k];
@@ -118,16 +120,16 @@ inline void FrameCleaner::clean_boxes(FrameView& frame) {
   given = detections_;
 }
 
-inline void FrameCleaner::keep_best(Span<const Detection> given) {
+inline void FrameCleaner::keep_best(Span<const Detection> given, std::size_t most) {
   kept_.clear();
   for (std::size_t k = 0; k < given.size(); ++k)
     if (usable_box(given[k])) kept_.push_back(k);
   const std::string of_all = " of " + std::to_string(given.size()) + " boxes cannot be used";
   if (kept_.size() < given.size()) notes_.push_back(std::to_string(given.size() - kept_.size()) + of_all);
-  if (kept_.size() <= limits::kMaxBoxes) return;
-  notes_.push_back(std::to_string(kept_.size()) + " boxes: only the " + std::to_string(limits::kMaxBoxes) +
+  if (kept_.size() <= most) return;
+  notes_.push_back(std::to_string(kept_.size()) + " boxes: only the " + std::to_string(most) +
                    " with the highest scores are used");
-  const auto first = kept_.begin() + static_cast<std::ptrdiff_t>(limits::kMaxBoxes);
+  const auto first = kept_.begin() + static_cast<std::ptrdiff_t>(most);
   std::nth_element(kept_.begin(), first, kept_.end(), [&](std::size_t a, std::size_t b) {
     return std::tuple(-given[a].score, a) < std::tuple(-given[b].score, b);
   });
