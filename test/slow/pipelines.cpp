@@ -49,13 +49,14 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 void add_files(const char* folder, std::vector<NamedPipeline>& all) {
   std::vector<NamedPipeline> found;
   for (const auto& entry : std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + folder))
-    if (entry.path().extension() == ".yaml") found.push_back({entry.path().stem().string(), entry.path().string()});
+    if (entry.path().extension() == ".yaml")
+      found.push_back({entry.path().stem().string(), entry.path().string(), true});
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   all.insert(all.end(), found.begin(), found.end());
 }
 
 NamedPipeline of_stages(const std::string& name, const std::string& stages) {
-  return {name, "%YAML:1.0\n---\npipeline:\n  name: crowd\n  before_pose:\n" + stages};
+  return {name, "%YAML:1.0\n---\npipeline:\n  name: crowd\n  before_pose:\n" + stages, false};
 }
 
 /// What a choice or a flag may be besides its default.
@@ -90,12 +91,14 @@ std::vector<NamedPipeline> pipelines() {
   add_files("/test/fuzz/pipelines", all);
   const Registry known = builtin_filters();
   for (const std::string& name : known.names())
-    add_variants(name, known.find(name)->card.parameters, "    - " + std::string(kEverySecond) + "\n", "", all);
+    add_variants(name, known.find(name)->card.parameters, "    - " + std::string(kEverySecond) + "\n", "",
+                 all);
   for (const CombinatorEntry& entry : combinator_table()) {
-    const std::string form = replaced(replaced(entry.card.form, "[stage, ...]", "[stage]"), ", parameter: ...", "");
+    const std::string form =
+        replaced(replaced(entry.card.form, "[stage, ...]", "[stage]"), ", parameter: ...", "");
     if (entry.card.parameters.empty())
-      all.push_back(of_stages(entry.card.name,
-                              "    - " + entry.card.name + ": " + replaced(form, "stage", kEverySecond) + "\n"));
+      all.push_back(of_stages(
+          entry.card.name, "    - " + entry.card.name + ": " + replaced(form, "stage", kEverySecond) + "\n"));
     else
       add_variants(entry.card.name, entry.card.parameters, "",
                    replaced(replaced(replaced(form, "{ ", ""), " }", ""), "stage", kEverySecond), all);
@@ -104,8 +107,8 @@ std::vector<NamedPipeline> pipelines() {
 }
 
 PipelineConfig made(const NamedPipeline& pipeline) {
-  const bool is_text = pipeline.source.find('\n') != std::string::npos;
-  return is_text ? pipeline_from_text(pipeline.source, registry()) : pipeline_from_file(pipeline.source, registry());
+  return pipeline.is_file ? pipeline_from_file(pipeline.source, registry())
+                          : pipeline_from_text(pipeline.source, registry());
 }
 
 }  // namespace crowds

@@ -10,6 +10,7 @@ namespace crowds {
 /// A pipeline file, or the text of a pipeline.
 struct NamedPipeline {
   std::string name, source;
+  bool is_file = false;
 };
 
 /// Every preset, every pipeline of the fuzzers, every built-in filter alone and every combinator.

@@ -18,7 +18,8 @@ namespace dynfilter {
 /// Cost: 1 us for 1000 keypoints, 10 ms for 100,000.
 class CrowdedPlaces {
  public:
-  /// The crowded keypoints, in no particular order. Positions that are not usable in a PointGrid are skipped.
+  /// The crowded ones, in no particular order. Positions that are not usable in a PointGrid are skipped.
+  const std::vector<std::uint32_t>& find(Span<const cv::Point2f> places);
   const std::vector<std::uint32_t>& find(Span<const cv::KeyPoint> keypoints);
 
  private:
@@ -27,10 +28,11 @@ class CrowdedPlaces {
 
   static std::uint64_t square_of(const cv::Point2f& px);
   /// Counts by a hash of the square. Two squares may share a count, so that one too many proves nothing.
-  bool may_be_crowded(Span<const cv::KeyPoint> keypoints);
-  void find_exactly(Span<const cv::KeyPoint> keypoints);
+  bool may_be_crowded(Span<const cv::Point2f> places);
+  void find_exactly(Span<const cv::Point2f> places);
 
   std::array<std::uint32_t, std::size_t{1} << kTableBits> table_{};
+  std::vector<cv::Point2f> places_;
   std::vector<std::uint64_t> sorted_;  ///< square and index
   std::vector<std::uint32_t> crowded_;
 };
