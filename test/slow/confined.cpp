@@ -34,7 +34,8 @@ struct Answer {
 
 [[noreturn]] void work(int to, double most_cpu_s, const std::function<double()>& f) {
   // Other threads of the parent are not in this process: nothing of it may be destroyed here, hence _exit.
-  const rlimit limit{static_cast<rlim_t>(std::ceil(most_cpu_s)), static_cast<rlim_t>(std::ceil(most_cpu_s)) + 1};
+  const rlimit limit{static_cast<rlim_t>(std::ceil(most_cpu_s)),
+                     static_cast<rlim_t>(std::ceil(most_cpu_s)) + 1};
   setrlimit(RLIMIT_CPU, &limit);
   alarm(static_cast<unsigned>(std::ceil(10 * most_cpu_s)));  // for waits, which take no processor time
   const double before_MB = resident_MB();

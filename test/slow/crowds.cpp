@@ -38,7 +38,8 @@ const cv::Mat& texture() {
     cv::Mat noise(kHeight_px, kWidth_px + 100, CV_8UC1);
     Random random(7);
     for (int y = 0; y < noise.rows; ++y)
-      for (int x = 0; x < noise.cols; ++x) noise.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(random.bits());
+      for (int x = 0; x < noise.cols; ++x)
+        noise.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(random.bits());
     cv::GaussianBlur(noise, noise, {5, 5}, 0);
     return noise;
   }();
@@ -67,26 +68,25 @@ cv::Point2f at_grid(std::size_t i, std::size_t n) {
 }
 
 /// As dense as is accepted.
-cv::Point2f at_pixel(std::size_t i, std::size_t n) {
-  const auto side = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(n))));
-  return {static_cast<float>(160 + i % side), static_cast<float>(80 + i / side)};
+cv::Point2f at_dense_pixel(std::size_t i, std::size_t n) {
+  constexpr std::size_t kMost = limits::kMaxCrowd, kSide = limits::kCrowd_px;
+  const auto squares = static_cast<std::size_t>(std::sqrt(static_cast<double>(n) / kMost)) + 1;
+  const std::size_t square = i / kMost, pixel = i % kMost;
+  return {static_cast<float>(80 + kSide * (square % squares) + pixel % kSide),
+          static_cast<float>(40 + kSide * (square / squares) + pixel / kSide)};
 }
 
 void add_places(std::vector<Arrangement>& all) {
   const std::vector<std::pair<std::string, Place>> places{
       {"one pixel", [](std::size_t, std::size_t, Random&) { return cv::Point2f(320, 240); }},
-      {"within one pixel",
-       [](std::size_t, std::size_t, Random& r) {
-         return cv::Point2f(r.within(320, 321), r.within(240, 241));
-       }},
-      {"two pixels",
-       [](std::size_t i, std::size_t, Random&) {
-         return i % 2 == 0 ? cv::Point2f(200, 100) : cv::Point2f(420, 300);
-       }},
+      {"within one pixel", [](std::size_t, std::size_t,
+                              Random& r) { return cv::Point2f(r.within(320, 321), r.within(240, 241)); }},
+      {"two pixels", [](std::size_t i, std::size_t,
+                        Random&) { return i % 2 == 0 ? cv::Point2f(200, 100) : cv::Point2f(420, 300); }},
       {"one line", [](std::size_t, std::size_t, Random& r) { return cv::Point2f(r.within(30, 620), 240); }},
       {"one column", [](std::size_t, std::size_t, Random& r) { return cv::Point2f(320, r.within(10, 470)); }},
       {"grid", [](std::size_t i, std::size_t n, Random&) { return at_grid(i, n); }},
-      {"one per pixel", [](std::size_t i, std::size_t n, Random&) { return at_pixel(i, n); }},
+      {"as dense as accepted", [](std::size_t i, std::size_t n, Random&) { return at_dense_pixel(i, n); }},
       {"uniform", nullptr},
       {"clustered", [](std::size_t i, std::size_t, Random& r) {
          const auto cluster = static_cast<float>(i % 20);
@@ -123,17 +123,17 @@ void add_cameras(std::vector<Arrangement>& all) {
   all.push_back({"undistorted to one pixel", Source::Host, [](Crowd& crowd, int) {
                    crowd.undistorted.assign(crowd.keypoints.size(), cv::KeyPoint(320, 240, 31));
                  }});
-  for (const auto& [name, source] : {std::pair("a lens that draws all together", Source::Flow),
-                                     std::pair("a lens that draws all together, host's matches", Source::Host)})
+  for (const auto& [name, source] :
+       {std::pair("a lens that draws all together", Source::Flow),
+        std::pair("a lens that draws all together, host's matches", Source::Host)})
     all.push_back({name, source, [](Crowd& crowd, int) { crowd.camera.distortion = {1e5, 1e5, 0, 0, 0}; }});
 }
 
 void add_semantics(std::vector<Arrangement>& all) {
   const cv::Rect2f image(0, 0, kWidth_px, kHeight_px);
   all.push_back({"one box", Source::Flow, [image](Crowd& crowd, int) { crowd.boxes = {person(image)}; }});
-  all.push_back({"boxes around all", Source::Flow, [image](Crowd& crowd, int) {
-                   crowd.boxes.assign(10 * limits::kMaxBoxes, person(image));
-                 }});
+  all.push_back({"boxes around all", Source::Flow,
+                 [image](Crowd& crowd, int) { crowd.boxes.assign(10 * limits::kMaxBoxes, person(image)); }});
   all.push_back({"boxes with masks", Source::Flow, [image](Crowd& crowd, int) {
                    crowd.boxes.assign(limits::kMaxBoxes, person(image));
                    const cv::Mat mask(kHeight_px / 4, kWidth_px / 4, CV_8UC1, cv::Scalar(1));

@@ -46,17 +46,17 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
-void add_files(const char* folder, std::vector<NamedPipeline>& all) {
+void add_files(const char* folder, Kind kind, std::vector<NamedPipeline>& all) {
   std::vector<NamedPipeline> found;
   for (const auto& entry : std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + folder))
     if (entry.path().extension() == ".yaml")
-      found.push_back({entry.path().stem().string(), entry.path().string(), true});
+      found.push_back({entry.path().stem().string(), entry.path().string(), kind});
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   all.insert(all.end(), found.begin(), found.end());
 }
 
 NamedPipeline of_stages(const std::string& name, const std::string& stages) {
-  return {name, "%YAML:1.0\n---\npipeline:\n  name: crowd\n  before_pose:\n" + stages, false};
+  return {name, "%YAML:1.0\n---\npipeline:\n  name: crowd\n  before_pose:\n" + stages, Kind::Stage};
 }
 
 /// What a choice or a flag may be besides its default.
@@ -87,8 +87,8 @@ void add_variants(const std::string& name, const std::vector<FieldInfo>& paramet
 
 std::vector<NamedPipeline> pipelines() {
   std::vector<NamedPipeline> all;
-  add_files("/examples/pipelines", all);
-  add_files("/test/fuzz/pipelines", all);
+  add_files("/examples/pipelines", Kind::Preset, all);
+  add_files("/test/fuzz/pipelines", Kind::Fuzzed, all);
   const Registry known = builtin_filters();
   for (const std::string& name : known.names())
     add_variants(name, known.find(name)->card.parameters, "    - " + std::string(kEverySecond) + "\n", "",
@@ -107,8 +107,8 @@ std::vector<NamedPipeline> pipelines() {
 }
 
 PipelineConfig made(const NamedPipeline& pipeline) {
-  return pipeline.is_file ? pipeline_from_file(pipeline.source, registry())
-                          : pipeline_from_text(pipeline.source, registry());
+  return pipeline.kind != Kind::Stage ? pipeline_from_file(pipeline.source, registry())
+                                      : pipeline_from_text(pipeline.source, registry());
 }
 
 }  // namespace crowds

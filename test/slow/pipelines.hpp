@@ -7,10 +7,15 @@
 
 namespace crowds {
 
-/// A pipeline file, or the text of a pipeline.
+enum class Kind {
+  Preset,  ///< a file of examples/pipelines
+  Fuzzed,  ///< a file of the fuzzers
+  Stage    ///< the text of a pipeline with one filter or combinator
+};
+
 struct NamedPipeline {
   std::string name, source;
-  bool is_file = false;
+  Kind kind = Kind::Stage;
 };
 
 /// Every preset, every pipeline of the fuzzers, every built-in filter alone and every combinator.

@@ -94,6 +94,10 @@ class DescriptorMatcher {
   Span<const std::uint32_t> in_window(int octave, const cv::Point2f& centre, float radius2, std::size_t begin,
                                       std::size_t end);
 
+  void offer(std::size_t i, std::uint32_t c, int distance);
+  /// The same as a loop over offer(), faster where the processor counts bits.
+  void compare_by_popcnt(std::size_t i, Span<const std::uint32_t> candidates);
+
   bool accepted(std::size_t i) const;
 
   DescriptorMatchParams params_;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <opencv2/core.hpp>
@@ -74,7 +75,8 @@ DYNFILTER_INLINE void DescriptorMatcher::match(const DescribedFeatures& current,
   const std::size_t n = current.keypoints.size();
   out.reset(n);
   if (!detail::DescriptorWords::fits(reference.descriptors, reference.keypoints.size()) ||
-      current.descriptors.cols != reference.descriptors.cols || !current_words_.assign(current.descriptors, n))
+      current.descriptors.cols != reference.descriptors.cols ||
+      !current_words_.assign(current.descriptors, n))
     return;
   grid_.build(reference.keypoints, static_cast<float>(params_.search_radius_px) / 2);
   if (grid_.empty()) return;
@@ -114,15 +116,38 @@ inline void DescriptorMatcher::Best::offer(int d, std::int32_t i) {
 
 inline void DescriptorMatcher::search(std::size_t i, const cv::KeyPoint& feature, const cv::Point2f& centre) {
   const auto radius = static_cast<float>(params_.search_radius_px);
-  const std::uint64_t* words = current_words_.row(i);
   grid_.ranges_around(centre, radius, [&](std::size_t begin, std::size_t end) {
-    for (const std::uint32_t c : in_window(feature.octave, centre, radius * radius, begin, end)) {
-      const int d = detail::hamming(words, reference_words_.row(c), current_words_.stride());
-      forward_[i].offer(d, static_cast<std::int32_t>(c));
-      backward_[c].offer(d, static_cast<std::int32_t>(i));
-    }
+    const Span<const std::uint32_t> candidates =
+        in_window(feature.octave, centre, radius * radius, begin, end);
+#ifdef DYNFILTER_AVX2
+    if (current_words_.stride() == 4 && detail::cpu_has_avx2()) return compare_by_popcnt(i, candidates);
+#endif
+    for (const std::uint32_t c : candidates)
+      offer(i, c, detail::hamming(current_words_.row(i), reference_words_.row(c), current_words_.stride()));
   });
 }
+
+inline void DescriptorMatcher::offer(std::size_t i, std::uint32_t c, int distance) {
+  forward_[i].offer(distance, static_cast<std::int32_t>(c));
+  backward_[c].offer(distance, static_cast<std::int32_t>(i));
+}
+
+#ifdef DYNFILTER_AVX2
+/// A processor with AVX2 has popcnt. Four words are 256 bits, as of ORB.
+DYNFILTER_AVX2 inline void DescriptorMatcher::compare_by_popcnt(std::size_t i,
+                                                                Span<const std::uint32_t> candidates) {
+  const std::uint64_t* a = current_words_.row(i);
+  Best forward = forward_[i];
+  for (const std::uint32_t c : candidates) {
+    const std::uint64_t* b = reference_words_.row(c);
+    const int distance = __builtin_popcountll(a[0] ^ b[0]) + __builtin_popcountll(a[1] ^ b[1]) +
+                         __builtin_popcountll(a[2] ^ b[2]) + __builtin_popcountll(a[3] ^ b[3]);
+    if (distance < forward.second) forward.offer(distance, static_cast<std::int32_t>(c));
+    if (distance < backward_[c].second) backward_[c].offer(distance, static_cast<std::int32_t>(i));
+  }
+  forward_[i] = forward;
+}
+#endif
 
 inline Span<const std::uint32_t> DescriptorMatcher::in_window(int octave, const cv::Point2f& centre,
                                                               float radius2, std::size_t begin,
