@@ -81,7 +81,7 @@ TEST_CASE("a box with a score out of [0, 1] is not used") {
 TEST_CASE("of more features than allowed none has a position, and a note says so") {
   std::vector<cv::KeyPoint> keypoints;
   for (std::size_t i = 0; i < limits::kMaxFeatures; ++i)
-    keypoints.emplace_back(static_cast<float>(i % 400), static_cast<float>(i / 400), 1.0F);
+    keypoints.emplace_back(static_cast<float>(2 * (i % 400)), static_cast<float>(i / 400), 1.0F);
   FrameCleaner cleaner;
   FrameView frame;
   frame.keypoints = keypoints;
@@ -127,7 +127,7 @@ TEST_CASE("of more features in a square than it has pixels none has a position, 
 TEST_CASE("with many features fewer boxes are used") {
   std::vector<cv::KeyPoint> keypoints;
   for (int i = 0; i < 100'000; ++i)
-    keypoints.emplace_back(static_cast<float>(i % 400), static_cast<float>(i / 400), 1.0F);
+    keypoints.emplace_back(static_cast<float>(2 * (i % 400)), static_cast<float>(i / 400), 1.0F);
   const std::vector<Detection> boxes(limits::kMaxBoxes, box(0.5F));
   FrameView frame;
   frame.keypoints = keypoints;
