@@ -81,7 +81,7 @@ TEST_CASE("a box with a score out of [0, 1] is not used") {
 TEST_CASE("of more features than allowed none has a position, and a note says so") {
   std::vector<cv::KeyPoint> keypoints;
   for (std::size_t i = 0; i < limits::kMaxFeatures; ++i)
-    keypoints.emplace_back(static_cast<float>(2 * (i % 400)), static_cast<float>(i / 400), 1.0F);
+    keypoints.emplace_back(static_cast<float>(3 * (i % 400)), static_cast<float>(i / 400), 1.0F);
   FrameCleaner cleaner;
   FrameView frame;
   frame.keypoints = keypoints;
@@ -121,13 +121,13 @@ TEST_CASE("of more features in a square than it has pixels none has a position, 
     CHECK(std::isnan(frame.keypoints_undistorted[i].pt.y));
   }
   CHECK(cleaner.notes() ==
-        std::vector<std::string>{"41 keypoints are more than 40 in a square of 8 px: not judged"});
+        std::vector<std::string>{"33 keypoints are more than 32 in a square of 8 px: not judged"});
 }
 
 TEST_CASE("with many features fewer boxes are used") {
   std::vector<cv::KeyPoint> keypoints;
   for (int i = 0; i < 100'000; ++i)
-    keypoints.emplace_back(static_cast<float>(2 * (i % 400)), static_cast<float>(i / 400), 1.0F);
+    keypoints.emplace_back(static_cast<float>(3 * (i % 400)), static_cast<float>(i / 400), 1.0F);
   const std::vector<Detection> boxes(limits::kMaxBoxes, box(0.5F));
   FrameView frame;
   frame.keypoints = keypoints;
