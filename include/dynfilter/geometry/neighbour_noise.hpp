@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -55,7 +55,7 @@ class NeighbourNoise {
   static constexpr float kMinApart_px = 3;     ///< nearer ones are nearly the same patch
   static constexpr float kSameSurface = 0.1F;  ///< depths that differ by no more than this share
 
-  static double median_chi2(MissAxes axes) { return axes == MissAxes::One ? 0.4549 : 2 * std::log(2.0); }
+  static double median_chi2(MissAxes axes) { return axes == MissAxes::One ? 0.4549 : 2 * portable::log(2.0); }
 
   using Four = detail::Lanes<4>::Float;
   using Mask = detail::Lanes<4>::Int;

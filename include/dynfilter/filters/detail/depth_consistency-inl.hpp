@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <opencv2/core.hpp>
@@ -138,7 +139,7 @@ inline bool DepthConsistencyFilter::parallax_fits(const Eigen::Vector3d& point_m
   constexpr double kDegree = 3.14159265358979323846 / 180;
   const Eigen::Vector3d from_there = point_m - centre_m;
   const double cosine = point_m.dot(from_there) / (point_m.norm() * from_there.norm());
-  return cosine >= std::cos(params_.max_parallax_deg * kDegree);
+  return cosine >= portable::cos(params_.max_parallax_deg * kDegree);
 }
 
 inline void DepthConsistencyFilter::judge_by_keyframes(const Evidence& evidence, Votes& votes) {

@@ -7,6 +7,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <limits>
 #include <tuple>
@@ -83,7 +84,7 @@ inline void FlowConsistencyFilter::follow(const Evidence& evidence) {
   for (double& age_s : ages_s_) age_s += passed_s;
   ages_s_.insert(ages_s_.begin(), 0);
   ages_s_.resize(std::min(ages_s_.size(), static_cast<std::size_t>(params_.gap_frames) + 1));
-  keep_ = params_.memory_s > 0 ? std::exp(-passed_s / params_.memory_s) : 0;
+  keep_ = params_.memory_s > 0 ? portable::exp(-passed_s / params_.memory_s) : 0;
   take_over_evidence();
 }
 
@@ -280,8 +281,8 @@ inline void FlowConsistencyFilter::weigh_flows() {
     }
     const double across = averaged_median_in_place(values_);
     const double wrong_way = wrong_way_px(points_[k], averaged_median_in_place(along_), middle);
-    const double sigma_px = std::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
-    evidence_of(k).flow.add(std::min(std::hypot(across, wrong_way) / sigma_px, kMaxSigmas), keep_);
+    const double sigma_px = portable::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
+    evidence_of(k).flow.add(std::min(portable::hypot(across, wrong_way) / sigma_px, kMaxSigmas), keep_);
   }
 }
 
@@ -374,8 +375,8 @@ inline void FlowConsistencyFilter::spread(const Evidence& evidence) {
   excess_.assign(n, 0);
   for (std::size_t i = 0; i < n; ++i)
     if (judged_[i])
-      excess_[i] = static_cast<float>(
-          std::min(std::hypot(suspicion_[i], evidence_[i].off_ground.value) - params_.limit, params_.limit));
+      excess_[i] = static_cast<float>(std::min(
+          portable::hypot(suspicion_[i], evidence_[i].off_ground.value) - params_.limit, params_.limit));
   neighbours_.build(evidence.pixels(), depths_m_, static_cast<float>(kReach * cells_.width_px));
   neighbours_.lay_out(
       excess_around_, [&](std::size_t i) { return excess_[i]; },

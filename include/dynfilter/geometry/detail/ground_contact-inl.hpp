@@ -4,10 +4,10 @@
 #include <dynfilter/geometry/ground_contact.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
+#include <dynfilter/core/portable_math.hpp>
 
 namespace dynfilter {
 
@@ -62,7 +62,7 @@ inline std::optional<double> GroundContact::farther(std::size_t k) {
     const double below_px = below(p), expected = ground_->scale * below_px;
     if (!(below_px > kLeastBelow * view_.height_px)) return;
     const double noise = view_.noise_px / (std::max(1.0, p.line_px) * expected);
-    values_.push_back((1 - p.at.inverse_depth / expected) / std::hypot(kRatioSigma, noise));
+    values_.push_back((1 - p.at.inverse_depth / expected) / portable::hypot(kRatioSigma, noise));
     rows_.push_back(below_px);
   };
   compare(k);
@@ -118,7 +118,7 @@ inline std::optional<double> GroundContact::nearer(const Members& group) {
   const double highest = free > 0 ? kMostGround : kHighestEnd;
   const double limit = highest * (1 + 1 / static_cast<double>(values_.size()));
   const double sigmas =
-      std::clamp(view_.limit + std::log(foot->ratio / limit) / kRatioSigma, 0.0, view_.most);
+      std::clamp(view_.limit + portable::log(foot->ratio / limit) / kRatioSigma, 0.0, view_.most);
   if (sigmas > 0 && (free < 0 || (free == 0 && group.size() < kLarge))) return std::nullopt;
   return sigmas;
 }
@@ -136,7 +136,7 @@ inline std::optional<GroundContact::Foot> GroundContact::foot_of(const Members& 
     if (!(below_px > kLeastBelow * view_.height_px)) continue;
     values_.push_back(ratio(p));
     if (!(p.at.inverse_depth > 0)) continue;
-    const double x = std::log(below_px), y = std::log(p.at.inverse_depth);
+    const double x = portable::log(below_px), y = portable::log(p.at.inverse_depth);
     sx += x, sy += y, sxx += x * x, sxy += x * y, ++n;
   }
   if (2 * values_.size() < group.size() || n < 3) return std::nullopt;
