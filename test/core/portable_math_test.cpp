@@ -81,7 +81,7 @@ TEST_CASE("errors are as stated") {
     CHECK(worst_ulps(
               -10, 10, even, [=](double y) { return portable::atan2(y, x); },
               [=](L y) { return std::atan2(y, static_cast<L>(x)); }) < 3);
-  const double at_most = 2 + 3.5 * std::log(10.0);
+  const double at_most = 2 + 2 * 3.5 * std::log(10.0);
   CHECK(worst_ulps(
             -1, 1, tens, [](double x) { return portable::power(x, -3.5); },
             [](L x) { return std::pow(x, -3.5L); }) < at_most);
@@ -121,10 +121,11 @@ TEST_CASE("special arguments are those of the standard functions") {
 }
 
 TEST_CASE("the bits on record: the same with every compiler, C library and processor") {
-  CHECK(bits_of(-700, 700, [](double x) { return portable::exp(x); }) == "EXP");
-  CHECK(bits_of(0, 100, [](double x) { return portable::log(x); }) == "LOG");
-  CHECK(bits_of(-10, 10, [](double x) { return portable::sin(x) + portable::cos(2 * x); }) == "SIN");
-  CHECK(bits_of(-1, 1, [](double x) { return portable::acos(x) + portable::cbrt(x); }) == "ACOS");
+  CHECK(bits_of(-700, 700, [](double x) { return portable::exp(x); }) == "523fa6b78060f30d");
+  CHECK(bits_of(0, 100, [](double x) { return portable::log(x); }) == "8dc808247bc9e47d");
+  CHECK(bits_of(-10, 10, [](double x) { return portable::sin(x) + portable::cos(2 * x); }) ==
+        "ccd8dd4f9ed286ba");
+  CHECK(bits_of(-1, 1, [](double x) { return portable::acos(x) + portable::cbrt(x); }) == "1dd7cc10161c8ae7");
 }
 
 TEST_CASE("a rotation about an axis, and back") {
