@@ -57,12 +57,13 @@ check() {
 # build PRESET [OPTION...]
 build() {
   step "build: $1"
-  if ! { cmake --preset "$@" >"build/$1.log" 2>&1 || { cat "build/$1.log"; false; }; } ||
-     ! cmake --build --preset "$1" -j "$jobs"; then
-    count 0 1 0
-    failures="$failures build:$1"
-    finish
-  fi
+  { cmake --preset "$@" >"build/$1.log" 2>&1 || { cat "build/$1.log"; false; }; } && build_targets "$1" || not_built "$1"
+}
+build_targets() { cmake --build --preset "$1" -j "$jobs"; }
+not_built() {
+  count 0 1 0
+  failures="$failures build:$1"
+  finish
 }
 # run_tests PRESET [BUILD]: BUILD is the configure preset, if it has another name.
 run_tests() {
@@ -111,6 +112,11 @@ if [ "$mode" != quick ]; then
   build_and_test clang
   check old-c-library old_c_library
   run_tests clang-old-cpu clang
+  if [ "$mode" = long ]; then
+    step "build: clang-more"
+    build_targets clang-more || not_built clang-more
+    run_tests clang-more clang
+  fi
   build_and_test asan-ubsan
   if [ "$mode" = long ]; then
     build_and_test tsan

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "doctest/doctest.h"
-#include "rigid_scene.hpp"
+#include "geometry/rigid_scene.hpp"
 
 #if defined(DYNFILTER_X86)
 namespace misaligned_rows_test {
