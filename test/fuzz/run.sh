@@ -11,7 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 2
 seconds=${1:-60}
 [[ "$seconds" =~ ^[1-9][0-9]*$ ]] || { sed -n '5,8s/^# *//p' "${BASH_SOURCE[0]}"; exit 2; }
 shift || true
-targets=${*:-yaml frames files sequences protocol facade}
+targets=${*:-yaml frames files sequences protocol facade facade_cxx11}
 
 command -v clang++ >/dev/null || { echo "clang++ is missing: apt-get install clang libclang-rt-14-dev"; exit 2; }
 if command -v ninja >/dev/null; then export CMAKE_GENERATOR=Ninja; fi

@@ -30,6 +30,8 @@ namespace dynfilter {
 class FrameCleaner {
  public:
   void clean(FrameView& frame);
+  /// Releases the host's masks.
+  void end() { detections_.clear(); }
   /// What was removed from the last frame, e.g. "depth_m cannot be used: wrong size or type".
   const std::vector<std::string>& notes() const { return notes_; }
 

@@ -20,8 +20,11 @@ class CurrentFrame {
       : max_depth_m_(max_depth_m), max_depth_edge_(max_depth_edge) {}
 
   void begin(const FrameView& frame);
-  /// The host's memory is not read after this.
-  void end() { frame_ = FrameView(); }
+  /// The host's memory is neither read nor referred to after this.
+  void end() {
+    frame_ = FrameView();
+    cleaner_.end();
+  }
 
   const FrameView& frame() const { return frame_; }
   Input inputs() const { return inputs_; }
