@@ -29,9 +29,9 @@ set(mode "")
 if(DYNFILTER_HEADER_ONLY)
   set(mode " -DDYNFILTER_HEADER_ONLY")
 endif()
-dynfilter_pkgconfig(dynfilter "${PROJECT_DESCRIPTION}" "eigen3 ${opencv_package}"
+dynfilter_pkgconfig(dynfilter "${PROJECT_DESCRIPTION}" "eigen3 ${opencv_package} libpng libjpeg"
   "-L\${libdir} ${libraries}-ldl -pthread" "-pthread${mode}")
-dynfilter_pkgconfig(dynfilter-header-only "${PROJECT_DESCRIPTION} (headers only)" "eigen3 ${opencv_package}"
+dynfilter_pkgconfig(dynfilter-header-only "${PROJECT_DESCRIPTION} (headers only)" "eigen3 ${opencv_package} libpng libjpeg"
   "-ldl -pthread" "-pthread -DDYNFILTER_HEADER_ONLY")
 if(TARGET dynfilter_facade)
   dynfilter_pkgconfig(dynfilter-facade "${PROJECT_DESCRIPTION} (C++11 and C)" "${opencv_package}"
