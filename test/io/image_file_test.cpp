@@ -83,6 +83,13 @@ Bytes pgm(const std::string& text, std::size_t pixels) {
 
 }  // namespace
 
+TEST_CASE("allocations are counted") {
+  const AllocatedBytes allocated;
+  const cv::Mat image(100, 100, CV_8UC1);
+  CHECK(allocated.bytes() >= image.total());
+  CHECK(allocated.bytes() < kMegabyte);
+}
+
 TEST_CASE("valid images of every kind are read as OpenCV reads them, bit for bit") {
   for (const ImageSample& sample : all_samples()) {
     CAPTURE(sample.name);

@@ -6,11 +6,11 @@
 #include "steady/allocation_count.hpp"
 
 #ifdef __has_feature
-#if __has_feature(address_sanitizer)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
 #define DYNFILTER_ALLOCATION_HOOKS
 #endif
 #endif
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define DYNFILTER_ALLOCATION_HOOKS
 #endif
 #ifdef DYNFILTER_ALLOCATION_HOOKS
@@ -22,20 +22,17 @@
 namespace dynfilter_test {
 
 /// The sum of what was allocated since the object was made: at least the peak of it.
-/// The program must contain steady/allocation_count.cpp, or be built with the address sanitizer.
+/// The program must contain steady/allocation_count.cpp, or be built with a sanitizer.
 class AllocatedBytes {
  public:
 #ifdef DYNFILTER_ALLOCATION_HOOKS
   AllocatedBytes() {
     static const int installed = __sanitizer_install_malloc_and_free_hooks(on_allocation, on_release);
-    works_ = installed != 0;
+    (void)installed;
     begin_ = total();
   }
   std::size_t bytes() const {
     return total() - begin_;
-  }
-  bool works() const {
-    return works_;
   }
 
  private:
@@ -49,13 +46,9 @@ class AllocatedBytes {
   static void on_release(const volatile void*) {}
 
   std::size_t begin_ = 0;
-  bool works_ = false;
 #else
   std::size_t bytes() const {
     return count_.bytes();
-  }
-  bool works() const {
-    return AllocationCount::works();
   }
 
  private:
