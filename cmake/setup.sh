@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # Sourced by test/run.sh and examples/demo.sh: Debian's packages, Ninja and ccache.
 
-build_packages="cmake g++ ninja-build ccache pkg-config libopencv-dev libeigen3-dev libflann-dev liblz4-dev libceres-dev
-  libcli11-dev nlohmann-json3-dev libfmt-dev"
+build_packages="cmake g++ ninja-build ccache pkg-config libopencv-dev libeigen3-dev libpng-dev libjpeg-dev
+  libflann-dev liblz4-dev libceres-dev libcli11-dev nlohmann-json3-dev libfmt-dev"
 test_packages="doctest-dev libbenchmark-dev clang-format clang-tidy"
 clang_packages="clang libclang-rt-14-dev abigail-tools"  # fuzz targets, other compilers, the facade's ABI
 browser_packages="chromium python3"

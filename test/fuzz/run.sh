@@ -26,7 +26,7 @@ fuzz() {
   mkdir -p "build/fuzz/found/$target" "build/fuzz/corpus/$target"
   if [ "$target" = yaml ]; then extra=(-dict=test/fuzz/yaml.dict examples/pipelines test/fuzz/pipelines); fi
   # An input may take 20 s here: the sanitizers are slow, and so may be the machine.
-  DYNFILTER_FUZZ_RATE=1 build/fuzz/test/fuzz/fuzz_"$target" -seed="${DYNFILTER_FUZZ_SEED:-0}" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 \
+  DYNFILTER_FUZZ_RATE=1 build/fuzz/test/fuzz/fuzz_"$target" -seed="${DYNFILTER_FUZZ_SEED:-0}" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 -malloc_limit_mb=1000 \
     -max_len=4096 -artifact_prefix="build/fuzz/found/$target/" -print_final_stats=1 "build/fuzz/corpus/$target" \
     "test/fuzz/corpus/$target" "${extra[@]}" >"$log" 2>&1
   local code=$?

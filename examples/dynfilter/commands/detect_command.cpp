@@ -65,7 +65,7 @@ class Images {
     image.frame_id = static_cast<std::int64_t>(i);
     if (!sequence_) {
       image.timestamp_s = io::parse_number(file_.stem().string()).value_or(0);
-      image.pixels = io::read_image(file_, cv::IMREAD_COLOR);
+      image.pixels = io::read_image(file_, io::ImageAs::Colour);
       return image;
     }
     const io::SequenceFrame frame = sequence_->load(i);
