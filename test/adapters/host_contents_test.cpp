@@ -99,7 +99,7 @@ void fill(Frame& frame, const LayeredFrame& from, Content content, host::v3::Geo
 }
 
 cv::Mat_<float> matrix_of(const Pose& T_world_camera) {
-  cv::Mat_<float> T = cv::Mat::eye(4, 4, CV_32F);
+  cv::Mat_<float> T(cv::Mat::eye(4, 4, CV_32F));
   for (int row = 0; row < 3; ++row)
     T(row, 3) = -static_cast<float>(T_world_camera.translation_m[static_cast<std::size_t>(row)]);
   return T;
