@@ -261,7 +261,7 @@ TEST_CASE("an input that never came is warned of once: presets that need masks")
     CHECK(has(without, "DynFilter.masks"));
     CHECK(has(without, "; nothing was rejected"));
     const std::string with = run(true, true);
-    CHECK_FALSE(has(with, "mask"));
+    CHECK_FALSE(has(with.substr(0, with.find("; judged by semantic_mask")), "mask"));
     CHECK_FALSE(has(with, "was never called"));
     const bool later_stages = name != "ds_slam" && name != "ngd_slam";
     CHECK(has(run(true, false), "at_keyframe() was never called") == later_stages);
