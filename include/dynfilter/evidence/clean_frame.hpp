@@ -18,6 +18,7 @@ namespace dynfilter {
 /// Cleans a host's frame once, so that filters need no checks of their own.
 /// Afterwards these hold:
 ///  - arrays are empty or as long as the keypoints;
+///  - an input that is there has a usable value (hosts fill what they lack: ORB-SLAM has N times -1);
 ///  - images have a supported type;
 ///  - a camera has a focal length, or only an image size (focal lengths 0, no distortion);
 ///  - a pose is rigid;
@@ -25,7 +26,8 @@ namespace dynfilter {
 ///  - pixel positions are NaN or within 1e6 pixels.
 /// Of more boxes those with the highest scores are kept.
 /// Of more than limits::kMaxFeatures features none is judged.
-/// Unusable input is removed, with a note.
+/// Unusable input is removed, with a note. So is an input without a usable value, as if it had not been given:
+/// without a note where hosts fill arrays with "none" (depths, right columns, map points, matches).
 /// An unusual array is replaced by a copy in this object, valid until the next call.
 class FrameCleaner {
  public:
@@ -48,6 +50,11 @@ class FrameCleaner {
 
   void drop_odd_images(FrameView& frame);
 
+  /// What is there but has no usable value. The only place that decides this.
+  void drop_empty(FrameView& frame);
+  void drop_empty_keyframes(FrameView& frame);
+  static bool has_depth(const cv::Mat& image);
+
   /// Returns false if there are too many features; then no feature has a position.
   bool clean_count(FrameView& frame);
   void clean_places(FrameView& frame);
@@ -69,6 +76,7 @@ class FrameCleaner {
   std::vector<std::string> notes_;
   std::vector<cv::KeyPoint> keypoints_, undistorted_;
   std::vector<Detection> detections_;
+  std::vector<KeyframeView> keyframes_;
   std::vector<std::size_t> kept_;
 };
 

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <iterator>
 #include <opencv2/core.hpp>
 #include <tuple>
 
@@ -21,6 +23,7 @@ DYNFILTER_INLINE void FrameCleaner::clean(FrameView& frame) {
   clean_boxes(frame);
   drop(frame.camera && !sound(*frame.camera), "camera cannot be used: not finite or out of range",
        frame.camera);
+  drop_empty(frame);
   if (frame.pose_provenance != PoseProvenance::None && !is_rigid(frame.T_world_camera)) {
     notes_.emplace_back("pose cannot be used: not rigid");
     frame.pose_provenance = PoseProvenance::None;
@@ -49,7 +52,8 @@ inline void FrameCleaner::drop_odd_arrays(FrameView& frame) {
   drop_input(odd(frame.keypoints_undistorted), "keypoints_undistorted", frame.keypoints_undistorted);
   drop_input(odd(frame.map_point_ids), "map_point_ids", frame.map_point_ids);
   drop_input(odd(frame.map_points_world_m), "map_points_world_m", frame.map_points_world_m);
-  drop_input(!frame.descriptors.empty() && static_cast<std::size_t>(frame.descriptors.rows) != n,
+  drop_input(!frame.descriptors.empty() && (static_cast<std::size_t>(frame.descriptors.rows) != n ||
+                                            frame.descriptors.type() != CV_8UC1),
              "descriptors", frame.descriptors);
   drop_input(frame.matches && frame.matches->reference_index.size() != n, "matches", frame.matches);
 }
@@ -63,6 +67,59 @@ inline void FrameCleaner::drop_odd_images(FrameView& frame) {
        "depth cannot be used: its unit is not a positive length", depth);
   drop_input(frame.mask && (frame.mask->labels.empty() || frame.mask->labels.type() != CV_8UC1), "mask",
              frame.mask);
+}
+
+inline void FrameCleaner::drop_empty(FrameView& frame) {
+  const auto none = [](const auto& span, const auto& usable) {
+    return !span.empty() && std::none_of(span.begin(), span.end(), usable);
+  };
+  const auto is_place = [](const cv::KeyPoint& keypoint) { return !std::isnan(keypoint.pt.x); };
+  const auto is_point = [](const cv::Point3f& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+  };
+  const auto is_index = [](std::int64_t index) { return index >= 0; };
+  if (none(frame.depth_m, valid_depth)) frame.depth_m = {};
+  if (none(frame.right_u_px, valid_right)) frame.right_u_px = {};
+  if (none(frame.map_point_ids, is_index)) frame.map_point_ids = {};
+  if (none(frame.map_points_world_m, is_point)) frame.map_points_world_m = {};
+  if (frame.matches && none(frame.matches->reference_index, is_index)) frame.matches.reset();
+  // No host fills these with "none".
+  const bool any_place = std::any_of(frame.keypoints.begin(), frame.keypoints.end(), is_place);
+  drop(any_place && none(frame.keypoints_undistorted, is_place), "keypoints_undistorted: none is in an image",
+       frame.keypoints_undistorted);
+  drop(!frame.depth.empty() && !has_depth(frame.depth), "depth: no pixel has a depth", frame.depth);
+  drop(!frame.descriptors.empty() && cv::countNonZero(frame.descriptors) == 0, "descriptors: all are zero",
+       frame.descriptors);
+  drop(frame.camera && !frame.camera->valid() && frame.camera->width_px == 0,
+       "camera: neither a focal length nor a size", frame.camera);
+  drop_empty_keyframes(frame);
+}
+
+inline bool FrameCleaner::has_depth(const cv::Mat& image) {
+  const auto row_has = [&](int y) {
+    if (image.type() == CV_16UC1) {
+      const std::uint16_t* row = image.ptr<std::uint16_t>(y);
+      return std::any_of(row, row + image.cols, [](std::uint16_t depth) { return depth != 0; });
+    }
+    const float* row = image.ptr<float>(y);
+    return std::any_of(row, row + image.cols, valid_depth);
+  };
+  for (int y = 0; y < image.rows; ++y)
+    if (row_has(y)) return true;
+  return false;
+}
+
+inline void FrameCleaner::drop_empty_keyframes(FrameView& frame) {
+  const auto usable = [](const KeyframeView& keyframe) {
+    return !keyframe.keypoints_undistorted.empty() && is_rigid(keyframe.T_world_camera);
+  };
+  const Span<const KeyframeView> given = frame.covisible_keyframes;
+  if (std::all_of(given.begin(), given.end(), usable)) return;
+  keyframes_.clear();
+  std::copy_if(given.begin(), given.end(), std::back_inserter(keyframes_), usable);
+  notes_.push_back(std::to_string(given.size() - keyframes_.size()) + " of " + std::to_string(given.size()) +
+                   " covisible keyframes cannot be used: no keypoints, or the pose is not rigid");
+  frame.covisible_keyframes = keyframes_;
 }
 
 inline bool FrameCleaner::clean_count(FrameView& frame) {
@@ -100,6 +157,7 @@ inline void FrameCleaner::clean_boxes(FrameView& frame) {
   const auto is_sound = [](const Detection& box) { return sound(box); };
   if (given.size() <= limits::kMaxBoxes && std::all_of(given.begin(), given.end(), is_sound)) return;
   keep_best(given);
+  if (kept_.empty()) return frame.detections.reset();  // nothing is known, which is not "nothing was found"
   detections_.clear();
   for (const std::size_t k : kept_) {
     Detection box = given[k];

@@ -144,16 +144,9 @@ inline bool DepthConsistencyFilter::parallax_fits(const Eigen::Vector3d& point_m
 
 inline void DepthConsistencyFilter::judge_by_keyframes(const Evidence& evidence, Votes& votes) {
   tallies_.assign(evidence.size(), Tally());
-  int used = 0;
-  for (const KeyframeView& keyframe : evidence.frame().covisible_keyframes) {
-    if (!is_rigid(keyframe.T_world_camera)) {
-      votes.note("a keyframe's pose is not rigid");
-      continue;
-    }
-    ++used;
-    judge_by_keyframe(evidence, keyframe);
-  }
-  votes.note(used, " keyframes");
+  const Span<const KeyframeView> keyframes = evidence.frame().covisible_keyframes;
+  for (const KeyframeView& keyframe : keyframes) judge_by_keyframe(evidence, keyframe);
+  votes.note(keyframes.size(), " keyframes");
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const Tally& tally = tallies_[i];
     if (tally.dynamic == tally.fixed) continue;  // no view decides, or they contradict each other
