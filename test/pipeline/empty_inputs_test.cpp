@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An input that is there but has no usable value counts as not given: for every optional member of FrameView and
-// every preset, the verdicts are those without the member.
+// An input that is there but has no usable value counts as not given.
+// For every optional member of FrameView and every preset, the verdicts are those without the member.
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
