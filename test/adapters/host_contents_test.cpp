@@ -1,26 +1,29 @@
 // SPDX-License-Identifier: MIT
-// Frames with the exact contents that ORB-SLAM2 and ORB-SLAM3 produce, through every preset. The verdicts equal
-// those of the same scene as `dynfilter run` gives it: a FrameView with what the sensor has, and nothing else.
+// Frames with the exact contents that ORB-SLAM2 and ORB-SLAM3 produce, through every preset.
+// The verdicts equal those of the same scene as `dynfilter run` gives it: a FrameView with what the sensor has,
+// and nothing else.
 //
-// What the hosts fill, looked up in their sources (facts, no code). N: number of features. The constructors of
-// Frame are in src/Frame.cc, the keyframe copies the frame's arrays (src/KeyFrame.cc).
+// What the hosts fill, looked up in their sources (facts, no code). N: number of features. "l" features of the
+// left camera, "r" of the right one. Only version 3 has the pair.
 //
-// | member       | one camera           | stereo                  | RGB-D                  | one fisheye | fisheye pair (3)
-// |--------------|----------------------|-------------------------|------------------------|-------------|------------------
-// | mvKeys       | N, distorted         | N, rectified            | N, distorted           | N           | Nleft
-// | mvKeysUn     | undistortPoints, or mvKeys where the first distortion coefficient is 0: UndistortKeyPoints
-// | mvDepth      | N times -1           | bf / disparity, else -1 | depth image, else -1   | N times -1  | triangulated, else -1
-// | mvuRight     | N times -1           | matched column, else -1 | u - bf / depth, else -1| N times -1  | Nleft times -1
-// | mDescriptors | N rows of 32 bytes   | N                       | N                      | N           | N = Nleft + Nright
-// | mvpMapPoints | N times null until the tracking matches
-// | mTcw         | empty (version 2), HasPose() false (version 3), until the tracking estimates it
-// | mbf          | 0, or Camera.bf      | bf                      | bf                     | 0           | bf
-// | Nleft        | - (version 2), -1    | -1                      | -1                     | -1          | features of the left
+// | member       | one camera | stereo              | RGB-D               | one fisheye | fisheye pair
+// |--------------|------------|---------------------|---------------------|-------------|------------------
+// | mvKeys       | N          | N, rectified        | N                   | N           | l
+// | mvDepth      | N times -1 | bf / disparity, -1  | depth image, -1     | N times -1  | triangulated, -1
+// | mvuRight     | N times -1 | matched column, -1  | u - bf / depth, -1  | N times -1  | l times -1
+// | mDescriptors | N rows     | N rows              | N rows              | N rows      | l + r rows
+// | mvpMapPoints | N nulls    | N nulls             | N nulls             | N nulls     | l + r nulls
+// | mTcw         | none       | none                | none                | none        | none
+// | mbf          | 0          | bf                  | bf                  | 0           | bf
+// | Nleft        | -1         | -1                  | -1                  | -1          | l
+// | images       | grey       | left grey           | grey, depth [m]     | grey        | left grey
 //
-// One camera: the third constructor ("Set no stereo information"). Stereo: ComputeStereoMatches. RGB-D:
-// ComputeStereoFromRGBD. Fisheye pair: the last constructor and ComputeStereoFishEyeMatches. Images:
-// Tracking::GrabImageMonocular, GrabImageStereo and GrabImageRGBD (src/Tracking.cc) have mImGray, only the last
-// one has imDepth, in metres as CV_32F. Read at raulmur/ORB_SLAM2 f2e6f51 and UZ-SLAMLab/ORB_SLAM3 c0acf23.
+// mvKeysUn: undistorted, or mvKeys where the first distortion coefficient is 0 (UndistortKeyPoints).
+// mvpMapPoints and the pose are filled by the tracking. A keyframe copies the arrays of its frame.
+// One camera: the constructor of Frame that sets no stereo information. Stereo: ComputeStereoMatches.
+// RGB-D: ComputeStereoFromRGBD. Pair: the last constructor and ComputeStereoFishEyeMatches (src/Frame.cc).
+// Images: GrabImageMonocular, GrabImageStereo, GrabImageRGBD (src/Tracking.cc).
+// Read at raulmur/ORB_SLAM2 f2e6f51 and UZ-SLAMLab/ORB_SLAM3 c0acf23.
 #include <dynfilter/adapters/orb_slam.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <limits>
@@ -105,7 +108,7 @@ cv::Mat_<float> matrix_of(const Pose& T_world_camera) {
   return T;
 }
 
-/// As the tracking leaves it before TrackLocalMap(): a pose, and map points on the features with even numbers.
+/// As the tracking leaves it before TrackLocalMap(): a pose, and map points on features with even numbers.
 template <class Frame>
 void track(Frame& frame, const LayeredFrame& from, const std::vector<std::size_t>& alive,
            std::vector<orb_slam::MapPointOf<Frame>>& points) {

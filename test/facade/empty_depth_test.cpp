@@ -79,9 +79,10 @@ Outcome by_c(dynfilter_filter* filter, const Frame& from) {
 
 TEST_CASE("one camera through the C and the C++11 interface: depths of -1 change nothing, and flow judges") {
   facade::DynFilter with, without;
-  REQUIRE(with.load("dynfilter"));
-  REQUIRE(without.load("dynfilter"));
-  dynfilter_filter* c = dynfilter_create("dynfilter", nullptr, 0);
+  const std::string preset = DYNFILTER_SOURCE_DIR "/examples/pipelines/dynfilter.yaml";
+  REQUIRE(with.load(preset));
+  REQUIRE(without.load(preset));
+  dynfilter_filter* c = dynfilter_create(preset.c_str(), nullptr, 0);
   REQUIRE(c != nullptr);
   int dynamic = 0;
   for (int k = 0; k < 5; ++k) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An input that is there but has no usable value counts as not given: for every optional member of FrameView and
-// every preset, the verdicts are those without the member.
+// An input that is there but has no usable value counts as not given.
+// For every optional member of FrameView and every preset, the verdicts are those without the member.
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
@@ -51,7 +51,7 @@ struct Inputs {
     bad_keyframe[0].T_world_camera.rotation.fill(0);
     mono_keyframe[0].depth_m = {}, mono_keyframe[0].map_point_ids = {};
     empty_keyframe[0].depth_m = minus_ones, empty_keyframe[0].map_point_ids = no_ids;
-    points_only = {{frame.id - 1000, Pose(), {}, {}, {}}};
+    no_keyframe = {{frame.id - 1000, Pose(), {}, {}, {}}};
   }
 
   /// All inputs.
@@ -80,7 +80,7 @@ struct Inputs {
   std::vector<cv::Point3f> no_points;
   std::vector<Detection> no_boxes;
   cv::Mat no_depth_image, zero_depth_image, zero_descriptors, float_descriptors;
-  std::vector<KeyframeView> keyframe, bad_keyframe, mono_keyframe, empty_keyframe, points_only;
+  std::vector<KeyframeView> keyframe, bad_keyframe, mono_keyframe, empty_keyframe, no_keyframe;
 };
 
 using Change = std::function<void(FrameView&, const Inputs&)>;
@@ -145,8 +145,9 @@ const std::vector<Member>& members() {
       {"covisible_keyframes: a pose of zeros",
        [](FrameView& v, const Inputs&) { v.covisible_keyframes = {}; },
        [](FrameView& v, const Inputs& in) { v.covisible_keyframes = in.bad_keyframe; }},
-      {"covisible_keyframes: no keypoints", [](FrameView& v, const Inputs&) { v.covisible_keyframes = {}; },
-       [](FrameView& v, const Inputs& in) { v.covisible_keyframes = in.points_only; }},
+      {"covisible_keyframes: no keypoints and no map points",
+       [](FrameView& v, const Inputs&) { v.covisible_keyframes = {}; },
+       [](FrameView& v, const Inputs& in) { v.covisible_keyframes = in.no_keyframe; }},
       {"a keyframe's depth_m and map_point_ids: -1",
        [](FrameView& v, const Inputs& in) { v.covisible_keyframes = in.mono_keyframe; },
        [](FrameView& v, const Inputs& in) { v.covisible_keyframes = in.empty_keyframe; }},

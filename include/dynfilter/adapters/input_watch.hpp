@@ -25,8 +25,9 @@ class InputWatch {
 
   explicit InputWatch(const Pipeline& pipeline);
 
-  /// Which pipeline runs, from which file, which inputs it uses, which are given, and which stage judges without
-  /// the others: "dynfilter: pipeline `des_slam` of .../des_slam.yaml uses depth, mask; the host gives depth, but
+  /// Which pipeline runs, from which file, which inputs it uses, which are given, and which stage judges
+  /// without the others:
+  /// "dynfilter: pipeline `des_slam` of .../des_slam.yaml uses depth, mask; the host gives depth, but
   /// not: mask". `given`: what the host can give.
   std::string start_line(const std::string& file, Input given) const;
 

@@ -52,13 +52,14 @@ class ByRegionStage final : public Combinator {
 
 /// `first_available`: the first member that judges decides alone; those after it do not run.
 /// So one pipeline serves cameras with and without depth.
-/// A member has not judged if it abstained on the whole frame: it was skipped, it failed, or every vote is Unknown.
-/// The next member then judges the frame. Its prior suspects count nevertheless.
+/// A member has not judged if it abstained on the whole frame: it was skipped, it failed, or every vote is
+/// Unknown. The next member then judges the frame. Its prior suspects count nevertheless.
 ///
-/// This depends on the current frame only. An input may be missing in one frame, and a filter that was uncertain
-/// may be certain in the next. A member that did not run has the memory of an older frame, so it is reset
-/// before its next turn: it judges as on the first frames of a stream. Members that take turns therefore
-/// know little and abstain, instead of continuing with motions and tracks of another time.
+/// Each frame is decided anew, without a memory of the member that judged the last one. An input may be
+/// missing in one frame only (depth at half the rate of the images), and waiting would leave frames unjudged.
+/// A member that did not run in the last frame is reset before its next turn, because its tracks and motions
+/// end at an older frame. Members that take turns therefore judge as at the start of a stream.
+/// A member that is called and abstains keeps its memory, so it is not thrown back by its own doubt.
 class FirstAvailableStage final : public Combinator {
  public:
   static constexpr const char* kName = "first_available";

@@ -111,14 +111,15 @@ inline bool FrameCleaner::has_depth(const cv::Mat& image) {
 
 inline void FrameCleaner::drop_empty_keyframes(FrameView& frame) {
   const auto usable = [](const KeyframeView& keyframe) {
-    return !keyframe.keypoints_undistorted.empty() && is_rigid(keyframe.T_world_camera);
+    const bool empty = keyframe.keypoints_undistorted.empty() && keyframe.map_point_ids.empty();
+    return !empty && is_rigid(keyframe.T_world_camera);
   };
   const Span<const KeyframeView> given = frame.covisible_keyframes;
   if (std::all_of(given.begin(), given.end(), usable)) return;
   keyframes_.clear();
   std::copy_if(given.begin(), given.end(), std::back_inserter(keyframes_), usable);
   notes_.push_back(std::to_string(given.size() - keyframes_.size()) + " of " + std::to_string(given.size()) +
-                   " covisible keyframes cannot be used: no keypoints, or the pose is not rigid");
+                   " covisible keyframes cannot be used: empty, or the pose is not rigid");
   frame.covisible_keyframes = keyframes_;
 }
 
