@@ -4,7 +4,7 @@
 #   bash test/run.sh            everything but what only --long does; ends with a table of seconds per step
 #   bash test/run.sh --quick    only the optimized build and its tests
 #   bash test/run.sh --long     also clang-tidy over every file, more sanitizers, every compiler, fuzzing for 10 minutes
-# FUZZ_SECONDS: for how long each fuzz target runs, default 60 (--long: 600). Two of the six run at a time, so that all of
+# FUZZ_SECONDS: for how long each fuzz target runs, default 40 (--long: 600). Two of the six run at a time, so that all of
 # them take three times as long.
 # The last line is "N passed, N failed, N skipped"; the exit code is 0 when nothing failed.
 set -u
@@ -124,7 +124,7 @@ if [ "$mode" != quick ]; then
   fi
   step "fuzz"
   # The same inputs for the same sources: a commit is judged by what it changed. --long looks for new ones.
-  if [ "$mode" = long ]; then seconds=600; else seconds=60 DYNFILTER_FUZZ_SEED=${DYNFILTER_FUZZ_SEED:-1}; fi
+  if [ "$mode" = long ]; then seconds=600; else seconds=40 DYNFILTER_FUZZ_SEED=${DYNFILTER_FUZZ_SEED:-1}; fi
   export DYNFILTER_FUZZ_SEED
   check fuzz bash test/fuzz/run.sh "${FUZZ_SECONDS:-$seconds}"
   step "lint, abi, compilers, format"
