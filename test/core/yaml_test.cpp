@@ -238,7 +238,7 @@ TEST_CASE("every line break of YAML ends a line and a comment, and others are er
 }
 
 TEST_CASE("no property of a key or value becomes part of its text") {
-  for (const char* c : {"&", "*", "!", "?", "|", ">", "%", "@", "`", "[", "]", "{", "}", ",", "#"}) {
+  for (const char* c : {"&", "*", "!", "?", "|", ">", "%", "@", "`", "[", "]", "{", "}", ","}) {
     const std::string mark = c;
     CAPTURE(mark);
     for (const char* key : {"x: 1", "x : 1", " x: 1", "!str x: 1", "x]: 1", "x}: 1"}) {
@@ -272,9 +272,10 @@ TEST_CASE("directives, marks and texts that PyYAML refuses are errors") {
   CHECK(syntax_error("a: {b:1}") == "line 1, column 6: expected a blank after `:`");
   CHECK(syntax_error("a: [b:]") == "line 1, column 6: a value with `:` in it needs quotes in brackets");
   CHECK(syntax_error(std::string(1025, 'k') + ": 1") == "line 1, column 1026: a key of more than 1024 bytes");
-  CHECK(error_of("{ a: 1 }", [](const dynfilter::YamlNode& n) { CHECK(n.find("a")->integer() == 1); }) ==
-        "no error");
-  CHECK(YamlDocument::from_text("- \"a\\\": b\": 1").root().is_none() == false);
+  CHECK(YamlDocument::from_text("{ a: 1 }").root().find("a")->integer() == 1);
+  const YamlDocument escaped = YamlDocument::from_text("x:\n  - \"a\\\": b\": 1\n  - \"a\\\": b\"\n");
+  CHECK(escaped.root().find("x")->items()[0].find("a\": b")->integer() == 1);
+  CHECK(escaped.root().find("x")->items()[1].text() == "a\": b");
 }
 
 TEST_CASE("what YAML 1.1 takes for a number, a date or null is no word without quotes") {
@@ -303,8 +304,8 @@ TEST_CASE("what YAML 1.1 takes for a number, a date or null is no word without q
     CHECK(error_of("x: " + std::string(other), text).rfind("x: expected a word, got `", 0) == 0);
     CHECK(error_of("x: '" + std::string(other) + "'", text) == "no error");
   }
-  for (const char* word : {"3d", "off", "yes", "true", "0xyz", "1.2.3", "2024-01", "e5", "-", "-a", "_1",
-                           "1e", "a:b", "dynfilter", "2024-01-31.yaml"}) {
+  for (const char* word : {"3d", "off", "yes", "true", "0xyz", "1.2.3", "2024-01", "e5", "-a", "_1", "1e",
+                           "a:b", "dynfilter", "2024-01-31.yaml"}) {
     CAPTURE(word);
     CHECK(YamlDocument::from_text("x: " + std::string(word)).root().find("x")->text() == word);
   }

@@ -30,7 +30,8 @@ struct YamlValue {
 ///
 /// Accepts more than PyYAML, as OpenCV's own files need it:
 /// - `%YAML:1.0` as the first line, and no `---` after it;
-/// - `key:value` without a blank, where the key has only letters, digits, `_`, `.` and `-`;
+/// - `key:value` without a blank, if the key has only letters, digits, `_`, `.` and `-`,
+///   no other `:` in its line has a blank after it, and no brackets are around it;
 /// - tags `!!opencv-...` before a map, which are ignored;
 /// - tabs between values, though not in the indentation;
 /// - `\'` in double quotes;
@@ -114,11 +115,13 @@ class YamlText {
   /// True if the current line belongs to the block with this indentation.
   bool same_indent(std::size_t indent) const;
 
-  /// True if this line has a `:` that ends a key.
+  /// True if this line has a `:` and a blank that end a key.
   bool at_key() const;
+  bool has_spaced_colon(std::size_t from) const;
   /// Reads a key and its `:`.
   std::string take_key(bool in_brackets);
-  void check_colon(bool in_brackets, bool is_quoted, const std::string& key) const;
+  /// Fails if no blank follows the `:` here, except after a key of a settings file that begins at `from`.
+  void check_colon(std::size_t from, bool in_brackets) const;
 
   /// Reads a value of one line, or a value in brackets.
   YamlValue line_value(int depth);

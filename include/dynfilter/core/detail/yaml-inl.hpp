@@ -50,8 +50,10 @@ inline bool is_number_of_yaml(std::string_view text) {
   if (prefix == "0x") return has_only(text.substr(2), "0123456789abcdefABCDEF_");
   if (prefix == "0b") return has_only(text.substr(2), "01_");
   const std::size_t exponent = text.find_first_of("eE");
-  if (exponent != std::string_view::npos && !has_only(without_sign(text.substr(exponent + 1)), "0123456789"))
-    return false;
+  if (exponent != std::string_view::npos) {
+    const std::string_view power = without_sign(text.substr(exponent + 1));
+    if (power.empty() || !has_only(power, "0123456789")) return false;
+  }
   const std::string_view digits = text.substr(0, exponent);
   const std::size_t first = digits.find_first_not_of('.');
   return first <= 1 && is_digit(digits[first]) && has_only(digits, "0123456789_:.") &&

@@ -26,7 +26,7 @@ inline std::string with_lf_only(const std::string& text) {
   return result;
 }
 
-inline bool is_settings_key(const std::string& key) {
+inline bool is_settings_key(std::string_view key) {
   return std::all_of(key.begin(), key.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '.' || c == '-';
@@ -230,9 +230,14 @@ inline bool YamlText::at_key() const {
     while (is_blank(here(i - at_))) ++i;
     return here(i - at_) == ':';
   }
-  for (std::size_t i = 0; here(i) != '\n'; ++i) {
-    if (here(i) == '#' && i > 0 && is_blank(here(i - 1))) return false;
-    if (here(i) == ':' && blank_or_end(i + 1)) return true;
+  return has_spaced_colon(at_);
+}
+
+inline bool YamlText::has_spaced_colon(std::size_t from) const {
+  const auto at = [&](std::size_t i) { return i < end_ ? text_[i] : '\n'; };
+  for (std::size_t i = from; at(i) != '\n'; ++i) {
+    if (at(i) == '#' && i > from && is_blank(at(i - 1))) return false;
+    if (at(i) == ':' && (is_blank(at(i + 1)) || at(i + 1) == '\n')) return true;
   }
   return false;
 }
@@ -250,22 +255,28 @@ inline std::string YamlText::take_key(bool in_brackets) {
     const auto ends = [&](char c) {
       return c == ':' || c == '\n' || (in_brackets && is_bracket_or_comma(c));
     };
-    while (!ends(here()) && !at_comment()) ++at_;
+    while (!ends(here()) && !at_comment()) {
+      if (in_brackets && here() == '?') fail("a key with `?` in it needs quotes in brackets");
+      ++at_;
+    }
     key = taken(from);
   }
   if (here() != ':') fail("expected `key: value`");
   if (key.empty()) fail("an empty key");
   if (at_ - from > kMaxKeyBytes) fail("a key of more than " + std::to_string(kMaxKeyBytes) + " bytes");
   if (key == "<<" && !is_quoted) fail("a merge key (`<<`)");
-  check_colon(in_brackets, is_quoted, key);
+  check_colon(from, in_brackets);
   ++at_;
   return key;
 }
 
-inline void YamlText::check_colon(bool in_brackets, bool is_quoted, const std::string& key) const {
+inline void YamlText::check_colon(std::size_t from, bool in_brackets) const {
   if (blank_or_end(1)) return;
-  // YAML reads {a:1} as a key `a:1` without a value. OpenCV's extension is for lines of settings.
-  const bool may_be_close = in_brackets ? is_quoted : !is_quoted && detail::is_settings_key(key);
+  const std::string_view written(text_.data() + from, at_ - from);  // with its quotes
+  const bool is_quoted = written.front() == '"' || written.front() == '\'';
+  // YAML reads {a:1} as a key `a:1` without a value, and `a:b: 1` as a key `a:b`.
+  const bool may_be_close =
+      in_brackets ? is_quoted : detail::is_settings_key(written) && !has_spaced_colon(from);
   if (!may_be_close) fail("expected a blank after `:`");
 }
 
