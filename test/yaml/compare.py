@@ -10,6 +10,7 @@ refusing everything. Exit code 77 without PyYAML: skipped.
 
 import argparse
 import collections
+import itertools
 import json
 import os
 import random
@@ -274,26 +275,28 @@ def without_tabs(tree):
     return tree.replace("\t", " ") if isinstance(tree, str) else tree
 
 
-def with_blanks_after_keys(text):
+def with_blanks_after_keys(text, in_brackets):
     """`key:value` as `key: value`, but not in the first line below a key, where it is a plain text."""
-    lines, below_key = text.split("\n"), False
+    lines, below_key, brackets = text.split("\n"), False, 0
     for i, line in enumerate(lines):
         content = re.sub(r"(^|[ \t])#.*", "", line).strip()
-        if not below_key:
+        if not below_key and (brackets <= 0 or in_brackets):
             lines[i] = re.sub(r"^([ \t]*[A-Za-z0-9_.][A-Za-z0-9_.-]*):(?=[^ \t])", r"\1: ", line)
         if content:
             below_key = content.endswith(":")
+        bare = re.sub(r"'[^']*'|\"[^\"]*\"", "", content)
+        brackets += sum(bare.count(c) for c in "[{") - sum(bare.count(c) for c in "]}")
     return "\n".join(lines)
 
 
-def extensions_spelled_out(text, spaced=True, unescaped=True):
+def extensions_spelled_out(text, spaced=True, unescaped=True, in_brackets=False):
     """The text without what yaml_text.hpp accepts beyond PyYAML. `spaced`: `key:value`, `unescaped`: `\\'`."""
     text = text.decode(errors="replace")  # bytes of any encoding: in comments only
     text = text.removeprefix("\ufeff") if hasattr(text, "removeprefix") else text.lstrip("\ufeff")
     text = re.sub(r"[\x80-\x84\x86-\x9f\ufffe\uffff]", "?", text)
     text = re.sub(r"(?m)^%YAML[: ]1\.\d[ \t]*(#[^\r\n]*)?$(?=[\r\n]|\Z)", "#", text, count=1)
     if spaced:
-        text = with_blanks_after_keys(text)
+        text = with_blanks_after_keys(text, in_brackets)
     if unescaped:
         text = re.sub(r"(?<!\\)((?:\\\\)*)\\'", r"\1'", text)
     return text.replace("\t", " ")
@@ -306,10 +309,9 @@ def fault(ours, text):
         return ""
     lf = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     ours = without_tabs(ours)
-    for spaced in (True, False):
-        for unescaped in (True, False):
-            if not difference(ours, without_tabs(theirs(extensions_spelled_out(lf, spaced, unescaped)))):
-                return ""
+    for choices in itertools.product((True, False), repeat=3):
+        if not difference(ours, without_tabs(theirs(extensions_spelled_out(lf, *choices)))):
+            return ""
     return found
 
 

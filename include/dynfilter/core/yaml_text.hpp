@@ -30,8 +30,8 @@ struct YamlValue {
 ///
 /// Accepts more than PyYAML, as OpenCV's own files need it:
 /// - `%YAML:1.0` as the first line, and no `---` after it;
-/// - `key:value` without a blank, if the key has only letters, digits, `_`, `.` and `-`,
-///   no other `:` in its line has a blank after it, and no brackets are around it;
+/// - `key:value` without a blank, if the key has only letters, digits, `_`, `.` and `-` and begins with no
+///   digit, no other `:` in its line has a blank after it, and no brackets are around it;
 /// - tags `!!opencv-...` before a map, which are ignored;
 /// - tabs between values, though not in the indentation;
 /// - `\'` in double quotes;

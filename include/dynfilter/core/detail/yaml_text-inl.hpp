@@ -26,8 +26,10 @@ inline std::string with_lf_only(const std::string& text) {
   return result;
 }
 
+/// As OpenCV writes keys.
 inline bool is_settings_key(std::string_view key) {
-  return std::all_of(key.begin(), key.end(), [](char c) {
+  const bool begins_with_digit = !key.empty() && key[0] >= '0' && key[0] <= '9';
+  return !begins_with_digit && std::all_of(key.begin(), key.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '.' || c == '-';
   });
