@@ -276,14 +276,14 @@ def without_tabs(tree):
 
 
 def with_blanks_after_keys(text, in_brackets):
-    """`key:value` as `key: value`, but not in the first line below a key, where it is a plain text."""
+    """`key:value` as `key: value`, but not in the first line below a key or `-`, where it is a plain text."""
     lines, below_key, brackets = text.split("\n"), False, 0
     for i, line in enumerate(lines):
         content = re.sub(r"(^|[ \t])#.*", "", line).strip()
         if not below_key and (brackets <= 0 or in_brackets):
             lines[i] = re.sub(r"^([ \t]*[A-Za-z0-9_.][A-Za-z0-9_.-]*):(?=[^ \t])", r"\1: ", line)
         if content:
-            below_key = content.endswith(":")
+            below_key = content.endswith(":") or re.search(r"(^| )-$", content) is not None
         bare = re.sub(r"'[^']*'|\"[^\"]*\"", "", content)
         brackets += sum(bare.count(c) for c in "[{") - sum(bare.count(c) for c in "]}")
     return "\n".join(lines)
