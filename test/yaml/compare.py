@@ -297,8 +297,9 @@ def extensions_spelled_out(text, spaced=True, unescaped=True, in_brackets=False)
     text = re.sub(r"(?m)^%YAML[: ]1\.\d[ \t]*(#[^\r\n]*)?$(?=[\r\n]|\Z)", "#", text, count=1)
     if spaced:
         text = with_blanks_after_keys(text, in_brackets)
-    if unescaped:
-        text = re.sub(r"(?<!\\)((?:\\\\)*)\\'", r"\1'", text)
+    if unescaped:  # in double quotes only
+        unescape = lambda m: re.sub(r"(?<!\\)((?:\\\\)*)\\'", r"\1'", m.group())
+        text = re.sub(r'"(?:[^"\\\n]|\\.)*"', unescape, text)
     return text.replace("\t", " ")
 
 
