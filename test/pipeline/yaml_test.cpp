@@ -216,7 +216,7 @@ TEST_CASE("combinators with parameters read them beside their stages") {  // x =
   CHECK(
       error_of(head + "object_vote: { of: limit, objects: box }\n") ==
       "pipeline.before_pose[0].object_vote.objects: expected one of boxes, instances, mask, components, got "
-      "`box`");
+      "`box` (did you mean `boxes`?)");
 }
 
 // DYNFILTER_UPDATE_DOCS=1 writes the tables instead.
