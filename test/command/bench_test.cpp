@@ -137,7 +137,7 @@ TEST_CASE("wrong manifests name the path") {
     check_refused(bench.arguments(bench.write("m.yaml", text).string(), ""), reason);
   };
   refused("pipelines: [none]\n", "expected the key `download`");
-  refused(head + sequence + "colour: red\n", "colour: unknown key");
+  refused(head + sequence + "colour: red\n", "unknown key `colour`; known keys: ");
   refused(head + "sequences: [{ name: a }]\n", "expected the key `folder`");
   refused(head + sequence + "published: [{ system: X, alignment: SE3, ate_cm: { a: 1 } }]\n",
           "expected SE(3) or Sim(3)");

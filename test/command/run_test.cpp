@@ -62,7 +62,7 @@ TEST_CASE("synth writes the whole layout, again over itself, and spares what is 
   write_text(root.path() / "mine" / "thesis.txt", "do not touch");
   check_refused("synth static_desk " + (root.path() / "mine").string(), "exists and is not empty");
   check_refused("synth moon_walk " + (root.path() / "moon").string(),
-                "unknown scene 'moon_walk'; known are: ");
+                "unknown scene `moon_walk`; known scenes: ");
   check_refused("synth static_desk " + (root.path() / "no" / "where").string(), "no such folder");
   check_refused("synth static_desk " + (root.path() / "zero").string() + " --frames 0", "--frames");
   CHECK_FALSE(fs::exists(root.path() / "moon"));

@@ -66,7 +66,7 @@ TEST_CASE("an unknown option or scene: the nearest name, also where another opti
                 "unknown option `--colour`; `dynfilter help run` lists them");
   check_refused(run, "--pipeline is required");
   check_refused("synth walking_xzy /no/such/folder",
-                "unknown scene 'walking_xzy' (did you mean `walking_xyz`?)");
+                "unknown scene `walking_xzy` (did you mean `walking_xyz`?)");
 }
 
 TEST_CASE("control characters of a file do not reach the terminal with an error") {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -23,6 +24,9 @@ namespace fuzz {
   std::abort();
 }
 
+/// Of dynfilter::Error. Written again, so that the limit cannot change unnoticed.
+inline constexpr std::size_t kMostMessageBytes = 1024;
+
 inline void require(bool holds, const char* property) {
   if (!holds) fail(property);
 }
@@ -37,9 +41,10 @@ inline std::vector<std::string> pipeline_files(const std::string& source_dir) {
   return files;
 }
 
-/// A message is one line without control characters, as core/error.hpp promises.
+/// A message is one line of a bounded length, as core/error.hpp promises.
 inline void require_one_line(const char* message) {
   require(*message != '\0', "an error has a message");
+  if (std::strlen(message) > kMostMessageBytes) fail("an error's message is short", message);
   for (const char* c = message; *c != '\0'; ++c)
     if (*c == '\n') fail("an error's message is one line", message);
 }

@@ -56,7 +56,7 @@ def test_beside_compiled_filters():
 @pytest.mark.parametrize(
     "parameters, message",
     [
-        ("min_depth: 2", "py_too_near: unknown key `min_depth`; known keys: min_depth_m, count, on, mode, classes"),
+        ("min_depth: 2", "py_too_near: unknown key `min_depth` .did you mean `min_depth_m`..; known keys: min_depth_m, count, on, mode, classes"),
         ("min_depth_m: 11", "min_depth_m: expected 0 to 10, got `11`"),
         ("min_depth_m: near", "min_depth_m: expected a number"),
         ("count: 1.5", "count: expected a whole number"),

@@ -10,6 +10,7 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <exception>
 #include <optional>
 #include <utility>
@@ -48,7 +49,7 @@ DYNFILTER_INLINE RunnerParams parse_runner_mode(const std::string& text) {
   } else if (text == "sync" || text == "async") {
     params.mode = text == "sync" ? RunnerMode::Sync : RunnerMode::Async;
   } else {
-    throw ConfigError("", "expected sync, async, late:FRAMES or rate:HZ, got `" + text + "`");
+    throw ConfigError("", "expected sync, async, late:FRAMES or rate:HZ, got " + in_backticks(text));
   }
   return params;
 }
