@@ -45,12 +45,17 @@ inline bool GroundContact::find_ground() {
   GroundPlaneFinder::Options options;
   options.min_below_px = kGroundBelow * view_.height_px;
   const std::optional<GroundPlane> found = finder_.find(shown_, options);
-  if (ground_) ground_->scale *= view_.gap_s / ground_s_;  // in units of the camera's step
+  std::optional<GroundPlane> plane = ground();
+  if (plane) plane->scale *= view_.gap_s / ground_s_;  // in units of the camera's step
   ground_s_ = view_.gap_s;
-  if (!found) return ground_.has_value();
-  if (!ground_) ground_ = GroundPlane{found->scale, 0};
-  ground_->scale += kGroundSmoothing * (found->scale - ground_->scale);
-  ground_->tilt += kGroundSmoothing * (found->tilt - ground_->tilt);
+  if (!found) {
+    if (plane) ground_.infer(*plane, ground_.since_s());
+    return plane.has_value();
+  }
+  if (!plane) plane = GroundPlane{found->scale, 0};
+  plane->scale += kGroundSmoothing * (found->scale - plane->scale);
+  plane->tilt += kGroundSmoothing * (found->tilt - plane->tilt);
+  ground_.confirm(*plane);
   return true;
 }
 
@@ -59,7 +64,7 @@ inline std::optional<double> GroundContact::farther(std::size_t k) {
   rows_.clear();
   const auto compare = [&](std::size_t j) {
     const GroundedPoint& p = (*points_)[j];
-    const double below_px = below(p), expected = ground_->scale * below_px;
+    const double below_px = below(p), expected = ground()->scale * below_px;
     if (!(below_px > kLeastBelow * view_.height_px)) return;
     const double noise = view_.noise_px / (std::max(1.0, p.line_px) * expected);
     values_.push_back((1 - p.at.inverse_depth / expected) / portable::hypot(kRatioSigma, noise));
@@ -156,7 +161,7 @@ inline int GroundContact::ground_beneath(const Foot& foot) const {
     if (p.x_px < foot.left_px || p.x_px > foot.right_px || p.y_px < foot.y_px + kBelowFoot_px) continue;
     if (p.y_px - view_.focus_y_px > foot_below_px * foot.ratio) continue;
     if (is_ground(p)) ++free;
-    if (p.at.inverse_depth > kInFront * foot.ratio * ground_->scale * foot_below_px) --free;
+    if (p.at.inverse_depth > kInFront * foot.ratio * ground()->scale * foot_below_px) --free;
   }
   return free;
 }
