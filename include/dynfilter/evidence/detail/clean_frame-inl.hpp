@@ -135,29 +135,39 @@ inline bool FrameCleaner::clean_count(FrameView& frame) {
 }
 
 inline void FrameCleaner::clean_places(FrameView& frame) {
-  const std::size_t nowhere = clean_places(frame.keypoints, keypoints_);
-  if (nowhere > 0) notes_.push_back(std::to_string(nowhere) + " keypoints are in no image: not judged");
+  const Dropped dropped = clean_places(frame.keypoints, keypoints_);
+  if (dropped.nowhere > 0)
+    notes_.push_back(std::to_string(dropped.nowhere) + " keypoints are in no image: not judged");
+  if (dropped.crowded > 0)
+    notes_.push_back(std::to_string(dropped.crowded) + " keypoints are more than " +
+                     std::to_string(limits::kMaxCrowd) + " in a square of " +
+                     std::to_string(limits::kCrowd_px) + " px: not judged");
   clean_places(frame.keypoints_undistorted, undistorted_);
 }
 
-inline std::size_t FrameCleaner::clean_places(Span<const cv::KeyPoint>& given,
-                                              std::vector<cv::KeyPoint>& own) {
+inline FrameCleaner::Dropped FrameCleaner::clean_places(Span<const cv::KeyPoint>& given,
+                                                        std::vector<cv::KeyPoint>& own) {
   const auto odd = [](const cv::KeyPoint& keypoint) { return !PointGrid::usable(keypoint.pt); };
-  const auto n = static_cast<std::size_t>(std::count_if(given.begin(), given.end(), odd));
-  if (n == 0) return 0;
+  const std::vector<std::uint32_t>& crowded = crowds_.find(given);
+  const Dropped dropped{static_cast<std::size_t>(std::count_if(given.begin(), given.end(), odd)),
+                        crowded.size()};
+  if (dropped.nowhere + dropped.crowded == 0) return dropped;
   own.assign(given.begin(), given.end());
   for (cv::KeyPoint& keypoint : own)
     if (odd(keypoint)) keypoint.pt = {kNone, kNone};
+  for (const std::uint32_t i : crowded) own[i].pt = {kNone, kNone};
   given = own;
-  return n;
+  return dropped;
 }
 
 inline void FrameCleaner::clean_boxes(FrameView& frame) {
   if (!frame.detections) return;
   Span<const Detection>& given = frame.detections->detections;
   const auto is_sound = [](const Detection& box) { return sound(box); };
-  if (given.size() <= limits::kMaxBoxes && std::all_of(given.begin(), given.end(), is_sound)) return;
-  keep_best(given);
+  const std::size_t most =
+      std::min(limits::kMaxBoxes, limits::kMaxBoxFeaturePairs / std::max<std::size_t>(1, frame.size()));
+  if (given.size() <= most && std::all_of(given.begin(), given.end(), is_sound)) return;
+  keep_best(given, most);
   if (kept_.empty()) return frame.detections.reset();  // nothing is known, which is not "nothing was found"
   detections_.clear();
   for (const std::size_t k : kept_) {
@@ -169,16 +179,16 @@ inline void FrameCleaner::clean_boxes(FrameView& frame) {
   given = detections_;
 }
 
-inline void FrameCleaner::keep_best(Span<const Detection> given) {
+inline void FrameCleaner::keep_best(Span<const Detection> given, std::size_t most) {
   kept_.clear();
   for (std::size_t k = 0; k < given.size(); ++k)
     if (usable_box(given[k])) kept_.push_back(k);
   const std::string of_all = " of " + std::to_string(given.size()) + " boxes cannot be used";
   if (kept_.size() < given.size()) notes_.push_back(std::to_string(given.size() - kept_.size()) + of_all);
-  if (kept_.size() <= limits::kMaxBoxes) return;
-  notes_.push_back(std::to_string(kept_.size()) + " boxes: only the " + std::to_string(limits::kMaxBoxes) +
+  if (kept_.size() <= most) return;
+  notes_.push_back(std::to_string(kept_.size()) + " boxes: only the " + std::to_string(most) +
                    " with the highest scores are used");
-  const auto first = kept_.begin() + static_cast<std::ptrdiff_t>(limits::kMaxBoxes);
+  const auto first = kept_.begin() + static_cast<std::ptrdiff_t>(most);
   std::nth_element(kept_.begin(), first, kept_.end(), [&](std::size_t a, std::size_t b) {
     return std::tuple(-given[a].score, a) < std::tuple(-given[b].score, b);
   });
