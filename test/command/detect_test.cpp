@@ -160,12 +160,14 @@ TEST_CASE("a detector that fails: on every image exit code 1 and no figures, on 
     write_text(shop.root() / (name + ".yaml"),
                "%YAML:1.0\n---\ndetector:\n  name: " + name + "\n  type: process\n  command: [ /bin/sh, \"" +
                    (shop.root() / (name + ".sh")).string() + "\" ]\n  restarts: 100\n");
-    write_text(shop.root() / (name + ".sh"), "echo dynfilter-provider 1\nid=0\nwhile read word id rest; do\nhead -c 921600 >/dev/null\n" +
-                                                 first + "echo 'error it melted'\ndone\n");
+    write_text(shop.root() / (name + ".sh"),
+               "echo dynfilter-provider 1\nid=0\nwhile read word id rest; do\nhead -c 921600 >/dev/null\n" +
+                   first + "echo 'error it melted'\ndone\n");
     return "--detector " + shop.file(name + ".yaml") + " ";
   };
   const std::string broken = detector("broken", "");
-  const std::string flaky = detector("flaky", "[ $id = 0 ] && { echo result 0; echo detections 0; echo end; continue; }\n");
+  const std::string flaky =
+      detector("flaky", "[ $id = 0 ] && { echo result 0; echo detections 0; echo end; continue; }\n");
   const std::string line = "the detector failed on every image: ";
 
   const CommandResult run = dynfilter("run " + sequence + "--pipeline rts_slam --json --frames 4 " + broken);

@@ -15,10 +15,10 @@ using Json = nlohmann::json;
 
 namespace {
 
-constexpr const char* kFigures[] = {"frames",    "tracked_frames", "ate_rmse_m",    "rpe_trans_rmse_m",
-                                    "precision", "recall",         "static_kept",   "features_mean",
-                                    "rejected_mean", "pipeline",   "pipeline_file", "pipeline_digest",
-                                    "folder",    "scene",          "failure",       "notes"};
+constexpr const char* kFigures[] = {"frames",        "tracked_frames", "ate_rmse_m",    "rpe_trans_rmse_m",
+                                    "precision",     "recall",         "static_kept",   "features_mean",
+                                    "rejected_mean", "pipeline",       "pipeline_file", "pipeline_digest",
+                                    "folder",        "scene",          "failure",       "notes"};
 
 std::string pipeline_text(const std::string& name, const std::string& before_pose) {
   return "%YAML:1.0\n---\npipeline:\n  name: " + name + "\n  before_pose:\n" + before_pose;
@@ -39,15 +39,16 @@ class Places {
 
   /// The row that `run` gives for what a row of a comparison says that it is.
   static Json alone(const Json& row, const std::string& options) {
-    const std::string arguments =
-        "run '" + row["folder"].get<std::string>() + "' --json --pipeline '" + row["pipeline_file"].get<std::string>() + "' " + options;
+    const std::string arguments = "run '" + row["folder"].get<std::string>() + "' --json --pipeline '" +
+                                  row["pipeline_file"].get<std::string>() + "' " + options;
     return Json::parse(dynfilter(arguments).out);
   }
   static void check_rows(const Json& rows, const std::string& options) {
     for (const Json& row : rows) {
       const Json own = alone(row, options);
       for (const char* key : kFigures) {
-        CAPTURE(row["pipeline"].get<std::string>() + " on " + row["sequence"].get<std::string>() + ": " + key);
+        CAPTURE(row["pipeline"].get<std::string>() + " on " + row["sequence"].get<std::string>() + ": " +
+                key);
         CHECK(row[key] == own[key]);
       }
     }
@@ -71,9 +72,12 @@ std::vector<Json> csv_rows(const std::string& text) {
     bool quoted = false;
     all.emplace_back();
     for (const char c : line) {
-      if (c == '"') quoted = !quoted;
-      else if (c == ',' && !quoted) all.emplace_back();
-      else all.back() += c;
+      if (c == '"')
+        quoted = !quoted;
+      else if (c == ',' && !quoted)
+        all.emplace_back();
+      else
+        all.back() += c;
     }
     return all;
   };
@@ -105,9 +109,9 @@ TEST_CASE("rows of compare: two sequences of one folder's name, two pipelines of
   const Json all = Json::parse(result.out), rows = all["rows"];
   CHECK(texts(rows, "pipeline") ==
         std::vector<std::string>{"none", "oracle", "boxes", "flow", "none", "oracle", "boxes", "flow"});
-  CHECK(texts(rows, "sequence") ==
-        std::vector<std::string>{"a/walking", "a/walking", "a/walking", "a/walking", "b/walking", "b/walking",
-                                 "b/walking", "b/walking"});
+  CHECK(texts(rows, "sequence") == std::vector<std::string>{"a/walking", "a/walking", "a/walking",
+                                                            "a/walking", "b/walking", "b/walking",
+                                                            "b/walking", "b/walking"});
   Places::check_rows(rows, "");
   CHECK(rows[0]["ate_rmse_m"] != rows[1]["ate_rmse_m"]);
   CHECK(rows[0]["ate_rmse_m"] != rows[4]["ate_rmse_m"]);
@@ -174,7 +178,7 @@ TEST_CASE("without labels `oracle` is refused by every command, and inside of a 
   for (const char* folder : {"labels", "dynamic"}) fs::remove_all(places.root() / "b/walking" / folder);
   const std::string bare = places.path("b/walking"), reason = "has no label images, which `oracle` needs";
   write_text(places.root() / "with.yaml", pipeline_text("mine", "    - any:\n        - oracle\n"));
-  for (const std::string pipeline : {std::string("oracle"), places.path("with.yaml")}) {
+  for (const std::string& pipeline : {std::string("oracle"), places.path("with.yaml")}) {
     check_refused("run " + bare + " --pipeline " + pipeline, reason);
     check_refused("compare " + bare + " --pipelines none," + pipeline, reason);
     check_refused("compare " + places.path("a/walking") + " " + bare + " --frames 3 --pipelines " + pipeline,
@@ -197,8 +201,8 @@ TEST_CASE("a stage that fails in every frame: exit code 1, a line, no figures un
       dynfilter("run " + places.path("a/walking") + with + "--pipeline " + places.path("bad.yaml"));
   CHECK(run.exit_code == 1);
   CHECK(run.err == "dynfilter: bad on walking: " + line + "\n");
-  const CommandResult compare = dynfilter("compare " + places.path("a/walking") + with + "--json --pipelines none," +
-                                          places.path("bad.yaml"));
+  const CommandResult compare = dynfilter("compare " + places.path("a/walking") + with +
+                                          "--json --pipelines none," + places.path("bad.yaml"));
   CHECK(compare.exit_code == 1);
   CHECK(compare.err == run.err);
   const Json rows = Json::parse(compare.out)["rows"];
@@ -237,8 +241,8 @@ TEST_CASE("rows of bench: of another pipeline or other data nothing is taken") {
   const std::string head = "download: x\npipelines: [none]\nsequences: [{ name: s, folder: s }";
   write_text(places.root() / "m.yaml", head + "]\n");
   const auto bench = [&](const std::string& data, const std::string& more) {
-    return "bench " + places.path("m.yaml") + " --data " + places.path(data) + " --out " + places.path("out") +
-           " --frames 5 " + more;
+    return "bench " + places.path("m.yaml") + " --data " + places.path(data) + " --out " +
+           places.path("out") + " --frames 5 " + more;
   };
   const auto ran = [&](const std::string& data, const std::string& pipeline) {
     const CommandResult result = dynfilter(bench(data, "--json --pipelines " + pipeline));
@@ -258,7 +262,8 @@ TEST_CASE("rows of bench: of another pipeline or other data nothing is taken") {
   ran("one", places.path("b/p.yaml"));  // writes to the folder of a/p.yaml
   ran("one", places.path("a/p.yaml"));
   ran("two", places.path("a/p.yaml"));  // other data under the same names
-  write_text(places.root() / "a/p.yaml", pipeline_text("boxes", "    - epipolar: { max_distance_px: 0.5 }\n"));
+  write_text(places.root() / "a/p.yaml",
+             pipeline_text("boxes", "    - epipolar: { max_distance_px: 0.5 }\n"));
   ran("two", places.path("a/p.yaml"));  // edited
   check_refused(bench("one", "--pipelines " + places.path("a/p.yaml") + "," + places.path("b/p.yaml")),
                 "are both named `p`");
@@ -272,7 +277,8 @@ TEST_CASE("rows of bench: of another pipeline or other data nothing is taken") {
 
 TEST_CASE("bench: a run that fails later leaves no row of the run before it") {
   const Places places;
-  write_text(places.root() / "m.yaml", "download: x\npipelines: [none]\nsequences: [{ name: s, folder: walking }]\n");
+  write_text(places.root() / "m.yaml",
+             "download: x\npipelines: [none]\nsequences: [{ name: s, folder: walking }]\n");
   const std::string bench = "bench " + places.path("m.yaml") + " --data " + places.path("b") + " --out " +
                             places.path("out") + " --frames 3 --json --pipelines oracle";
   const CommandResult good = dynfilter(bench);

@@ -12,8 +12,8 @@ namespace fs = std::filesystem;
 namespace {
 
 const std::vector<std::string>& subcommands() {
-  static const std::vector<std::string> names{"filters", "check", "presets",    "synth",  "run",
-                                              "compare", "bench", "map",        "eval",   "detect",
+  static const std::vector<std::string> names{"filters", "check", "presets",    "synth", "run",
+                                              "compare", "bench", "map",        "eval",  "detect",
                                               "motion",  "serve", "completion", "man"};
   return names;
 }

@@ -86,7 +86,8 @@ class Bench {
   /// Rows and folders of results are told apart by names, those of papers as well.
   void check_names() const {
     std::vector<NamedSource> systems, sequences;
-    for (const std::string& pipeline : manifest_.pipelines) systems.push_back({system_of(pipeline), pipeline});
+    for (const std::string& pipeline : manifest_.pipelines)
+      systems.push_back({system_of(pipeline), pipeline});
     for (const PublishedSystem& system : manifest_.published)
       systems.push_back({system.name, "published: " + system.name});
     for (const BenchSequence& sequence : manifest_.sequences)
@@ -108,7 +109,8 @@ class Bench {
       const RunIdentity identity{canonical_text(data), pipeline_source(pipeline).digest};
       if (!options_.force && read_run(results, identity, row) && row.state.empty()) return row;
       play(data, pipeline, results);
-      if (!read_run(results, identity, row)) return without_run(row, "failed", "its summary.json is not of this run");
+      if (!read_run(results, identity, row))
+        return without_run(row, "failed", "its summary.json is not of this run");
       return row;
     } catch (const Error& failed) {
       return without_run(row, "failed", failed.what());

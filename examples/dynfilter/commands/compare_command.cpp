@@ -128,10 +128,9 @@ std::vector<Row> run_all(const CompareOptions& options, std::vector<report::RunR
     if (!options.maps.empty()) run.map = map_file(options, run);
     Progress bar(fmt::format("{} on {}", run.pipeline, run.sequence_name), &batch);
     if (records != nullptr) record.record = &records->emplace_back();
-    Row row{
-        run_sequence(
-            run, [&](std::size_t done, std::size_t total) { bar.at(done, total); }, record),
-        ""};
+    Row row{run_sequence(
+                run, [&](std::size_t done, std::size_t total) { bar.at(done, total); }, record),
+            ""};
     if (options.variants)
       row.variant = fmt::format("{} from {}", run.reverse ? "reverse" : "forward", run.start);
     if (records != nullptr) records->back().variant = row.variant;
@@ -319,10 +318,9 @@ Table medians_table(const std::vector<Medians>& medians) {
                {"ms", false, 2},
                {"filters ms", false, 3}});
   for (const Medians& m : medians)
-    table.add({m.place, m.pipeline, std::to_string(m.runs),
-               fmt::format("{}/{}", m.tracked_frames, m.frames), cell(m.ate_median_m, 4),
-               cell(m.ate_max_m, 4), cell(m.over_oracle, 2), cell(m.recall, 3), cell(m.static_kept, 3),
-               cell(m.total_ms, 1), cell(m.filters_ms, 2)});
+    table.add({m.place, m.pipeline, std::to_string(m.runs), fmt::format("{}/{}", m.tracked_frames, m.frames),
+               cell(m.ate_median_m, 4), cell(m.ate_max_m, 4), cell(m.over_oracle, 2), cell(m.recall, 3),
+               cell(m.static_kept, 3), cell(m.total_ms, 1), cell(m.filters_ms, 2)});
   return table;
 }
 
@@ -355,18 +353,37 @@ std::string csv_line(const Row& row) {
   if (!s.failure.empty()) notes.insert(notes.begin(), "failed: " + s.failure);
   return fmt::format("{},{},{},{},{}", detail_table::csv_field(s.sequence), row.variant,
                      detail_table::csv_field(s.pipeline), s.frames, s.tracked_frames) +
-         csv_figures({s.ate_rmse_m, s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall,
-                      s.static_kept, s.features_mean, s.rejected_mean, s.total_ms, s.extraction_ms,
-                      s.correspondence_ms, s.filters_ms, s.tracking_ms, map_points, map.ghosts, map.coverage,
-                      map.error_median_m, s.cpu_ms, NAN, NAN}) +
+         csv_figures(
+             {s.ate_rmse_m,        s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall,
+              s.static_kept,       s.features_mean,    s.rejected_mean,    s.total_ms,  s.extraction_ms,
+              s.correspondence_ms, s.filters_ms,       s.tracking_ms,      map_points,  map.ghosts,
+              map.coverage,        map.error_median_m, s.cpu_ms,           NAN,         NAN}) +
          "," + detail_table::csv_field(fmt::format("{}", fmt::join(notes, "; "))) + "\n";
 }
 
 std::string csv_line(const Medians& m) {
   return fmt::format("{},median of {},{},{},{}", detail_table::csv_field(m.place), m.runs,
                      detail_table::csv_field(m.pipeline), m.frames, m.tracked_frames) +
-         csv_figures({m.ate_median_m, NAN, NAN, NAN, m.recall, m.static_kept, NAN, NAN, m.total_ms, NAN, NAN,
-                      m.filters_ms, NAN, NAN, NAN, NAN, NAN, NAN, m.ate_max_m, m.over_oracle}) +
+         csv_figures({m.ate_median_m,
+                      NAN,
+                      NAN,
+                      NAN,
+                      m.recall,
+                      m.static_kept,
+                      NAN,
+                      NAN,
+                      m.total_ms,
+                      NAN,
+                      NAN,
+                      m.filters_ms,
+                      NAN,
+                      NAN,
+                      NAN,
+                      NAN,
+                      NAN,
+                      NAN,
+                      m.ate_max_m,
+                      m.over_oracle}) +
          ",\n";
 }
 

@@ -137,10 +137,12 @@ Json to_json(const Report& report) {
     classes[name] = {{"boxes", n.boxes}, {"images", n.images}, {"images_with_two", n.images_with_two}};
   for (const auto& [label, share] : report.label_share)
     labels[std::to_string(label)] = share / static_cast<double>(report.with_mask);
-  return {{"detector", report.detector},     {"input", report.input},        {"images", report.images},
-          {"with_boxes", report.with_found}, {"answers", report.with_boxes}, {"with_mask", report.with_mask},
-          {"boxes", report.boxes},           {"classes", classes},           {"label_share", labels},
-          {"failed", report.failed},         {"last_error", report.last_error}, {"ms", report.median_ms}};
+  return {{"detector", report.detector},     {"input", report.input},
+          {"images", report.images},         {"with_boxes", report.with_found},
+          {"answers", report.with_boxes},    {"with_mask", report.with_mask},
+          {"boxes", report.boxes},           {"classes", classes},
+          {"label_share", labels},           {"failed", report.failed},
+          {"last_error", report.last_error}, {"ms", report.median_ms}};
 }
 
 void print_text(const Report& report, const std::string& out) {

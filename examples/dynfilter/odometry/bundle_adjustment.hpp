@@ -99,8 +99,12 @@ class SilentLog {
   SilentLog(const SilentLog&) = delete;
   SilentLog& operator=(const SilentLog&) = delete;
 #ifndef CERCES_INTERNAL_MINIGLOG_GLOG_LOGGING_H_
-  SilentLog() { FLAGS_minloglevel = google::GLOG_FATAL; }
-  ~SilentLog() { FLAGS_minloglevel = before_; }
+  SilentLog() {
+    FLAGS_minloglevel = google::GLOG_FATAL;
+  }
+  ~SilentLog() {
+    FLAGS_minloglevel = before_;
+  }
 
  private:
   decltype(FLAGS_minloglevel) before_ = FLAGS_minloglevel;

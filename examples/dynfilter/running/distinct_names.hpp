@@ -56,8 +56,9 @@ inline std::vector<std::string> distinct_names(const std::vector<std::string>& f
     for (std::size_t k = 0; k < paths.size(); ++k) {
       if (k == i) continue;
       if (paths[k] == paths[i])
-        throw Error(folders[i] == folders[k] ? "`" + folders[i] + "` is given twice"
-                                             : "`" + folders[i] + "` and `" + folders[k] + "` are one folder");
+        throw Error(folders[i] == folders[k]
+                        ? "`" + folders[i] + "` is given twice"
+                        : "`" + folders[i] + "` and `" + folders[k] + "` are one folder");
       while (detail_names::end_of(paths[i], parts) == detail_names::end_of(paths[k], parts)) ++parts;
     }
     names.push_back(detail_names::end_of(paths[i], parts));

@@ -28,13 +28,11 @@ struct StageTotal {
   bool filter = false;                              ///< a rejector, not a combinator
   std::size_t frames = 0, skipped = 0, failed = 0;  ///< frames that reached the stage; of these, ...
   double judged = 0, dynamic = 0, unknown = 0, prior = 0, time_ms = 0;  ///< sums
-  std::vector<float> times_ms;  ///< per frame, for the median
+  std::vector<float> times_ms;                                          ///< per frame, for the median
   std::map<std::string, std::size_t> notes;                             ///< note -> number of frames
 
   double mean(double sum) const { return frames > 0 ? sum / static_cast<double>(frames) : 0; }
-  double median_ms() const {
-    return times_ms.empty() ? 0 : eval::median({times_ms.begin(), times_ms.end()});
-  }
+  double median_ms() const { return times_ms.empty() ? 0 : eval::median({times_ms.begin(), times_ms.end()}); }
 };
 
 /// The note with # for each number, so that equal notes of several frames can be counted together.

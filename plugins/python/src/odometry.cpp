@@ -105,7 +105,8 @@ class Odometry {
 
   void take_verdict(Track& track) {
     const command::FrameVerdict& verdict = judge_.record();
-    any_judged_ = any_judged_ || verdict.count(Vote::Unknown) < verdict.features.size() || verdict.restored() > 0;
+    any_judged_ =
+        any_judged_ || verdict.count(Vote::Unknown) < verdict.features.size() || verdict.restored() > 0;
     for (const std::string& note : verdict.stage_notes) ++stage_notes_[note];
     for (const command::MarkedFeature& feature : verdict.features) {
       track.pixels.push_back(feature.pixel);
@@ -180,9 +181,10 @@ void bind_odometry(py::module_& module) {
       .def("trajectory", &Odometry::trajectory,
            "(timestamps (n,) [s], poses (n, 4, 4)) of the tracked frames, refined since.")
       .def("_require_labels", &Odometry::require_labels, py::arg("where"), py::arg("has_labels"))
-      .def_property_readonly("failure", &Odometry::failure,
-                             "Why no frame was judged as the pipeline says: a stage that failed in all; \"\" if "
-                             "there is none.")
+      .def_property_readonly(
+          "failure", &Odometry::failure,
+          "Why no frame was judged as the pipeline says: a stage that failed in all; \"\" if "
+          "there is none.")
       .def_property_readonly("notes", &Odometry::notes,
                              "Of all frames so far: stages that were skipped or failed, and why.")
       .def_property_readonly("pipeline", &Odometry::pipeline, "the pipeline's name");
