@@ -186,7 +186,7 @@ def test_compare(rendered):
     ]
     assert [r.recall for r in table[:3]] == [0, 0, 1] and np.isnan(table[3].recall)
     head, *rows = str(table).splitlines()
-    assert head.split()[:2] == ["sequence", "pipeline"] and len(rows) == 6
+    assert head.split()[:2] == ["sequence", "pipeline"] and rows[6] == "" and rows[7].startswith("note: general: ")
     assert table.markdown().splitlines()[2].startswith("| general | none |")
     assert "<td>nothing</td>" in table._repr_html_()
     on_images = dynfilter.compare(["none", "oracle"], [rendered], frames=11)

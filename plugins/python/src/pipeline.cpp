@@ -10,6 +10,8 @@
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/pipeline/stage.hpp>
 #include <optional>
+#include <running/distinct_names.hpp>
+#include <running/oracle_filter.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -314,9 +316,14 @@ PipelineConfig config_of(const std::string& source, const Registry& registry) {
   return config;
 }
 
-PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& link) {
-  if (py::hasattr(source, "__fspath__")) return config_of(source.attr("__fspath__")(), link);
-  if (py::isinstance<py::str>(source)) return config_of(source.cast<std::string>(), registry(link));
+PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& link,
+                         const std::shared_ptr<const command::OracleLabels>& labels) {
+  if (py::hasattr(source, "__fspath__")) return config_of(source.attr("__fspath__")(), link, labels);
+  if (py::isinstance<py::str>(source)) {
+    Registry all = registry(link);
+    if (labels) command::add_oracle(all, labels);
+    return config_of(source.cast<std::string>(), all);
+  }
   if (!py::isinstance(source, py::module_::import("dynfilter.filters").attr("Filter")))
     refuse("source", "a preset, a filter's name, a file, YAML text or a dynfilter.Filter", source);
   PipelineConfig config;
@@ -326,7 +333,25 @@ PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& l
   return config;
 }
 
+namespace {
+
+std::string pipeline_name(py::handle source) {
+  return config_of(source, std::make_shared<FilterLink>(), std::make_shared<command::OracleLabels>()).name;
+}
+
+/// As the command checks its own.
+void check_distinct(const std::vector<std::pair<std::string, std::string>>& names_and_sources) {
+  std::vector<command::NamedSource> all;
+  for (const auto& [name, source] : names_and_sources) all.push_back({name, source});
+  command::check_distinct(all);
+}
+
+}  // namespace
+
 void bind_pipeline(py::module_& module) {
+  module.def("_pipeline_name", &pipeline_name, py::arg("source"));
+  module.def("_check_distinct", &check_distinct, py::arg("names_and_sources"));
+  module.def("_distinct_names", &command::distinct_names, py::arg("folders"));
   py::class_<Keyframe>(module, "Keyframe", "A keyframe that shares map points with the current frame.")
       .def(py::init(&make_keyframe), py::arg("id"), py::arg("pose"), py::arg("keypoints"), py::kw_only(),
            py::arg("depth_m") = py::none(), py::arg("map_point_ids") = py::none(),
