@@ -13,6 +13,7 @@ from typing import Any, Callable, Iterable, List, Optional, Sequence as Many, Tu
 from . import _core
 from .errors import Error
 from .filters import Filter
+from .keywords import named_arguments
 from .sequences import Frame, Recording, Sequence, Trajectory
 
 Source = Union[str, Filter]
@@ -70,6 +71,7 @@ class Judgement:
         return self.score.static_kept
 
 
+@named_arguments
 def judge(filter: Source, scene: _core.ExactScene, frame: int = 8) -> Judgement:
     """Votes of a single filter on a frame of an exact scene, after all frames before it.
 
@@ -80,6 +82,7 @@ def judge(filter: Source, scene: _core.ExactScene, frame: int = 8) -> Judgement:
     return Judgement(decision, score)
 
 
+@named_arguments
 def run_scene(pipeline: Source, scene: _core.ExactScene, name: str = "exact scene") -> Run:
     """Runs a pipeline on frames 0 to 14 of an exact scene, and counts from frame 5 on."""
     judged = _core.Pipeline(pipeline)
@@ -132,6 +135,7 @@ def _share(value: float, of: int) -> float:
     return value if of > 0 else math.nan
 
 
+@named_arguments
 def run(
     pipeline: Source,
     sequence: Sequence,
@@ -260,6 +264,7 @@ def _known(run: Run, key: str) -> bool:
     return not math.isnan(getattr(run, key))
 
 
+@named_arguments
 def compare(
     pipelines: Iterable[Source],
     on: Iterable[Union[str, _core.ExactScene, Sequence]],

@@ -95,7 +95,7 @@ class Odometry {
  private:
   static odometry::OdometryOptions options_of(const std::string& sensor) {
     const auto named = odometry::sensor_named(sensor);
-    if (!named) throw py::value_error("sensor: expected rgbd, stereo or mono, got \"" + sensor + "\"");
+    if (!named) refuse_name("sensor", {"rgbd", "stereo", "mono"}, sensor);
     odometry::OdometryOptions options;
     options.sensor = *named;
     return options;

@@ -32,12 +32,12 @@ const std::pair<const char*, Input> kInputs[] = {
     {"keyframes", Input::Keyframes},     {"matches", Input::Correspondence}};
 
 Input input_of(const std::string& name) {
-  std::string known;
+  std::vector<std::string> known;
   for (const auto& [word, input] : kInputs) {
     if (name == word) return input;
-    known += (known.empty() ? "" : ", ") + std::string(word);
+    known.emplace_back(word);
   }
-  throw py::value_error("needs: expected some of " + known + ", got `" + name + "`");
+  refuse_name("needs", known, name);
 }
 
 Needs needs_of(py::handle filter_class) {
