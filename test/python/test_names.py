@@ -14,11 +14,11 @@ PLACES = np.zeros((3, 2), np.float32)
 
 
 def compiled_calls():
-    """(name, callable) of every function and method of the compiled module that names its arguments."""
+    """(name, its own name, callable) of every function and method of the compiled module."""
     for name, member in vars(_core).items():
         if isinstance(member, type):
             for of_class, method in vars(member).items():
-                if of_class == "__init__" or not of_class.startswith("__"):
+                if not of_class.startswith("__"):
                     yield f"{name}.{of_class}", of_class, method
         else:
             yield name, name, member
@@ -29,6 +29,11 @@ CALLS = [
     for name, own, call in compiled_calls()
     if callable(call) and not isinstance(call, type) and (getattr(call, "__doc__", None) or "").startswith(own + "(")
 ]
+CLASSES = [
+    (name, made)
+    for name, made in vars(_core).items()
+    if isinstance(made, type) and (made.__init__.__doc__ or "").startswith("__init__(self: ")
+]
 PYTHON_CALLS = [
     (name, call)
     for name, call in vars(dynfilter).items()
@@ -38,7 +43,8 @@ PYTHON_CALLS = [
 
 def test_the_lists_above_are_not_empty():
     names = [name for name, _ in CALLS]
-    assert {"Pipeline.before_pose", "Camera.__init__", "read_camera", "StaticMap.add"} <= set(names)
+    assert {"Pipeline.before_pose", "read_camera", "StaticMap.add"} <= set(names)
+    assert {"Camera", "Pipeline", "ExactScene", "StaticMap"} <= {name for name, _ in CLASSES}
     assert {"compare", "run", "judge", "render", "param", "to_rerun"} <= {name for name, _ in PYTHON_CALLS}
 
 
@@ -49,6 +55,14 @@ def test_every_compiled_call_answers_unknown_arguments(name, call):
     text = str(e.value)
     assert "incompatible function arguments" not in text and "\n" not in text, text
     assert "unknown argument `surely_unknown`" in text
+
+
+@pytest.mark.parametrize("name, made", CLASSES, ids=[name for name, _ in CLASSES])
+def test_every_compiled_class_answers_unknown_arguments(name, made):
+    # A map takes its YAML's keys as arguments.
+    error, what = (dynfilter.ConfigError, "") if name == "StaticMap" else (TypeError, f"{name}: ")
+    with pytest.raises(error, match=f"^{what}unknown (argument|key) `surely_unknown`"):
+        made(surely_unknown=1)
 
 
 @pytest.mark.parametrize("name, call", PYTHON_CALLS, ids=[name for name, _ in PYTHON_CALLS])
@@ -96,8 +110,8 @@ def test_arguments(call, message):
     [
         (lambda: dynfilter.Pipeline("dynfiler"), "dynfilter"),
         (lambda: dynfilter.Pipeline("pipeline: { before_pose: [ epipolr ] }"), "epipolar"),
-        (lambda: dynfilter.Pipeline("pipeline: { before_pose: [ epipolar: { max_distance: 1 } ] }"), "max_distance_px"),
-        (lambda: dynfilter.Pipeline("pipeline: { before_pose: [ names_filter: { min_depth: 1 } ] }"), "min_depth_m"),
+        (lambda: dynfilter.Pipeline("pipeline: { before_pose: [ { epipolar: { max_distance: 1 } } ] }"), "max_distance_px"),
+        (lambda: dynfilter.Pipeline("pipeline: { before_pose: [ { names_filter: { min_depth: 1 } } ] }"), "min_depth_m"),
         (lambda: dynfilter.ExactScene("generl"), "general"),
         (lambda: dynfilter.ExactScene(camera_motion="sidways"), "sideways"),
         (lambda: dynfilter.judge("epipolr", dynfilter.ExactScene()), "epipolar"),

@@ -30,7 +30,7 @@ def test_arrays_of_a_verdict_agree(play):
     assert {reason for reason, keep in zip(verdict.reasons, verdict.keep) if not keep} == {"background_motion"}
     bit = verdict.stages.index("background_motion")
     np.testing.assert_array_equal((verdict.reason_bits >> np.uint64(bit)) & np.uint64(1) == 1, ~verdict.keep)
-    with pytest.raises(ValueError, match="stage: expected one of sequence.*got \"gms\""):
+    with pytest.raises(ValueError, match="stage: expected one of sequence.*got `gms`"):
         verdict.rejected_by("gms")
 
 

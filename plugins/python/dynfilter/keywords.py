@@ -47,10 +47,11 @@ def check(function: str, given: Iterable[str], known: List[str]) -> None:
 
 def check_fields(kind: type, given: Iterable[str]) -> None:
     """The same for the arguments of a class."""
-    if kind.__init__ is not object.__init__:
-        signature = inspect.signature(kind.__init__)
-        if not any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values()):
-            check(kind.__name__, given, _keywords(kind.__init__)[1:])
+    made: Any = getattr(kind, "__init__")
+    if made is not object.__init__:
+        any_name = any(p.kind is p.VAR_KEYWORD for p in inspect.signature(made).parameters.values())
+        if not any_name:
+            check(kind.__name__, given, _keywords(made)[1:])
 
 
 def explain_calls_of(module: ModuleType) -> None:

@@ -59,9 +59,12 @@ bool shape_fits(const py::array& array, py::ssize_t rows, py::ssize_t columns) {
 /// The value as an array. Objects with `__array__`, such as tensors and pictures, are converted. Null: no array.
 py::array any_array(const std::string& argument, py::handle value) {
   const py::array any = py::array::ensure(value);
-  if (!any) PyErr_Clear();
-  const bool plain = py::type::handle_of(value).is(py::type::handle_of(any));
-  if (any && !plain && py::hasattr(value, "mask") && py::hasattr(value, "filled"))
+  if (!any) {
+    PyErr_Clear();
+    return any;
+  }
+  const bool converted = !py::type::handle_of(value).is(py::type::handle_of(any));
+  if (converted && py::hasattr(value, "mask") && py::hasattr(value, "filled"))
     refuse(argument, "an array without masked values (call .filled())", value);
   return any;
 }
