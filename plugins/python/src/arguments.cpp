@@ -56,7 +56,8 @@ bool shape_fits(const py::array& array, py::ssize_t rows, py::ssize_t columns) {
   return (rows < 0 || array.shape(0) == rows) && (columns == 0 || array.shape(1) == columns);
 }
 
-/// The value as an array. Objects with `__array__`, such as tensors and pictures, are converted. Null: no array.
+/// The value as an array; null: it is none. Objects with `__array__` are converted, such as tensors and
+/// pictures.
 py::array any_array(const std::string& argument, py::handle value) {
   const py::array any = py::array::ensure(value);
   if (!any) {
@@ -283,19 +284,20 @@ Pose pose_of(const std::string& argument, py::handle value) {
 }
 
 const Camera& checked_camera(const std::string& argument, const Camera& camera) {
-  const auto lengths = number_text(camera.fx_px) + ", " + number_text(camera.fy_px);
-  const auto centre = number_text(camera.cx_px) + ", " + number_text(camera.cy_px);
+  const auto expected = [&](const char* what, const std::string& a, const std::string& b) {
+    return py::value_error(argument + ": expected " + what + ", got " + a + ", " + b);
+  };
   const auto inside = [](double c_px, int side_px) {
     return std::isfinite(c_px) && c_px > 0 && (side_px == 0 || c_px < side_px);
   };
   if (camera.width_px < 0 || camera.height_px < 0)
-    throw py::value_error(argument + ": expected an image size of 0 (any) or more, got " +
-                          std::to_string(camera.width_px) + " x " + std::to_string(camera.height_px));
+    throw expected("an image size of 0 (any) or more", std::to_string(camera.width_px),
+                   std::to_string(camera.height_px));
   if (!camera.valid() || !std::isfinite(camera.fx_px) || !std::isfinite(camera.fy_px))
-    throw py::value_error(argument + ": expected focal lengths fx, fy above 0 [px], got " + lengths);
+    throw expected("focal lengths fx, fy above 0 [px]", number_text(camera.fx_px), number_text(camera.fy_px));
   if (!inside(camera.cx_px, camera.width_px) || !inside(camera.cy_px, camera.height_px))
-    throw py::value_error(argument + ": expected a principal point cx, cy inside the image [px], got " +
-                          centre);
+    throw expected("a principal point cx, cy inside the image [px]", number_text(camera.cx_px),
+                   number_text(camera.cy_px));
   return camera;
 }
 
