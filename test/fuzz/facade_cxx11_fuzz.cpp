@@ -81,7 +81,7 @@ facade::Frame facade_frame(const OwnedFrame& from, LentMemory& memory) {
 
 template <class T>
 void overwrite(std::vector<T>& values, std::uint8_t garbage) {
-  std::memset(static_cast<void*>(values.data()), garbage, values.size() * sizeof(T));
+  if (!values.empty()) std::memset(static_cast<void*>(values.data()), garbage, values.size() * sizeof(T));
 }
 
 facade::Verdicts process(facade::DynFilter& filter, const OwnedFrame& from, facade::CallPoint point,
