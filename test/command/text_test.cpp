@@ -245,7 +245,8 @@ TEST_CASE("run, map and motion take the default pipeline") {
   const std::string json = dynfilter("run " + walking() + " --frames 3 --json").out;
   CHECK(value_of(json, "pipeline") == "\"dynfilter\"");
   for (const char* name : {"run", "map", "motion"})
-    CHECK(contains(dynfilter(std::string("help ") + name).out, "default dynfilter"));
+    CHECK(contains(shell(std::string("COLUMNS=300 '" DYNFILTER_COMMAND "' help ") + name).out,
+                   "default dynfilter"));
   const CommandResult map =
       dynfilter("map " + walking() + " '" + (Walking::shared().folder() / "groundtruth.txt").string() +
                 "' --frames 3 --keyframes every:1 --map '" + (folder.path() / "m.ply").string() + "'");

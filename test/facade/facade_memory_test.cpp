@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kWidth = 640, kHeight = 480, kFrames = 6, kFeatures = 50;
 constexpr const char* kPipeline =
-    "pipeline:\n  before_pose:\n    - semantic_mask: { source: instances, role: reject }\n"
+    "pipeline:\n  before_pose:\n    - semantic_mask: { source: instances, role: reject, dilate_px: 0 }\n"
     "  floor: { min_features: 0, min_share: 0 }\n";
 const cv::Rect kBox(100, 100, 200, 250);
 
@@ -55,7 +55,8 @@ std::vector<std::size_t> rejected_in_c(std::uint8_t garbage) {
     const cv::Mat mask = memory.image(half_mask());
     frame.grey = grey.data, frame.grey_stride_bytes = grey.step;
     dynfilter_box box{};
-    box.x_px = 100, box.y_px = 100, box.width_px = 200, box.height_px = 250, box.score = 0.9F, box.track_id = -1;
+    box.x_px = 100, box.y_px = 100, box.width_px = 200, box.height_px = 250, box.score = 0.9F,
+    box.track_id = -1;
     box.class_name = memory.text("person"), box.mask = mask.data, box.mask_stride_bytes = mask.step;
     frame.has_boxes = k > 0 ? 1 : 0, frame.box_count = 1, frame.boxes = memory.array(&box, 1);
     frame.boxes_frame_id = 0;
@@ -96,11 +97,11 @@ std::vector<std::size_t> rejected_in_cxx11(Host host, std::uint8_t garbage) {
 TEST_CASE("a late mask is read from the library's own memory") {
   // On the mask: 10 features from column 100 to 190; nothing moves, and without boxes nothing is rejected.
   const std::vector<std::size_t> expected{0, 10, 10, 10, 10, 10};
-  CHECK(rejected_in_c(0x00) == expected);
-  CHECK(rejected_in_c(0xff) == expected);
+  CHECK((rejected_in_c(0x00) == expected));
+  CHECK((rejected_in_c(0xff) == expected));
   for (const Host host : {Host::Frees, Host::Reuses}) {
-    CHECK(rejected_in_cxx11(host, 0x00) == expected);
-    CHECK(rejected_in_cxx11(host, 0xff) == expected);
+    CHECK((rejected_in_cxx11(host, 0x00) == expected));
+    CHECK((rejected_in_cxx11(host, 0xff) == expected));
   }
 }
 

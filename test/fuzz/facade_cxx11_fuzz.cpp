@@ -34,11 +34,11 @@ std::vector<std::unique_ptr<Subject>>& subjects() {
   static std::vector<std::unique_ptr<Subject>> all = [] {
     std::vector<std::unique_ptr<Subject>> made;
     for (const std::string& file : pipeline_files(DYNFILTER_SOURCE_DIR)) {
-      made.push_back(std::make_unique<Subject>(Subject{
-          file,
-          dynfilter::Pipeline(dynfilter::pipeline_from_file(file, dynfilter::builtin_filters())),
-          {},
-          {}}));
+      made.push_back(std::make_unique<Subject>(
+          Subject{file,
+                  dynfilter::Pipeline(dynfilter::pipeline_from_file(file, dynfilter::builtin_filters())),
+                  {},
+                  {}}));
       require(made.back()->frees.load_file(file) && made.back()->reuses.load_file(file),
               "a preset can be loaded");
     }
@@ -81,11 +81,11 @@ facade::Frame facade_frame(const OwnedFrame& from, LentMemory& memory) {
 
 template <class T>
 void overwrite(std::vector<T>& values, std::uint8_t garbage) {
-  std::memset(static_cast<void*>(values.data()), garbage, values.size() * sizeof(T));
+  if (!values.empty()) std::memset(static_cast<void*>(values.data()), garbage, values.size() * sizeof(T));
 }
 
-facade::Verdicts process(facade::DynFilter& filter, const OwnedFrame& from, facade::CallPoint point, Host host,
-                         std::uint8_t garbage) {
+facade::Verdicts process(facade::DynFilter& filter, const OwnedFrame& from, facade::CallPoint point,
+                         Host host, std::uint8_t garbage) {
   LentMemory memory(host, garbage);
   facade::Frame frame = facade_frame(from, memory);
   facade::Verdicts verdicts;

@@ -98,7 +98,8 @@ void fill_images(Bytes& in, dynfilter_frame& f, LentMemory& m) {
 /// Half of them on the image, with a mask of their own, of a late frame, as a detector gives them.
 void fill_boxes(Bytes& in, dynfilter_frame& f, LentMemory& m) {
   f.has_boxes = in.below(3);
-  const std::string name(in.byte(), static_cast<char>(1 + in.byte() % 255));
+  const std::size_t length = in.byte();
+  const std::string name(length, static_cast<char>(1 + in.byte() % 255));
   std::vector<dynfilter_box> boxes;
   for (int n = in.below(6); n > 0; --n) {
     dynfilter_box box{};

@@ -164,8 +164,8 @@ void show(const Subject& subject, Property property, const OwnedFrame& f) {
                  i < f.match_index.size() ? f.match_index[i] : -9);
 }
 
-/// With memory that holds garbage, or nothing, right after the call. The two pipelines have different hosts: what one of
-/// them reads afterwards makes a difference, and AddressSanitizer sees it.
+/// With memory that is filled with garbage right after the call. The two pipelines have different hosts:
+/// memory that one of them reads later makes a difference, and AddressSanitizer sees it.
 const Verdict& process(Pipeline& pipeline, const FrameView& frame, Host host, std::uint8_t garbage,
                        CallPoint point, const HostLimits& limits) {
   LentFrame lent(frame, host, garbage);

@@ -73,8 +73,8 @@ class LentMemory {
   }
 
   dynfilter::Span<const dynfilter::Detection> detections(dynfilter::Span<const dynfilter::Detection> given) {
-    std::vector<dynfilter::Detection>& lent = *boxes_.emplace_back(
-        std::make_unique<std::vector<dynfilter::Detection>>(given.begin(), given.end()));
+    std::vector<dynfilter::Detection>& lent =
+        *boxes_.emplace_back(std::make_unique<std::vector<dynfilter::Detection>>(given.begin(), given.end()));
     for (dynfilter::Detection& box : lent) box.mask = image(box.mask);
     return lent;
   }

@@ -58,11 +58,10 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
 
 /// External headers that only these folders may include.
 inline const std::map<std::string, std::string>& gatekeepers() {
-  static const std::map<std::string, std::string> table{{"flann/", "cluster"},
-                                                        {"ceres/", "geometry"},
-                                                        {"opencv2/dnn", "semantic"},
-                                                        {"dlfcn.h", "plugin facade/detail"},
-                                                        {"immintrin.h", "core"}};
+  static const std::map<std::string, std::string> table{
+      {"flann/", "cluster"},  {"ceres/", "geometry"}, {"opencv2/dnn", "semantic"},
+      {"png.h", "io"},        {"jpeglib.h", "io"},    {"dlfcn.h", "plugin facade/detail"},
+      {"immintrin.h", "core"}};
   return table;
 }
 

@@ -20,6 +20,8 @@
 #include "fuzz/frames.hpp"
 #include "fuzz/lent_memory.hpp"
 
+namespace host_memory_test {
+
 using namespace dynfilter;
 
 namespace {
@@ -58,8 +60,14 @@ constexpr int kLateFrames = 3, kFrames = 14;
 
 std::vector<fuzz::OwnedFrame> frames_of(const Stream& stream) {
   constexpr std::uint8_t kBoxes = 1, kMask = 2;
-  std::vector<std::uint8_t> bytes{48, 12, 9, static_cast<std::uint8_t>(stream.missing & 0xffU),
-                                  static_cast<std::uint8_t>(stream.missing >> 8U), 5, 7, 0};
+  std::vector<std::uint8_t> bytes{48,
+                                  12,
+                                  9,
+                                  static_cast<std::uint8_t>(stream.missing & 0xffU),
+                                  static_cast<std::uint8_t>(stream.missing >> 8U),
+                                  5,
+                                  7,
+                                  0};
   const auto semantics = static_cast<std::uint8_t>(kBoxes | (stream.mask_image ? kMask : 0));
   for (int k = 0; k < kFrames; ++k) bytes.insert(bytes.end(), {semantics, 0});
   fuzz::Bytes in(bytes.data(), bytes.size());
@@ -185,3 +193,5 @@ TEST_CASE("late boxes and masks: the host frees or overwrites them after the cal
     CHECK(all.dynamic_late > 0);
   }
 }
+
+}  // namespace host_memory_test

@@ -45,7 +45,8 @@ inline std::vector<cv::KeyPoint> spread_by_quadtree(std::vector<cv::KeyPoint> co
   std::size_t first = 0;
   for (int r = 0; r < roots; ++r) {
     const std::size_t last =
-        r + 1 < roots ? split(first, corners.size(), &cv::Point2f::x, width * (r + 1)) : corners.size();
+        r + 1 < roots ? split(first, corners.size(), &cv::Point2f::x, width * static_cast<float>(r + 1))
+                      : corners.size();
     add({width * static_cast<float>(r), 0, width, size.height}, first, last);
     first = last;
   }
@@ -77,7 +78,7 @@ inline std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image) {
   std::vector<cv::KeyPoint> corners, weak;
   cv::FAST(image, corners, kStrong);
   cv::FAST(image, weak, kWeak);
-  cv::Mat1b has_strong = cv::Mat1b::zeros(image.rows / kCell_px + 1, image.cols / kCell_px + 1);
+  cv::Mat1b has_strong(image.rows / kCell_px + 1, image.cols / kCell_px + 1, uchar{0});
   const auto cell = [&](const cv::KeyPoint& k) -> uchar& {
     return has_strong(static_cast<int>(k.pt.y) / kCell_px, static_cast<int>(k.pt.x) / kCell_px);
   };

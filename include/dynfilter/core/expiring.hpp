@@ -7,8 +7,8 @@
 namespace dynfilter {
 
 /// A conclusion from earlier frames. It expires with its premise: if no frame confirms it for a lifetime, it is
-/// unknown again. Whatever a filter carries from frame to frame and believes is one of these, so no error lasts
-/// longer than what caused it.
+/// unknown again. A filter whose beliefs from earlier frames are all of this type cannot lock: an error does not
+/// outlive its cause by more than that.
 template <class T>
 class Expiring {
  public:

@@ -20,7 +20,7 @@ namespace detail {
 
 using Bytes = std::vector<unsigned char>;
 
-/// What reading an image allocates in total, beyond the file's bytes: at most so many bytes for each pixel ...
+/// What reading an image allocates in total, beyond the file's bytes: at most so many for each pixel ...
 /// Most takes a progressive JPEG that is turned: 6 for its coefficients, and twice 3 for the image.
 inline constexpr std::size_t kMaxDecodingBytesPerPixel = 12;
 /// ... and these: rows and tables of the decoders, blocks at the edge of a JPEG, metadata of a PNG.

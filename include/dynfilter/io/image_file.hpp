@@ -13,7 +13,8 @@ namespace dynfilter::io {
 /// Throws if an image of this size is not expected.
 using CheckSize = std::function<void(cv::Size)>;
 
-/// Reads a PNG, JPEG, BMP (uncompressed, 8, 24 or 32 bits) or binary PGM or PPM image. The content says which.
+/// Reads a PNG, JPEG, BMP (uncompressed, 8, 24 or 32 bits) or binary PGM or PPM image.
+/// The content of the file says which it is.
 /// Its size is read first by the decoder itself, and limited before memory is taken for pixels.
 /// Memory: the file's bytes, and what decoded_image.hpp says for each pixel.
 /// Throws IoError with the file name if it is missing, truncated, damaged, too large or not an image.

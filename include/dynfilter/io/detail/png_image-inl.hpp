@@ -39,7 +39,8 @@ class PngDecoder : private CDecoder {
       convert_to(format);
       const int passes = png_set_interlace_handling(png_);
       png_read_update_info(png_, info_);
-      if (png_get_rowbytes(png_, info_) != image.pixels.cols * image.pixels.elemSize())
+      if (png_get_rowbytes(png_, info_) !=
+          static_cast<std::size_t>(image.pixels.cols) * image.pixels.elemSize())
         leave("is damaged (size of a row)");
       for (int pass = 0; pass < passes; ++pass)
         for (int y = 0; y < image.pixels.rows; ++y) png_read_row(png_, image.pixels.ptr(y), nullptr);
