@@ -27,13 +27,6 @@ std::string described(py::handle value) {
   return "a " + py::str(py::type::handle_of(value).attr("__name__")).cast<std::string>();
 }
 
-/// Entries of a camera matrix that products of matrices leave instead of 0 and 1.
-constexpr double kRoundoff = 1e-6;
-
-std::string number_text(double number) {
-  return py::str(py::float_(number)).cast<std::string>();
-}
-
 template <class T>
 const char* kind_text() {
   if (std::is_same<T, std::uint8_t>::value) return "uint8";
@@ -54,20 +47,6 @@ std::string shape_wanted(py::ssize_t rows, py::ssize_t columns) {
 bool shape_fits(const py::array& array, py::ssize_t rows, py::ssize_t columns) {
   if (array.ndim() != (columns == 0 ? 1 : 2)) return false;
   return (rows < 0 || array.shape(0) == rows) && (columns == 0 || array.shape(1) == columns);
-}
-
-/// The value as an array; null: it is none. Objects with `__array__` are converted, such as tensors and
-/// pictures.
-py::array any_array(const std::string& argument, py::handle value) {
-  const py::array any = py::array::ensure(value);
-  if (!any) {
-    PyErr_Clear();
-    return any;
-  }
-  const bool converted = !py::type::handle_of(value).is(py::type::handle_of(any));
-  if (converted && py::hasattr(value, "mask") && py::hasattr(value, "filled"))
-    refuse(argument, "an array without masked values (call .filled())", value);
-  return any;
 }
 
 /// Integers of another type, none of which may change.
@@ -121,6 +100,22 @@ py::array points_copied(const std::vector<Point>& points) {
 }
 
 }  // namespace
+
+std::string number_text(double number) {
+  return py::str(py::float_(number)).cast<std::string>();
+}
+
+py::array any_array(const std::string& argument, py::handle value) {
+  const py::array any = py::array::ensure(value);
+  if (!any) {
+    PyErr_Clear();
+    return any;
+  }
+  const bool converted = !py::type::handle_of(value).is(py::type::handle_of(any));
+  if (converted && py::hasattr(value, "mask") && py::hasattr(value, "filled"))
+    refuse(argument, "an array without masked values (call .filled())", value);
+  return any;
+}
 
 void refuse(const std::string& argument, const std::string& expected, py::handle got) {
   throw py::value_error(argument + ": expected " + expected + ", got " + described(got));
@@ -281,59 +276,6 @@ Pose pose_of(const std::string& argument, py::handle value) {
   }
   if (!is_rigid(pose)) throw py::value_error(argument + ": expected a rigid motion, got another 4x4 matrix");
   return pose;
-}
-
-const Camera& checked_camera(const std::string& argument, const Camera& camera) {
-  const auto expected = [&](const char* what, const std::string& a, const std::string& b) {
-    return py::value_error(argument + ": expected " + what + ", got " + a + ", " + b);
-  };
-  const auto inside = [](double c_px, int side_px) {
-    return std::isfinite(c_px) && c_px > 0 && (side_px == 0 || c_px < side_px);
-  };
-  if (camera.width_px < 0 || camera.height_px < 0)
-    throw expected("an image size of 0 (any) or more", std::to_string(camera.width_px),
-                   std::to_string(camera.height_px));
-  if (!camera.valid() || !std::isfinite(camera.fx_px) || !std::isfinite(camera.fy_px))
-    throw expected("focal lengths fx, fy above 0 [px]", number_text(camera.fx_px), number_text(camera.fy_px));
-  if (!inside(camera.cx_px, camera.width_px) || !inside(camera.cy_px, camera.height_px))
-    throw expected("a principal point cx, cy inside the image [px]", number_text(camera.cx_px),
-                   number_text(camera.cy_px));
-  return camera;
-}
-
-Camera camera_of(const std::string& argument, py::handle value) {
-  if (py::isinstance<Camera>(value)) return value.cast<Camera>();
-  const py::array any = any_array(argument, value);
-  if (!any || any.ndim() != 2) refuse(argument, "a dynfilter.Camera or a (3, 3) matrix", value);
-  const auto K = array_of<double>(argument, any, 3, 3);
-  Camera camera;
-  camera.fx_px = K.at(0, 0), camera.fy_px = K.at(1, 1), camera.cx_px = K.at(0, 2), camera.cy_px = K.at(1, 2);
-  const auto zero = [](double entry) { return std::abs(entry) <= kRoundoff; };
-  if (!zero(K.at(2, 0)) || !zero(K.at(2, 1)) || !zero(K.at(2, 2) - 1))
-    throw py::value_error(argument + ": expected a matrix with the bottom row 0 0 1, got " +
-                          number_text(K.at(2, 0)) + " " + number_text(K.at(2, 1)) + " " +
-                          number_text(K.at(2, 2)));
-  checked_camera(argument, camera);
-  if (!zero(K.at(0, 1) / camera.fx_px) || !zero(K.at(1, 0) / camera.fx_px))
-    throw py::value_error(argument + ": expected a matrix without skew, got " + number_text(K.at(0, 1)) +
-                          " in row 0 and " + number_text(K.at(1, 0)) + " in row 1");
-  return camera;
-}
-
-std::array<double, 5> distortion_of(const std::string& argument, py::handle value) {
-  const char* wanted = "0, 4 or 5 numbers k1 k2 p1 p2 k3";
-  py::array any = any_array(argument, value);
-  if (!any) refuse(argument, wanted, value);
-  if (any.ndim() == 2 && std::min(any.shape(0), any.shape(1)) == 1) any = any.attr("ravel")();
-  const auto given = array_of<double>(argument, any, -1);
-  const auto n = static_cast<std::size_t>(given.size());
-  std::array<double, 5> distortion{};
-  if (n != 0 && n != 4 && n != 5)
-    throw py::value_error(argument + ": expected " + wanted + ", got " + std::to_string(n));
-  std::copy_n(given.data(), n, distortion.begin());
-  if (!std::all_of(distortion.begin(), distortion.end(), [](double k) { return std::isfinite(k); }))
-    throw py::value_error(argument + ": expected finite numbers, got NaN or infinity");
-  return distortion;
 }
 
 std::vector<Detection> detections_of(const std::string& argument, py::handle value) {

@@ -24,6 +24,12 @@ namespace py = pybind11;
 /// Raises ValueError "keypoints: expected ..., got an array of shape (3, 4) and type float64".
 [[noreturn]] void refuse(const std::string& argument, const std::string& expected, py::handle got);
 
+std::string number_text(double number);
+
+/// The value as an array; null: it is none. Objects with `__array__` are converted, such as tensors and
+/// pictures.
+py::array any_array(const std::string& argument, py::handle value);
+
 double number_of(const std::string& argument, py::handle value);
 /// A finite number above 0.
 double positive_of(const std::string& argument, py::handle value);
