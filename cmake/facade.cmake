@@ -9,7 +9,12 @@ add_library(dynfilter::facade ALIAS dynfilter_facade)
 target_include_directories(dynfilter_facade ${DYNFILTER_SYSTEM} PUBLIC
   "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
 target_compile_features(dynfilter_facade PUBLIC cxx_std_11 PRIVATE cxx_std_17)
-target_link_libraries(dynfilter_facade PUBLIC opencv_core PRIVATE dynfilter_pipeline dynfilter_compile_options
+# Header-only, it is a test of this mode: a host may do so.
+set(facade_from dynfilter_pipeline)
+if(DYNFILTER_FACADE_HEADER_ONLY)
+  set(facade_from dynfilter_header_only opencv_imgproc opencv_video)
+endif()
+target_link_libraries(dynfilter_facade PUBLIC opencv_core PRIVATE ${facade_from} dynfilter_compile_options
   ${CMAKE_DL_LIBS})
 # Presets are found from the place of the installed library.
 file(RELATIVE_PATH data_from_lib "${CMAKE_INSTALL_FULL_LIBDIR}" "${CMAKE_INSTALL_FULL_DATADIR}/dynfilter")

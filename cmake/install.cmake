@@ -13,7 +13,7 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/pipelines" "${PROJECT_SOURCE_D
   "${PROJECT_SOURCE_DIR}/examples/benchmarks" DESTINATION ${DYNFILTER_DATA_DESTINATION}
         COMPONENT data OPTIONAL FILES_MATCHING PATTERN "*.yaml")
 if(NOT DYNFILTER_DEBIAN)  # which has a file of its own for it
-  install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
+  install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/THIRD_PARTY.md" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
 endif()
 
 # One export per component, so that a user who asks for two components needs what those two need and no more.

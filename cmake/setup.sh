@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 # Sourced by test/run.sh and examples/demo.sh: Debian's packages, Ninja and ccache.
 
-build_packages="cmake g++ ninja-build ccache pkg-config libopencv-dev libeigen3-dev libflann-dev liblz4-dev libceres-dev
-  libcli11-dev nlohmann-json3-dev libfmt-dev"
-test_packages="doctest-dev libbenchmark-dev clang-format clang-tidy"
+build_packages="cmake g++ ninja-build ccache pkg-config libopencv-dev libeigen3-dev libpng-dev libjpeg-dev
+  libflann-dev liblz4-dev libceres-dev libcli11-dev nlohmann-json3-dev libfmt-dev"
+test_packages="doctest-dev libbenchmark-dev clang-format clang-tidy python3-yaml"
 clang_packages="clang libclang-rt-14-dev abigail-tools"  # fuzz targets, other compilers, the facade's ABI
 browser_packages="chromium python3"
 python_packages="python3-dev python3-numpy python3-opencv python3-pip python3-pytest python3-venv pybind11-dev mypy"

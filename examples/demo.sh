@@ -36,6 +36,8 @@ for pipeline in none "$alone" dynfilter; do
 done
 echo "Next: your own tracker (door 1 of README.md), your own filter (2), your own recordings (3), a dense map (4)."
 echo "The sequence: $sequence"
+echo "Reports, a page each to open in a browser:"
+for name in none dynfilter_no_detector dynfilter; do echo "  $out/$name/report.html"; done
 echo "Pictures (static green, dynamic red with the stage that said so, unknown grey):"
 echo "  $out/none/overlay"
 echo "  $out/dynfilter_no_detector/overlay"

@@ -22,26 +22,22 @@ row() {
     sequences="$sequences $sequence"
   done
   # shellcheck disable=SC2086
+  # A line per run, and with several seeds one of their medians, which comes last. Columns are found by name.
+  # The notes have commas, and are the last column.
   "$dynfilter" compare $sequences --pipelines "none,oracle,${PIPELINE:-dynfilter}" --no-detections --no-masks \
-    ${OPTIONS:-} --json | awk -v scene="$scene" -v name="$name" -v pipeline="$(basename "${PIPELINE:-dynfilter}" .yaml)" '
-    function value(line) { sub(/.*: /, "", line); sub(/,$/, "", line); return line == "null" ? "-" : line }
-    function add(key, line) { all[p, key] = all[p, key] " " value(line) }
-    function median(p, key, form,   n, v, i, j, t) {
-      n = split(all[p, key], v, " ")
-      for (i = 1; i <= n; ++i)
-        for (j = i + 1; j <= n; ++j) if (v[j] + 0 < v[i] + 0) { t = v[i]; v[i] = v[j]; v[j] = t }
-      return n == 0 || v[1] == "-" ? "-" : sprintf(form, n % 2 ? v[(n + 1) / 2] : (v[n / 2] + v[n / 2 + 1]) / 2)
+    ${OPTIONS:-} --csv | awk -F, -v scene="$scene" -v name="$name" '
+    NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
+    {
+      p = $column["pipeline"]
+      if (p != "none" && p != "oracle") p = "own"
+      for (head in column) value[p, head] = $column[head]
     }
-    /"pipeline":/ { p = value($0); gsub(/"/, "", p); p = p == "none" || p == "oracle" ? p : "own" }
-    /^      "frames":/ { total[p] += value($0) }
-    /"tracked_frames":/ { tracked[p] += value($0) }
-    /"ate_rmse_m":/ { add("ate", $0) }
-    /"recall":/ { add("recall", $0) }
-    /"static_kept":/ { add("kept", $0) }
+    function figure(p, head, form) { return value[p, head] == "" ? "-" : sprintf(form, value[p, head]) }
     END {
-      printf "| %s | %s | %s | %s | %s | %d | %s | %s |\n", scene, name, median("none", "ate", "%.4f"),
-        median("oracle", "ate", "%.4f"), median("own", "ate", "%.4f"), total["own"] - tracked["own"],
-        median("own", "recall", "%.3f"), median("own", "kept", "%.3f")
+      printf "| %s | %s | %s | %s | %s | %d | %s | %s |\n", scene, name, figure("none", "ate_rmse_m", "%.4f"),
+        figure("oracle", "ate_rmse_m", "%.4f"), figure("own", "ate_rmse_m", "%.4f"),
+        value["own", "frames"] - value["own", "tracked_frames"],
+        figure("own", "recall", "%.3f"), figure("own", "static_kept", "%.3f")
     }'
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#pragma once
-
 // The ten filters of docs/tutorials/write_a_filter.md.
 // The page shows the parts between "recipe" and "end" word for word.
+#pragma once
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -40,8 +40,7 @@ void check_subcommand(const CLI::App& app, const std::string& name) {
     if (sub->get_name() == name) return;
   std::vector<std::string> known;
   for (const CLI::App* sub : shown_subcommands(app)) known.push_back(sub->get_name());
-  throw dynfilter::Error("unknown subcommand '" + name + "'" + dynfilter::did_you_mean(name, known) +
-                         "; there are: " + dynfilter::detail::joined(known));
+  throw dynfilter::Error(dynfilter::unknown_name("subcommand", name, known));
 }
 
 // CLI11 reports a missing option before an unknown one, and has no suggestions.
@@ -57,8 +56,9 @@ void check_options(const CLI::App& app, const std::vector<std::string>& words) {
     const std::string name = word.substr(0, word.find('='));
     if (name.size() < 3 || name.compare(0, 2, "--") != 0) continue;
     if (std::find(known.begin(), known.end(), name) == known.end())
-      throw dynfilter::Error("unknown option `" + name + "`" + dynfilter::did_you_mean(name, known) +
-                             "; `dynfilter help " + words.front() + "` lists them");
+      throw dynfilter::Error("unknown option " + dynfilter::in_backticks(name) +
+                             dynfilter::did_you_mean(name, known) + "; `dynfilter help " + words.front() +
+                             "` lists them");
   }
 }
 

@@ -16,6 +16,7 @@
 #include "adapters/host_stand_ins.hpp"
 #include "adapters/settings_folder.hpp"
 #include "doctest/doctest.h"
+#include "fuzz/lent_memory.hpp"
 
 namespace orb_slam_test {
 
@@ -576,6 +577,39 @@ TEST_CASE("the host's buffers may be reused: what is kept is the library's") {
   }
   CHECK(with_own.verdict().report.stages[1].judged > 100);
   CHECK(with_own.verdict().report.stages[1].unknown < 200);
+}
+
+TEST_CASE("the host may free its images before call point C") {
+  const std::string pipeline =
+      std::string(kNoFloor) +
+      "pipeline:\n  floor: { min_features: 0, min_share: 0 }\n  after_pose:\n"
+      "    - cluster_expand: { of: { semantic_box: { role: reject } }, space: depth, "
+      "max_reach_m: 1.0 }\n";
+  cv::Mat depth(480, 640, CV_32FC1, cv::Scalar(5));
+  depth.colRange(100, 420).setTo(cv::Scalar(2));  // one surface, beyond the box
+  const auto judge = [&](fuzz::Host kind, std::uint8_t garbage) {
+    OrbSlam filter(settings_from(pipeline), HostSensor::RgbD);
+    Host<host::v2::Frame> host(300);
+    fuzz::LentMemory memory(kind, garbage);
+    filter.set_detections({person(110, 0, 150, 480)});
+    filter.before_tracking(host.frame, memory.image(noise(640, 480)), memory.image(depth), true);
+    CHECK(memory.take_back() == 0);
+    filter.after_pose(host.frame);
+    return filter.verdict();
+  };
+  OrbSlam filter(settings_from(pipeline), HostSensor::RgbD);
+  Host<host::v2::Frame> host(300);
+  const cv::Mat grey = noise(640, 480);
+  filter.set_detections({person(110, 0, 150, 480)});
+  filter.before_tracking(host.frame, grey, depth, true);
+  const Verdict expected = filter.after_pose(host.frame);
+  for (const fuzz::Host kind : {fuzz::Host::Frees, fuzz::Host::Reuses})
+    for (const int garbage : {0x00, 0xff})
+      CHECK(judge(kind, static_cast<std::uint8_t>(garbage)).decision == expected.decision);
+  std::size_t beyond_the_box = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    beyond_the_box += !expected.keep(i) && filter.judged_keypoints()[i].pt.x > 270 ? 1U : 0U;
+  CHECK(beyond_the_box > 0);  // found in the depth image
 }
 
 TEST_CASE(

@@ -34,6 +34,16 @@ class BenchData {
   TemporaryFolder root_;
 };
 
+/// Marks the result of a run, to see that it is not done again.
+void mark(const fs::path& summary, const std::string& key, const std::string& value) {
+  std::string text = read_text(summary);
+  const std::size_t at = text.find("\"" + key + "\": ");
+  REQUIRE(at != std::string::npos);
+  const std::size_t begin = at + key.size() + 4;
+  text.replace(begin, text.find_first_of(",\n", begin) - begin, value);
+  std::ofstream(summary) << text;
+}
+
 /// The row of one system on one sequence.
 std::string row_of(const std::string& json, const std::string& sequence, const std::string& system) {
   const std::string head = "\"sequence\": \"" + sequence + "\"";
@@ -75,7 +85,7 @@ TEST_CASE("bench continues where it stopped, and --force runs everything again")
   // Half of the work is lost. The other half is marked, to see that it is not done again.
   const fs::path none = bench.out() / "walking_static" / "none" / "summary.json";
   fs::remove_all(bench.out() / "walking_static" / "oracle");
-  std::ofstream(none) << R"({"frames": 4, "tracked_frames": 4, "ate_rmse_m": 0.125})";
+  mark(none, "ate_rmse_m", "0.125");
   const CommandResult result = bench.run("--pipelines none,oracle --frames 4");
   CHECK(result.exit_code == 0);
   CHECK(contains(result.out, "12.5"));
@@ -97,8 +107,7 @@ TEST_CASE("bench finds KITTI's and EuRoC's folders, and a mono run is aligned by
     CHECK(first.exit_code == 0);
     CHECK(value_of(row_of(first.out, sequence, "none"), "frames") == "3");
     CHECK(value_of(row_of(first.out, sequence, "none"), "alignment") == "\"SE(3)\"");
-    std::ofstream(bench.out() / sequence / "none" / "summary.json")
-        << R"({"frames": 3, "tracked_frames": 3, "ate_rmse_m": 0.125, "sensor": "mono"})";
+    mark(bench.out() / sequence / "none" / "summary.json", "sensor", "\"mono\"");
     const CommandResult second = dynfilter(bench.arguments(manifest, "--pipelines none --frames 3 --json"));
     CHECK(value_of(row_of(second.out, sequence, "none"), "alignment") == "\"Sim(3)\"");
   }
@@ -137,7 +146,7 @@ TEST_CASE("wrong manifests name the path") {
     check_refused(bench.arguments(bench.write("m.yaml", text).string(), ""), reason);
   };
   refused("pipelines: [none]\n", "expected the key `download`");
-  refused(head + sequence + "colour: red\n", "colour: unknown key");
+  refused(head + sequence + "colour: red\n", "unknown key `colour`; known keys: ");
   refused(head + "sequences: [{ name: a }]\n", "expected the key `folder`");
   refused(head + sequence + "published: [{ system: X, alignment: SE3, ate_cm: { a: 1 } }]\n",
           "expected SE(3) or Sim(3)");

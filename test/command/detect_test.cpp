@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "run_command.hpp"
 #include "semantic/tiny_networks.hpp"
+#include "walking.hpp"
 
 using namespace dynfilter_test;
 namespace fs = std::filesystem;
@@ -149,4 +150,51 @@ TEST_CASE("serve says in one line what it cannot read") {
   CHECK(contains(result.err, "expected `image ID TIMESTAMP WIDTH HEIGHT CHANNELS`, got `picture 7`"));
   CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
   check_refused("serve /no/such.yaml", "/no/such.yaml");
+}
+
+TEST_CASE("a detector that fails: on every image exit code 1 and no figures, on some it is said") {
+  const Workshop shop;
+  const std::string sequence = "'" + Walking::shared().folder().string() + "' ";
+  // Fails on each image, or on all but the first.
+  const auto detector = [&](const std::string& name, const std::string& first) {
+    write_text(shop.root() / (name + ".yaml"),
+               "%YAML:1.0\n---\ndetector:\n  name: " + name + "\n  type: process\n  command: [ /bin/sh, \"" +
+                   (shop.root() / (name + ".sh")).string() + "\" ]\n  restarts: 100\n");
+    write_text(shop.root() / (name + ".sh"),
+               "echo dynfilter-provider 1\nid=0\nwhile read word id rest; do\nhead -c 921600 >/dev/null\n" +
+                   first + "echo 'error it melted'\ndone\n");
+    return "--detector " + shop.file(name + ".yaml") + " ";
+  };
+  const std::string broken = detector("broken", "");
+  const std::string flaky =
+      detector("flaky", "[ $id = 0 ] && { echo result 0; echo detections 0; echo end; continue; }\n");
+  const std::string line = "the detector failed on every image: ";
+
+  const CommandResult run = dynfilter("run " + sequence + "--pipeline rts_slam --json --frames 4 " + broken);
+  CHECK(run.exit_code == 1);
+  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+  CHECK(run.err.rfind("dynfilter: rts_slam on walking: " + line, 0) == 0);
+  CHECK(contains(run.err, "it melted"));
+  CHECK(contains(value_of(run.out, "failure"), line));
+  for (const char* key : {"ate_rmse_m", "recall", "static_kept"}) CHECK(value_of(run.out, key) == "null");
+
+  const CommandResult compare =
+      dynfilter("compare " + sequence + "--pipelines none,rts_slam --frames 4 --markdown " + broken);
+  CHECK(compare.exit_code == 1);
+  CHECK(std::count(compare.err.begin(), compare.err.end(), '\n') == 2);
+  CHECK(!contains(compare.out, "ATE"));  // no row has one
+
+  const CommandResult detect = dynfilter("detect " + sequence + "--frames 4 " + broken);
+  CHECK(detect.exit_code == 1);
+  CHECK(contains(detect.err, "broken on "));
+  CHECK(contains(detect.err, line));
+
+  const CommandResult some = dynfilter("run " + sequence + "--pipeline rts_slam --frames 4 " + flaky);
+  CAPTURE(some.err);
+  CHECK(some.exit_code == 0);
+  CHECK(some.err.empty());
+  CHECK(contains(some.out, "note: the detector failed on 3 of 4 images: "));
+  const CommandResult seen = dynfilter("detect " + sequence + "--frames 4 " + flaky);
+  CHECK(seen.exit_code == 0);
+  CHECK(contains(seen.out, "the detector failed on 3 of them: "));
 }

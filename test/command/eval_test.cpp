@@ -27,7 +27,7 @@ TEST_CASE("help and version: exit code 0; no subcommand or an unknown one: one l
   CHECK(contains(dynfilter("eval --help").out, "GROUNDTRUTH"));
   CHECK(contains(dynfilter("--version").out, "."));
   check_refused("", "subcommand");
-  check_refused("evil", "unknown subcommand 'evil' (did you mean `eval`?); there are: filters, ");
+  check_refused("evil", "unknown subcommand `evil` (did you mean `eval`?); known subcommands: filters, ");
   CHECK(dynfilter("help").out == dynfilter("--help").out);
   CHECK(dynfilter("help eval").out == dynfilter("eval --help").out);
   check_refused("help evil", "did you mean `eval`?");

@@ -108,7 +108,8 @@ TEST_CASE("map: what cannot be done is said in one line, and nothing is left beh
   write_tum_folder(tum.path(), 2);
   check_refused("run '" + tum.path().string() + "' --pipeline none --map '" + file.string() + "' --truth",
                 "--truth needs a sequence that synth wrote");
-  refused(truth(), "--keyframes best", "known: own, every:N, pose_change, vertex_cover");
+  refused(truth(), "--keyframes best",
+          "unknown rule `best`; known rules: own, every:N, pose_change, vertex_cover");
   check_refused(map_command(truth(), "/no/such/map.ply", "--pipeline none"), "/no/such: no such folder");
   CHECK(entries(out.path()) == 0);
   const fs::path other = out.path() / "other.txt";

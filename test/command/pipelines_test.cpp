@@ -21,7 +21,7 @@ TEST_CASE("filters lists rejectors and combinators, and prints a card") {
   CHECK(contains(card.out, "[0 to 1]"));
   CHECK(contains(dynfilter("filters --json").out, "\"combinators\""));
   check_refused("filters semantic_bo",
-                "unknown filter `semantic_bo` (did you mean `semantic_box`?); known: ");
+                "unknown filter `semantic_bo` (did you mean `semantic_box`?); known filters: ");
   check_refused("filters --plugin nowhere.so", "nowhere.so");
 }
 
@@ -70,8 +70,9 @@ TEST_CASE("check refuses bad pipelines with one line that says where and what") 
   refused("%YAML:1.0\n---\nother: 1\n", "expected the key `pipeline`");
   refused(head + "  before_pose:\n    - epipolarr\n",
           "unknown filter `epipolarr` (did you mean `epipolar`?)");
-  refused(head + "  before_pos:\n    - epipolar\n", "unknown key `before_pos`");
-  refused(head + "  before_pose:\n    - epipolar: { max_distance: 1.0 }\n", "unknown key `max_distance`");
+  refused(head + "  before_pos:\n    - epipolar\n", "unknown key `before_pos` (did you mean `before_pose`?)");
+  refused(head + "  before_pose:\n    - epipolar: { max_distance: 1.0 }\n",
+          "unknown key `max_distance` (did you mean `max_distance_px`?)");
   refused(head + "  before_pose:\n    - epipolar: { max_distance_px: wide }\n", "max_distance_px");
   refused(head + "  before_pose:\n    - epipolar: { max_distance_px: -1.0 }\n", "max_distance_px");
   refused(head + "  before_pose:\n    - semantic_box: { role: maybe }\n",

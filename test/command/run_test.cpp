@@ -62,7 +62,7 @@ TEST_CASE("synth writes the whole layout, again over itself, and spares what is 
   write_text(root.path() / "mine" / "thesis.txt", "do not touch");
   check_refused("synth static_desk " + (root.path() / "mine").string(), "exists and is not empty");
   check_refused("synth moon_walk " + (root.path() / "moon").string(),
-                "unknown scene 'moon_walk'; known are: ");
+                "unknown scene `moon_walk`; known scenes: ");
   check_refused("synth static_desk " + (root.path() / "no" / "where").string(), "no such folder");
   check_refused("synth static_desk " + (root.path() / "zero").string() + " --frames 0", "--frames");
   CHECK_FALSE(fs::exists(root.path() / "moon"));
@@ -88,6 +88,9 @@ TEST_CASE("run writes trajectory, tables, summary and pictures") {
     CHECK(value_of(result.out, key) != "absent");
   }
   CHECK(value_of(summary, "rpe_trans_rmse_m") == "null");  // shorter than a second
+  CHECK(value_of(summary, "failure") == "null");
+  CHECK(number_in(summary, "\"cpu_ms\"", "total") > 0);
+  CHECK(number_in(summary, "\"cpu_ms\"", "judge") > 0);
   CHECK(lines_of(read_text(out / "trajectory.txt")) == 15);
   CHECK(lines_of(read_text(out / "frames.csv")) == 15);
   CHECK(lines_of(read_text(out / "verdicts.csv")) > 14 * 500);
@@ -156,14 +159,13 @@ TEST_CASE("compare prints a row per pipeline, medians over variants, and JSON") 
 TEST_CASE("bad usage of run") {
   const Copy copy;
   const std::string folder = "'" + copy.folder().string() + "'";
-  check_refused("run " + folder, "--pipeline is required");
   copy.check_run_refused("the sequence has only 14 frames", "--start 14");
   copy.check_run_refused("--detections boxes.txt: no such file", "--detections boxes.txt");
   copy.check_run_refused("--camera camera.yml: no such file", "--camera camera.yml");
   check_refused("run " + folder + " --pipeline none --start -1", "--start");
   check_refused("run /nowhere/at/all --pipeline none", "/nowhere/at/all: no such folder");
   fs::remove_all(copy.folder() / "labels");
-  check_refused("run " + folder + " --pipeline oracle", "no labels/");
+  check_refused("run " + folder + " --pipeline oracle", "has no label images, which `oracle` needs");
 }
 
 TEST_CASE("bad input: exit code 2, one line, nothing half-written") {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <sstream>
+#include <vector>
 
 #include "run_command.hpp"
 #include "walking.hpp"
@@ -10,8 +12,9 @@ namespace fs = std::filesystem;
 namespace {
 
 const std::vector<std::string>& subcommands() {
-  static const std::vector<std::string> names{"filters", "check", "presets", "synth",  "run",    "compare",
-                                              "bench",   "map",   "eval",    "detect", "motion", "serve"};
+  static const std::vector<std::string> names{"filters", "check", "presets",    "synth", "run",
+                                              "compare", "bench", "map",        "eval",  "detect",
+                                              "motion",  "serve", "completion", "man"};
   return names;
 }
 
@@ -64,9 +67,8 @@ TEST_CASE("an unknown option or scene: the nearest name, also where another opti
   check_refused(run + " --pipeline none --frmes=3", "unknown option `--frmes` (did you mean `--frames`?)");
   check_refused(run + " --pipeline none --colour",
                 "unknown option `--colour`; `dynfilter help run` lists them");
-  check_refused(run, "--pipeline is required");
   check_refused("synth walking_xzy /no/such/folder",
-                "unknown scene 'walking_xzy' (did you mean `walking_xyz`?)");
+                "unknown scene `walking_xzy` (did you mean `walking_xyz`?)");
 }
 
 TEST_CASE("control characters of a file do not reach the terminal with an error") {
@@ -204,7 +206,6 @@ TEST_CASE("completion scripts are scripts, and complete") {
   };
   const std::string program = "'" DYNFILTER_COMMAND "' ";
   for (const std::string& name : subcommands()) CHECK(contains(completed(program + "''"), " " + name + " "));
-  CHECK(!contains(completed(program + "''"), " completion "));
   CHECK(completed(program + "run --pipeline rts_slam_p") == " rts_slam_published \n");
   CHECK(completed(program + "compare --pipelines none,orac") == " none,oracle \n");
   CHECK(completed(program + "run --cam") == " --camera \n");
@@ -218,21 +219,99 @@ TEST_CASE("completion scripts are scripts, and complete") {
 
 TEST_CASE("manual pages come from the options, a page for each subcommand, and roff accepts them") {
   const TemporaryFolder folder;
-  REQUIRE(dynfilter("man '" + folder.path().string() + "'").exit_code == 0);
-  check_refused("man /no/such/folder", "no such folder");
+  const fs::path made = folder.path() / "share" / "man1";  // neither exists
+  REQUIRE(dynfilter("man '" + made.string() + "'").exit_code == 0);
+  write_text(folder.path() / "file", "");
+  check_refused("man '" + (folder.path() / "file" / "man1").string() + "'", "no folder can be made there");
   int pages = 0;
-  for (const auto& entry : fs::directory_iterator(folder.path())) {
+  for (const auto& entry : fs::directory_iterator(made)) {
     CAPTURE(entry.path().string());
     ++pages;
     if (has_program("groff"))
       CHECK(shell("groff -man -Tutf8 -ww -z '" + entry.path().string() + "'").out.empty());
   }
   CHECK(pages == static_cast<int>(subcommands().size()) + 1);
-  const std::string run = read_text(folder.path() / "dynfilter-run.1");
+  const std::string run = read_text(made / "dynfilter-run.1");
   for (const char* part : {".SH NAME\ndynfilter\\-run \\- ", "\\fB\\-\\-camera FILE\\fR", ".SH SYNOPSIS",
                            "\\fISEQUENCE\\fR", ".SH EXIT STATUS"}) {
     CAPTURE(part);
     CHECK(contains(run, part));
   }
-  CHECK(contains(read_text(folder.path() / "dynfilter.1"), "DYNFILTER_PRESETS"));
+  CHECK(contains(read_text(made / "dynfilter.1"), "DYNFILTER_PRESETS"));
+}
+
+TEST_CASE("run, map and motion take the default pipeline") {
+  const TemporaryFolder folder;
+  const std::string json = dynfilter("run " + walking() + " --frames 3 --json").out;
+  CHECK(value_of(json, "pipeline") == "\"dynfilter\"");
+  for (const char* name : {"run", "map", "motion"})
+    CHECK(contains(shell(std::string("COLUMNS=300 '" DYNFILTER_COMMAND "' help ") + name).out,
+                   "default dynfilter"));
+  const CommandResult map =
+      dynfilter("map " + walking() + " '" + (Walking::shared().folder() / "groundtruth.txt").string() +
+                "' --frames 3 --keyframes every:1 --map '" + (folder.path() / "m.ply").string() + "'");
+  CHECK(map.out.rfind("dynfilter on walking", 0) == 0);
+}
+
+TEST_CASE("the help lists every subcommand, also those for packages") {
+  const std::string help = dynfilter("--help").out;
+  for (const std::string& name : subcommands()) CHECK_MESSAGE(contains(help, "\n  " + name + " "), name);
+}
+
+TEST_CASE("run: above the table and in it, times are medians and are called that") {
+  const CommandResult text = dynfilter("run " + walking() + " --pipeline rts_slam_s --frames 8");
+  CAPTURE(text.out);
+  CHECK(contains(text.out, "  median time   "));
+  CHECK(contains(text.out, "  median CPU    "));
+  CHECK(contains(text.out, "  median ms\n"));
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "out";
+  REQUIRE(dynfilter("run " + walking() + " --pipeline rts_slam_s --frames 9 --out '" + out.string() + "'")
+              .exit_code == 0);
+  // The median by hand, of an odd number of frames.
+  std::istringstream lines(read_text(out / "frames.csv"));
+  std::string line;
+  std::getline(lines, line);
+  const auto column = [&](const std::string& name) {
+    std::istringstream heads(line);
+    std::string head;
+    for (int k = 0; std::getline(heads, head, ','); ++k)
+      if (head == name) return k;
+    return -1;
+  };
+  const int total = column("total_ms"), cpu = column("cpu_ms");
+  REQUIRE(total > 0);
+  REQUIRE(cpu > 0);
+  std::vector<double> totals, cpus;
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    std::string cell;
+    for (int k = 0; std::getline(cells, cell, ','); ++k) {
+      if (k == total) totals.push_back(std::stod(cell));
+      if (k == cpu) cpus.push_back(std::stod(cell));
+    }
+  }
+  REQUIRE(totals.size() == 9);
+  std::sort(totals.begin(), totals.end());
+  std::sort(cpus.begin(), cpus.end());
+  const std::string summary = read_text(out / "summary.json");
+  CHECK(number_in(summary, "\"ms\": {", "total") == doctest::Approx(totals[4]).epsilon(1e-3));
+  CHECK(number_in(summary, "\"cpu_ms\": {", "total") == doctest::Approx(cpus[4]).epsilon(1e-3));
+  CHECK(contains(summary, "\"ms_mean\""));
+}
+
+TEST_CASE("on a terminal the progress says which run it is and how long it takes") {
+  if (!has_program("script")) {
+    MESSAGE("skipped: no `script`");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string log = (folder.path() / "log").string();
+  shell("script -qec \"'" DYNFILTER_COMMAND "' compare " + walking() +
+        " --variants --pipelines none,rts_slam\" '" + log + "' </dev/null");
+  const std::string text = read_text(log);
+  CHECK(contains(text, "none on walking ["));
+  CHECK(contains(text, "run 1 of 12"));
+  CHECK(contains(text, "run 12 of 12"));
+  CHECK(contains(text, "s left"));
 }

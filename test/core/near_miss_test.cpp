@@ -30,4 +30,21 @@ TEST_CASE("the nearest name is offered, and none where nothing is near") {
   CHECK(did_you_mean("x", names).empty());
 }
 
+TEST_CASE("a name that only lacks its end is offered") {
+  const std::vector<std::string> names{"min_features", "max_distance_px", "max_gap_s"};
+  CHECK(near_miss("max_distance", names) == "max_distance_px");
+  CHECK(near_miss("max_dist", names) == "max_distance_px");
+  CHECK(near_miss("ma", names).empty());
+}
+
+TEST_CASE("errors about unknown names quote them shortened and offer the nearest") {
+  CHECK(unknown_name("key", "limt", {"limit", "mark"}) ==
+        "unknown key `limt` (did you mean `limit`?); known keys: limit, mark");
+  CHECK(unknown_name("key", "x", {}) == "unknown key `x`; known keys: none");
+  CHECK(expected_one_of({"prior", "reject"}, "rejct") ==
+        "expected one of prior, reject, got `rejct` (did you mean `reject`?)");
+  CHECK(unknown_name("key", std::string(9000, 'x') + "\n", {"a"}) ==
+        "unknown key `" + std::string(60, 'x') + "...`; known keys: a");
+}
+
 }  // namespace near_miss_test

@@ -57,8 +57,9 @@ TEST_CASE("keys that are there replace the defaults, the others stay") {
 }
 
 TEST_CASE("each wrong parameter is named with its path and what was expected") {
-  CHECK(error_of("p: { limit: 2 }") ==
-        "p: unknown key `limit`; known keys: limit_px, count, on, colour, classes");
+  CHECK(
+      error_of("p: { limit: 2 }") ==
+      "p: unknown key `limit` (did you mean `limit_px`?); known keys: limit_px, count, on, colour, classes");
   CHECK(error_of("p: { limit_px: 11 }") == "p.limit_px: expected 0 to 10, got `11`");
   CHECK(error_of("p: { count: 0 }") == "p.count: expected 1 to 5, got `0`");
   CHECK(error_of("p: { count: 1.5 }") == "p.count: expected a whole number, got `1.5`");

@@ -79,6 +79,15 @@ TEST_CASE("a grid visits what lies in a circle, each once, and little else") {
   }
 }
 
+TEST_CASE("outliers do not make the cells of all others large") {
+  auto points = random_points(3000, 100, 700, 5);
+  points.emplace_back(-9e5F, -9e5F);
+  points.emplace_back(9e5F, 9e5F);
+  const auto centres = random_points(60, 0, 800, 6);
+  check_against_all(points, centres, 20, 45, 20);
+  check_against_all(points, {points.end() - 3, points.end()}, 20, 45, 20);
+}
+
 TEST_CASE("identical points, one point, none") {
   const std::vector<cv::Point2f> same(50, cv::Point2f(12.5F, 7.0F));
   check_against_all(same, same, 10, 0, 10);

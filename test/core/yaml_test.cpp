@@ -56,7 +56,8 @@ TEST_CASE("what OpenCV would silently misread is an error that names the path") 
   CHECK(error_of("x: maybe", [](const Node& n) { n.find("x")->flag(); }) ==
         "x: expected true or false, got `maybe`");
   CHECK(error_of("x: 2", [](const Node& n) { n.find("x")->flag(); }) == "x: expected true or false, got `2`");
-  CHECK(error_of("x: 1", [](const Node& n) { n.find("x")->text(); }) == "x: expected a word, got `1`");
+  CHECK(error_of("x: 1", [](const Node& n) { n.find("x")->text(); }) ==
+        "x: expected a word, got `1`, which needs quotes as a word");
   CHECK(error_of("x: 1", [](const Node& n) { n.find("x")->items(); }) == "x: expected a list, got `1`");
   CHECK(error_of("m: { a: 1, b: 2, a: 3 }", [](const Node& n) { n.find("m")->entries(); }) ==
         "m: key `a` is written twice");
@@ -154,13 +155,13 @@ TEST_CASE("every file of ours reads as OpenCV's own parser reads it") {
 
 TEST_CASE("texts that kept OpenCV's parser for ever or broke it are errors") {
   CHECK(syntax_error("pipeline:\n  before_pose: semantic_box\n...\n- epipolar\n") ==
-        "line 4, text after the end of the document");
-  CHECK(syntax_error(" L:0\n--\n#\n-") == "line 2, unexpected indentation");
-  CHECK(syntax_error("  : x") == "line 1, an empty key");
-  CHECK(syntax_error("a: { : x }") == "line 1, an empty key");
-  CHECK(syntax_error("a: 1\n---\nb: 2\n") == "line 2, a second document");
-  CHECK(syntax_error("---\n---\n") == "line 2, a second document");
-  CHECK(syntax_error(std::string("a: 1\n\0b: 2\n", 11)) == "line 2, a control byte (0)");
+        "line 4, column 1: text after the end of the document");
+  CHECK(syntax_error(" L:0\n--\n#\n-") == "line 2, column 1: unexpected indentation");
+  CHECK(syntax_error("  : x") == "line 1, column 3: an empty key");
+  CHECK(syntax_error("a: { : x }") == "line 1, column 6: an empty key");
+  CHECK(syntax_error("a: 1\n---\nb: 2\n") == "line 2, column 1: a second document");
+  CHECK(syntax_error("---\n---\n") == "line 2, column 1: a second document");
+  CHECK(syntax_error(std::string("a: 1\n\0b: 2\n", 11)) == "line 2, column 1: a control byte (0)");
 }
 
 TEST_CASE("depth and size are limited, whatever the nesting is made of") {
@@ -171,17 +172,20 @@ TEST_CASE("depth and size are limited, whatever the nesting is made of") {
     for (std::size_t i = 0; i < n; ++i) text += close;
     return syntax_error(text);
   };
-  const std::string too_deep = "line 1, nested more than 64 deep";
+  // The value of the root's key is at depth 2, so the 64th bracket is too deep. The first is in column 4.
+  const auto too_deep = [](int columns_of_bracket) {
+    return "line 1, column " + std::to_string(4 + 63 * columns_of_bracket) + ": nested more than 64 deep";
+  };
   for (const std::size_t n : {std::size_t{65}, std::size_t{9600}}) {
-    CHECK(nested("[", n, "]") == too_deep);
-    CHECK(nested("{b: ", n, "}") == too_deep);
+    CHECK(nested("[", n, "]") == too_deep(1));
+    CHECK(nested("{b: ", n, "}") == too_deep(4));
   }
   CHECK(nested("[", 60, "]") == "no error");
   std::string dashes = "a:\n  ", maps;
   for (int i = 0; i < 9600; ++i) dashes += "- ";
-  CHECK(syntax_error(dashes + "x") == "line 2, nested more than 64 deep");
+  CHECK(syntax_error(dashes + "x") == "line 2, column 129: nested more than 64 deep");
   for (int i = 0; i < 100; ++i) maps += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
-  CHECK(syntax_error(maps) == "line 65, nested more than 64 deep");
+  CHECK(syntax_error(maps) == "line 65, column 65: nested more than 64 deep");
   CHECK(syntax_error("a: " + std::string(300000, 'x')) == "expected at most 256 kB");
 }
 
@@ -202,20 +206,133 @@ TEST_CASE("whole numbers are checked before they wrap") {
 }
 
 TEST_CASE("other mistakes: one line that names the line") {
-  CHECK(syntax_error("a: 1\n  b: 2\n") == "line 2, unexpected indentation");
-  CHECK(syntax_error("a:\n    b: 1\n  c: 2\n") == "line 3, unexpected indentation");
-  CHECK(syntax_error("a:\nb: 1\n") == "line 1, expected a value after the key");
-  CHECK(syntax_error("a:\n  -\nb: 1\n") == "line 2, expected a value after `-`");
-  CHECK(syntax_error("a: b: c\n") == "line 1, a value with `: ` in it needs quotes");
-  CHECK(syntax_error("a: - b\n") == "line 1, a list begins in a line of its own, or in brackets");
-  CHECK(syntax_error("a:\n\tb: 1\n") == "line 2, a tab in the indentation");
-  CHECK(syntax_error("a: \"b\n") == "line 1, a quote that is not closed in its line");
-  CHECK(syntax_error("a: \"b\" c\n") == "line 1, unexpected text after the value");
-  CHECK(syntax_error("a: [1\nb: 2\n") == "line 2, expected `,` or `]`");
-  CHECK(syntax_error("\na: [1, {b: 2}\n\n") == "line 2, a bracket that is not closed");
-  CHECK(syntax_error("a: {b: 1]\n") == "line 1, expected `,` or `}`");
-  CHECK(syntax_error("a: |\n  text\n") == "line 1, a value that begins with `|` needs quotes");
-  CHECK(syntax_error("a: *b\n") == "line 1, a value that begins with `*` needs quotes");
+  CHECK(syntax_error("a: 1\n  b: 2\n") == "line 2, column 3: unexpected indentation");
+  CHECK(syntax_error("a:\n    b: 1\n  c: 2\n") == "line 3, column 3: unexpected indentation");
+  CHECK(syntax_error("a:\nb: 1\n") == "line 1, column 3: expected a value after the key");
+  CHECK(syntax_error("a:\n  -\nb: 1\n") == "line 2, column 3: expected a value after `-`");
+  CHECK(syntax_error("a: b: c\n") == "line 1, column 5: a value with `: ` in it needs quotes");
+  CHECK(syntax_error("a: - b\n") == "line 1, column 4: a list begins in a line of its own, or in brackets");
+  CHECK(syntax_error("a:\n\tb: 1\n") == "line 2, column 2: a tab in the indentation");
+  CHECK(syntax_error("a: \"b\n") == "line 1, column 4: a quote that is not closed in its line");
+  CHECK(syntax_error("a: \"b\" c\n") == "line 1, column 8: unexpected text after the value");
+  CHECK(syntax_error("a: [1\nb: 2\n") == "line 2, column 1: expected `,` or `]`");
+  CHECK(syntax_error("\na: [1, {b: 2}\n\n") == "line 2, column 4: a bracket that is not closed");
+  CHECK(syntax_error("a: {b: 1]\n") == "line 1, column 9: expected `,` or `}`");
+  CHECK(syntax_error("a: |\n  text\n") == "line 1, column 4: a value that begins with `|` needs quotes");
+  CHECK(syntax_error("a: *b\n") == "line 1, column 4: a value that begins with `*` needs quotes");
+}
+
+TEST_CASE("every line break of YAML ends a line and a comment, and others are errors") {
+  const auto stages = [](const std::string& line_break) {
+    std::string text = "a:|  - x # note|  - y|b: 1|";
+    for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += line_break.size())
+      text.replace(at, 1, line_break);
+    return YamlDocument::from_text(text).root().find("a")->texts();
+  };
+  for (const char* line_break : {"\n", "\r\n", "\r"}) CHECK(stages(line_break).size() == 2);
+  CHECK(stages("\r\r\n") == std::vector<std::string>{"x", "y"});
+  CHECK(syntax_error("\ra: 1\r\n  b: 2") == "line 3, column 3: unexpected indentation");
+  for (const char* hidden : {"\xC2\x85", "\xE2\x80\xA8", "\xE2\x80\xA9"})
+    CHECK(syntax_error("a: 1\n# \xC3\xA9" + std::string(hidden) + "b: 2\n") ==
+          "line 2, column 4: a line break that most editors do not show (U+0085, U+2028 or U+2029)");
+}
+
+TEST_CASE("no property of a key or value becomes part of its text") {
+  for (const char* c : {"&", "*", "!", "?", "|", ">", "%", "@", "`", "[", "]", "{", "}", ","}) {
+    const std::string mark = c;
+    CAPTURE(mark);
+    for (const char* key : {"x: 1", "x : 1", " x: 1", "!str x: 1", "x]: 1", "x}: 1"}) {
+      CHECK(syntax_error("a: 1\n" + mark + key + "\nb: 2\n") != "no error");
+      CHECK(syntax_error("a:\n  - " + mark + key + "\n") != "no error");
+      CHECK(syntax_error("a: { " + mark + key + " }\n") != "no error");
+    }
+    CHECK(syntax_error("a: " + mark + "x\n") != "no error");
+    CHECK(syntax_error("a: [1, " + mark + "x]\n") != "no error");
+  }
+  CHECK(syntax_error("&x a: 1") == "line 1, column 1: a key that begins with `&` needs quotes");
+  CHECK(syntax_error("a: !!str 1") == "line 1, column 4: a tag: only `!!opencv-matrix` is known");
+  CHECK(syntax_error("a: !!opencv-matrix 1") == "line 1, column 20: expected a map after the tag");
+  CHECK(syntax_error("a:\n  - !!opencv-matrix rows: 1\n") ==
+        "line 2, column 21: expected a map after the tag");
+  CHECK(syntax_error("<<: { a: 1 }") == "line 1, column 3: a merge key (`<<`)");
+}
+
+TEST_CASE("directives, marks and texts that PyYAML refuses are errors") {
+  CHECK(syntax_error("%TAG ! tag:x,2000:\n---\na: 1\n") ==
+        "line 1, column 1: a directive: expected `%YAML:1.0` or none");
+  CHECK(syntax_error("%YAML:2.0\na: 1\n") == "line 1, column 1: a directive: expected `%YAML:1.0` or none");
+  CHECK(syntax_error("%YAML:1.0\n%YAML:1.0\na: 1\n") ==
+        "line 2, column 1: a key that begins with `%` needs quotes");
+  CHECK(syntax_error("a: [\n---\n]\n") == "line 2, column 1: a document marker inside brackets");
+  CHECK(syntax_error("a: 1\n\xEF\xBB\xBF"
+                     "b: 2\n") == "line 2, column 1: a byte order mark inside the text");
+  CHECK(syntax_error("a: \xC3\xA9\xFF") == "line 1, column 5: a text that is not printable UTF-8");
+  CHECK(syntax_error("a: 'x\xC2\x9B'") == "line 1, column 6: a text that is not printable UTF-8");
+  CHECK(syntax_error("a: 1 # \xFF of any encoding") == "no error");
+  CHECK(syntax_error("a: {b:1}") == "line 1, column 6: expected a blank after `:`");
+  CHECK(syntax_error("a: [b:]") == "line 1, column 6: a value with `:` in it needs quotes in brackets");
+  CHECK(syntax_error(std::string(1025, 'k') + ": 1") == "line 1, column 1026: a key of more than 1024 bytes");
+  CHECK(YamlDocument::from_text("{ a: 1 }").root().find("a")->integer() == 1);
+  const YamlDocument escaped = YamlDocument::from_text("x:\n  - \"a\\\": b\": 1\n  - \"a\\\": b\"\n");
+  CHECK(escaped.root().find("x")->items()[0].find("a\": b")->integer() == 1);
+  CHECK(escaped.root().find("x")->items()[1].text() == "a\": b");
+}
+
+TEST_CASE("what YAML 1.1 takes for a number, a date or null is no word without quotes") {
+  for (const char* other : {"010",
+                            "0x1F",
+                            "0b11",
+                            "1_000",
+                            "1:30",
+                            "1:30.5",
+                            "1_0.5",
+                            "1.5e3",
+                            ".5",
+                            "+.inf",
+                            ".NaN",
+                            "~",
+                            "null",
+                            "NULL",
+                            "2011_09_26",
+                            "2024-1-31",
+                            "2024-01-31T10:00:00",
+                            "2024-01-31 10:00",
+                            "=",
+                            "<<"}) {
+    CAPTURE(other);
+    const auto text = [](const dynfilter::YamlNode& n) { n.find("x")->text(); };
+    CHECK(error_of("x: " + std::string(other), text).rfind("x: expected a word, got `", 0) == 0);
+    CHECK(error_of("x: '" + std::string(other) + "'", text) == "no error");
+  }
+  for (const char* word : {"3d", "off", "yes", "true", "0xyz", "1.2.3", "2024-01", "e5", "-a", "_1", "1e",
+                           "a:b", "dynfilter", "2024-01-31.yaml"}) {
+    CAPTURE(word);
+    CHECK(YamlDocument::from_text("x: " + std::string(word)).root().find("x")->text() == word);
+  }
+  const auto flag = [](const dynfilter::YamlNode& n) { n.find("x")->flag(); };
+  for (const char* other : {"yes", "on", "True", "'true'", "\"1\""})
+    CHECK(error_of("x: " + std::string(other), flag).rfind("x: expected true or false, got `", 0) == 0);
+}
+
+TEST_CASE("error texts are short and of one line, whatever they quote") {
+  const std::string huge(200000, 'x');
+  const auto name = [](const dynfilter::YamlNode& n) { n.find("a")->real(); };
+  CHECK(error_of("a: " + huge, name) == "a: expected a number, got `" + std::string(60, 'x') + "...`");
+  CHECK(error_of("a: \"x\\n\\ty\"", name) == "a: expected a number, got `x??y`");
+  const auto twice = [](const dynfilter::YamlNode& n) { n.entries(); };
+  const std::string key(1000, 'k');
+  CHECK(error_of(key + ": 1\n" + key + ": 2\n", twice) ==
+        "key `" + std::string(60, 'k') + "...` is written twice");
+  std::string nested;
+  for (int i = 0; i < 60; ++i) nested += "{ " + key + ": ";
+  const auto deepest = [](const dynfilter::YamlNode& n) {
+    dynfilter::YamlNode node = n;
+    while (node.is_map()) node = node.entries().front().second;
+    node.real();
+  };
+  const std::string error = error_of(nested + "word" + std::string(60, '}'), deepest);
+  CHECK(error.size() <= dynfilter::Error::kMaxBytes);
+  CHECK(error.find("expected a number, got `word`") != std::string::npos);
 }
 
 TEST_CASE("any bytes are a document or a ConfigError") {
@@ -234,7 +351,8 @@ TEST_CASE("any bytes are a document or a ConfigError") {
     try {
       const YamlDocument document = YamlDocument::from_text(text);
       ++documents;
-    } catch (const ConfigError&) {  // any other exception ends the test
+    } catch (const ConfigError& error) {  // any other exception ends the test
+      CHECK(std::string(error.what()).size() <= dynfilter::Error::kMaxBytes);
     }
   }
   CHECK(documents > 500);

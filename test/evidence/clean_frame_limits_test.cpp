@@ -79,7 +79,9 @@ TEST_CASE("a box with a score out of [0, 1] is not used") {
 }
 
 TEST_CASE("of more features than allowed none has a position, and a note says so") {
-  std::vector<cv::KeyPoint> keypoints(limits::kMaxFeatures, cv::KeyPoint(5, 6, 1));
+  std::vector<cv::KeyPoint> keypoints;
+  for (std::size_t i = 0; i < limits::kMaxFeatures; ++i)
+    keypoints.emplace_back(static_cast<float>(3 * (i % 400)), static_cast<float>(i / 400), 1.0F);
   FrameCleaner cleaner;
   FrameView frame;
   frame.keypoints = keypoints;
@@ -96,6 +98,45 @@ TEST_CASE("of more features than allowed none has a position, and a note says so
     CHECK(std::isnan(frame.keypoints_undistorted[i].pt.y));
   }
   CHECK(cleaner.notes() == std::vector<std::string>{"100001 features, expected at most 100000: not judged"});
+}
+
+TEST_CASE("of more features in a square than it has pixels none has a position, and a note says so") {
+  std::vector<cv::KeyPoint> keypoints{{300, 200, 1}, {16, 7.9F, 1}};
+  for (std::size_t i = 0; i < limits::kMaxCrowd; ++i)
+    keypoints.emplace_back(8 + 0.1F * static_cast<float>(i), 7, 1.0F);
+  FrameCleaner cleaner;
+  FrameView frame;
+  frame.keypoints = frame.keypoints_undistorted = keypoints;
+  cleaner.clean(frame);
+  CHECK(frame.keypoints.data() == keypoints.data());
+  CHECK(cleaner.notes().empty());
+
+  keypoints.emplace_back(15.9F, 0, 1.0F);
+  frame.keypoints = frame.keypoints_undistorted = keypoints;
+  cleaner.clean(frame);
+  CHECK(frame.keypoints[0].pt == cv::Point2f(300, 200));
+  CHECK(frame.keypoints[1].pt == cv::Point2f(16, 7.9F));
+  for (std::size_t i = 2; i < keypoints.size(); ++i) {
+    CHECK(std::isnan(frame.keypoints[i].pt.x));
+    CHECK(std::isnan(frame.keypoints_undistorted[i].pt.y));
+  }
+  CHECK(cleaner.notes() ==
+        std::vector<std::string>{"33 keypoints are more than 32 in a square of 8 px: not judged"});
+}
+
+TEST_CASE("with many features fewer boxes are used") {
+  std::vector<cv::KeyPoint> keypoints;
+  for (int i = 0; i < 100'000; ++i)
+    keypoints.emplace_back(static_cast<float>(3 * (i % 400)), static_cast<float>(i / 400), 1.0F);
+  const std::vector<Detection> boxes(limits::kMaxBoxes, box(0.5F));
+  FrameView frame;
+  frame.keypoints = keypoints;
+  frame.detections = DetectionInput{-1, boxes};
+  FrameCleaner cleaner;
+  cleaner.clean(frame);
+  CHECK(frame.detections->detections.size() == limits::kMaxBoxFeaturePairs / keypoints.size());
+  CHECK(cleaner.notes() ==
+        std::vector<std::string>{"1000 boxes: only the 200 with the highest scores are used"});
 }
 
 }  // namespace clean_frame_limits_test

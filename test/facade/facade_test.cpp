@@ -32,6 +32,15 @@ using namespace dynfilter;
 
 namespace {
 
+/// Every preset but the one that needs labels.
+std::vector<std::string> preset_names() {
+  std::vector<std::string> names;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines"))
+    if (entry.path().extension() == ".yaml" && entry.path().stem() != "oracle")
+      names.push_back(entry.path().stem().string());
+  return names;
+}
 std::string preset_file(const std::string& name) {
   return std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines/" + name + ".yaml";
 }
@@ -178,7 +187,7 @@ void check_equal(const Verdict& verdict, const dynfilter_verdicts& other) {
 }  // namespace
 
 TEST_CASE("an exact scene through the C++11 interface: the verdicts of the headers, bit for bit") {
-  for (const std::string name : {"dynfilter", "dynfilter_mono", "rts_slam"}) {
+  for (const std::string& name : preset_names()) {
     CAPTURE(name);
     const synth::ExactScene scene = synth::preset(synth::Preset::General);
     Pipeline pipeline(pipeline_from_file(preset_file(name), builtin_filters()));
@@ -198,7 +207,7 @@ TEST_CASE("an exact scene through the C++11 interface: the verdicts of the heade
         rejected += verdicts.rejected;
       }
     }
-    CHECK(rejected > 50);
+    if (name == "dynfilter" || name == "dynfilter_mono" || name == "rts_slam") CHECK(rejected > 50);
   }
 }
 

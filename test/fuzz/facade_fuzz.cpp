@@ -1,29 +1,28 @@
 // SPDX-License-Identifier: MIT
 // The C interface with structs of any content. Pointers are NULL or point to as much as the numbers beside them
-// say, which is all that a host must promise.
+// say, which is all that a host must promise. Each array is an allocation of its own, and all are filled with garbage
+// and freed after the call. A second filter sees other garbage: its verdicts must be the same.
 #include <dynfilter/facade/dynfilter.h>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "bytes.hpp"
+#include "lent_memory.hpp"
 #include "target.hpp"
 
 namespace {
 
 using fuzz::Bytes;
+using fuzz::LentMemory;
 using fuzz::require;
 
-/// Memory of one call of the library.
-struct Memory {
-  std::vector<dynfilter_keypoint> keypoints;
-  std::vector<float> depth_m, right_u_px, map_points;
-  std::vector<std::uint8_t> descriptors, grey, depth, mask;
-  std::vector<std::int64_t> ids;
-  std::vector<std::int32_t> matches;
-  std::vector<dynfilter_box> boxes;
-  std::string name;
-};
+constexpr int kSide_px = 64;
 
 float number(Bytes& in) {
   const double value = in.odd();
@@ -42,57 +41,81 @@ std::size_t stride(Bytes& in, std::size_t row_bytes) {
   }
 }
 
-/// As much as the largest stride can want.
-const std::uint8_t* image(Bytes& in, std::vector<std::uint8_t>& memory) {
+/// As much as width, height and stride say, or nothing at all. Noise, so that what is read makes a difference.
+const std::uint8_t* image(Bytes& in, LentMemory& memory, const dynfilter_frame& f, std::size_t pixel_bytes,
+                          std::size_t stride_bytes) {
   if (in.below(4) == 0) return nullptr;
-  memory.assign(64 * (64 * 4 + 256), in.byte());
-  return memory.data();
+  const auto rows = static_cast<std::size_t>(std::max(f.height_px, 0));
+  const std::size_t row = pixel_bytes * static_cast<std::size_t>(std::max(f.width_px, 0));
+  const bool refused = stride_bytes != 0 && stride_bytes < row;
+  const std::size_t step = stride_bytes == 0 ? row : stride_bytes;
+  const std::size_t size = refused || rows == 0 || row == 0 ? 1 : step * (rows - 1) + row;
+  auto* pixels = static_cast<std::uint8_t*>(memory.bytes(size));
+  const std::uint8_t base = in.byte();
+  for (std::size_t k = 0; k < size; ++k)
+    pixels[k] = static_cast<std::uint8_t>(base & (k % 7 + k / 64 % 5 < 6 ? 0xffU : 0x0fU));
+  return pixels;
 }
 
-void fill_features(Bytes& in, dynfilter_frame& f, Memory& m) {
+void fill_features(Bytes& in, dynfilter_frame& f, LentMemory& m) {
   const std::size_t n = f.keypoint_count = static_cast<std::size_t>(in.below(20));
+  std::vector<dynfilter_keypoint> keypoints;
   for (std::size_t i = 0; i < n; ++i)
-    m.keypoints.push_back(
+    keypoints.push_back(
         {in.flag() ? number(in) : in.byte() % 64, static_cast<float>(in.byte() % 48), 31, 0, 1, in.below(9)});
-  const auto have = [&](auto& values, std::size_t count) {
-    values.resize(count);
+  f.keypoints = m.array(keypoints.data(), n);
+  const auto have = [&](const auto* kind, std::size_t count) {
+    std::vector<std::remove_cv_t<std::remove_pointer_t<decltype(kind)>>> values(count);
     for (auto& value : values) value = static_cast<std::remove_reference_t<decltype(value)>>(in.byte());
-    return in.flag() ? values.data() : nullptr;
+    auto* lent = m.array(values.data(), count);
+    return in.flag() ? lent : nullptr;
   };
-  f.keypoints = m.keypoints.data();
-  f.depth_m = have(m.depth_m, n), f.right_u_px = have(m.right_u_px, n);
-  f.map_point_ids = have(m.ids, n), f.match_index = have(m.matches, n),
-  f.map_points_xyz_m = have(m.map_points, 3 * n);
-  if (n > 0 && f.depth_m != nullptr) m.depth_m[in.byte() % n] = number(in);
+  auto* const depth_m = have(f.depth_m, n);
+  f.depth_m = depth_m, f.right_u_px = have(f.right_u_px, n);
+  f.map_point_ids = have(f.map_point_ids, n), f.match_index = have(f.match_index, n),
+  f.map_points_xyz_m = have(f.map_points_xyz_m, 3 * n);
+  if (n > 0 && depth_m != nullptr) depth_m[in.byte() % n] = number(in);
   f.descriptor_bytes = static_cast<std::size_t>(in.below(40));
-  f.descriptors = have(m.descriptors, n * f.descriptor_bytes);
+  f.descriptors = have(f.descriptors, n * f.descriptor_bytes);
 }
 
-void fill_images(Bytes& in, dynfilter_frame& f, Memory& m) {
-  f.width_px = in.below(65), f.height_px = in.below(65);
+void fill_images(Bytes& in, dynfilter_frame& f, LentMemory& m) {
+  // One size for most frames: others reset what is matched.
+  f.width_px = in.flag() ? kSide_px : in.below(kSide_px + 1);
+  f.height_px = f.width_px == kSide_px ? 48 : in.below(kSide_px + 1);
   if (in.below(8) == 0) f.width_px = -f.width_px;
-  f.grey = image(in, m.grey), f.depth = image(in, m.depth), f.mask = image(in, m.mask);
   f.depth_type = in.below(8) == 0 ? in.take<std::int32_t>() : in.below(3);
   const auto w = static_cast<std::size_t>(std::max(f.width_px, 0));
+  const std::size_t depth_bytes = f.depth_type == DYNFILTER_DEPTH_U16 ? 2 : 4;
   f.grey_stride_bytes = stride(in, w), f.mask_stride_bytes = stride(in, w);
-  f.depth_stride_bytes = stride(in, w * (f.depth_type == DYNFILTER_DEPTH_U16 ? 2 : 4));
+  f.depth_stride_bytes = stride(in, w * depth_bytes);
+  f.grey = image(in, m, f, 1, f.grey_stride_bytes), f.mask = image(in, m, f, 1, f.mask_stride_bytes);
+  f.depth = image(in, m, f, depth_bytes, f.depth_stride_bytes);
   f.depth_unit_m = in.flag() ? 0.001 : in.odd();
 }
 
-void fill_boxes(Bytes& in, dynfilter_frame& f, Memory& m) {
+/// Half of them on the image, with a mask of their own, of a late frame, as a detector gives them.
+void fill_boxes(Bytes& in, dynfilter_frame& f, LentMemory& m) {
   f.has_boxes = in.below(3);
-  m.name.assign(in.byte(), static_cast<char>(1 + in.byte() % 255));
+  const std::size_t length = in.byte();
+  const std::string name(length, static_cast<char>(1 + in.byte() % 255));
+  std::vector<dynfilter_box> boxes;
   for (int n = in.below(6); n > 0; --n) {
     dynfilter_box box{};
-    box.x_px = number(in), box.y_px = number(in), box.width_px = number(in), box.height_px = number(in);
+    if (in.flag())
+      box.x_px = 8, box.y_px = 8, box.width_px = box.height_px = static_cast<float>(in.below(kSide_px));
+    else
+      box.x_px = number(in), box.y_px = number(in), box.width_px = number(in), box.height_px = number(in);
     box.score = in.flag() ? 0.9F : number(in);
     box.class_id = in.take<std::int32_t>(), box.track_id = in.take<std::int8_t>();
-    box.class_name = in.below(3) == 0 ? m.name.c_str() : in.flag() ? "person" : nullptr;
-    box.mask = in.flag() ? f.mask : nullptr;
+    box.class_name = in.below(3) == 0 ? m.text(name) : in.flag() ? m.text("person") : nullptr;
     box.mask_stride_bytes = stride(in, static_cast<std::size_t>(std::max(f.width_px, 0)));
-    m.boxes.push_back(box);
+    box.mask = image(in, m, f, 1, box.mask_stride_bytes);
+    boxes.push_back(box);
   }
-  f.box_count = m.boxes.size(), f.boxes = m.boxes.data();
+  f.box_count = boxes.size(), f.boxes = m.array(boxes.data(), boxes.size());
+  if (in.flag()) f.boxes_frame_id = std::max<std::int64_t>(f.id - in.below(4), 0);
+  if (in.flag()) f.mask_frame_id = std::max<std::int64_t>(f.id - in.below(4), 0);
 }
 
 void fill_geometry(Bytes& in, dynfilter_frame& f) {
@@ -137,8 +160,8 @@ void make_odd(Bytes& in, dynfilter_frame& f) {
   }
 }
 
-void check(dynfilter_filter* filter, const dynfilter_frame& frame, const dynfilter_verdicts& v) {
-  require(v.count == frame.keypoint_count, "a verdict has an entry per feature");
+void check(dynfilter_filter* filter, std::size_t features, const dynfilter_verdicts& v) {
+  require(v.count == features, "a verdict has an entry per feature");
   std::size_t rejected = 0;
   for (std::size_t i = 0; i < v.count; ++i) {
     require(v.keep[i] == (v.decision[i] == 1 ? 0 : 1), "what is dynamic is not kept");
@@ -156,17 +179,67 @@ void check(dynfilter_filter* filter, const dynfilter_frame& frame, const dynfilt
   require(*dynfilter_stage_name(filter, v.stage_count) == '\0', "no stage beyond the last");
 }
 
-dynfilter_filter* filter(int which) {
-  static const char* const names[] = {"dynfilter", "rts_slam", "des_slam", "ovd_slam", "dynaslam", "sg_slam"};
-  static dynfilter_filter* made[std::size(names)] = {};
-  const std::size_t k = static_cast<std::size_t>(which) % std::size(names);
-  if (made[k] == nullptr) {
-    const std::string file = std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines/" + names[k] + ".yaml";
-    made[k] = dynfilter_create_from_file(file.c_str(), nullptr, 0);
+/// Two filters of one pipeline file.
+struct Pair {
+  using Filter = std::unique_ptr<dynfilter_filter, void (*)(dynfilter_filter*)>;
+  Filter first, second;
+};
+std::vector<Pair>& filters() {
+  static std::vector<Pair> all = [] {
+    const auto load = [](const std::string& file) {
+      return Pair::Filter(dynfilter_create_from_file(file.c_str(), nullptr, 0), dynfilter_destroy);
+    };
+    std::vector<Pair> made;
+    for (const std::string& file : fuzz::pipeline_files(DYNFILTER_SOURCE_DIR)) {
+      made.push_back({load(file), load(file)});
+      require(made.back().first && made.back().second, "a preset can be loaded");
+    }
+    return made;
+  }();
+  return all;
+}
+
+/// What a filter said of a frame, times excepted; of an error its text.
+struct Said {
+  std::string text;
+  template <class T>
+  void add(const T* values, std::size_t n) {
+    text.append(reinterpret_cast<const char*>(values), n * sizeof(T));
   }
-  require(made[k] != nullptr, "a preset can be loaded");
-  dynfilter_reset(made[k]);
-  return made[k];
+};
+
+Said process(dynfilter_filter* filter, Bytes in, int k, std::uint8_t garbage, Bytes& after) {
+  LentMemory memory(fuzz::Host::Frees, garbage);
+  dynfilter_frame frame;
+  dynfilter_frame_init(&frame);
+  frame.id = k, frame.timestamp_s = k / 30.0, frame.match_frame_id = k - 1;
+  fill_features(in, frame, memory);
+  fill_images(in, frame, memory);
+  fill_boxes(in, frame, memory);
+  fill_geometry(in, frame);
+  make_odd(in, frame);
+  const int point = in.below(8) == 0 ? in.take<std::int32_t>() : in.below(3);
+  after = in;
+  dynfilter_verdicts v;
+  const bool done = dynfilter_process(filter, &frame, point, &v) == 0;
+  const std::size_t n = frame.keypoint_count;
+  memory.take_back();  // before the answers are read
+  std::memset(static_cast<void*>(&frame), garbage, sizeof frame);
+  Said said;
+  if (!done) {
+    require(*dynfilter_last_error(filter) != '\0', "an error has a message");
+    said.text = dynfilter_last_error(filter);
+    return said;
+  }
+  check(filter, n, v);
+  said.add(v.keep, n), said.add(v.decision, n), said.add(v.suspicion, n), said.add(v.reasons, n);
+  said.text += v.notes;
+  for (std::size_t s = 0; s < v.stage_count; ++s) {
+    dynfilter_stage_report report;
+    dynfilter_get_stage_report(filter, s, &report, sizeof report);
+    said.text += std::string(report.path) + report.note;
+  }
+  return said;
 }
 
 void make_from_text(Bytes& in) {
@@ -187,23 +260,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     make_from_text(in);
     return 0;
   }
-  dynfilter_filter* const subject = filter(which);
-  for (int k = 0, n = 1 + in.below(4); k < n; ++k) {
-    Memory memory;
-    dynfilter_frame frame;
-    dynfilter_frame_init(&frame);
-    frame.id = k, frame.timestamp_s = k / 30.0, frame.match_frame_id = k - 1;
-    fill_features(in, frame, memory);
-    fill_images(in, frame, memory);
-    fill_boxes(in, frame, memory);
-    fill_geometry(in, frame);
-    make_odd(in, frame);
-    dynfilter_verdicts verdicts;
-    const int point = in.below(8) == 0 ? in.take<std::int32_t>() : in.below(3);
-    if (dynfilter_process(subject, &frame, point, &verdicts) == 0)
-      check(subject, frame, verdicts);
-    else
-      require(*dynfilter_last_error(subject) != '\0', "an error has a message");
+  const Pair& pair = filters()[static_cast<std::size_t>(which) % filters().size()];
+  dynfilter_filter *const first = pair.first.get(), *const second = pair.second.get();
+  dynfilter_reset(first), dynfilter_reset(second);
+  for (int k = 0, n = 1 + in.below(6); k < n; ++k) {
+    Bytes rest = in;
+    const Said a = process(first, in, k, 0x00, rest), b = process(second, in, k, 0xff, rest);
+    if (a.text != b.text) fuzz::fail("what a host does with its memory after the call makes no difference");
+    in = rest;
   }
   return 0;
 }

@@ -15,9 +15,9 @@
 #include <dynfilter/io/trajectory_formats.hpp>
 #include <dynfilter/semantic/class_list.hpp>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 
 #include "memory_file.hpp"
+#include "support/allocated_bytes.hpp"
 #include "target.hpp"
 
 namespace {
@@ -90,7 +90,50 @@ void read_camera(const std::string& path) {
   require(io::read_camera(copy).camera == camera.camera, "a camera that is written is read again");
 }
 
-void read(const std::string& kind, const std::string& path) {
+/// Buffers of the file's stream and texts.
+constexpr std::size_t kReaderBytes = 100'000;
+/// Larger images are refused here only to keep the fuzzer quick.
+constexpr int kMostPixels = 100'000;
+
+/// Memory is within the bound that is documented, whether the image is read or refused.
+void read_picture(const std::string& path, std::size_t file_bytes, io::ImageAs as) {
+  cv::Size told;
+  const dynfilter_test::AllocatedBytes allocated;
+  const auto check_memory = [&] {
+    const std::size_t pixels = told.area() > kMostPixels ? 0 : static_cast<std::size_t>(told.area());
+    require(allocated.bytes() <= kReaderBytes + file_bytes + io::detail::kMaxDecodingBytes +
+                                     pixels * io::detail::kMaxDecodingBytesPerPixel,
+            "an image takes no more memory than its size allows");
+  };
+  try {
+    const cv::Mat image = io::read_image(path, as, [&](const cv::Size& size) {
+      told = size;
+      require(size.width <= limits::kMaxImageSide_px && size.height <= limits::kMaxImageSide_px &&
+                  std::int64_t{size.width} * size.height <= limits::kMaxImagePixels,
+              "a size that is told is within the limits");
+      if (size.area() > kMostPixels) throw IoError("too large for the fuzzer");
+    });
+    require(image.size() == told, "an image has the size that was told before it was decoded");
+    require(image.type() == CV_8UC3 || as == io::ImageAs::Stored,
+            "a colour image is of 8 bits and 3 channels");
+  } catch (const IoError&) {
+    check_memory();
+    throw;
+  }
+  check_memory();
+}
+
+/// In both forms, whether or not the first can be read.
+void read_pictures(const std::string& path, std::size_t file_bytes) {
+  try {
+    read_picture(path, file_bytes, io::ImageAs::Stored);
+  } catch (const IoError& error) {
+    fuzz::require_one_line(error.what());
+  }
+  read_picture(path, file_bytes, io::ImageAs::Colour);
+}
+
+void read(const std::string& kind, const std::string& path, std::size_t file_bytes) {
   if (kind == "poses") read_poses(path, std::nullopt);
   if (kind == "tum") read_poses(path, io::TrajectoryFormat::Tum);
   if (kind == "kitti") read_poses(path, io::TrajectoryFormat::Kitti);
@@ -100,11 +143,7 @@ void read(const std::string& kind, const std::string& path) {
   if (kind == "tracks") read_tracks(path);
   if (kind == "camera") read_camera(path);
   if (kind == "classes") ClassList(ClassList::from_file(path), 0, {});
-  if (kind == "image")
-    // Decoding is OpenCV's. Large images are refused here only to keep the fuzzer quick.
-    io::read_image(path, cv::IMREAD_UNCHANGED, [](cv::Size size) {
-      if (size.area() > 100000) throw IoError("too large for the fuzzer");
-    });
+  if (kind == "image") read_pictures(path, file_bytes);
 }
 
 }  // namespace
@@ -115,7 +154,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (end == std::string::npos) return 0;
   const fuzz::MemoryFile file(input.substr(end + 1));
   try {
-    read(input.substr(0, end), file.path());
+    read(input.substr(0, end), file.path(), size);
   } catch (const Error& error) {
     fuzz::require_one_line(error.what());
   }

@@ -139,6 +139,16 @@ class Frames {
     f.labels(object).setTo(cv::Scalar(15));
     f.boxes.push_back({cv::Rect2f(object), 0, "person", 0.9F, -1, cv::Mat()});
     f.boxes.push_back({cv::Rect2f(2, 2, 12, 9), 56, "chair", 0.5F, 3, has(1) ? f.labels : cv::Mat()});
+    if (has(1)) f.boxes.push_back(striped_box());
+  }
+  /// Half of the features in the box are on its mask.
+  dynfilter::Detection striped_box() const {
+    constexpr int kStripe_px = 8;
+    const cv::Rect box(size_.width / 8, size_.height / 8, size_.width / 2, size_.height / 2);
+    cv::Mat mask = cv::Mat::zeros(size_, CV_8UC1);
+    for (int x = k_ % kStripe_px; x < size_.width; x += 2 * kStripe_px)
+      mask.colRange(x, std::min(x + kStripe_px, size_.width)).setTo(cv::Scalar(1));
+    return {cv::Rect2f(box), 0, "person", 0.8F, 7, mask};
   }
 
   void add_geometry(OwnedFrame& f) const {
@@ -315,7 +325,7 @@ class Frames {
     if (in_.flag()) recut(box->mask, in_);
   }
   void shorten(OwnedFrame& f) {
-    const std::size_t n = in_.below(kMaxFeatures);
+    const std::size_t n = static_cast<std::size_t>(in_.below(kMaxFeatures));
     switch (in_.below(6)) {
       case 0:
         f.depth_m.resize(n);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sequences of odd frames through every preset and every combinator, with the properties of verdicts.
+// Their memory is taken back after each call (lent_memory.hpp).
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -13,6 +14,7 @@
 
 #include "bytes.hpp"
 #include "frames.hpp"
+#include "lent_memory.hpp"
 #include "target.hpp"
 #include "turned.hpp"
 
@@ -56,14 +58,8 @@ Subject subject(const std::filesystem::path& file) {
 
 std::vector<Subject>& subjects() {
   static std::vector<Subject> all = [] {
-    std::vector<std::filesystem::path> files;
-    for (const char* folder : {"/examples/pipelines", "/test/fuzz/pipelines"})
-      for (const auto& entry :
-           std::filesystem::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + folder))
-        if (entry.path().stem() != "oracle") files.push_back(entry.path());  // needs labels
-    std::sort(files.begin(), files.end());
     std::vector<Subject> made;
-    for (const auto& file : files) made.push_back(subject(file));
+    for (const std::string& file : pipeline_files(DYNFILTER_SOURCE_DIR)) made.push_back(subject(file));
     return made;
   }();
   return all;
@@ -168,6 +164,16 @@ void show(const Subject& subject, Property property, const OwnedFrame& f) {
                  i < f.match_index.size() ? f.match_index[i] : -9);
 }
 
+/// With memory that is filled with garbage right after the call. The two pipelines have different hosts:
+/// memory that one of them reads later makes a difference, and AddressSanitizer sees it.
+const Verdict& process(Pipeline& pipeline, const FrameView& frame, Host host, std::uint8_t garbage,
+                       CallPoint point, const HostLimits& limits) {
+  LentFrame lent(frame, host, garbage);
+  const Verdict& verdict = pipeline.process(lent.view(), point, limits);
+  require(lent.take_back() == 0, "no image is referred to after the call");
+  return verdict;
+}
+
 void run(Bytes& in) {
   Subject& subject = subjects()[in.byte() % subjects().size()];
   auto property = static_cast<Property>(in.below(4));
@@ -189,10 +195,10 @@ void run(Bytes& in) {
       if (point != CallPoint::BeforePose && (calls >> static_cast<int>(point) & 1) == 0) continue;
       if (property == Property::Threads) cv::setNumThreads(1);
       const FrameView view = frame.view();
-      const Verdict& a = subject.first.process(view, point, limits);
+      const Verdict& a = process(subject.first, view, Host::Frees, 0x00, point, limits);
       check_verdict(subject, view, limits, a);
       if (property == Property::Threads) cv::setNumThreads(2);
-      const Verdict& b = subject.second.process(other.view(), point, limits);
+      const Verdict& b = process(subject.second, other.view(), Host::Reuses, 0xff, point, limits);
       rate.count(), rate.count();
       const bool promised = property != Property::Permuted || !draws_samples(a);
       if (promised && turner.comparable()) same(a, b, place, text(property), subject, k);

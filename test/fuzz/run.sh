@@ -11,7 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 2
 seconds=${1:-60}
 [[ "$seconds" =~ ^[1-9][0-9]*$ ]] || { sed -n '5,8s/^# *//p' "${BASH_SOURCE[0]}"; exit 2; }
 shift || true
-targets=${*:-yaml frames files sequences protocol facade}
+targets=${*:-yaml frames files sequences protocol facade facade_cxx11}
 
 command -v clang++ >/dev/null || { echo "clang++ is missing: apt-get install clang libclang-rt-14-dev"; exit 2; }
 if command -v ninja >/dev/null; then export CMAKE_GENERATOR=Ninja; fi
@@ -26,7 +26,7 @@ fuzz() {
   mkdir -p "build/fuzz/found/$target" "build/fuzz/corpus/$target"
   if [ "$target" = yaml ]; then extra=(-dict=test/fuzz/yaml.dict examples/pipelines test/fuzz/pipelines); fi
   # An input may take 20 s here: the sanitizers are slow, and so may be the machine.
-  DYNFILTER_FUZZ_RATE=1 build/fuzz/test/fuzz/fuzz_"$target" -seed="${DYNFILTER_FUZZ_SEED:-0}" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 \
+  DYNFILTER_FUZZ_RATE=1 build/fuzz/test/fuzz/fuzz_"$target" -seed="${DYNFILTER_FUZZ_SEED:-0}" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 -malloc_limit_mb=1000 \
     -max_len=4096 -artifact_prefix="build/fuzz/found/$target/" -print_final_stats=1 "build/fuzz/corpus/$target" \
     "test/fuzz/corpus/$target" "${extra[@]}" >"$log" 2>&1
   local code=$?

@@ -16,6 +16,7 @@ namespace rigid_motion_test {
 
 using namespace dynfilter;
 using geometry_test::camera;
+using geometry_test::normal_vector;
 using geometry_test::pose_error;
 using geometry_test::RigidScene;
 
@@ -180,7 +181,7 @@ TEST_CASE("rigid motion: wider registers score to the same bits") {
     int above_none = 0;
     for (int k = 0; k < 200; ++k) {
       dynfilter::detail::RigidTransform T{scene.truth.R(), scene.truth.t()};
-      T.t += 0.002 * k * Eigen::Vector3d(rng.normal(), rng.normal(), rng.normal());
+      T.t += 0.002 * k * normal_vector(rng);
       for (const double floor : {0.0, 20.0, 100.0})
         CHECK(wide.score(T, 11.34F, floor) == narrow.score(T, 11.34F, floor));
       above_none += wide.score(T, 11.34F, 0) > 0 ? 1 : 0;
@@ -282,7 +283,7 @@ TEST_CASE("rigid residual: chi2 is the one of the full covariance, with and with
     for (int i = 0; i < 36; ++i) half.data()[i] = 0.003 * rng.normal();
     const Eigen::Matrix<double, 6, 6> C = k % 4 == 0 ? Eigen::Matrix<double, 6, 6>::Zero()
                                                      : Eigen::Matrix<double, 6, 6>(half * half.transpose());
-    const Eigen::Vector3d axis(rng.normal(), rng.normal(), rng.normal());
+    const Eigen::Vector3d axis = normal_vector(rng);
     const Pose T = Pose::from(Eigen::AngleAxisd(0.3 * rng.normal(), axis.normalized()).toRotationMatrix(),
                               {0.1 * rng.normal(), 0.1 * rng.normal(), 0.1 * rng.normal()});
     const cv::Point3f p(static_cast<float>(rng.uniform(-1, 1)), static_cast<float>(rng.uniform(-1, 1)),

@@ -26,6 +26,12 @@ inline double pose_error(const dynfilter::Pose& a, const dynfilter::Pose& b) {
   return std::max((a.t() - b.t()).norm(), (dR - Eigen::Matrix3d::Identity()).norm() / std::sqrt(2.0));
 }
 
+/// Compilers differ in the order of a call's arguments: numbers are drawn one by one.
+inline Eigen::Vector3d normal_vector(dynfilter::SampleGenerator& rng) {
+  const double z = rng.normal(), y = rng.normal(), x = rng.normal();
+  return {x, y, z};
+}
+
 /// Points of two depth frames under one rigid motion.
 /// Pixel noise on the current pixel, depth noise on both depths, outliers anywhere in the view.
 struct RigidScene {
@@ -33,16 +39,16 @@ struct RigidScene {
   dynfilter::Pose truth;
 
   RigidScene(int n, double outlier_share, int seed, double noise) : rng_(seed), noise_(noise) {
-    const Eigen::Vector3d axis(rng_.normal(), rng_.normal(), rng_.normal());
+    const Eigen::Vector3d axis = normal_vector(rng_);
     const Eigen::Matrix3d R =
         Eigen::AngleAxisd(rng_.uniform(0.01, 0.06), axis.normalized()).toRotationMatrix();
     truth = dynfilter::Pose::from(R, {rng_.uniform(-0.06, 0.06), rng_.uniform(-0.06, 0.06), 0.03});
     for (int i = 0; i < n; ++i) {
-      points_.push_back(ray(rng_.uniform(0, 640), rng_.uniform(0, 480), rng_.uniform(0.8, 4.0)));
+      points_.push_back(ray_within({0, 640}, {0, 480}, {0.8, 4.0}));
       add(points_.back(), truth);
     }
     for (int i = 0; i < outlier_share * n; ++i) {
-      current[i] = to_cv(ray(rng_.uniform(0, 640), rng_.uniform(0, 480), rng_.uniform(0.8, 4.0)));
+      current[i] = to_cv(ray_within({0, 640}, {0, 480}, {0.8, 4.0}));
     }
   }
 
@@ -60,13 +66,20 @@ struct RigidScene {
   /// It has the additional motion `extra`.
   void compact_mover(int n, const dynfilter::Pose& extra) {
     for (int i = 0; i < n; ++i) {
-      points_[i] = ray(rng_.uniform(280, 360), rng_.uniform(160, 320), rng_.uniform(1.8, 2.0));
+      points_[i] = ray_within({280, 360}, {160, 320}, {1.8, 2.0});
       reference[i] = noisy_depth(points_[i]);
       current[i] = measure(extra * truth, points_[i]);
     }
   }
 
  private:
+  struct Range {
+    double low, high;
+  };
+  Eigen::Vector3d ray_within(Range u_px, Range v_px, Range z_m) {
+    const double z = rng_.uniform(z_m.low, z_m.high), v = rng_.uniform(v_px.low, v_px.high);
+    return ray(rng_.uniform(u_px.low, u_px.high), v, z);
+  }
   static Eigen::Vector3d ray(double u, double v, double z) {
     const dynfilter::Camera c = camera();
     return {(u - c.cx_px) / c.fx_px * z, (v - c.cy_px) / c.fy_px * z, z};

@@ -84,7 +84,8 @@ TEST_CASE("static miss: with one depth, chi2 is that of the full covariance") {
   const StaticMissModel model(geometry_test::camera(), motion(), noise());
   SampleGenerator rng(2);
   for (int k = 0; k < 200; ++k) {
-    const cv::Point2f off_px(static_cast<float>(rng.uniform(-6, 6)), static_cast<float>(rng.uniform(-6, 6)));
+    const auto off_y_px = static_cast<float>(rng.uniform(-6, 6));
+    const cv::Point2f off_px(static_cast<float>(rng.uniform(-6, 6)), off_y_px);
     Pair pair(rng, off_px);
     const auto predicted = [&](double depth_m) {
       return pixel(motion().R() * point(pair.then.px, depth_m) + motion().t());
@@ -105,7 +106,8 @@ TEST_CASE("static miss: without depths, the distance from the nearest point that
   const StaticMissModel model(geometry_test::camera(), motion(), noise());
   SampleGenerator rng(3);
   for (int k = 0; k < 200; ++k) {
-    const cv::Point2f off_px(static_cast<float>(rng.uniform(-9, 9)), static_cast<float>(rng.uniform(-9, 9)));
+    const auto off_y_px = static_cast<float>(rng.uniform(-9, 9));
+    const cv::Point2f off_px(static_cast<float>(rng.uniform(-9, 9)), off_y_px);
     Pair pair(rng, off_px);
     pair.then.depth_m = pair.now.depth_m = kNan;
     double nearest_px = std::numeric_limits<double>::infinity();

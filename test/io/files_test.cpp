@@ -4,7 +4,6 @@
 #include <dynfilter/io/atomic_folder.hpp>
 #include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/output_lock.hpp>
 #include <dynfilter/io/ply.hpp>
 
@@ -198,11 +197,6 @@ TEST_CASE("known cameras by name, and no false friends") {
   CHECK_FALSE(known_camera("afr1"));
   CHECK_FALSE(known_camera("fr10"));
   CHECK_FALSE(known_camera("office"));
-}
-
-TEST_CASE("the checksum of PNG gives its published check value") {
-  const std::string text = "123456789";
-  CHECK(detail::crc32(reinterpret_cast<const unsigned char*>(text.data()), 9) == 0xCBF43926U);
 }
 
 TEST_CASE("a PLY file has the header and the bytes of its points") {

@@ -87,28 +87,6 @@ TEST_CASE("association of 200,000 stamps that are all close takes less than 2 s"
   CHECK(std::all_of(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.first == pair.second; }));
 }
 
-TEST_CASE("the size of an image is known before it is decoded") {
-  cv::Mat image(37, 301, CV_8UC3, cv::Scalar(1, 2, 3));
-  for (const char* suffix : {".png", ".jpg", ".bmp", ".ppm"}) {
-    CAPTURE(suffix);
-    std::vector<unsigned char> bytes;
-    REQUIRE(cv::imencode(suffix, image, bytes));
-    const auto size = detail::image_size(bytes);
-    REQUIRE(size);
-    CHECK(*size == cv::Size(301, 37));
-    // Any shorter header is read without going beyond its end.
-    for (std::size_t n = 0; n < std::min<std::size_t>(bytes.size(), 700); ++n) {
-      const std::vector<unsigned char> begin(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(n));
-      const auto of_begin = detail::image_size(begin);
-      CHECK((!of_begin || of_begin->width > 0));
-    }
-  }
-  const std::string commented = "P5 # width\n# and height\n 12\t7\n255\n";
-  CHECK(detail::image_size({commented.begin(), commented.end()}) == cv::Size(12, 7));
-  CHECK_FALSE(detail::image_size({'G', 'I', 'F', '8'}));
-  CHECK_FALSE(detail::image_size({}));
-}
-
 TEST_CASE("an image beyond the limits, or of another size than asked for, is not decoded") {
   const TemporaryFolder folder;
   // Headers without pixels: decoding them would fail with another message.
@@ -116,7 +94,7 @@ TEST_CASE("an image beyond the limits, or of another size than asked for, is not
                     large = "P5\n16384 16384\n255\n", small = "P5\n16 16\n255\n";
   for (const std::string& header : {wide, large}) {
     write_text(folder.path() / "a.pgm", header);
-    CHECK_THROWS_WITH_AS(read_image(folder.path() / "a.pgm", cv::IMREAD_COLOR),
+    CHECK_THROWS_WITH_AS(read_image(folder.path() / "a.pgm", ImageAs::Colour),
                          doctest::Contains("expected at most 16384 on a side and 67108864 pixels"), IoError);
   }
   write_text(folder.path() / "b.pgm", small);
@@ -125,12 +103,12 @@ TEST_CASE("an image beyond the limits, or of another size than asked for, is not
     seen = size;
     throw IoError("another size");
   };
-  CHECK_THROWS_WITH_AS(read_image(folder.path() / "b.pgm", cv::IMREAD_COLOR, check), "another size", IoError);
+  CHECK_THROWS_WITH_AS(read_image(folder.path() / "b.pgm", ImageAs::Colour, check), "another size", IoError);
   CHECK(seen == cv::Size(16, 16));
   std::vector<unsigned char> jpeg;
   REQUIRE(cv::imencode(".jpg", cv::Mat(20, 30, CV_8UC1, cv::Scalar(9)), jpeg));
   write_bytes(folder.path() / "c.jpg", jpeg);
-  CHECK_THROWS_WITH_AS(read_image(folder.path() / "c.jpg", cv::IMREAD_COLOR, check), "another size", IoError);
+  CHECK_THROWS_WITH_AS(read_image(folder.path() / "c.jpg", ImageAs::Colour, check), "another size", IoError);
   CHECK(seen == cv::Size(30, 20));
 }
 

@@ -3,6 +3,7 @@
 
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
+#include "support/time_limit.hpp"
 
 namespace point_tracks_test {
 
@@ -64,6 +65,19 @@ TEST_CASE("the widest label covers the most cells, whatever its points") {
   for (int i = 0; i < 3; ++i) text += "5 " + std::to_string(50 + 300 * i) + " 10\n";  // three
   write_text(folder.path() / "t.txt", text);
   CHECK(widest_label(read_point_tracks(folder.path() / "t.txt")) == 5);
+}
+
+TEST_CASE("100,000 labels take less than 2 s") {
+  PointTracks tracks;
+  tracks.points = 100'000, tracks.frames = 2, tracks.width_px = 800, tracks.height_px = 800;
+  for (int p = 0; p < tracks.points; ++p) {
+    tracks.label.push_back(tracks.points - p);
+    tracks.px.emplace_back(10.0F, 10.0F);
+    tracks.px.emplace_back(p == 70'000 ? 500.0F : 11.0F, 10.0F);  // this one gets into two cells
+  }
+  int widest = 0;
+  CHECK(dynfilter_test::seconds([&] { widest = widest_label(tracks); }) < dynfilter_test::kMost_s);
+  CHECK(widest == tracks.points - 70'000);
 }
 
 }  // namespace point_tracks_test

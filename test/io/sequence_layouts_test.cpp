@@ -433,7 +433,7 @@ TEST_CASE("bad folders of images: one line that names the culprit") {
   }
   SUBCASE("a file that is no image") {
     write_text(folder / "images" / "a.png", "not a picture");
-    has(complaint(folder), "a.png: is not a PNG image");
+    has(complaint(folder), "a.png: is not a PNG, JPEG, BMP or binary PGM or PPM image");
   }
   SUBCASE("a right folder without a counterpart") {
     write_image(folder / "left" / "a.png", 1);

@@ -151,7 +151,7 @@ TEST_CASE("bad images: one line that names the file") {
   }
   SUBCASE("not a picture") {
     write_text(colour, "not a picture at all");
-    has(complaint(folder), "100.100000.png: is not a PNG image");
+    has(complaint(folder), "100.100000.png: is not a PNG, JPEG, BMP or binary PGM or PPM image");
   }
   SUBCASE("a flipped bit") {
     std::string bytes = read_text(colour);

@@ -279,8 +279,9 @@ TEST_CASE("parameters are checked and read") {
   PoseChangeParams nan;
   nan.min_translation_m = kNan;
   CHECK_THROWS_AS(PoseChangeSelector{nan}, ConfigError);
-  CHECK_THROWS_WITH_AS(make_keyframe_selector("best"),
-                       "no keyframe selector `best`; known: pose_change, vertex_cover", ConfigError);
+  CHECK_THROWS_WITH_AS(
+      make_keyframe_selector("best"),
+      "unknown keyframe selector `best`; known keyframe selectors: pose_change, vertex_cover", ConfigError);
   const YamlDocument yaml = YamlDocument::from_text("%YAML:1.0\nmin_gap_frames: 2\n");
   CHECK(make_keyframe_selector("pose_change", yaml.root())->name() == "pose_change");
   CHECK_THROWS_AS(make_keyframe_selector("vertex_cover", yaml.root()), ConfigError);

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/late/box_tracker.hpp>
 #include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/carried_mask.hpp>
 #include <dynfilter/late/late_semantics.hpp>
 #include <dynfilter/late/motion_history.hpp>
 #include <limits>
+#include <set>
+#include <vector>
 
 #include "doctest/doctest.h"
 #include "support/time_limit.hpp"
@@ -285,15 +290,44 @@ TEST_CASE("a mask whose features jump out of any int disappears") {
   }
 }
 
+TEST_CASE("instance masks are copies, whose memory is reused") {
+  Walk walk;
+  BoxTracker tracker;
+  std::set<const std::uint8_t*> memory;
+  constexpr std::int64_t kResults = 12;
+  for (std::int64_t result = 0; result < kResults; ++result) {
+    std::vector<Detection> boxes(3, walk.box(0));
+    for (std::size_t b = 0; b < boxes.size(); ++b) {
+      boxes[b].box.x += 60 * static_cast<float>(b);  // apart: each continues its own track
+      boxes[b].mask = cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(static_cast<double>(10 + b)));
+    }
+    tracker.take(boxes, result, {});
+    for (Detection& box : boxes) {
+      CHECK(has_sole_owner(box.mask));
+      box.mask.setTo(cv::Scalar(0));
+    }
+    REQUIRE(tracker.boxes().size() == boxes.size());
+    for (std::size_t b = 0; b < boxes.size(); ++b) {
+      const cv::Mat& mask = tracker.boxes()[b].detection.mask;
+      CHECK(cv::countNonZero(mask != static_cast<double>(10 + b)) == 0);
+      memory.insert(mask.data);
+    }
+  }
+  CHECK(memory.size() <= 2 * 3);  // of the last result and of the one before
+}
+
 TEST_CASE("the instance mask of a box that is hardly wider than nothing") {
   Detection d;
   d.box = {10, 10, 20, 20};
   d.mask = cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(255));
   CarriedBox box = CarriedBox::from(d, 0);
   box.detection.box = {10.5F, 10.5F, 1e-30F, 1e-30F};
-  CHECK(cv::countNonZero(carried_instance(box, {kWidth, kHeight})) == 0);
+  cv::Mat instance;
+  carried_instance(box, {kWidth, kHeight}, instance);
+  CHECK(cv::countNonZero(instance) == 0);
   box.detection.box = {10, 10, 20, 20};  // unmoved: the mask itself, at a quarter
-  CHECK(cv::countNonZero(carried_instance(box, {kWidth, kHeight})) == kWidth / 4 * kHeight / 4);
+  carried_instance(box, {kWidth, kHeight}, instance);
+  CHECK(cv::countNonZero(instance) == kWidth / 4 * kHeight / 4);
 }
 
 }  // namespace late_semantics_test

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -57,10 +58,10 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
 
 /// External headers that only these folders may include.
 inline const std::map<std::string, std::string>& gatekeepers() {
-  static const std::map<std::string, std::string> table{{"flann/", "cluster"},
-                                                        {"ceres/", "geometry"},
-                                                        {"opencv2/dnn", "semantic"},
-                                                        {"dlfcn.h", "plugin facade/detail"}};
+  static const std::map<std::string, std::string> table{
+      {"flann/", "cluster"},  {"ceres/", "geometry"}, {"opencv2/dnn", "semantic"},
+      {"png.h", "io"},        {"jpeglib.h", "io"},    {"dlfcn.h", "plugin facade/detail"},
+      {"immintrin.h", "core"}};
   return table;
 }
 
@@ -116,6 +117,34 @@ inline std::vector<std::string> faults_of_bodies(const std::string& path, const 
   return faults;
 }
 
+/// Folders that decide on features, or make the scenes by which decisions are compared.
+inline bool decides(const std::string& folder) {
+  static const std::set<std::string> folders{"core",     "correspondence", "geometry", "cluster", "late",
+                                             "evidence", "filters",        "pipeline", "synth"};
+  return folders.count(folder) != 0;
+}
+
+/// Code whose results or crashes depend on the processor, the compiler or the C library.
+inline std::vector<std::string> faults_of_portability(const std::string& folder, const std::string& text) {
+  static const std::regex aligned(
+      "_mm[0-9]*_(load|store|stream)_|aligned\\s*\\(|\\baligned__|assume_aligned");
+  static const std::regex inexact(
+      "std::(exp|exp2|expm1|log|log2|log10|log1p|pow|sin|cos|tan|asin|acos|atan|atan2|sinh|cosh|tanh|cbrt|"
+      "hypot|erf|"
+      "erfc|tgamma|lgamma|fma)[fl]?\\(|AngleAxis|Rotation2D|computeDirect|eulerAngles|slerp");
+  std::vector<std::string> faults;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    line = line.substr(0, line.find("//"));
+    if (std::regex_search(line, aligned))
+      faults.push_back("states an alignment: use core/avx2.hpp or core/lanes.hpp: " + line);
+    if (decides(folder) && std::regex_search(line, inexact))
+      faults.push_back("takes a function whose bits depend on the processor: use core/portable_math.hpp: " +
+                       line);
+  }
+  return faults;
+}
+
 /// Faults of a header, one per line. `path` is relative to include/dynfilter.
 inline std::vector<std::string> complaints_about(const std::string& path, const std::string& text) {
   std::vector<std::string> complaints;
@@ -129,6 +158,7 @@ inline std::vector<std::string> complaints_about(const std::string& path, const 
   if (!starts_with(text, "// SPDX-License-Identifier: MIT\n#pragma once\n"))
     complain("does not begin with the licence line and #pragma once");
   for (const std::string& fault : faults_of_bodies(path, text)) complain(fault);
+  for (const std::string& fault : faults_of_portability(folder, text)) complain(fault);
   for (const std::string& name : includes_of(text)) {
     if (starts_with(name, "dynfilter/")) {
       const std::string target = folder_of(name.substr(10));

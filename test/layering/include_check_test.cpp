@@ -45,6 +45,24 @@ TEST_CASE("the table itself has no circle and keeps filters away from files and 
   CHECK(reachable("core").empty());
 }
 
+TEST_CASE("stated alignments and functions that depend on the processor are found") {
+  for (const char* code :
+       {"const __m256i v = _mm256_load_si256(p);", "_mm_store_ps(to, v);", "_mm256_stream_ps(to, v);",
+        "using Eight = float __attribute__((vector_size(32), aligned(4)));",
+        "__builtin_assume_aligned(p, 32)"})
+    CHECK(complaints("mapping/x.hpp", std::string(code) + "\n") == 1);
+  for (const char* code :
+       {"_mm256_loadu_ps(p)", "_mm_loadl_epi64(p)", "alignas(32) float x[8];", "// aligned(4)"})
+    CHECK(complaints("mapping/x.hpp", std::string(code) + "\n") == 0);
+  for (const char* code :
+       {"std::exp(x)", "1 / std::hypot(x, y)", "std::powf(x, 2)", "Eigen::AngleAxisd(a, b)"}) {
+    CHECK(complaints("filters/x.hpp", std::string(code) + "\n") == 1);
+    CHECK(complaints("render/x.hpp", std::string(code) + "\n") == 0);
+  }
+  for (const char* code : {"std::sqrt(x)", "portable::exp(x)", "// not std::exp(x)", "std::expected(x)"})
+    CHECK(complaints("filters/x.hpp", std::string(code) + "\n") == 0);
+}
+
 TEST_CASE("an include that points back is found, one that follows the flow is not") {
   CHECK(complaints("filters/x.hpp", "#include <dynfilter/core/filter.hpp>\n#include <vector>\n") == 0);
   CHECK(complaints("core/x.hpp", "#include <dynfilter/filters/y.hpp>\n") == 1);

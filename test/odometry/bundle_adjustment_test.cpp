@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
 #include <odometry/bundle_adjustment.hpp>
 #include <random>
+#include <string>
 
 #include "test_images.hpp"
 
@@ -137,6 +142,54 @@ TEST_CASE("a wrong sighting is dropped, on both sides") {
   CHECK(s.map.keyframes[2].features.map_point[5] == -1);
   CHECK(s.map.points[6].observations.size() == kKeyframes);
   CHECK((s.map.points[5].world_m - s.truth[5]).norm() < 0.01);
+}
+
+/// What is written to stderr in its lifetime.
+class CapturedErrors {
+ public:
+  CapturedErrors() : file_(std::tmpfile()), before_(dup(STDERR_FILENO)) {
+    dup2(fileno(file_), STDERR_FILENO);
+  }
+  CapturedErrors(const CapturedErrors&) = delete;
+  CapturedErrors& operator=(const CapturedErrors&) = delete;
+  ~CapturedErrors() { end(), std::fclose(file_); }
+  std::string end() {
+    if (before_ >= 0) dup2(before_, STDERR_FILENO), close(before_);
+    before_ = -1;
+    std::string text;
+    std::rewind(file_);
+    for (int c = std::fgetc(file_); c != EOF; c = std::fgetc(file_)) text += static_cast<char>(c);
+    return text;
+  }
+
+ private:
+  std::FILE* file_;
+  int before_;
+};
+
+TEST_CASE("a point behind a camera neither ends the adjustment nor is logged") {
+  Scene s = scene();
+  s.map.points[9].world_m.z() = -1;
+  s.map.keyframes[4].set_pose(moved(camera_at(4), (Vector6d() << 0.02, 0, 0.01, 0, 0.01, 0).finished()));
+  CapturedErrors errors;
+  BundleAdjuster(kCamera, {}).adjust(s.map, {3, 4}, [&](const Observation& o) { return s.sighting(o); });
+  CHECK(errors.end() == "");
+  CHECK((s.map.keyframes[4].T_camera_world.matrix() - camera_at(4).matrix()).norm() < 2e-3);
+  CHECK(s.map.points[9].observations.empty());
+}
+
+TEST_CASE("Ceres writes nothing, not even where it fails, and others may log again after it") {
+  const int before = FLAGS_minloglevel;
+  Scene s = scene();
+  const auto broken = [&](const Observation& o) {
+    Sighting sighting = s.sighting(o);
+    if (o.feature == 3) sighting.measured_px.x() = NAN;
+    return sighting;
+  };
+  CapturedErrors errors;
+  BundleAdjuster(kCamera, {}).adjust(s.map, {0, 1, 2, 3, 4}, broken);
+  CHECK(errors.end() == "");
+  CHECK(FLAGS_minloglevel == before);
 }
 
 }  // namespace bundle_adjustment_test

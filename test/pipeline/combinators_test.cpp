@@ -10,6 +10,11 @@
 #include <dynfilter/pipeline/pipeline.hpp>
 
 #include <dynfilter/pipeline/combinators.hpp>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"
@@ -44,6 +49,54 @@ StagePtr watch(std::vector<std::string>& log, const std::string& vote = "") {
     log.push_back(seen);
   }));
 }
+
+/// Says the letters of the frame with its id; counts its resets.
+class Turns final : public Filter {
+ public:
+  Turns(std::string name, std::vector<std::string> letters, std::string* log, Needs needs = {})
+      : name_(std::move(name)), letters_(std::move(letters)), log_(log), needs_(needs) {}
+  std::string name() const override { return name_; }
+  Needs needs() const override { return needs_; }
+  void apply(const Evidence& evidence, Votes& votes) override {
+    *log_ += name_;
+    const std::string& letters = letters_[static_cast<std::size_t>(evidence.frame().id)];
+    if (letters == "throw") throw std::runtime_error("no idea");
+    for (std::size_t i = 0; i < letters.size(); ++i) {
+      if (letters[i] == 'P') votes.mark_prior(i);
+      if (letters[i] == 'S') votes.cast(i, Vote::Static);
+      if (letters[i] == 'D') votes.cast(i, Vote::Dynamic);
+    }
+  }
+  void reset() override { *log_ += "reset-" + name_; }
+
+ private:
+  std::string name_;
+  std::vector<std::string> letters_;
+  std::string* log_;
+  Needs needs_;
+};
+
+/// One verdict per frame, of `first_available` of two members.
+struct TwoMembers {
+  TwoMembers(std::vector<std::string> a, std::vector<std::string> b, Needs needs_of_a = {}) {
+    PipelineConfig config;
+    config.floor.min_features = 0;
+    config.before_pose = first_available(stage(std::make_unique<Turns>("a", std::move(a), &log, needs_of_a)),
+                                         stage(std::make_unique<Turns>("b", std::move(b), &log)));
+    pipeline = std::make_unique<Pipeline>(std::move(config));
+  }
+  const Verdict& judge(std::int64_t id, bool depth = false) {
+    log.clear();
+    FrameView frame = features.view(id);
+    if (depth) frame.depth_m = depth_m;
+    return pipeline->before_pose(frame);
+  }
+
+  std::string log;
+  std::unique_ptr<Pipeline> pipeline;
+  Features features{3};
+  std::vector<float> depth_m = std::vector<float>(3, 1.0F);
+};
 
 }  // namespace
 
@@ -154,6 +207,58 @@ TEST_CASE("first_available: the first member with its inputs judges, the others 
   CHECK_FALSE(verdict.report.stages[1].skipped);
   CHECK(verdict.report.stages[2].note == "skipped: an earlier member judged");
   CHECK(verdict.report.stages[3].skipped);
+}
+
+TEST_CASE("first_available: a member that abstained on the whole frame has not judged") {
+  TwoMembers two({"UUU", "UUS", "throw", "UPU", "UUU"}, {"UDU", "DDD", "DUU", "UUD", "UUU"});
+  const Verdict& abstained = two.judge(0);
+  CHECK(letters_of(abstained) == "UDU");
+  CHECK(abstained.reason(1) == "b");
+  CHECK(abstained.report.stages[0].note == "judged by b (a abstained on the whole frame)");
+  CHECK(two.log == "ab");
+
+  // One vote is a judgement. It is not mixed with that of another member.
+  const Verdict& judged = two.judge(1);
+  CHECK(letters_of(judged) == "UUS");
+  CHECK(judged.report.stages[0].note.empty());
+  CHECK(judged.report.stages[2].note == "skipped: an earlier member judged");
+  CHECK(two.log == "a");
+
+  const Verdict& failed = two.judge(2);
+  CHECK(letters_of(failed) == "DUU");
+  CHECK(failed.report.stages[0].note == "judged by b (a failed)");
+
+  const Verdict& marked = two.judge(3);
+  CHECK(letters_of(marked) == "UUD");
+  CHECK(marked.prior[1] == 1);
+
+  const Verdict& none = two.judge(4);
+  CHECK(letters_of(none) == "UUU");
+  CHECK(none.report.stages[0].note ==
+        "no member judged (a abstained on the whole frame, b abstained on the whole frame)");
+}
+
+TEST_CASE("first_available: an input that is missing in one frame passes the turn for this frame") {
+  TwoMembers two({"SSS", "SSS", "SSS", "SSS"}, {"UUD", "UUD", "UUD", "UUD"}, {Input::Depth, Input::None, 0});
+  CHECK(letters_of(two.judge(0)) == "UUD");
+  CHECK(two.pipeline->before_pose(two.features.view(0)).report.stages[0].note ==
+        "judged by b (a skipped: no depth)");
+  CHECK(letters_of(two.judge(1, true)) == "SSS");
+  two.depth_m.assign(3, -1.0F);  // as hosts fill what they lack
+  CHECK(letters_of(two.judge(2, true)) == "UUD");
+  two.depth_m.assign(3, 1.0F);
+  CHECK(letters_of(two.judge(3, true)) == "SSS");
+}
+
+TEST_CASE("first_available: a member that did not run is reset before its next turn, others never") {
+  TwoMembers two({"UUU", "UUU", "SSS", "SSS", "UUU", "UUU"}, {"D", "D", "D", "D", "D", "D"});
+  std::vector<std::string> logs;
+  for (int id = 0; id < 6; ++id) two.judge(id), logs.push_back(two.log);
+  CHECK(logs == std::vector<std::string>{"ab", "ab", "a", "a", "areset-bb", "ab"});
+  two.pipeline->reset();
+  CHECK(two.log == "abreset-areset-b");
+  two.judge(0);
+  CHECK(two.log == "ab");
 }
 
 TEST_CASE("later stages of a sequence see survivors only, and suspects are no seeds") {

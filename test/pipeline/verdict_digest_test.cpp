@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What every preset decides on small exact scenes, feature by feature, as one number each. A change that is not
-// meant to change verdicts must not change these. One that is meant to: run `test_pipeline -tc="*digest*"`, look at
-// what differs, and write the new numbers into verdict_digests.txt. No images: their filters come from OpenCV,
-// which decides by the processor.
-#include <dynfilter/core/cpu.hpp>
+// What every preset decides on every exact scene and on images, feature by feature, as one number each. Every compiler,
+// C library and processor must produce them: CTest runs this file also as on a processor of 2010 (test/CMakeLists.txt),
+// and test/run.sh with Clang. A change that is not meant to change verdicts must not change these. One that is meant
+// to: run with DYNFILTER_UPDATE_DIGESTS=1, which writes verdict_digests.txt, and look at what differs.
+#include <cstdlib>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
@@ -15,9 +15,12 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <sstream>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "doctest/doctest.h"
+#include "pipeline/whole_pixel_scene.hpp"
 #include "support/digest.hpp"
 
 namespace verdict_digest_test {
@@ -33,20 +36,15 @@ void add(const Verdict& verdict, Digest& digest) {
                8 * verdict.restored[i] + 16 * verdict.reasons[i]);
 }
 
-std::string digest_of(const fs::path& file, synth::Preset scene_preset) {
+constexpr int kFrames = 10;
+
+/// `frame_of(k)` has a view().
+template <class FrameOf>
+std::string digest_of(const fs::path& file, FrameOf frame_of) {
   Pipeline pipeline(pipeline_from_file(file.string(), builtin_filters()));
-  const synth::ExactScene scene = synth::preset(scene_preset)
-                                      .pixel_noise(0.3)
-                                      .depth_noise(0.0014)
-                                      .mismatches(0.03)
-                                      .missing_depth(0.05)
-                                      .with_poses()
-                                      .with_detections()
-                                      .with_descriptors()
-                                      .with_map_points();
   Digest digest;
-  for (int k = 0; k < 10; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+  for (int k = 0; k < kFrames; ++k) {
+    const auto& frame = frame_of(k);
     add(pipeline.before_pose(frame.view()), digest);
     add(pipeline.after_pose(frame.view()), digest);
     if (k % 4 == 0) add(pipeline.at_keyframe(frame.view()), digest);
@@ -54,33 +52,52 @@ std::string digest_of(const fs::path& file, synth::Preset scene_preset) {
   return digest.text();
 }
 
-TEST_CASE("verdict digests of the presets are those on record") {
-  bool recorded_here = false;
-#ifdef DYNFILTER_X86
-  recorded_here = detail::cpu_has_avx2();
-#endif
-  if (!recorded_here) {
-    MESSAGE("skipped: recorded on a processor with AVX2");
-    return;
-  }
-  const std::string folder = std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines";
-  std::ifstream record(std::string(DYNFILTER_SOURCE_DIR) + "/test/pipeline/verdict_digests.txt");
-  std::map<std::string, std::string> recorded;
-  for (std::string preset, scene, digest; record >> preset >> scene >> digest;)
-    recorded[preset + " " + scene] = digest;
-  std::size_t compared = 0;
-  for (const auto& entry : fs::directory_iterator(folder)) {
+using Digests = std::map<std::string, std::string>;  ///< by "preset scene"
+
+Digests computed() {
+  std::vector<std::unique_ptr<whole_pixel_scene::Frame>> images;
+  for (int k = 0; k < kFrames; ++k) images.push_back(std::make_unique<whole_pixel_scene::Frame>(k));
+  Digests digests;
+  for (const auto& entry :
+       fs::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines")) {
     const std::string name = entry.path().stem().string();
     if (entry.path().extension() != ".yaml" || name == "oracle") continue;
-    for (const synth::Preset scene :
-         {synth::Preset::General, synth::Preset::Majority, synth::Preset::Rigid}) {
-      const std::string key = name + " " + to_string(scene);
-      INFO(key, " ", digest_of(entry.path(), scene));
-      CHECK(recorded[key] == digest_of(entry.path(), scene));
-      ++compared;
+    for (const synth::Preset preset : synth::all_presets()) {
+      const synth::ExactScene scene = synth::preset(preset)
+                                          .pixel_noise(0.3)
+                                          .depth_noise(0.0014)
+                                          .mismatches(0.03)
+                                          .missing_depth(0.05)
+                                          .with_poses()
+                                          .with_detections()
+                                          .with_descriptors()
+                                          .with_map_points();
+      digests[name + " " + to_string(preset)] =
+          digest_of(entry.path(), [&](int k) { return scene.frame(k); });
     }
+    digests[name + " images"] = digest_of(entry.path(), [&](int k) -> const whole_pixel_scene::Frame& {
+      return *images[static_cast<std::size_t>(k)];
+    });
   }
-  CHECK(compared == recorded.size());
+  return digests;
+}
+
+TEST_CASE("verdict digests of the presets are those on record") {
+  const std::string file = std::string(DYNFILTER_SOURCE_DIR) + "/test/pipeline/verdict_digests.txt";
+  const Digests digests = computed();
+  if (std::getenv("DYNFILTER_UPDATE_DIGESTS") != nullptr) {
+    std::ofstream out(file);
+    for (const auto& [key, digest] : digests) out << key << " " << digest << "\n";
+  }
+  std::ifstream record(file);
+  std::size_t recorded = 0;
+  for (std::string preset, scene, digest; record >> preset >> scene >> digest; ++recorded) {
+    const std::string key = preset + " " + scene;
+    CAPTURE(key);
+    REQUIRE(digests.count(key) == 1);
+    CHECK(digests.at(key) == digest);
+  }
+  CHECK(recorded == digests.size());
 }
 
 }  // namespace verdict_digest_test

@@ -131,21 +131,24 @@ TEST_CASE("each mistake is one line with the path and what was expected") {
         "budget_ms, "
         "correspondence, floor, initialisation, before_pose, "
         "after_pose, at_keyframe");
-  CHECK(error_of(head + "    - limt\n") ==
-        "pipeline.before_pose[0]: unknown filter `limt` (did you mean `limit`?); known: limit, mark, " +
-            combinator_names());
+  CHECK(
+      error_of(head + "    - limt\n") ==
+      "pipeline.before_pose[0]: unknown filter `limt` (did you mean `limit`?); known filters: limit, mark, " +
+          combinator_names());
   CHECK(error_of(head + "    - limit: { limit_px: 11 }\n") ==
         "pipeline.before_pose[0].limit.limit_px: expected 0 to 10, got `11`");
   CHECK(error_of(head + "    - any:\n        - limit: { limit: 1 }\n") ==
-        "pipeline.before_pose[0].any[0].limit: unknown key `limit`; known keys: limit_px");
+        "pipeline.before_pose[0].any[0].limit: unknown key `limit` (did you mean `limit_px`?); known keys: "
+        "limit_px");
   CHECK(error_of(head + "    - limit: { limit_px: big }\n") ==
         "pipeline.before_pose[0].limit.limit_px: expected a number, got `big`");
   CHECK(error_of(head + "    - any: []\n") == "pipeline.before_pose[0].any: expected at least one stage");
   CHECK(error_of(head + "    - any: limit\n") == "pipeline.before_pose[0].any: expected a list, got `limit`");
   CHECK(error_of(head + "    - gate: { if: limit }\n") ==
         "pipeline.before_pose[0].gate: expected the key `then`");
-  CHECK(error_of(head + "    - gate: { if: limit, them: limit }\n") ==
-        "pipeline.before_pose[0].gate: unknown key `them`; known keys: if, then, else");
+  CHECK(
+      error_of(head + "    - gate: { if: limit, them: limit }\n") ==
+      "pipeline.before_pose[0].gate: unknown key `them` (did you mean `then`?); known keys: if, then, else");
   CHECK(error_of(head + "    - { limit: {}, mark: {} }\n") ==
         "pipeline.before_pose[0]: expected one stage, `name` or `name: { parameters }`");
   CHECK(error_of("pipeline:\n  max_time_gap_s: -1\n") == "pipeline.max_time_gap_s: expected >= 0, got `-1`");
@@ -203,9 +206,9 @@ TEST_CASE("combinators with parameters read them beside their stages") {  // x =
   CHECK(error_of(head + "vote: { of: limit }\n") ==
         "pipeline.before_pose[0].vote.of: expected a list, got `limit`");
   CHECK(error_of(head + "vote: { min_votes: 2 }\n") == "pipeline.before_pose[0].vote: expected the key `of`");
-  CHECK(
-      error_of(head + "vote: { of: [ limit ], min_vote: 2 }\n") ==
-      "pipeline.before_pose[0].vote: unknown key `min_vote`; known keys: of, min_votes, min_share, weights");
+  CHECK(error_of(head + "vote: { of: [ limit ], min_vote: 2 }\n") ==
+        "pipeline.before_pose[0].vote: unknown key `min_vote` (did you mean `min_votes`?); known keys: of, "
+        "min_votes, min_share, weights");
   CHECK(error_of(head + "object_vote: { of: limit, labels: [ 15, 256 ] }\n") ==
         "pipeline.before_pose[0].object_vote.labels: expected 0 to 255, got `256`");
   CHECK(error_of(head + "object_vote: { of: limit, labels: person }\n") ==
@@ -213,7 +216,7 @@ TEST_CASE("combinators with parameters read them beside their stages") {  // x =
   CHECK(
       error_of(head + "object_vote: { of: limit, objects: box }\n") ==
       "pipeline.before_pose[0].object_vote.objects: expected one of boxes, instances, mask, components, got "
-      "`box`");
+      "`box` (did you mean `boxes`?)");
 }
 
 // DYNFILTER_UPDATE_DOCS=1 writes the tables instead.

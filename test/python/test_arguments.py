@@ -117,7 +117,7 @@ def test_boxes_pose_and_none():
         ({"camera": np.eye(4)}, r"camera: expected numbers of shape \(3, 3\)"),
         ({"pose": np.eye(3)}, r"pose: expected numbers of shape \(4, 4\)"),
         ({"pose": 2 * np.eye(4)}, "pose: expected a rigid motion"),
-        ({"pose": np.eye(4), "pose_kind": "guess"}, "pose_kind: expected \"predicted\""),
+        ({"pose": np.eye(4), "pose_kind": "guess"}, "pose_kind: expected one of predicted, estimated, refined, got `guess`"),
         ({"boxes": [(1, 2, 3, 4)]}, "boxes: expected a list of dynfilter.Detection, got a tuple"),
         ({"boxes": 5}, "boxes: expected a list of dynfilter.Detection, got a int"),
         ({"mask": np.zeros((48, 64), np.int64)}, "mask: expected a uint8 or bool image"),
@@ -135,9 +135,9 @@ def test_wrong_arguments_are_named(arguments, message):
 
 
 def test_values_of_classes_are_checked():
-    with pytest.raises(ValueError, match="fx_px, fy_px: expected positive"):
+    with pytest.raises(ValueError, match="^Camera: expected focal lengths fx, fy above 0 .px., got 0.0, 500.0$"):
         dynfilter.Camera(0, 500, 320, 240)
-    with pytest.raises(ValueError, match="distortion: expected at most 5"):
+    with pytest.raises(ValueError, match="distortion: expected 0, 4 or 5 numbers k1 k2 p1 p2 k3, got 8"):
         dynfilter.Camera(500, 500, 320, 240, distortion=[0] * 8)
     with pytest.raises(ValueError, match=r"box: expected numbers of shape \(4,\)"):
         dynfilter.Detection((1, 2, 3))

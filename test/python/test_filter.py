@@ -56,7 +56,7 @@ def test_beside_compiled_filters():
 @pytest.mark.parametrize(
     "parameters, message",
     [
-        ("min_depth: 2", "py_too_near: unknown key `min_depth`; known keys: min_depth_m, count, on, mode, classes"),
+        ("min_depth: 2", "py_too_near: unknown key `min_depth` .did you mean `min_depth_m`..; known keys: min_depth_m, count, on, mode, classes"),
         ("min_depth_m: 11", "min_depth_m: expected 0 to 10, got `11`"),
         ("min_depth_m: near", "min_depth_m: expected a number"),
         ("count: 1.5", "count: expected a whole number"),
@@ -106,7 +106,7 @@ def test_an_exception_reaches_the_caller_and_the_pipeline_goes_on():
                 raise KeyError("no such thing")
             votes.dynamic(np.full(len(evidence), True))
 
-    pipeline, places = dynfilter.Pipeline(Fails()), np.zeros((200, 2))
+    pipeline, places = dynfilter.Pipeline(Fails()), 20.0 * np.stack(np.divmod(np.arange(200), 20), axis=1)
     assert pipeline.before_pose(places, timestamp=0.0).keep.sum() == 50  # the floor
     with pytest.raises(KeyError, match="no such thing") as error:
         pipeline.before_pose(places, timestamp=0.1)
@@ -218,7 +218,7 @@ def test_names():
         class Taken(dynfilter.Filter, name="epipolar"):
             pass
 
-    with pytest.raises(ValueError, match="needs: expected some of grey, depth.*got `colour`"):
+    with pytest.raises(ValueError, match="needs: expected one of grey, depth.*got `colour`"):
 
         class Wants(dynfilter.Filter, needs="colour"):
             pass

@@ -3,9 +3,11 @@
 
 import importlib
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
+import time
 import venv
 
 import pytest
@@ -53,6 +55,81 @@ def test_wheel_in_a_fresh_virtual_environment(root, tmp_path, tool):
     assert str(root).encode() not in library, "the module names the source tree"
     subprocess.run([python, "-m", "pip", "uninstall", "-y", "-q", "dynfilter"], check=True, env=environment())
     assert not list((tmp_path / "venv").rglob("_core*.so"))
+
+
+def offline_install(python, *what, **variables):
+    command = [python, "-m", "pip", "install", *what, "--no-index", "--no-build-isolation", "--disable-pip-version-check"]
+    return subprocess.run(command, env=environment(**variables), capture_output=True, text=True)
+
+
+def test_editable_install_follows_the_sources(root, tmp_path, tool):
+    """A copy of the sources, one of which is then changed, with the libraries of this build."""
+    source = tmp_path / "source"
+    for part in ("plugins/python", "examples/pipelines", "include/dynfilter/version.hpp", "README.md", "LICENSE", "pyproject.toml"):
+        (source / part).parent.mkdir(parents=True, exist_ok=True)
+        copy = shutil.copytree if (root / part).is_dir() else shutil.copy
+        copy(root / part, source / part)
+    venv.create(tmp_path / "venv", system_site_packages=True, with_pip=True)
+    python = str(tmp_path / "venv/bin/python")
+    done = offline_install(python, "-e", str(source), DYNFILTER_PYTHON_BUILD_DIR=tool("BUILD_FOLDER"))
+    assert done.returncode == 0, done.stdout + done.stderr
+    with open(source / "plugins/python/dynfilter/paths.py", "a") as file:
+        file.write("changed = 5\n")
+    show = "import dynfilter, dynfilter.paths as p; print(p.changed, len(dynfilter.presets()) > 10, dynfilter.Pipeline('none'))"
+    ran = subprocess.run([python, "-c", show], env=environment(), cwd=tmp_path, capture_output=True, text=True)
+    assert ran.stdout.startswith("5 True"), ran.stdout + ran.stderr
+    subprocess.run([python, "-m", "pip", "uninstall", "-y", "-q", "dynfilter"], check=True, env=environment())
+    gone = subprocess.run([python, "-c", "import dynfilter"], env=environment(), cwd=tmp_path, capture_output=True, text=True)
+    assert "No module named" in gone.stderr
+
+
+@pytest.fixture(scope="module")
+def without_numpy(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bare")
+    venv.create(folder / "venv", system_site_packages=False, with_pip=True)
+    return str(folder / "venv/bin/python")
+
+
+@pytest.mark.parametrize("editable", [(), ("-e",)])
+def test_pip_misses_numpy_before_anything_is_compiled(root, tmp_path, without_numpy, editable):
+    build = tmp_path / "build"
+    begin = time.monotonic()
+    done = offline_install(without_numpy, *editable, str(root), DYNFILTER_PYTHON_BUILD_DIR=str(build))
+    assert done.returncode != 0 and "numpy" in done.stderr, done.stdout + done.stderr
+    assert not build.exists(), "configured before the metadata was read"
+    assert time.monotonic() - begin < 60
+
+
+def test_metadata_names_the_versions_of_pyproject(backend, root, tmp_path):
+    info = backend.prepare_metadata_for_build_wheel(str(tmp_path))
+    text = (tmp_path / info / "METADATA").read_text()
+    bounds = [line for line in (root / "pyproject.toml").read_text().splitlines() if line.startswith("dependencies")]
+    (needed,) = [line for line in text.splitlines() if line.startswith("Requires-Dist: ")]
+    assert needed == "Requires-Dist: numpy>=1.24,<2" and needed.split(": ")[1] in bounds[0]
+
+
+def test_missing_tools_are_one_line(backend, tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("CXX", raising=False)
+    for hook in ("prepare_metadata_for_build_wheel", "prepare_metadata_for_build_editable", "build_wheel", "build_editable"):
+        with pytest.raises(SystemExit, match=r"^dynfilter: not found: cmake, a C\+\+ compiler \(g\+\+\). See docs/how-to/python.md$"):
+            getattr(backend, hook)(str(tmp_path))
+
+
+def imported(python, *folders):
+    path = os.pathsep.join(map(str, folders))
+    done = subprocess.run([python, "-c", "import dynfilter"], env=environment(PYTHONPATH=path), capture_output=True, text=True)
+    return done.stderr.strip().splitlines()[-1:]
+
+
+def test_import_without_numpy_names_it(tool, tmp_path, without_numpy):
+    package = tool("BUILD_FOLDER") + "/plugins/python"
+    (line,) = imported(without_numpy, package)
+    assert line.startswith("ImportError: dynfilter needs NumPy: run `pip install"), line
+    (tmp_path / "numpy").mkdir()
+    (tmp_path / "numpy/__init__.py").write_text("__version__ = '2.1.0'\n")
+    (line,) = imported(without_numpy, package, tmp_path)
+    assert "found 2.1.0" in line or "numpy." in line, line  # the second with a pybind11 that knows NumPy 2
 
 
 def test_source_package_has_what_the_build_needs(backend, tmp_path):

@@ -229,7 +229,7 @@ TEST_CASE("most features of majority lie on movers, about a third of those of wa
 }
 
 TEST_CASE("senseless options are refused by name") {
-  CHECK_THROWS_WITH_AS(SequenceRenderer{of_scene("nowhere")}, doctest::Contains("unknown scene 'nowhere'"),
+  CHECK_THROWS_WITH_AS(SequenceRenderer{of_scene("nowhere")}, doctest::Contains("unknown scene `nowhere`"),
                        ConfigError);
   SequenceOptions options = of_scene("static_desk");
   options.frames = 0;

@@ -163,7 +163,8 @@ TEST_CASE("box_masks in a detector's YAML: masks where there is a depth image") 
   CHECK(!make("")->infer(image)->labels);
   CHECK_THROWS_WITH_AS(
       make(", box_masks: { margin: 1 }"),
-      "detector.box_masks: unknown key `margin`; known keys: classes, min_score, expand_share, "
+      "detector.box_masks: unknown key `margin` (did you mean `margin_m`?); known keys: classes, min_score, "
+      "expand_share, "
       "margin_m, max_reach_m, max_step_share, close_px",
       ConfigError);
 }

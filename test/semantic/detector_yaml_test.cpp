@@ -100,7 +100,8 @@ TEST_CASE("what is wrong with a detector's YAML is said with its path and what i
   CHECK(complaint_about("detector: { type: dnm }") ==
         "d.yaml: detector.type: expected one of fixed, silent, got `dnm`");
   CHECK(complaint_about("detector: { type: fixed, scores: 1 }") ==
-        "d.yaml: detector: unknown key `scores`; known keys: name, about, type, box_masks, score, file");
+        "d.yaml: detector: unknown key `scores` (did you mean `score`?); known keys: name, about, type, "
+        "box_masks, score, file");
   CHECK(complaint_about("detector: { type: fixed, score: 2 }") ==
         "d.yaml: detector.score: expected 0 to 1, got `2`");
   CHECK(complaint_about("detector: { type: fixed, score: often }") ==

@@ -4,7 +4,6 @@
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <dynfilter/semantic/dnn_provider.hpp>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "doctest/doctest.h"
@@ -40,7 +39,7 @@ std::unique_ptr<SemanticProvider> shipped(const std::string& detector) {
 
 SemanticResult look(SemanticProvider& provider, const fs::path& file) {
   SemanticImage image;
-  image.pixels = io::read_image(file, cv::IMREAD_COLOR);
+  image.pixels = io::read_image(file, io::ImageAs::Colour);
   return *provider.infer(image);
 }
 

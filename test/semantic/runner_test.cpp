@@ -2,6 +2,8 @@
 #include <atomic>
 #include <chrono>
 #include <dynfilter/semantic/async_runner.hpp>
+#include <opencv2/core.hpp>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -55,6 +57,32 @@ TEST_CASE("sync, late and rate hand results out when they say") {
   CHECK(script->seen == Ids{0, 3, 6});
   // Quicker than the frames, but never at once.
   CHECK(available("rate:1000", 4) == Ids{-1, 0, 1, 2});
+}
+
+TEST_CASE("a provider may write its result to the same images again") {
+  cv::Mat labels(4, 6, CV_8UC1), instance(4, 6, CV_8UC1);
+  for (const char* mode : {"sync", "late:2", "rate:10"}) {
+    CAPTURE(std::string(mode));
+    const auto script = std::make_shared<Script>();
+    script->infer = [&](const SemanticImage& image) {
+      labels.setTo(cv::Scalar(static_cast<double>(image.frame_id)));
+      labels.copyTo(instance);
+      SemanticResult result;
+      result.labels = labels;
+      result.detections.emplace(1);
+      result.detections->front().mask = instance;
+      return std::optional<SemanticResult>(result);
+    };
+    const std::unique_ptr<SemanticRunner> runner = make_runner(provider(script), parse_runner_mode(mode));
+    for (int k = 0; k < 8; ++k) {
+      runner->submit(image_of(k));
+      const SemanticRunner::Result result = runner->latest();
+      if (!result) continue;
+      const auto id = static_cast<double>(result->frame_id);
+      CHECK(cv::countNonZero(*result->labels != id) == 0);
+      CHECK(cv::countNonZero(result->detections->front().mask != id) == 0);
+    }
+  }
 }
 
 TEST_CASE("modes that cannot be read are refused") {

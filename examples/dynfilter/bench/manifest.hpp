@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <filesystem>
 #include <map>
@@ -43,7 +44,7 @@ inline YamlNode required(const YamlNode& map, const std::string& key) {
 
 inline void only_keys(const YamlNode& map, const std::vector<std::string>& known) {
   for (const auto& [key, value] : map.entries())
-    if (std::find(known.begin(), known.end(), key) == known.end()) value.fail("unknown key");
+    if (std::find(known.begin(), known.end(), key) == known.end()) map.fail(unknown_name("key", key, known));
 }
 
 inline BenchSequence sequence(const YamlNode& node) {

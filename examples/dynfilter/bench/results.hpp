@@ -83,11 +83,21 @@ inline double number_in(const Json& json, const char* key) {
   return json.contains(key) && json[key].is_number() ? json[key].get<double>() : NAN;
 }
 
-/// The run in a folder, from its summary.json. False if there is none that is complete.
-inline bool read_run(const std::filesystem::path& folder, BenchRow& row) {
+/// What a result must be of, to be that of a row.
+struct RunIdentity {
+  std::string folder;           ///< of the sequence, canonical
+  std::string pipeline_digest;  ///< of the pipeline's text
+};
+
+/// The run in a folder, from its summary.json. False if there is none that is complete and of this identity:
+/// the pipeline was edited, or the data are in another folder.
+inline bool read_run(const std::filesystem::path& folder, const RunIdentity& identity, BenchRow& row) {
   std::ifstream in(folder / "summary.json");
   const Json json = in ? Json::parse(in, nullptr, false) : Json();
   if (!json.is_object() || !json.contains("frames")) return false;
+  if (json.value("folder", "") != identity.folder ||
+      json.value("pipeline_digest", "") != identity.pipeline_digest)
+    return false;
   row.frames = json["frames"].get<std::size_t>();
   row.tracked_frames = json["tracked_frames"].get<std::size_t>();
   row.ate_rmse_m = number_in(json, "ate_rmse_m");
@@ -96,6 +106,8 @@ inline bool read_run(const std::filesystem::path& folder, BenchRow& row) {
   row.static_kept = number_in(json, "static_kept");
   if (json.value("sensor", "") == "mono") row.alignment = "Sim(3)";
   row.total_ms = json.contains("ms") ? number_in(json["ms"], "total") : NAN;
+  if (json.contains("failure") && json["failure"].is_string())
+    row.state = "failed", row.note = json["failure"].get<std::string>();
   return true;
 }
 

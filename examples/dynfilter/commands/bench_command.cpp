@@ -15,6 +15,8 @@
 #include "bench/page.hpp"
 #include "bench/results.hpp"
 #include "command.hpp"
+#include "running/distinct_names.hpp"
+#include "running/identity.hpp"
 #include "running/interruption.hpp"
 #include "running/presets.hpp"
 #include "running/sequence_run.hpp"
@@ -41,16 +43,21 @@ class Bench {
       : options_(options),
         manifest_(std::move(manifest)),
         settings_{manifest_.name, options.frames},
-        lock_(created(options.out)) {
+        lock_(created(options.out)),
+        batch_(0) {
     Interruption::watch();
     if (!options_.pipelines.empty()) manifest_.pipelines = options_.pipelines;
+    check_names();
+    batch_ = Batch(manifest_.sequences.size() * manifest_.pipelines.size());
     check_settings(options_.out, settings_, options_.force);
     write_results(options_.out, settings_, rows_);
   }
 
   void run() {
+    std::size_t k = 0;
     for (const BenchSequence& sequence : manifest_.sequences) {
       for (const std::string& pipeline : manifest_.pipelines) {
+        batch_.at(k++);
         rows_.push_back(run(sequence, pipeline));
         write_results(options_.out, settings_, rows_);
       }
@@ -72,19 +79,38 @@ class Bench {
     return std::filesystem::canonical(folder);
   }
 
+  static std::string system_of(const std::string& pipeline) {
+    return std::filesystem::path(pipeline).stem().string();
+  }
+
+  /// Rows and folders of results are told apart by names, those of papers as well.
+  void check_names() const {
+    std::vector<NamedSource> systems, sequences;
+    for (const std::string& pipeline : manifest_.pipelines)
+      systems.push_back({system_of(pipeline), pipeline});
+    for (const PublishedSystem& system : manifest_.published)
+      systems.push_back({system.name, "published: " + system.name});
+    for (const BenchSequence& sequence : manifest_.sequences)
+      sequences.push_back({sequence.name, sequence.folder});
+    check_distinct(systems);
+    check_distinct(sequences);
+  }
+
   BenchRow run(const BenchSequence& sequence, const std::string& pipeline) {
     BenchRow row;
-    row.sequence = sequence.name, row.system = std::filesystem::path(pipeline).stem().string();
+    row.sequence = sequence.name, row.system = system_of(pipeline);
     const std::filesystem::path data = std::filesystem::path(options_.data) / sequence.folder;
     const std::filesystem::path place = std::filesystem::path(sequence.name) / row.system;
     const std::filesystem::path results = options_.out / place;
     row.link = (place / "report.html").generic_string();
-    if (!options_.force && read_run(results, row)) return row;
     std::error_code error;
     if (!std::filesystem::is_directory(data, error)) return without_run(row, "missing", "");
     try {
+      const RunIdentity identity{canonical_text(data), pipeline_source(pipeline).digest};
+      if (!options_.force && read_run(results, identity, row) && row.state.empty()) return row;
       play(data, pipeline, results);
-      read_run(results, row);
+      if (!read_run(results, identity, row))
+        return without_run(row, "failed", "its summary.json is not of this run");
       return row;
     } catch (const Error& failed) {
       return without_run(row, "failed", failed.what());
@@ -103,7 +129,7 @@ class Bench {
     RunOptions run;
     run.sequence = data.string(), run.pipeline = pipeline, run.out = results.string();
     run.frames = options_.frames, run.force = true;
-    Progress bar(fmt::format("{} on {}", pipeline, data.filename().string()));
+    Progress bar(fmt::format("{} on {}", pipeline, data.filename().string()), &batch_);
     run_sequence(run, [&](std::size_t done, std::size_t total) { bar.at(done, total); });
   }
 
@@ -122,6 +148,7 @@ class Bench {
   Manifest manifest_;
   BenchSettings settings_;
   io::OutputLock lock_;
+  Batch batch_;
   std::vector<BenchRow> rows_;
 };
 

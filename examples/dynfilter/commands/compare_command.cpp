@@ -20,7 +20,10 @@
 #include "report/map_sample.hpp"
 #include "report/page.hpp"
 #include "report/picture.hpp"
+#include "run_and_print.hpp"
 #include "run_options.hpp"
+#include "running/command_registry.hpp"
+#include "running/distinct_names.hpp"
 #include "running/results_folder.hpp"
 #include "running/run_summary.hpp"
 #include "running/sequence_run.hpp"
@@ -32,6 +35,7 @@ namespace {
 
 struct CompareOptions {
   std::vector<std::string> sequences, pipelines;
+  std::vector<std::string> sequence_names;  ///< in the rows: no two are the same
   RunOptions run;
   bool variants = false, json = false, csv = false, markdown = false, wide = false, verbose = false;
   std::string out, maps;
@@ -46,6 +50,7 @@ struct Row {
 /// Results of one pipeline over all its runs of one scene.
 struct Medians {
   std::string scene, pipeline;
+  std::string place;  ///< the scene for readers: no path
   std::size_t runs = 0, frames = 0, tracked_frames = 0;
   double ate_median_m = NAN, ate_max_m = NAN, recall = NAN, static_kept = NAN;
   double over_oracle = NAN;  ///< median ATE over that of the pipeline `oracle`, if it is included
@@ -63,32 +68,46 @@ std::vector<std::string> without_blanks(const std::vector<std::string>& words) {
   return names;
 }
 
-/// `walking_dynfilter.ply`, `walking_mine_reverse_5.ply`: names tell sequence, pipeline and variant.
-std::string map_file(const CompareOptions& options, const RunOptions& run) {
-  const auto name_of = [](const std::string& path) {
-    std::filesystem::path name = std::filesystem::path(path).lexically_normal();
-    if (!name.has_filename()) name = name.parent_path();
-    return name.filename().string();
-  };
-  const std::string pipeline = std::filesystem::path(name_of(run.pipeline)).stem().string();
-  const std::string variant =
-      options.variants ? fmt::format("_{}_{}", run.reverse ? "reverse" : "forward", run.start) : "";
-  return (std::filesystem::path(options.maps) / (name_of(run.sequence) + "_" + pipeline + variant + ".ply"))
-      .string();
+/// Rows are told apart by names. Also finds what is wrong with a pipeline before the first run.
+void check_names(CompareOptions& options) {
+  const Registry registry = command_registry(options.run.plugins);
+  std::vector<NamedSource> pipelines;
+  for (const std::string& pipeline : options.pipelines)
+    pipelines.push_back({named_pipeline(pipeline, registry).name, pipeline});
+  check_distinct(pipelines);
+  options.sequence_names = distinct_names(options.sequences);
 }
 
-std::vector<RunOptions> runs_of(const CompareOptions& options, const std::string& sequence,
-                                const std::string& pipeline) {
-  RunOptions run = options.run;
-  run.sequence = sequence;
-  run.pipeline = pipeline;
-  if (!options.variants) return {run};
+/// `walking_dynfilter.ply`, `walking_mine_reverse_5.ply`: names tell sequence, pipeline and variant.
+std::string map_file(const CompareOptions& options, const RunOptions& run) {
+  const std::string pipeline = std::filesystem::path(run.pipeline).stem().string();
+  std::string sequence = run.sequence_name;
+  std::replace(sequence.begin(), sequence.end(), '/', '_');
+  const std::string variant =
+      options.variants ? fmt::format("_{}_{}", run.reverse ? "reverse" : "forward", run.start) : "";
+  return (std::filesystem::path(options.maps) / (sequence + "_" + pipeline + variant + ".ply")).string();
+}
+
+/// All runs in the order of their rows.
+std::vector<RunOptions> all_runs(const CompareOptions& options) {
   std::vector<RunOptions> runs;
-  for (const bool reverse : {false, true}) {
-    for (const std::size_t start : {0, 5, 10}) {
-      run.reverse = reverse;
-      run.start = start;
-      runs.push_back(run);
+  RunOptions run = options.run;
+  for (std::size_t s = 0; s < options.sequences.size(); ++s) {
+    run.sequence = options.sequences[s];
+    run.sequence_name = options.sequence_names[s];
+    for (const std::string& pipeline : options.pipelines) {
+      run.pipeline = pipeline;
+      if (!options.variants) {
+        runs.push_back(run);
+        continue;
+      }
+      for (const bool reverse : {false, true}) {
+        for (const std::size_t start : {0, 5, 10}) {
+          run.reverse = reverse;
+          run.start = start;
+          runs.push_back(run);
+        }
+      }
     }
   }
   return runs;
@@ -97,26 +116,25 @@ std::vector<RunOptions> runs_of(const CompareOptions& options, const std::string
 /// `records`: filled for a report; null: there is none.
 std::vector<Row> run_all(const CompareOptions& options, std::vector<report::RunRecord>* records) {
   std::vector<Row> rows;
-  const std::size_t runs = options.sequences.size() * options.pipelines.size() * (options.variants ? 6 : 1);
+  std::vector<RunOptions> runs = all_runs(options);
   RecordOptions record;
-  record.pictures = std::max<std::size_t>(1, report::kMostPictures / runs);
-  record.picture_bytes = report::kPictureBytes / runs;
-  record.map_points = std::min(report::kMostMapPoints, report::kMapPointsOfAllRuns / runs);
-  for (const std::string& sequence : options.sequences) {
-    for (const std::string& pipeline : options.pipelines) {
-      for (RunOptions run : runs_of(options, sequence, pipeline)) {
-        if (!options.maps.empty()) run.map = map_file(options, run);
-        Progress bar(fmt::format("{} on {}", pipeline, sequence));
-        if (records != nullptr) record.record = &records->emplace_back();
-        Row row{run_sequence(
-                    run, [&](std::size_t done, std::size_t total) { bar.at(done, total); }, record),
-                ""};
-        if (options.variants)
-          row.variant = fmt::format("{} from {}", run.reverse ? "reverse" : "forward", run.start);
-        if (records != nullptr) records->back().variant = row.variant;
-        rows.push_back(std::move(row));
-      }
-    }
+  record.pictures = std::max<std::size_t>(1, report::kMostPictures / runs.size());
+  record.picture_bytes = report::kPictureBytes / runs.size();
+  record.map_points = std::min(report::kMostMapPoints, report::kMapPointsOfAllRuns / runs.size());
+  Batch batch(runs.size());
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    RunOptions& run = runs[k];
+    batch.at(k);
+    if (!options.maps.empty()) run.map = map_file(options, run);
+    Progress bar(fmt::format("{} on {}", run.pipeline, run.sequence_name), &batch);
+    if (records != nullptr) record.record = &records->emplace_back();
+    Row row{run_sequence(
+                run, [&](std::size_t done, std::size_t total) { bar.at(done, total); }, record),
+            ""};
+    if (options.variants)
+      row.variant = fmt::format("{} from {}", run.reverse ? "reverse" : "forward", run.start);
+    if (records != nullptr) records->back().variant = row.variant;
+    rows.push_back(std::move(row));
   }
   return rows;
 }
@@ -132,6 +150,8 @@ double median_of_known(const std::vector<Row>& rows, double Summary::*member) {
 Medians medians_of(const std::vector<Row>& rows) {
   Medians m;
   m.scene = rows[0].summary.scene;
+  // That of a recording is its folder's path.
+  m.place = m.scene == rows[0].summary.folder ? rows[0].summary.sequence : m.scene;
   m.pipeline = rows[0].summary.pipeline;
   m.runs = rows.size();
   for (const Row& row : rows) {
@@ -230,7 +250,8 @@ std::vector<Column> row_columns() {
           {"filters ms", false, 3},
           {"map points", false, 9},
           {"ghosts"},
-          {"coverage"}};
+          {"coverage"},
+          {"", true}};
 }
 
 /// Figures of a map against the truth; NaN without.
@@ -257,35 +278,8 @@ std::vector<std::string> cells_of(const Row& row) {
           cell(s.filters_ms, 2),
           s.map ? std::to_string(s.map->points) : "",
           cell(map.ghosts, 4),
-          cell(map.coverage, 3)};
-}
-
-std::string markdown_of(const std::vector<Row>& rows) {
-  Table table(row_columns());
-  for (const Row& row : rows) table.add(cells_of(row));
-  return table.markdown();
-}
-
-/// The figures of all rows as they are. Empty: there is none.
-std::string csv_of(const std::vector<Row>& rows) {
-  std::string csv =
-      "sequence,run,pipeline,frames,tracked_frames,ate_rmse_m,rpe_trans_rmse_m,rpe_rot_rmse_deg,precision,"
-      "recall,static_kept,features_mean,rejected_mean,ms_total,ms_extraction,ms_correspondence,ms_filters,"
-      "ms_tracking,map_points,map_ghosts,map_coverage,map_error_median_m\n";
-  for (const Row& row : rows) {
-    const Summary& s = row.summary;
-    csv += fmt::format("{},{},{},{},{}", detail_table::csv_field(s.sequence), row.variant,
-                       detail_table::csv_field(s.pipeline), s.frames, s.tracked_frames);
-    const MapTruthSummary map = map_truth(s);
-    const double map_points = s.map ? static_cast<double>(s.map->points) : NAN;
-    for (const double figure :
-         {s.ate_rmse_m, s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall, s.static_kept,
-          s.features_mean, s.rejected_mean, s.total_ms, s.extraction_ms, s.correspondence_ms, s.filters_ms,
-          s.tracking_ms, map_points, map.ghosts, map.coverage, map.error_median_m})
-      csv += std::isfinite(figure) ? fmt::format(",{}", figure) : ",";
-    csv += "\n";
-  }
-  return csv;
+          cell(map.coverage, 3),
+          s.failure.empty() ? "" : "failed"};
 }
 
 /// One table for all sequences, or one per sequence, because names of sequences may be long.
@@ -311,7 +305,7 @@ void print_rows(const std::vector<Row>& rows, bool wide) {
   }
 }
 
-void print_medians(const std::vector<Medians>& medians, bool wide) {
+Table medians_table(const std::vector<Medians>& medians) {
   Table table({{"median of runs", true},
                {"pipeline", true},
                {"runs"},
@@ -324,18 +318,93 @@ void print_medians(const std::vector<Medians>& medians, bool wide) {
                {"ms", false, 2},
                {"filters ms", false, 3}});
   for (const Medians& m : medians)
-    table.add({std::filesystem::path(m.scene).filename().string(), m.pipeline, std::to_string(m.runs),
-               fmt::format("{}/{}", m.tracked_frames, m.frames), cell(m.ate_median_m, 4),
-               cell(m.ate_max_m, 4), cell(m.over_oracle, 2), cell(m.recall, 3), cell(m.static_kept, 3),
-               cell(m.total_ms, 1), cell(m.filters_ms, 2)});
-  fmt::print("\n");
-  print_table(table, wide);
+    table.add({m.place, m.pipeline, std::to_string(m.runs), fmt::format("{}/{}", m.tracked_frames, m.frames),
+               cell(m.ate_median_m, 4), cell(m.ate_max_m, 4), cell(m.over_oracle, 2), cell(m.recall, 3),
+               cell(m.static_kept, 3), cell(m.total_ms, 1), cell(m.filters_ms, 2)});
+  return table;
+}
+
+/// Empty unless a pipeline has several runs of one scene.
+std::vector<Medians> shown_medians(const std::vector<Row>& rows) {
+  std::vector<Medians> medians = all_medians(rows);
+  if (medians.size() == rows.size()) medians.clear();
+  return medians;
+}
+
+std::string markdown_of(const std::vector<Row>& rows) {
+  Table table(row_columns());
+  for (const Row& row : rows) table.add(cells_of(row));
+  const std::vector<Medians> medians = shown_medians(rows);
+  return table.markdown() + (medians.empty() ? "" : "\n" + medians_table(medians).markdown());
+}
+
+std::string csv_figures(const std::vector<double>& figures) {
+  std::string csv;
+  for (const double figure : figures) csv += std::isfinite(figure) ? fmt::format(",{}", figure) : ",";
+  return csv;
+}
+
+std::string csv_line(const Row& row) {
+  const Summary& s = row.summary;
+  const MapTruthSummary map = map_truth(s);
+  const double map_points = s.map ? static_cast<double>(s.map->points) : NAN;
+  std::vector<std::string> notes = s.notes;
+  notes.insert(notes.end(), s.stage_notes.begin(), s.stage_notes.end());
+  if (!s.failure.empty()) notes.insert(notes.begin(), "failed: " + s.failure);
+  return fmt::format("{},{},{},{},{}", detail_table::csv_field(s.sequence), row.variant,
+                     detail_table::csv_field(s.pipeline), s.frames, s.tracked_frames) +
+         csv_figures(
+             {s.ate_rmse_m,        s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall,
+              s.static_kept,       s.features_mean,    s.rejected_mean,    s.total_ms,  s.extraction_ms,
+              s.correspondence_ms, s.filters_ms,       s.tracking_ms,      map_points,  map.ghosts,
+              map.coverage,        map.error_median_m, s.cpu_ms,           NAN,         NAN}) +
+         "," + detail_table::csv_field(fmt::format("{}", fmt::join(notes, "; "))) + "\n";
+}
+
+std::string csv_line(const Medians& m) {
+  return fmt::format("{},median of {},{},{},{}", detail_table::csv_field(m.place), m.runs,
+                     detail_table::csv_field(m.pipeline), m.frames, m.tracked_frames) +
+         csv_figures({m.ate_median_m,
+                      NAN,
+                      NAN,
+                      NAN,
+                      m.recall,
+                      m.static_kept,
+                      NAN,
+                      NAN,
+                      m.total_ms,
+                      NAN,
+                      NAN,
+                      m.filters_ms,
+                      NAN,
+                      NAN,
+                      NAN,
+                      NAN,
+                      NAN,
+                      NAN,
+                      m.ate_max_m,
+                      m.over_oracle}) +
+         ",\n";
+}
+
+/// The figures of all rows as they are, then the medians. Empty: there is none.
+std::string csv_of(const std::vector<Row>& rows) {
+  std::string csv =
+      "sequence,run,pipeline,frames,tracked_frames,ate_rmse_m,rpe_trans_rmse_m,rpe_rot_rmse_deg,precision,"
+      "recall,static_kept,features_mean,rejected_mean,ms_total,ms_extraction,ms_correspondence,ms_filters,"
+      "ms_tracking,map_points,map_ghosts,map_coverage,map_error_median_m,cpu_ms,ate_rmse_max_m,"
+      "ate_over_oracle,notes\n";
+  for (const Row& row : rows) csv += csv_line(row);
+  for (const Medians& m : shown_medians(rows)) csv += csv_line(m);
+  return csv;
 }
 
 void print_text(const std::vector<Row>& rows, bool wide, bool verbose) {
   print_rows(rows, wide);
-  const std::vector<Medians> medians = all_medians(rows);
-  if (medians.size() < rows.size()) print_medians(medians, wide);
+  if (const std::vector<Medians> medians = shown_medians(rows); !medians.empty()) {
+    fmt::print("\n");
+    print_table(medians_table(medians), wide);
+  }
   for (const Row& row : rows) {
     if (!verbose || row.summary.stages.empty()) continue;
     const std::string variant = row.variant.empty() ? "" : ", " + row.variant;
@@ -375,15 +444,14 @@ void make_folder(const std::string& maps) {
 void check_maps(const CompareOptions& options) {
   if (options.maps.empty()) return;
   std::set<std::string> files;
-  for (const std::string& sequence : options.sequences)
-    for (const std::string& pipeline : options.pipelines)
-      for (const RunOptions& run : runs_of(options, sequence, pipeline))
-        if (!files.insert(map_file(options, run)).second)
-          throw IoError("--map: two runs would write " + map_file(options, run));
+  for (const RunOptions& run : all_runs(options))
+    if (!files.insert(map_file(options, run)).second)
+      throw IoError("--map: two runs would write " + map_file(options, run));
   make_folder(options.maps);
 }
 
-int compare(const CompareOptions& options) {
+int compare(CompareOptions& options) {
+  check_names(options);
   check_maps(options);
   std::optional<ResultsFolder> folder;
   if (!options.out.empty())
@@ -393,9 +461,9 @@ int compare(const CompareOptions& options) {
   const std::vector<Row> rows = run_all(options, folder ? &records : nullptr);
   if (folder) write_results(*folder, rows, records);
   print_rows_as(options, rows);
-  const bool any_lost =
-      std::any_of(rows.begin(), rows.end(), [](const Row& row) { return row.summary.tracked_frames == 0; });
-  return any_lost ? kFailed : kDone;
+  std::vector<Summary> summaries;
+  for (const Row& row : rows) summaries.push_back(row.summary);
+  return complain_of_failures(summaries);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/numbers.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/text_lines.hpp>
 
@@ -28,6 +30,7 @@
 #include "running/results_folder.hpp"
 #include "text/json.hpp"
 #include "text/progress.hpp"
+#include "text/terminal.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -65,7 +68,7 @@ class Images {
     image.frame_id = static_cast<std::int64_t>(i);
     if (!sequence_) {
       image.timestamp_s = io::parse_number(file_.stem().string()).value_or(0);
-      image.pixels = io::read_image(file_, cv::IMREAD_COLOR);
+      image.pixels = io::read_image(file_, io::ImageAs::Colour);
       return image;
     }
     const io::SequenceFrame frame = sequence_->load(i);
@@ -95,6 +98,8 @@ struct Report {
   std::map<std::string, ClassCount> classes;
   std::map<int, double> label_share;  ///< share of the pixels of all masks, by label except 0
   double median_ms = 0;
+  std::size_t failed = 0;  ///< images on which the detector failed
+  std::string last_error;
 
   void count(const SemanticResult& result) {
     if (result.detections) {
@@ -132,10 +137,12 @@ Json to_json(const Report& report) {
     classes[name] = {{"boxes", n.boxes}, {"images", n.images}, {"images_with_two", n.images_with_two}};
   for (const auto& [label, share] : report.label_share)
     labels[std::to_string(label)] = share / static_cast<double>(report.with_mask);
-  return {{"detector", report.detector},     {"input", report.input},        {"images", report.images},
-          {"with_boxes", report.with_found}, {"answers", report.with_boxes}, {"with_mask", report.with_mask},
-          {"boxes", report.boxes},           {"classes", classes},           {"label_share", labels},
-          {"ms", report.median_ms}};
+  return {{"detector", report.detector},     {"input", report.input},
+          {"images", report.images},         {"with_boxes", report.with_found},
+          {"answers", report.with_boxes},    {"with_mask", report.with_mask},
+          {"boxes", report.boxes},           {"classes", classes},
+          {"label_share", labels},           {"failed", report.failed},
+          {"last_error", report.last_error}, {"ms", report.median_ms}};
 }
 
 void print_text(const Report& report, const std::string& out) {
@@ -145,6 +152,10 @@ void print_text(const Report& report, const std::string& out) {
   fmt::print("{} on {}\n  {}: {} in {} of them, masks for {}; {:.1f} ms an image\n", report.detector,
              report.input, count(report.images, "image", "images"), count(report.boxes, "box", "boxes"),
              report.with_found, report.with_mask, report.median_ms);
+  if (report.failed > 0)
+    fmt::print("{}", wrapped(fmt::format("the detector failed on {} of them: {}", report.failed,
+                                         without_controls(report.last_error)),
+                             text_columns(), 2));
   for (const auto& [name, n] : report.classes)
     fmt::print("  {:<16} {}, in {}, two or more in {}\n", name, count(n.boxes, "box", "boxes"),
                count(n.images, "image", "images"), n.images_with_two);
@@ -223,7 +234,13 @@ Report detect(const DetectOptions& options) {
     const std::size_t i = options.start + k;
     const SemanticImage image = images.load(i);
     const auto begin = std::chrono::steady_clock::now();
-    const auto result = provider->infer(image);
+    std::optional<SemanticResult> result;
+    try {
+      result = provider->infer(image);
+    } catch (const Error& error) {
+      Interruption::check();  // it may have ended the wait for an answer
+      ++report.failed, report.last_error = error.what();
+    }
     times_ms.push_back(
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
     ++report.images;
@@ -244,7 +261,13 @@ int run(const DetectOptions& options) {
   else
     print_text(report, options.out);
   if (report.with_boxes + report.with_mask > 0) return kDone;
-  fmt::print(stderr, "dynfilter: nothing came from the detector for any image\n");
+  if (report.failed > 0)
+    fmt::print(stderr, "dynfilter: {} on {}: the detector failed on {}: {}\n", report.detector, report.input,
+               report.failed == report.images ? "every image"
+                                              : fmt::format("{} of {} images", report.failed, report.images),
+               without_controls(report.last_error));
+  else
+    fmt::print(stderr, "dynfilter: nothing came from the detector for any image\n");
   return kFailed;
 }
 

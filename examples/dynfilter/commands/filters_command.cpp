@@ -132,8 +132,7 @@ int print_one(const Registry& registry, const FiltersOptions& options) {
     }
     known.push_back(card.name);
   }
-  throw ConfigError("", "unknown filter `" + options.name + "`" + did_you_mean(options.name, known) +
-                            "; known: " + detail::joined(known));
+  throw ConfigError("", unknown_name("filter", options.name, known));
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ void print_map_text(const Summary& s) {
 
 int run_map(const RunOptions& options, bool json) {
   const Summary summary = run_and_print(options, json, print_map_text);
+  if (!summary.failure.empty()) return complain_of_failures({summary});
   if (summary.map->points > 0) return kDone;
   fmt::print(stderr, "dynfilter: the map is empty\n");
   return kFailed;
@@ -51,7 +52,7 @@ void add_map(CLI::App& app, Action& action) {
   command
       ->add_option("--pipeline", options->pipeline,
                    "a preset's name (dynfilter, none, oracle, ...: `dynfilter presets`) or a YAML file")
-      ->required()
+      ->capture_default_str()
       ->type_name("PIPELINE");
   command->add_option("--map", options->map, "the PLY file to write, with a picture of the map beside it")
       ->type_name("FILE")

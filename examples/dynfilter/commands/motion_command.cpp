@@ -37,7 +37,7 @@ enum class Positive { Auto, Movers, Mismatches, Others };
 
 struct MotionOptions {
   std::vector<std::string> tracks, plugins;
-  std::string pipeline, positive = "auto";
+  std::string pipeline = "dynfilter", positive = "auto";
   double focal_px = 0, rate_hz = 0;
   bool json = false, wide = false;
 };
@@ -169,6 +169,7 @@ std::vector<bool> judge_tracks(Pipeline& pipeline, const io::PointTracks& tracks
 Clip judge_file(const fs::path& file, const MotionOptions& options, const Registry& registry) {
   const io::PointTracks tracks = io::read_point_tracks(file);
   Pipeline pipeline(named_pipeline(options.pipeline, registry));
+  require_labels(pipeline, false, file.string());
   Task task{positive_of(options.positive, tracks), 1};
   if (task.positive == Positive::Others) task.background = io::widest_label(tracks);
   Clip clip;
@@ -336,7 +337,7 @@ void add_motion(CLI::App& app, Action& action) {
   command
       ->add_option("--pipeline,-p", options->pipeline,
                    "a preset's name (`dynfilter presets`), or a YAML file")
-      ->required()
+      ->capture_default_str()
       ->type_name("PIPELINE");
   command
       ->add_option(

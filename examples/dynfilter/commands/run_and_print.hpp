@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <dynfilter/core/printable_text.hpp>
 #include <string>
 #include <vector>
 
+#include "command.hpp"
 #include "run_options.hpp"
 #include "running/run_summary.hpp"
 #include "running/sequence_run.hpp"
@@ -19,6 +21,19 @@ inline void print_notes(const std::vector<std::string>& notes, bool wide = false
     std::string block = wrapped("note: " + note, wide ? 1000 : text_columns(), 4);
     fmt::print("{}", block.erase(0, 2));
   }
+}
+
+/// Says on stderr which runs failed and why, a line each, and returns the exit code.
+inline int complain_of_failures(const std::vector<Summary>& summaries) {
+  ExitCode code = kDone;
+  for (const Summary& s : summaries) {
+    std::string why = s.tracked_frames == 0 ? "no frame could be tracked" : "";
+    if (!s.failure.empty()) why += (why.empty() ? "" : "; ") + s.failure;
+    if (why.empty()) continue;
+    fmt::print(stderr, "dynfilter: {} on {}: {}\n", s.pipeline, s.sequence, without_controls(why));
+    code = kFailed;
+  }
+  return code;
 }
 
 /// Runs a sequence with a progress bar, then prints the summary as JSON or with `print_text`.

@@ -39,9 +39,11 @@ void print_text(const Summary& s, const std::string& out, bool wide) {
                figure(s.recall, ""), figure(s.static_kept, ""));
   fmt::print("  features      {:.0f} a frame, {:.0f} of them rejected\n", s.features_mean, s.rejected_mean);
   fmt::print(
-      "  time          {:.1f} ms a frame: extraction {:.1f}, correspondence {:.1f},\n"
-      "                filters {:.2f}, tracking {:.1f}\n",
-      s.total_ms, s.extraction_ms, s.correspondence_ms, s.filters_ms, s.tracking_ms);
+      "  median time   {:.1f} ms a frame: extraction {:.1f}, correspondence {:.1f},\n"
+      "                filters {:.2f}, tracking {:.1f}\n"
+      "  median CPU    {:.1f} ms a frame in all threads, {:.2f} of it in the pipeline\n",
+      s.total_ms, s.extraction_ms, s.correspondence_ms, s.filters_ms, s.tracking_ms, s.cpu_ms,
+      s.cpu_judge_ms);
   if (s.map) fmt::print("{}", map_text(*s.map));
   if (s.detector) print_detector(*s.detector);
   fmt::print("{}", stages_text(s.stages, wide));
@@ -52,9 +54,7 @@ void print_text(const Summary& s, const std::string& out, bool wide) {
 int run(const RunOptions& options, bool json, bool wide) {
   const Summary summary =
       run_and_print(options, json, [&](const Summary& s) { print_text(s, options.out, wide); });
-  if (summary.tracked_frames > 0) return kDone;
-  fmt::print(stderr, "dynfilter: no frame could be tracked\n");
-  return kFailed;
+  return complain_of_failures({summary});
 }
 
 }  // namespace
@@ -76,7 +76,7 @@ void add_run(CLI::App& app, Action& action) {
   command
       ->add_option("--pipeline", options->pipeline,
                    "a preset's name (dynfilter, none, oracle, ...: `dynfilter presets`) or a YAML file")
-      ->required()
+      ->capture_default_str()
       ->type_name("PIPELINE");
   add_run_options(*command, *options);
   command->add_option("--out", options->out, "folder for the results; they appear when all is done")

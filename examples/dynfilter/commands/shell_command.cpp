@@ -9,6 +9,7 @@
 #include <memory>
 #include <ostream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "command.hpp"
@@ -37,7 +38,9 @@ void write_page(const std::filesystem::path& folder, const std::string& name, co
 }
 
 int write_pages(const CLI::App& app, const std::string& folder) {
-  if (!std::filesystem::is_directory(folder)) throw IoError(folder + ": no such folder");
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!std::filesystem::is_directory(folder)) throw IoError(folder + ": no folder can be made there");
   write_page(folder, "dynfilter", man_page(app));
   for (const CLI::App* command : shown_subcommands(app))
     write_page(folder, "dynfilter-" + command->get_name(), man_page_of(*command));
@@ -50,7 +53,6 @@ void add_completion(CLI::App& app, Action& action) {
   auto what = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand(
       "completion", "Prints a completion script for a shell, or a list of names, one per line.");
-  command->group("");
   command->add_option("WHAT", *what, "a shell, or a kind of names")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "pipelines", "detectors", "filters", "scenes"}));
@@ -65,8 +67,7 @@ void add_completion(CLI::App& app, Action& action) {
 void add_man(CLI::App& app, Action& action) {
   auto folder = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand("man", "Writes the manual pages into a folder.");
-  command->group("");
-  command->add_option("FOLDER", *folder, "an existing folder")->required();
+  command->add_option("FOLDER", *folder, "is made if it does not exist")->required()->type_name("FOLDER");
   command->callback(
       [folder, &app, &action] { action = [folder, &app] { return write_pages(app, *folder); }; });
 }

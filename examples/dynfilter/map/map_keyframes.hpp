@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/text_lines.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
@@ -41,8 +42,9 @@ class MapKeyframes {
       return;
     }
     if (rule != PoseChangeSelector::kName && rule != VertexCoverSelector::kName)
-      throw ConfigError("", "--keyframes: no keyframe selector `" + rule +
-                                "`; known: own, every:N, pose_change, vertex_cover");
+      throw ConfigError("", "--keyframes: " + unknown_name("rule", rule,
+                                                           {"own", "every:N", PoseChangeSelector::kName,
+                                                            VertexCoverSelector::kName}));
     selector_ = make_keyframe_selector(rule);
   }
 

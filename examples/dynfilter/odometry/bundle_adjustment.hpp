@@ -62,12 +62,15 @@ class SightingCost final : public ceres::SizedCostFunction<3, 7, 3> {
  public:
   SightingCost(const Pinhole& camera, const Sighting& sighting) : camera_(camera), sighting_(sighting) {}
 
+  /// False for a point behind the camera: Evaluate() then fails.
+  static bool is_visible(const Eigen::Vector3d& camera_m) { return camera_m.z() > 0.01; }
+
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     const Eigen::Quaterniond q = Eigen::Map<const Eigen::Quaterniond>(x[0] + 3);
     const Eigen::Matrix3d R = q.toRotationMatrix();
     const Eigen::Vector3d p =
         R * Eigen::Map<const Eigen::Vector3d>(x[1]) + Eigen::Map<const Eigen::Vector3d>(x[0]);
-    if (!(p.z() > 0.01)) return false;
+    if (!is_visible(p)) return false;
     const Eigen::Vector3d w = sighting_.weights();
     Eigen::Map<Eigen::Vector3d> r(residuals);
     r = w.cwiseProduct(camera_.project(p) - sighting_.measured_px);
@@ -87,6 +90,27 @@ class SightingCost final : public ceres::SizedCostFunction<3, 7, 3> {
  private:
   Pinhole camera_;
   Sighting sighting_;
+};
+
+/// Ceres also logs what it tells in its summary, to stderr, whatever Solver::Options::logging_type is.
+/// While this exists, only fatal errors are logged. Its own miniglog has no such switch.
+class SilentLog {
+ public:
+  SilentLog(const SilentLog&) = delete;
+  SilentLog& operator=(const SilentLog&) = delete;
+#ifndef CERCES_INTERNAL_MINIGLOG_GLOG_LOGGING_H_
+  SilentLog() {
+    FLAGS_minloglevel = google::GLOG_FATAL;
+  }
+  ~SilentLog() {
+    FLAGS_minloglevel = before_;
+  }
+
+ private:
+  decltype(FLAGS_minloglevel) before_ = FLAGS_minloglevel;
+#else
+  SilentLog() {}
+#endif
 };
 
 /// Windowed bundle adjustment. The given keyframes and all their points are optimised.
@@ -179,6 +203,8 @@ class BundleAdjuster {
       bool used = false;
       for (const Observation& o : point.observations) {
         if (!block(o.keyframe).used) continue;
+        // A single sighting that cannot be evaluated would end the whole adjustment.
+        if (!SightingCost::is_visible(map.keyframes[o.keyframe].T_camera_world * point.world_m)) continue;
         costs_.emplace_back(camera_, sighting(o));
         problem.AddResidualBlock(&costs_.back(), &huber_, block(o.keyframe).x.data(), positions_[i].data());
         used = true;
@@ -197,6 +223,7 @@ class BundleAdjuster {
     options.function_tolerance = 1e-4;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
+    const SilentLog silent;
     ceres::Solve(options, &problem, &summary);
   }
 

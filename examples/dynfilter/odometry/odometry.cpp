@@ -36,14 +36,14 @@ class Odometry::Steps {
     if (result.time_jump) after_jump();
     extract(frame);
     result.features = static_cast<int>(features_.size());
-    result.ms.extraction = watch.lap_ms();
+    watch.lap(result, &StageTimes::extraction);
 
     gate_.begin(result.frame_id, frame, camera_, inputs, features_.size());
     pose_is_known_ = known.has_value();
     const std::optional<Eigen::Isometry3d> predicted =
         known ? known->isometry().inverse() : tracker_.predict(frame.timestamp_s);
     gate_.before_pose(features_, predicted);
-    result.ms.judge += watch.lap_ms();
+    watch.lap(result, &StageTimes::judge);
 
     if (known) {
       follow(*predicted, result, watch);
@@ -141,11 +141,11 @@ class Odometry::Steps {
   void start_from_two_views(TrackResult& result, Stopwatch& watch) {
     if (gate_.wait_for_keyframe()) return;
     const auto start = two_views_.add(result.frame_id, features_, image_);
-    result.ms.tracking += watch.lap_ms();
+    watch.lap(result, &StageTimes::tracking);
     if (!start) return;
     pose_ = start->T_current_reference;
     gate_.at_keyframe(features_, pose_, mapper_.map());
-    result.ms.judge += watch.lap_ms();
+    watch.lap(result, &StageTimes::judge);
     const std::int32_t index = mapper_.start(*start, result.frame_id, features_);
     result.state = TrackState::Tracked;
     settle_keyframe(index, pose_, result, watch);
@@ -174,15 +174,15 @@ class Odometry::Steps {
       found = tracker_.recover(map, features_, pose_);
       result.relocalised = found;
     }
-    result.ms.tracking += watch.lap_ms();
+    watch.lap(result, &StageTimes::tracking);
     if (found) {
       gate_.after_pose(features_, pose_, map);
-      result.ms.judge += watch.lap_ms();
+      watch.lap(result, &StageTimes::judge);
       tracker_.index(features_);
       result.tracked_points = tracker_.track_local_map(mapper_, features_, pose_);
       found = result.tracked_points >=
               (result.relocalised ? options_.min_relocalised_inliers : options_.min_inliers);
-      result.ms.tracking += watch.lap_ms();
+      watch.lap(result, &StageTimes::tracking);
     }
     result.relocalised = result.relocalised && found;
     result.state = found ? TrackState::Tracked : TrackState::Lost;
@@ -197,9 +197,9 @@ class Odometry::Steps {
     Eigen::Isometry3d fitted = pose;
     tracker_.index(features_);
     if (!map.keyframes.empty()) tracker_.track_last_frame(map, pose, features_, fitted);
-    result.ms.tracking += watch.lap_ms();
+    watch.lap(result, &StageTimes::tracking);
     gate_.after_pose(features_, pose_, map);
-    result.ms.judge += watch.lap_ms();
+    watch.lap(result, &StageTimes::judge);
     if (map.keyframes.empty()) {
       if (can_start_map()) make_keyframe(result, watch);
       return;
@@ -207,13 +207,13 @@ class Odometry::Steps {
     tracker_.index(features_);
     fitted = pose;
     result.tracked_points = tracker_.track_local_map(mapper_, features_, fitted);
-    result.ms.tracking += watch.lap_ms();
+    watch.lap(result, &StageTimes::tracking);
     if (tracker_.needs_keyframe(map, features_, pose_, result)) make_keyframe(result, watch);
   }
 
   void make_keyframe(TrackResult& result, Stopwatch& watch) {
     gate_.at_keyframe(features_, pose_, mapper_.map());
-    result.ms.judge += watch.lap_ms();
+    watch.lap(result, &StageTimes::judge);
     const Eigen::Isometry3d before = pose_;
     const std::int32_t index = mapper_.insert(result.frame_id, features_, pose_);
     if (options_.sensor == Sensor::Mono) mapper_.triangulate();
@@ -230,7 +230,7 @@ class Odometry::Steps {
     if (result.tracked_points == 0) result.tracked_points = tracker_.keyframe_points();
     while (static_cast<int>(mapper_.map().keyframes.count()) > options_.max_keyframes)
       remove_oldest_keyframe();
-    result.ms.mapping += watch.lap_ms();
+    watch.lap(result, &StageTimes::mapping);
   }
 
   void finish(TrackResult& result) {

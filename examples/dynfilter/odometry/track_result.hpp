@@ -38,7 +38,8 @@ struct TrackResult {
   bool keyframe = false;
   bool relocalised = false;
   bool time_jump = false;
-  StageTimes ms;
+  StageTimes ms;      ///< elapsed
+  StageTimes cpu_ms;  ///< of all threads of the process
 };
 
 /// Semantic inputs of a frame for the toolkit. Non-owning.

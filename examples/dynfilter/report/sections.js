@@ -64,7 +64,7 @@ class StageTable {
   rebuild() {
     const stages = store.focus.summary.stages || [];
     this.node.hidden = stages.length === 0;
-    const heads = ["stage", "frames", "judged", "dynamic", "unknown", "suspects", "skipped", "failed", "ms", "notes, frames"];
+    const heads = ["stage", "frames", "judged", "dynamic", "unknown", "suspects", "skipped", "failed", "median ms", "notes, frames"];
     const rows = stages.map((s) => {
       const notes = [...s.notes].sort((a, b) => b.frames - a.frames).map((n) => element("div", {}, `${n.note} (${n.frames})`));
       const name = s.depth === 0 ? `${s.name} (${s.call_point})` : "\u2003".repeat(s.depth) + s.name;
@@ -72,7 +72,7 @@ class StageTable {
         [s.frames, figure(s.judged, 0), figure(s.dynamic, 0), figure(s.unknown, 0), figure(s.prior, 0), s.skipped, s.failed, figure(s.ms, 2)].map((v) => element("td", {}, String(v))),
         element("td", { class: "text wide" }, notes));
     });
-    this.node.replaceChildren(element("h2", {}, `Stages of ${runLabel(store.focus)}`), element("p", { class: "hint" }, "Means per frame in which a stage was reached."),
+    this.node.replaceChildren(element("h2", {}, `Stages of ${runLabel(store.focus)}`), element("p", { class: "hint" }, "Counts are means and times medians, over the frames in which a stage was reached."),
       element("div", { class: "table-box", tabindex: 0, role: "region", "aria-label": "Stages" },
         element("table", {}, element("thead", {}, element("tr", {}, heads.map((h, i) => element("th", { scope: "col", class: i === 0 || i === 9 ? "text" : null }, h)))), element("tbody", {}, rows))));
   }

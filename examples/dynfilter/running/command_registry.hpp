@@ -3,7 +3,6 @@
 
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
-#include <dynfilter/pipeline/stage.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <memory>
@@ -29,15 +28,5 @@ DetectorConfig load_detector(const std::string& name, const std::string& network
 
 /// Loads a pipeline by preset name or file, made of these filters.
 PipelineConfig named_pipeline(const std::string& name, const Registry& registry);
-
-/// True if a stage of the pipeline has this name.
-inline bool uses_stage(const Pipeline& pipeline, const std::string& name) {
-  bool found = false;
-  for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
-    if (const Stage* root = pipeline.stages(point))
-      root->for_each([&](const Stage& stage, int) { found = found || stage.name() == name; });
-  }
-  return found;
-}
 
 }  // namespace dynfilter::command

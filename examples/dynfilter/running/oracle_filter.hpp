@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/registry.hpp>
@@ -10,6 +11,8 @@
 #include <dynfilter/core/yaml.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/pipeline/stage.hpp>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
@@ -35,7 +38,7 @@ class OracleFilter final : public NamedFilter<OracleFilter> {
 
   void apply(const Evidence& evidence, Votes& votes) override {
     const cv::Mat& labels = truth_->labels;
-    if (labels.empty()) return votes.note("no labels");
+    if (labels.empty()) throw Error("no label image");  // a row without votes would be that of `none`
     for (std::size_t i = 0; i < evidence.size(); ++i) {
       const int x = cvRound(evidence.pixels()[i].x), y = cvRound(evidence.pixels()[i].y);
       if (x < 0 || y < 0 || x >= labels.cols || y >= labels.rows) continue;
@@ -46,6 +49,23 @@ class OracleFilter final : public NamedFilter<OracleFilter> {
  private:
   std::shared_ptr<const OracleLabels> truth_;
 };
+
+/// True if a stage of the pipeline has this name.
+inline bool uses_stage(const Pipeline& pipeline, const std::string& name) {
+  bool found = false;
+  for (const CallPoint point : {CallPoint::BeforePose, CallPoint::AfterPose, CallPoint::AtKeyframe}) {
+    if (const Stage* root = pipeline.stages(point))
+      root->for_each([&](const Stage& stage, int) { found = found || stage.name() == name; });
+  }
+  return found;
+}
+
+/// Throws IoError if the pipeline needs labels and `where`, a sequence or a frame, has none.
+/// For the command and for Python alike.
+inline void require_labels(const Pipeline& pipeline, bool has_labels, const std::string& where) {
+  if (!has_labels && uses_stage(pipeline, OracleFilter::kName))
+    throw IoError(where + ": has no label images, which `oracle` needs: choose another pipeline");
+}
 
 /// The inputs that the filter `name` needs, in words. Labels are no input of a frame: only the oracle reads them.
 inline std::string needs_text(const std::string& name, Input inputs) {

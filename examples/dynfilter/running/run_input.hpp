@@ -10,7 +10,6 @@
 #include <dynfilter/io/image_file.hpp>
 #include <dynfilter/io/sequence.hpp>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -141,7 +140,7 @@ class MaskFolder {
   std::optional<MaskInput> load(std::size_t i) const {
     if (files_.empty() || files_[i].empty()) return std::nullopt;
     MaskInput mask;
-    mask.labels = io::read_image(files_[i], cv::IMREAD_UNCHANGED);
+    mask.labels = io::read_image(files_[i], io::ImageAs::Stored);
     if (mask.labels.type() != CV_8UC1)
       throw IoError(files_[i].string() + ": is not an 8-bit label image (see --masks, --no-masks)");
     return mask;

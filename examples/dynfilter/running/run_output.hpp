@@ -32,7 +32,7 @@ class RunOutput {
     std::filesystem::create_directory(folder_.path() / "overlay");
     frames_ << "frame,timestamp_s,state,keyframe,relocalised,features,static,dynamic,unknown,restored,"
                "tracked_points,dynamic_rejected,dynamic_kept,static_rejected,static_kept,dont_care,total_ms,"
-               "extraction_ms,correspondence_ms,filters_ms,tracking_ms,note\n";
+               "extraction_ms,correspondence_ms,filters_ms,tracking_ms,cpu_ms,cpu_judge_ms,note\n";
     verdicts_ << "frame,x_px,y_px,verdict,restored,reasons\n";
   }
 
@@ -82,11 +82,12 @@ class RunOutput {
 
   static std::string csv_line(const FrameRow& r) {
     return fmt::format(
-        "{},{:.6f},{},{:d},{:d},{},{},{},{},{},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},\"{}\"\n",
+        "{},{:.6f},{},{:d},{:d},{},{},{},{},{},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},"
+        "{:.3f},\"{}\"\n",
         r.index, r.timestamp_s, r.state, r.keyframe, r.relocalised, r.features, r.of_static, r.dynamic,
         r.unknown, r.restored, r.tracked_points, r.truth.dynamic_rejected, r.truth.dynamic_kept,
         r.truth.static_rejected, r.truth.static_kept_count, r.truth.dont_care, r.total_ms(), r.extraction_ms,
-        r.correspondence_ms, r.filters_ms, r.tracking_ms, r.note);
+        r.correspondence_ms, r.filters_ms, r.tracking_ms, r.cpu_ms, r.cpu_judge_ms, r.note);
   }
 
   ResultsFolder& folder_;

@@ -32,6 +32,7 @@ struct FrameRow {
   std::size_t features = 0, of_static = 0, dynamic = 0, unknown = 0, restored = 0, tracked_points = 0;
   eval::Classification truth;
   double extraction_ms = 0, correspondence_ms = 0, filters_ms = 0, tracking_ms = 0;
+  double cpu_ms = 0, cpu_judge_ms = 0;  ///< of all threads; of correspondence and filters
   std::string note;
 
   double total_ms() const { return extraction_ms + correspondence_ms + filters_ms + tracking_ms; }
@@ -50,6 +51,8 @@ struct DetectorSummary {
 /// Content of summary.json. NaN is written as null.
 struct Summary {
   std::string sequence, pipeline, sensor;
+  /// What produced the figures: canonical paths, and a digest of the pipeline's text.
+  std::string folder, pipeline_file, pipeline_digest;
   /// Scene of a rendered sequence, else the sequence's name. Runs of one scene can be pooled.
   std::string scene;
   std::size_t frames = 0, tracked_frames = 0;
@@ -58,10 +61,19 @@ struct Summary {
   double precision = NAN, recall = NAN, static_kept = NAN;
   double features_mean = 0, rejected_mean = 0;
   double total_ms = 0, extraction_ms = 0, correspondence_ms = 0, filters_ms = 0, tracking_ms = 0;
+  double cpu_ms = 0, cpu_judge_ms = 0;
+  /// Why the run is not one of this pipeline: its detector or a stage failed in every frame. "": it is.
+  std::string failure;
   std::optional<DetectorSummary> detector;
   std::optional<MapSummary> map;
   StageTotals stages;
   std::vector<std::string> notes, stage_notes;  ///< of the run; of skipped or failed stages
+
+  /// A failed run has no figures that a table could show under the pipeline's name.
+  void fail(const std::string& why) {
+    failure = why;
+    ate_rmse_m = rpe_trans_rmse_m = rpe_rot_rmse_deg = precision = recall = static_kept = NAN;
+  }
 };
 
 inline Json to_json(const DetectorSummary& d) {
@@ -97,6 +109,8 @@ inline Json to_json(const Summary& s) {
                 {"correspondence", s.correspondence_ms},
                 {"filters", s.filters_ms},
                 {"tracking", s.tracking_ms}};
+  json["cpu_ms"] = {{"total", s.cpu_ms}, {"judge", s.cpu_judge_ms}};
+  json["failure"] = s.failure.empty() ? Json() : Json(s.failure);
   json["detector"] = s.detector ? to_json(*s.detector) : Json();
   if (s.map) json["map"] = to_json(*s.map);
   json["stages"] = to_json(s.stages);
@@ -107,12 +121,18 @@ inline Json to_json(const Summary& s) {
 
 /// Puts `sequence` and `pipeline` first.
 inline Json named_json(const Summary& s) {
-  Json json{{"sequence", s.sequence}, {"scene", s.scene}, {"pipeline", s.pipeline}, {"sensor", s.sensor}};
+  Json json{{"sequence", s.sequence},
+            {"scene", s.scene},
+            {"pipeline", s.pipeline},
+            {"sensor", s.sensor},
+            {"folder", s.folder},
+            {"pipeline_file", s.pipeline_file},
+            {"pipeline_digest", s.pipeline_digest}};
   json.update(to_json(s));
   return json;
 }
 
-/// What a summary says of all frames. Keeps 20 bytes a frame, for the medians of the times.
+/// What a summary says of all frames. Keeps 28 bytes a frame, for the medians of the times.
 class FrameStatistics {
  public:
   void add(const FrameRow& row) {
@@ -123,8 +143,8 @@ class FrameStatistics {
     rejected_ += static_cast<double>(row.dynamic);
     any_judged_ = any_judged_ || row.of_static + row.dynamic + row.restored > 0;
     if (frames_ >= eval::Classification::kFirstFrame) pooled_.add(row.truth);
-    const double times_ms[] = {row.total_ms(), row.extraction_ms, row.correspondence_ms, row.filters_ms,
-                               row.tracking_ms};
+    const double times_ms[] = {row.total_ms(),  row.extraction_ms, row.correspondence_ms, row.filters_ms,
+                               row.tracking_ms, row.cpu_ms,        row.cpu_judge_ms};
     for (std::size_t k = 0; k < std::size(times_ms); ++k)
       times_ms_[k].push_back(static_cast<float>(times_ms[k]));
     ++frames_;
@@ -144,8 +164,8 @@ class FrameStatistics {
     s.precision = pooled_.precision();
     s.recall = pooled_.recall();
     s.static_kept = pooled_.static_kept();
-    double* medians_ms[] = {&s.total_ms, &s.extraction_ms, &s.correspondence_ms, &s.filters_ms,
-                            &s.tracking_ms};
+    double* medians_ms[] = {&s.total_ms,    &s.extraction_ms, &s.correspondence_ms, &s.filters_ms,
+                            &s.tracking_ms, &s.cpu_ms,        &s.cpu_judge_ms};
     for (std::size_t k = 0; k < std::size(medians_ms); ++k)
       *medians_ms[k] = eval::median({times_ms_[k].begin(), times_ms_[k].end()});
   }
@@ -155,7 +175,7 @@ class FrameStatistics {
   double first_s_ = NAN, last_s_ = NAN, features_ = 0, rejected_ = 0;
   bool any_judged_ = false;
   eval::Classification pooled_;
-  std::array<std::vector<float>, 5> times_ms_;
+  std::array<std::vector<float>, 7> times_ms_;
 };
 
 /// How many frames had a note. Notes beyond a number of different ones are counted together.

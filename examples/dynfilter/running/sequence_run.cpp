@@ -23,6 +23,7 @@
 #include <utility>
 
 #include "command_registry.hpp"
+#include "identity.hpp"
 #include "interruption.hpp"
 #include "map/map_run.hpp"
 #include "odometry/odometry.hpp"
@@ -31,6 +32,7 @@
 #include "report/recorder.hpp"
 #include "results_folder.hpp"
 #include "run_input.hpp"
+#include "run_notes.hpp"
 #include "run_output.hpp"
 #include "semantic_feed.hpp"
 
@@ -61,17 +63,14 @@ class SequenceRun {
         sensor_(chosen_sensor(options, sequence_)),
         odometry_(sequence_.camera(), odometry_options(sensor_), &judge_),
         record_(record.record) {
-    summary_.sequence = sequence_.name();
-    summary_.scene = scene_of(sequence_);
-    summary_.pipeline = judge_.pipeline().name();
+    identify();
     summary_.sensor = odometry::to_string(sensor_);
     summary_.notes = sequence_.notes();
     ground_truth_ = sequence_.ground_truth();
     if (!options.trajectory.empty()) read_poses();
     open_feed();
     oracle_ = uses_stage(judge_.pipeline(), OracleFilter::kName);
-    if (oracle_ && !sequence_.has_labels())
-      throw IoError(options.sequence + ": has no labels/, which `oracle` needs: choose another --pipeline");
+    require_labels(judge_.pipeline(), sequence_.has_labels(), options.sequence);
     // In reverse there is no truth: the truth images describe motion over earlier frames.
     judged_by_truth_ = sequence_.has_labels() && !options.reverse;
     if (sequence_.has_labels() && options.reverse)
@@ -100,10 +99,11 @@ class SequenceRun {
     summary_.stages = judge_.totals();
     summary_.detector = feed_->summary();
     statistics_.summarise(summary_);
-    if (nothing_judged()) count_note(unknown_note());
+    if (nothing_judged()) count_note(unknown_note(summary_.stages) + option_for(summary_.stages.reasons()));
     const io::Trajectory estimate = trajectory();
     summary_.tracked_frames = estimate.size();  // a mono map that was started again has lost its poses
     summarise_trajectory(ground_truth_, estimate, summary_);
+    check_failures();
     if (map_) summary_.map = map_->finish(estimate, summary_.notes);
     step();
     if (recorder_) finish_record(estimate);
@@ -112,6 +112,30 @@ class SequenceRun {
   }
 
  private:
+  // Of what was opened, not of what was asked for.
+  void identify() {
+    summary_.sequence = options_.sequence_name.empty() ? sequence_.name() : options_.sequence_name;
+    summary_.scene = scene_of(sequence_);
+    summary_.folder = canonical_text(sequence_.folder());
+    summary_.pipeline = judge_.pipeline().name();
+    const PipelineSource source = pipeline_source(options_.pipeline);
+    summary_.pipeline_file = source.file, summary_.pipeline_digest = source.digest;
+  }
+
+  void check_failures() {
+    const DetectorSummary& detector = *summary_.detector;
+    if (detector.failed > 0 || detector.abandoned) {
+      const std::string why = ": " + detector.last_error;
+      if (detector.results + detector.silent == 0)
+        return summary_.fail("the detector failed on every image" + why);
+      count_note(fmt::format("the detector failed on {} of {}{}{}", detector.failed,
+                             counted(static_cast<std::size_t>(detector.looked_at), "image"),
+                             detector.abandoned ? ", and was then abandoned" : "", why));
+    }
+    const std::string failed_stage = failure_of(summary_.stages);
+    if (!failed_stage.empty()) summary_.fail(failed_stage);
+  }
+
   static std::unique_ptr<ResultsFolder> results_folder(const RunOptions& options) {
     const std::initializer_list<const char*> results{"summary.json", "trajectory.txt", "frames.csv",
                                                      "verdicts.csv", "report.html",    "overlay"};
@@ -119,7 +143,7 @@ class SequenceRun {
                                : std::make_unique<ResultsFolder>(options.out, options.force, results);
   }
 
-  static std::string frames(std::size_t n) { return fmt::format("{} {}", n, n == 1 ? "frame" : "frames"); }
+  static std::string frames(std::size_t n) { return counted(n, "frame"); }
   void count_note(std::string note) { summary_.notes.push_back(std::move(note)); }
 
   // A front end needs increasing time. In reverse, timestamps are mirrored at the first frame.
@@ -268,6 +292,7 @@ class SequenceRun {
     row.correspondence_ms = verdict.correspondence_ms;
     row.filters_ms = std::max(0.0, result.ms.judge - verdict.correspondence_ms);
     row.tracking_ms = result.ms.tracking + result.ms.mapping;
+    row.cpu_ms = result.cpu_ms.total(), row.cpu_judge_ms = result.cpu_ms.judge;
     const auto take = [&row](const std::vector<std::string>& notes, auto& counts) {
       for (const std::string& note : notes) {
         row.note += (row.note.empty() ? "" : "; ") + note;
@@ -282,12 +307,6 @@ class SequenceRun {
 
   bool nothing_judged() const {
     return !summary_.stages.empty() && summary_.features_mean > 0 && !statistics_.any_judged();
-  }
-  std::string unknown_note() const {
-    std::string note = "every feature of every frame is unknown: no stage judged any, all are kept";
-    const std::vector<std::string> reasons = summary_.stages.reasons();
-    if (!reasons.empty()) note += fmt::format(" ({})", fmt::join(reasons, "; "));
-    return note + option_for(reasons);
   }
   // Inputs that a run can provide.
   static std::string option_for(const std::vector<std::string>& reasons) {

@@ -13,8 +13,9 @@
 namespace dynfilter::command {
 
 struct RunOptions {
-  std::string sequence, pipeline, camera, detections, masks, out;
-  std::string sensor;  ///< "rgbd", "stereo" or "mono"; "": what the sequence has, in this order
+  std::string sequence, pipeline = "dynfilter", camera, detections, masks, out;
+  std::string sequence_name;  ///< in the results; "": the folder's
+  std::string sensor;         ///< "rgbd", "stereo" or "mono"; "": what the sequence has, in this order
   /// File or preset of a provider; "": boxes and masks from files.
   std::string detector, network_dir;
   std::vector<std::string> plugins;

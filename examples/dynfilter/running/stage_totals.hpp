@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/eval/statistics.hpp>
 
 #include <algorithm>
 #include <cctype>
@@ -27,9 +28,11 @@ struct StageTotal {
   bool filter = false;                              ///< a rejector, not a combinator
   std::size_t frames = 0, skipped = 0, failed = 0;  ///< frames that reached the stage; of these, ...
   double judged = 0, dynamic = 0, unknown = 0, prior = 0, time_ms = 0;  ///< sums
+  std::vector<float> times_ms;                                          ///< per frame, for the median
   std::map<std::string, std::size_t> notes;                             ///< note -> number of frames
 
   double mean(double sum) const { return frames > 0 ? sum / static_cast<double>(frames) : 0; }
+  double median_ms() const { return times_ms.empty() ? 0 : eval::median({times_ms.begin(), times_ms.end()}); }
 };
 
 /// The note with # for each number, so that equal notes of several frames can be counted together.
@@ -77,6 +80,7 @@ class StageTotals {
           total->dynamic += static_cast<double>(stage.dynamic);
       total->unknown += static_cast<double>(stage.unknown), total->prior += static_cast<double>(stage.prior);
       total->time_ms += stage.time_ms;
+      total->times_ms.push_back(static_cast<float>(stage.time_ms));
       if (!stage.note.empty()) ++total->notes[without_numbers(stage.note)];
     }
   }
@@ -91,6 +95,7 @@ class StageTotals {
         to.judged += from.judged, to.dynamic += from.dynamic, to.unknown += from.unknown,
             to.prior += from.prior;
         to.time_ms += from.time_ms;
+        to.times_ms.insert(to.times_ms.end(), from.times_ms.begin(), from.times_ms.end());
         for (const auto& [note, frames] : from.notes) to.notes[note] += frames;
       }
   }
@@ -135,7 +140,7 @@ class StageTotals {
   std::vector<StageTotal> stages_;
 };
 
-/// Means per frame, and notes sorted by their number of frames.
+/// Counts as means per frame, times as medians. Notes with their number of frames.
 inline Json to_json(const StageTotals& totals) {
   Json stages = Json::array();
   for (const StageTotal& s : totals.stages()) {
@@ -152,16 +157,17 @@ inline Json to_json(const StageTotals& totals) {
                       {"dynamic", s.mean(s.dynamic)},
                       {"unknown", s.mean(s.unknown)},
                       {"prior", s.mean(s.prior)},
-                      {"ms", s.mean(s.time_ms)},
+                      {"ms", s.median_ms()},
+                      {"ms_mean", s.mean(s.time_ms)},
                       {"notes", notes}});
   }
   return stages;
 }
 
-/// A table of the stages as text. Means are over the frames that reached the stage.
+/// A table of the stages as text. Means and medians are over the frames that reached the stage.
 inline std::string stages_text(const StageTotals& totals, bool wide) {
   if (totals.empty()) return "";
-  Table table({{"stage, means per frame", true},
+  Table table({{"stage, mean counts", true},
                {"frames", false, 2},
                {"judged"},
                {"dynamic"},
@@ -169,7 +175,7 @@ inline std::string stages_text(const StageTotals& totals, bool wide) {
                {"suspects", false, 1},
                {"skipped"},
                {"failed"},
-               {"ms"}});
+               {"median ms"}});
   std::string notes;
   std::set<std::string> said;
   for (const StageTotal& s : totals.stages()) {
@@ -178,7 +184,7 @@ inline std::string stages_text(const StageTotals& totals, bool wide) {
     table.add({blanks + s.name + (root ? " (" + s.call_point + ")" : ""), std::to_string(s.frames),
                cell(s.mean(s.judged), 0), cell(s.mean(s.dynamic), 0), cell(s.mean(s.unknown), 0),
                s.prior > 0 ? cell(s.mean(s.prior), 0) : "", s.skipped > 0 ? std::to_string(s.skipped) : "",
-               s.failed > 0 ? std::to_string(s.failed) : "", cell(s.mean(s.time_ms), 2)});
+               s.failed > 0 ? std::to_string(s.failed) : "", cell(s.median_ms(), 2)});
     std::vector<std::pair<std::size_t, std::string>> sorted;
     for (const auto& [note, frames] : s.notes) sorted.emplace_back(frames, note);
     std::stable_sort(sorted.begin(), sorted.end(),

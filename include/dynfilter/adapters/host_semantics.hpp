@@ -22,9 +22,10 @@ class HostSemantics {
   explicit HostSemantics(std::unique_ptr<SemanticRunner> runner = nullptr) : runner_(std::move(runner)) {}
 
   /// For the next frame. `frame_id`: the frame they were computed on, -1: the next one.
+  /// Masks are copied unless the detections are the only reference to them.
   void set_detections(std::vector<Detection> detections, std::int64_t frame_id);
-  /// Not copied: it must live until the next frame is judged.
-  void set_mask(const cv::Mat& labels, std::int64_t frame_id) { next_.mask = MaskInput{frame_id, labels}; }
+  /// Copied.
+  void set_mask(const cv::Mat& labels, std::int64_t frame_id);
 
   /// A new frame. Its pixels are copied where a detector needs them later.
   void begin(const SemanticImage& image);
@@ -42,7 +43,10 @@ class HostSemantics {
   struct Given {
     std::optional<std::vector<Detection>> detections;
     std::int64_t detections_frame_id = -1;
-    std::optional<MaskInput> mask;
+    bool has_mask = false;  ///< false: `mask` only keeps its memory
+    MaskInput mask;
+
+    void clear() { detections.reset(), has_mask = false; }
   };
 
   std::unique_ptr<SemanticRunner> runner_;

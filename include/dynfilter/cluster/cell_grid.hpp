@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/cluster/clusters.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core/types.hpp>
 #include <utility>
@@ -169,7 +170,9 @@ class CellGrid {
   /// Without SSE4.1, std::floor is a function call.
   static double floor_of(double v);
   static int key_bits(const std::array<double, 3>& extent);
-  int index_bits() const { return static_cast<int>(std::log2(static_cast<double>(index_.size() + 1))) + 1; }
+  int index_bits() const {
+    return static_cast<int>(portable::log2(static_cast<double>(index_.size() + 1))) + 1;
+  }
 
   /// Shrinks empty stretches that are longer than the reach, which keeps all neighbourhoods.
   /// Returns the largest coordinate.

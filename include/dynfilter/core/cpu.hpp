@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdlib>
+#include <string_view>
 #include <type_traits>
 
 /// A function marked DYNFILTER_AVX2 may use AVX2 even if the compiler targets older processors.
-/// Call it only where cpu_has_avx2() is true.
-#if defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__))
+/// Call it only where uses_avx2() is true.
+/// With DYNFILTER_WITHOUT_AVX2, which all files of a program must share, there are no such functions.
+#if defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__)) && !defined(DYNFILTER_WITHOUT_AVX2)
 #define DYNFILTER_X86 1
 #define DYNFILTER_AVX2 __attribute__((target("avx2")))
 #endif
@@ -18,14 +21,40 @@
 #define DYNFILTER_AS_CALLER
 #endif
 
-namespace dynfilter::detail {
+namespace dynfilter {
 
-#if defined(DYNFILTER_X86)
-inline bool cpu_has_avx2() {
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
-  return has;
+/// What the environment variable DYNFILTER_SIMD asks for.
+enum class SimdChoice {
+  Auto,      ///< "auto" or not set: AVX2 if the processor has it
+  Baseline,  ///< "baseline": only what the compiler targets
+  Unknown    ///< anything else: treated as Baseline, and a pipeline refuses it
+};
+
+inline SimdChoice simd_choice_of(const char* text) {
+  if (text == nullptr || std::string_view(text) == "auto") return SimdChoice::Auto;
+  return std::string_view(text) == "baseline" ? SimdChoice::Baseline : SimdChoice::Unknown;
 }
 
+/// Read once, at the first use.
+inline SimdChoice simd_choice() {
+  static const SimdChoice choice = simd_choice_of(std::getenv("DYNFILTER_SIMD"));
+  return choice;
+}
+
+/// Whether dynfilter's own code uses AVX2 in this process. The one place of dispatch.
+/// Results are the same bit for bit.
+inline bool uses_avx2() {
+#if defined(DYNFILTER_X86)
+  static const bool uses = simd_choice() == SimdChoice::Auto && __builtin_cpu_supports("avx2") != 0;
+  return uses;
+#else
+  return false;
+#endif
+}
+
+namespace detail {
+
+#if defined(DYNFILTER_X86)
 template <class F>
 DYNFILTER_AVX2 void call_for_avx2(const F& f) {
   f(std::integral_constant<int, 8>());
@@ -33,14 +62,15 @@ DYNFILTER_AVX2 void call_for_avx2(const F& f) {
 #endif
 
 /// Calls f(std::integral_constant<int, lanes>()) with the number of 32-bit lanes:
-/// 8, compiled for AVX2, if the processor supports it, else 4.
+/// 8, compiled for AVX2, if uses_avx2(), else 4.
 /// Mark the lambda `f` and all that it calls with DYNFILTER_AS_CALLER.
 template <class F>
 void call_widest(const F& f) {
 #if defined(DYNFILTER_X86)
-  if (cpu_has_avx2()) return call_for_avx2(f);
+  if (uses_avx2()) return call_for_avx2(f);
 #endif
   f(std::integral_constant<int, 4>());
 }
 
-}  // namespace dynfilter::detail
+}  // namespace detail
+}  // namespace dynfilter

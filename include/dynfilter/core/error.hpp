@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
 namespace dynfilter {
 
 /// Base of all exceptions that the library throws on purpose.
-/// The message is one line without a full stop and can be shown to a user.
+/// The message is one line without a full stop and can be shown to a user:
+/// control characters are replaced, and the middle of a longer text than kMaxBytes is left out.
 /// Unusual frame data never throws: filters abstain on it.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  /// Room for a path, the fault and the known names.
+  static constexpr std::size_t kMaxBytes = 1024;
+  explicit Error(const std::string& message);
 };
 
 /// A configuration that cannot be used. Names the YAML path and what was expected there.

@@ -42,7 +42,8 @@ struct KeyframeView {
 };
 
 /// One frame of the host. Non-owning, cheap to fill and valid for one call.
-/// The toolkit deep-copies what it keeps, except a depth image with `depth_handed_over`.
+/// After the call the toolkit neither reads nor refers to any memory of it: it deep-copies what it keeps.
+/// The exception is a depth image with `depth_handed_over`.
 /// Only `keypoints` is required.
 /// A filter lists its other inputs (core/needs.hpp) and abstains without them.
 /// Each per-feature array has one entry per keypoint or is empty.
@@ -66,6 +67,7 @@ struct FrameView {
   /// Metres per unit of `depth`: 1 for metres, 1/5000 for TUM's 16-bit images.
   double depth_unit_m = 1;
   /// The host does not write to `depth` after the call, so no copy is made.
+  /// Ignored for an image around a buffer of the host, which the host may free.
   bool depth_handed_over = false;
 
   std::optional<Camera> camera;
@@ -87,6 +89,18 @@ struct FrameView {
 /// False for an image made around a buffer of the caller.
 inline bool has_sole_owner(const cv::Mat& image) {
   return image.u != nullptr && image.u->refcount == 1;
+}
+
+/// Copies an image that is kept beyond the call. Does not write to memory that something else refers to.
+/// Allocates only for another size or type.
+inline void keep_copy(const cv::Mat& image, cv::Mat& kept) {
+  if (!has_sole_owner(kept)) kept.release();
+  image.copyTo(kept);
+}
+
+/// Copies the pixels of an image unless nothing else refers to them.
+inline void own_pixels(cv::Mat& image) {
+  if (!image.empty() && !has_sole_owner(image)) image = image.clone();
 }
 
 /// True if depths come from the columns in the right image.

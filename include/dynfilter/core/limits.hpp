@@ -11,8 +11,17 @@ namespace dynfilter::limits {
 /// Boxes per frame. Detectors give at most 300.
 inline constexpr std::size_t kMaxBoxes = 1000;
 
+/// Boxes times features of a frame. A stage may compare each with each. 1000 boxes with 20,000 features, or 200 with
+/// 100,000.
+inline constexpr std::size_t kMaxBoxFeaturePairs = 20'000'000;
+
 /// Features per frame. ORB-SLAM extracts 1000 to 5000, dense front ends about 20,000.
 inline constexpr std::size_t kMaxFeatures = 100'000;
+
+/// Features in a square of kCrowd_px: one on two pixels. ORB-SLAM has one in three such squares, a dense front end of
+/// 20,000 features in 640 x 480 has four in each. More of them cannot be told apart by place.
+inline constexpr std::size_t kMaxCrowd = 32;
+inline constexpr int kCrowd_px = 8;
 
 /// Width and height of an image [px].
 inline constexpr int kMaxImageSide_px = 16'384;

@@ -69,8 +69,6 @@ std::vector<FieldInfo> describe_all(const AnyFields& table, const void* defaults
 
 std::string shown(double value);
 
-std::string joined(const std::vector<std::string>& words);
-
 std::string range_text(double min, double max);
 
 template <class P, class T>

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace dynfilter {
 
@@ -18,4 +19,28 @@ inline std::string without_controls(std::string text) {
   return text;
 }
 
+/// True for each byte of a UTF-8 character but its first.
+constexpr bool is_utf8_continuation(char c) {
+  return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;
+}
+
+/// Number of bytes at the begin that are UTF-8 without control characters, surrogates and non-characters.
+/// A tab is allowed.
+std::size_t printable_utf8_bytes(std::string_view text);
+
+/// Columns of an error message for one text of a user.
+inline constexpr std::size_t kMostQuotedColumns = 60;
+
+/// The text as error messages quote it: between backticks, without control characters,
+/// and `...` instead of what is beyond kMostQuotedColumns.
+std::string in_backticks(std::string_view text);
+
+/// Without control characters, and with `...` in the middle if it has more than `most` bytes.
+/// `most` >= 16.
+std::string one_bounded_line(const std::string& text, std::size_t most);
+
 }  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/core/detail/printable_text-inl.hpp>
+#endif

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/core/portable_math.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
@@ -35,8 +36,8 @@ class Random {
     return {x, y};
   }
   double gaussian() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
-    return radius * std::cos(2.0 * CV_PI * uniform());
+    const double radius = std::sqrt(-2.0 * portable::log(1.0 - uniform()));
+    return radius * portable::cos(2.0 * CV_PI * uniform());
   }
   /// A BGR colour around `centre`. Each channel differs by at most `spread`.
   cv::Scalar colour_near(const cv::Scalar& centre, double spread) {

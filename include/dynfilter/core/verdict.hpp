@@ -29,8 +29,12 @@ struct StageReport {
   bool skipped = false;  ///< an input was missing; `note` names it
   bool failed = false;   ///< the stage threw; `note` has the message and its votes count as Unknown
   std::string note;      ///< e.g. the model that was used or the reason for a skip
+  /// Features that it was to judge; of them, votes Dynamic and Unknown; prior suspects that it marked.
   std::size_t judged = 0, dynamic = 0, unknown = 0, prior = 0;
   double time_ms = 0;  ///< includes shared evidence that this stage was the first to request
+
+  /// False if it abstained on the whole frame: it was skipped, it failed, or every vote is Unknown.
+  bool has_judged() const { return !skipped && !failed && judged > unknown; }
 };
 
 /// Report of one call of the pipeline.

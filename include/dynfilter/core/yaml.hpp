@@ -16,6 +16,9 @@ struct YamlValue;  // yaml_text.hpp
 /// A strict view of one value of a YAML text.
 /// A wrong type, a number out of range or a duplicate key throws ConfigError
 /// with the path of the node and the expected type.
+/// A plain value is a number, a flag or a word if the reader expects one and YAML 1.1 agrees, with two exceptions:
+/// - `1e5` and `-.5` are numbers, as in OpenCV and JSON. YAML 1.1 takes them for words.
+/// - `true`, `yes`, `on` and their like are words where a word is expected, and keys are always words.
 class YamlNode {
  public:
   /// A node for a path without a value.
@@ -41,7 +44,9 @@ class YamlNode {
 
   double real() const;
   int integer() const;
+  /// true, false, 1 or 0, without quotes.
   bool flag() const;
+  /// A quoted text, or a plain one that YAML 1.1 takes for no number, date or null.
   std::string text() const;
   std::vector<std::string> texts() const;
 
@@ -53,7 +58,7 @@ class YamlNode {
   std::string shown() const;
 
  private:
-  /// True for a number without quotes.
+  /// True for a decimal number without quotes.
   /// 010 is rejected because some readers take it as 8 and others as 10.
   bool is_number() const;
   std::string child_path(const std::string& key) const;

@@ -20,12 +20,18 @@ namespace detail {
 /// Binary descriptors as whole 64-bit words, padded with zeros.
 class DescriptorWords {
  public:
+  static bool fits(const cv::Mat& descriptors, std::size_t rows);
   /// Returns false if `descriptors` is not CV_8UC1 with `rows` rows.
   bool assign(const cv::Mat& descriptors, std::size_t rows);
+  /// Only the rows of `order`, in that order. Requires descriptors that fit.
+  void assign_rows(const cv::Mat& descriptors, const std::vector<std::int32_t>& order);
   const std::uint64_t* row(std::size_t i) const { return &words_[i * stride_]; }
   std::size_t stride() const { return stride_; }
 
  private:
+  void reserve_rows(const cv::Mat& descriptors, std::size_t rows);
+  void copy_row(const cv::Mat& descriptors, int from, std::size_t to);
+
   std::vector<std::uint64_t> words_;
   std::size_t stride_ = 0;
 };
@@ -75,15 +81,31 @@ class DescriptorMatcher {
     void offer(int d, std::int32_t i);
   };
 
-  void search(std::size_t i, const cv::KeyPoint& feature, Span<const cv::Point2f> expected_px,
-              Span<const cv::KeyPoint> reference);
+  /// A feature of the reference frame, in the order of the grid, so that a search reads memory in order.
+  struct Candidate {
+    cv::Point2f px;
+    std::int32_t octave, index;
+  };
+
+  void lay_out(const DescribedFeatures& reference);
+  void search(std::size_t i, const cv::KeyPoint& feature, const cv::Point2f& centre);
+
+  /// Those of the candidates from `begin` to `end` that may be the feature. Valid until the next call.
+  Span<const std::uint32_t> in_window(int octave, const cv::Point2f& centre, float radius2, std::size_t begin,
+                                      std::size_t end);
+
+  void offer(std::size_t i, std::uint32_t c, int distance);
+  /// The same as a loop over offer(), faster where the processor counts bits.
+  void compare_by_popcnt(std::size_t i, Span<const std::uint32_t> candidates);
 
   bool accepted(std::size_t i) const;
 
   DescriptorMatchParams params_;
   detail::DescriptorWords current_words_, reference_words_;
   PointGrid grid_;
-  std::vector<Best> forward_, backward_;
+  std::vector<Candidate> candidates_;
+  std::vector<std::uint32_t> in_window_;
+  std::vector<Best> forward_, backward_;  ///< of the candidates, the second
 };
 
 }  // namespace dynfilter

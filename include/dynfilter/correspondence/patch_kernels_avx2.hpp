@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/avx2.hpp>
 #include <dynfilter/correspondence/patch_kernels.hpp>
 
 #if defined(DYNFILTER_X86)
-#include <immintrin.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -19,14 +17,14 @@ namespace dynfilter::detail {
 /// Results are identical: integer sums do not depend on order,
 /// and floats are added in the same order.
 struct PatchKernelsAvx2 {
-  static bool available() { return cpu_has_avx2(); }
+  static bool available() { return uses_avx2(); }
 
   DYNFILTER_AVX2 static void cut(const cv::Mat& image, const Corner& corner, int window_px, Patch& patch) {
     const int size = window_px + 2, rows = size + size % 2;
     const __m256i u = _mm256_set1_epi16(corner.u), v = _mm256_set1_epi16(corner.v);
     for (int x = 0; x < Patch::padded(size); x += 8) {
       Rows pixels(image, corner, x, size, u);
-      for (int y = 0; y < size; y += 2) store(patch.around + x * rows + y * 8, pixels.next(v));
+      for (int y = 0; y < size; y += 2) avx2::store(patch.around + x * rows + y * 8, pixels.next(v));
     }
     patch.rows = window_px + window_px % 2;
     gradients(window_px, {corner.x + 1, corner.y + 1}, image.size(), patch);
@@ -43,9 +41,9 @@ struct PatchKernelsAvx2 {
         __m256i part_x = _mm256_setzero_si256(), part_y = part_x;
         for (int y = y0; y < std::min(y0 + kRows, window_px); y += 2) {
           const int at = patch.at(x, y);
-          const __m256i off = _mm256_sub_epi16(rows.next(v), load(patch.grey + at));
-          part_x = _mm256_add_epi32(part_x, _mm256_madd_epi16(off, load(patch.dx + at)));
-          part_y = _mm256_add_epi32(part_y, _mm256_madd_epi16(off, load(patch.dy + at)));
+          const __m256i off = _mm256_sub_epi16(rows.next(v), avx2::load(patch.grey + at));
+          part_x = _mm256_add_epi32(part_x, _mm256_madd_epi16(off, avx2::load(patch.dx + at)));
+          part_y = _mm256_add_epi32(part_y, _mm256_madd_epi16(off, avx2::load(patch.dy + at)));
         }
         sum_x = _mm_add_ps(sum_x, _mm_cvtepi32_ps(both_rows(part_x)));
         sum_y = _mm_add_ps(sum_y, _mm_cvtepi32_ps(both_rows(part_y)));
@@ -55,9 +53,6 @@ struct PatchKernelsAvx2 {
   }
 
  private:
-  DYNFILTER_AVX2 static __m256i load(const std::int16_t* from) {
-    return _mm256_load_si256(reinterpret_cast<const __m256i*>(from));
-  }
   /// Rows 1 and 2, from `a` with rows 0 and 1 and `b` with rows 2 and 3.
   DYNFILTER_AVX2 static __m256i between(const __m256i& a, const __m256i& b) {
     return _mm256_permute2x128_si256(a, b, 0x21);
@@ -115,10 +110,10 @@ struct PatchKernelsAvx2 {
     /// `pair` points to two rows of the first band. The next band starts `band` values later.
     DYNFILTER_AVX2 void set(const std::int16_t* pair, int band, int bands, int bands_around) {
       const __m256i three = _mm256_set1_epi16(3), ten = _mm256_set1_epi16(10);
-      __m256i here = load(pair), left = rounded(here);
+      __m256i here = avx2::load(pair), left = rounded(here);
       for (int b = 0; b < bands; ++b) {
         if (b + 1 < bands_around) pair += band;  // otherwise these columns are masked
-        const __m256i next = load(pair), after = rounded(next);
+        const __m256i next = avx2::load(pair), after = rounded(next);
         const __m256i middle = _mm256_alignr_epi8(after, left, 2), right = _mm256_alignr_epi8(after, left, 4);
         step[b] = _mm256_sub_epi16(right, left);
         smooth[b] = _mm256_add_epi16(_mm256_mullo_epi16(_mm256_add_epi16(left, right), three),
@@ -154,9 +149,9 @@ struct PatchKernelsAvx2 {
         const __m256i dx = _mm256_and_si256(scaled(across(upper.step[b], lower.step[b])), inside);
         const __m256i dy =
             _mm256_and_si256(scaled(_mm256_sub_epi16(lower.smooth[b], upper.smooth[b])), inside);
-        store(patch.grey + at, between(upper.centre[b], lower.centre[b]));
-        store(patch.dx + at, dx);
-        store(patch.dy + at, dy);
+        avx2::store(patch.grey + at, between(upper.centre[b], lower.centre[b]));
+        avx2::store(patch.dx + at, dx);
+        avx2::store(patch.dy + at, dy);
         sums.keep(b, dx, dy);
       }
       sums.add(bands);
@@ -171,9 +166,6 @@ struct PatchKernelsAvx2 {
   }
   DYNFILTER_AVX2 static __m256i scaled(const __m256i& gradient) {
     return _mm256_srai_epi16(_mm256_add_epi16(gradient, _mm256_set1_epi16(4)), 3);
-  }
-  DYNFILTER_AVX2 static void store(std::int16_t* to, const __m256i& v) {
-    _mm256_store_si256(reinterpret_cast<__m256i*>(to), v);
   }
 
   /// Sums of products of gradients, added row by row like in PatchKernels.

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/avx2.hpp>
 #include <dynfilter/correspondence/small_patch_kernels.hpp>
 
 #if defined(DYNFILTER_X86)
-#include <immintrin.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/correspondence/small_patch.hpp>
@@ -17,7 +15,7 @@ namespace dynfilter::detail {
 /// SmallPatchKernels with AVX2: a row of the patch is one vector. Results are identical, because all sums are
 /// of integers.
 struct SmallPatchKernelsAvx2 {
-  static bool available() { return cpu_has_avx2(); }
+  static bool available() { return uses_avx2(); }
 
   DYNFILTER_AVX2 static void cut(const cv::Mat& image, int x, int y, int window_px, SmallPatch& patch) {
     const auto step = static_cast<std::ptrdiff_t>(image.step[0]);
@@ -36,9 +34,9 @@ struct SmallPatchKernelsAvx2 {
       const __m256i dy = _mm256_and_si256(_mm256_sub_epi16(lower.smooth, upper.smooth), mask);
       const __m256i grey = _mm256_and_si256(_mm256_slli_epi16(here.middle, 3), in_window);
       const int at = r * SmallPatch::kColumns;
-      store(patch.grey + at, grey);
-      store(patch.dx + at, dx);
-      store(patch.dy + at, dy);
+      avx2::store(patch.grey + at, grey);
+      avx2::store(patch.dx + at, dx);
+      avx2::store(patch.dy + at, dy);
       sum_x = _mm256_add_epi16(sum_x, dx);
       sum_y = _mm256_add_epi16(sum_y, dy);
       xx = _mm256_add_epi32(xx, _mm256_madd_epi16(dx, dx));
@@ -61,9 +59,9 @@ struct SmallPatchKernelsAvx2 {
     __m256i by_x = _mm256_setzero_si256(), by_y = by_x, all_of = by_x;
     Rows rows(image, corner, window_px);
     for (int at = 0; at < window_px * SmallPatch::kColumns; at += SmallPatch::kColumns) {
-      const __m256i off = _mm256_sub_epi16(rows.next(), load(patch.grey + at));
-      by_x = _mm256_add_epi32(by_x, _mm256_madd_epi16(off, load(patch.dx + at)));
-      by_y = _mm256_add_epi32(by_y, _mm256_madd_epi16(off, load(patch.dy + at)));
+      const __m256i off = _mm256_sub_epi16(rows.next(), avx2::load(patch.grey + at));
+      by_x = _mm256_add_epi32(by_x, _mm256_madd_epi16(off, avx2::load(patch.dx + at)));
+      by_y = _mm256_add_epi32(by_y, _mm256_madd_epi16(off, avx2::load(patch.dy + at)));
       all_of = _mm256_add_epi16(all_of, off);
     }
     const __m128i s = sums(by_x, by_y, in_pairs(all_of), _mm256_setzero_si256());
@@ -75,7 +73,7 @@ struct SmallPatchKernelsAvx2 {
     __m256i all_of = _mm256_setzero_si256(), square = all_of, product = all_of;
     Rows rows(image, corner, window_px);
     for (int at = 0; at < window_px * SmallPatch::kColumns; at += SmallPatch::kColumns) {
-      const __m256i grey = load(patch.grey + at);
+      const __m256i grey = avx2::load(patch.grey + at);
       const __m256i off = _mm256_sub_epi16(rows.next(), grey);
       all_of = _mm256_add_epi16(all_of, off);
       square = _mm256_add_epi32(square, _mm256_madd_epi16(off, off));
@@ -92,8 +90,8 @@ struct SmallPatchKernelsAvx2 {
     const unsigned char* row = pixel(image, x, y);
     __m256i all_of = _mm256_setzero_si256(), square = all_of;
     for (int at = 0; at < window_px * SmallPatch::kColumns; at += SmallPatch::kColumns, row += step) {
-      const __m256i value = _mm256_and_si256(_mm256_slli_epi16(bytes(row), 3), in_window);
-      const __m256i off = _mm256_sub_epi16(value, load(patch.grey + at));
+      const __m256i value = _mm256_and_si256(_mm256_slli_epi16(avx2::load_bytes(row), 3), in_window);
+      const __m256i off = _mm256_sub_epi16(value, avx2::load(patch.grey + at));
       all_of = _mm256_add_epi16(all_of, off);
       square = _mm256_add_epi32(square, _mm256_madd_epi16(off, off));
     }
@@ -105,8 +103,8 @@ struct SmallPatchKernelsAvx2 {
   /// One row of the image: right - left neighbour, (1 3 1) along the row, and the row itself.
   struct Row {
     __m256i step, smooth, middle;
-    DYNFILTER_AVX2 explicit Row(const unsigned char* at) : middle(bytes(at)) {
-      const __m256i left = bytes(at - 1), right = bytes(at + 1);
+    DYNFILTER_AVX2 explicit Row(const unsigned char* at) : middle(avx2::load_bytes(at)) {
+      const __m256i left = avx2::load_bytes(at - 1), right = avx2::load_bytes(at + 1);
       step = _mm256_sub_epi16(right, left);
       smooth = _mm256_add_epi16(_mm256_add_epi16(left, right), thrice(middle));
     }
@@ -141,17 +139,8 @@ struct SmallPatchKernelsAvx2 {
   };
   /// Sixteen grey values interpolated between two neighbouring columns, times 128.
   DYNFILTER_AVX2 static __m256i between_columns(const unsigned char* row, const __m256i& u) {
-    const __m256i left = bytes(row), right = bytes(row + 1);
+    const __m256i left = avx2::load_bytes(row), right = avx2::load_bytes(row + 1);
     return _mm256_add_epi16(_mm256_slli_epi16(left, 7), _mm256_mullo_epi16(_mm256_sub_epi16(right, left), u));
-  }
-  DYNFILTER_AVX2 static __m256i bytes(const unsigned char* from) {
-    return _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
-  }
-  DYNFILTER_AVX2 static __m256i load(const std::int16_t* from) {
-    return _mm256_load_si256(reinterpret_cast<const __m256i*>(from));
-  }
-  DYNFILTER_AVX2 static void store(std::int16_t* to, const __m256i& v) {
-    _mm256_store_si256(reinterpret_cast<__m256i*>(to), v);
   }
   /// Sums of neighbouring lanes, which fit 16 bits only column by column (SmallPatch).
   DYNFILTER_AVX2 static __m256i in_pairs(const __m256i& v) {

@@ -5,6 +5,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/evidence/clean_frame.hpp>
+#include <dynfilter/evidence/crowded_places.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
@@ -20,8 +21,11 @@ class CurrentFrame {
       : max_depth_m_(max_depth_m), max_depth_edge_(max_depth_edge) {}
 
   void begin(const FrameView& frame);
-  /// The host's memory is not read after this.
-  void end() { frame_ = FrameView(); }
+  /// The host's memory is neither read nor referred to after this.
+  void end() {
+    frame_ = FrameView();
+    cleaner_.end();
+  }
 
   const FrameView& frame() const { return frame_; }
   Input inputs() const { return inputs_; }
@@ -47,6 +51,7 @@ class CurrentFrame {
 
   double max_depth_m_, max_depth_edge_;
   FrameCleaner cleaner_;
+  CrowdedPlaces crowds_;
   FrameView frame_;
   Input inputs_ = Input::None;
   std::vector<cv::Point2f> pixels_, undistorted_;

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/frame_matches.hpp>
+#include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/late_semantics.hpp>
 #include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -30,6 +33,8 @@ class LateResults {
   const cv::Mat* labels();
 
  private:
+  /// The k-th mask of `carried_`.
+  const cv::Mat& instance(const CarriedBox& box, cv::Size image_px, std::size_t k);
   /// Records the motion since the last frame, once per frame.
   void record_step();
   /// This frame's subsampled depth image. The motion history takes over its memory.
@@ -43,6 +48,7 @@ class LateResults {
   FrameMatches& matches_;
   LateSemantics carrier_;
   std::vector<Detection> carried_;
+  std::vector<cv::Mat> instances_;  ///< memory of their masks
   cv::Mat sparse_depth_m_;
   bool used_ = false, seen_ = false, sparse_depth_ready_ = false;
 };

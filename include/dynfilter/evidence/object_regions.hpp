@@ -44,7 +44,17 @@ struct ObjectRegion {
   std::vector<std::size_t> near;    ///< features whose votes count for it: inside and close to it
 };
 
+/// Sees the objects of a frame one after the other, in the order of the input.
+class ObjectVisitor {
+ public:
+  virtual void visit(const ObjectRegion& object) = 0;
+
+ protected:
+  ~ObjectVisitor() = default;
+};
+
 /// The objects that a semantic input shows in a frame.
+/// One at a time: a thousand boxes around the same features would take a list of all features each.
 class ObjectRegions {
  public:
   static Input input(const ObjectRegionParams& params) {
@@ -53,27 +63,24 @@ class ObjectRegions {
                : Input::Mask;
   }
 
-  /// Valid until the next call. Empty if the input is missing or too old, with a note in `votes`.
-  Span<const ObjectRegion> find(const Evidence& evidence, const ObjectRegionParams& params, Votes& votes);
+  /// Shows each object to the visitor; it is valid during the visit. None if the input is missing or too old, with
+  /// a note in `votes`.
+  void find(const Evidence& evidence, const ObjectRegionParams& params, Votes& votes, ObjectVisitor& visitor);
 
  private:
-  void find_detections(const Evidence& evidence, const ObjectRegionParams& params, const LateResult& late);
-
+  void find_detections(const Evidence& evidence, const ObjectRegionParams& params, const LateResult& late,
+                       ObjectVisitor& visitor);
   void find_box(const Evidence& evidence, const cv::Rect2f& given, const ObjectRegionParams& params,
-                const LateResult& late);
-
+                const LateResult& late, ObjectRegion& object);
   void find_instance(const Evidence& evidence, const MaskLookup& mask, const ObjectRegionParams& params,
-                     const LateResult& late);
-
-  void find_masks(const Evidence& evidence, const ObjectRegionParams& params, const LateResult& late);
+                     const LateResult& late, ObjectRegion& object);
+  void find_components(const Evidence& evidence, const MaskLookup& mask, const ObjectRegionParams& params,
+                       const LateResult& late, ObjectVisitor& visitor);
 
   cv::Point2f flow_on(const MaskLookup& mask, const LateResult& late);
 
-  ObjectRegion& add_object();
-  Span<const ObjectRegion> found() const { return {objects_.data(), count_}; }
-
-  std::vector<ObjectRegion> objects_;  ///< those after `count_` only keep their memory
-  std::size_t count_ = 0;
+  ObjectRegion object_;                   ///< of one detection or mask
+  std::vector<ObjectRegion> components_of_mask_;  ///< those after the last one only keep their memory
   DetectionFilter wanted_;
   MaskComponents components_;
   BoxScratch scratch_;

@@ -30,6 +30,15 @@ Field<P> semantic_role(const char* name, SemanticRole P::*member) {
                 "prior marks suspects for later stages; reject votes dynamic");
 }
 
+/// A filter on boxes or masks that has a role. Messages about missing inputs depend on it.
+class SemanticFilter {
+ public:
+  virtual SemanticRole role() const = 0;
+
+ protected:
+  ~SemanticFilter() = default;
+};
+
 /// The detections that a stage uses.
 struct DetectionFilter {
   std::vector<std::string> classes;         ///< empty: all classes

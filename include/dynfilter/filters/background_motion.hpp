@@ -2,13 +2,13 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/match.hpp>
@@ -130,7 +130,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// Nothing is rejected against a background that is probably a mover.
   void abstain(const Evidence& evidence, Votes& votes);
   void forget_motion();
-  float score(std::size_t i) const { return 1 / (1 + std::exp(-belief_[i] / 2)); }
+  float score(std::size_t i) const { return 1 / (1 + portable::exp(-belief_[i] / 2)); }
 
   /// Stamps of this frame and the last ones, newest first.
   void keep_time(const FrameView& frame);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
@@ -77,15 +78,18 @@ class BoxBlurFilter final : public NamedFilter<BoxBlurFilter> {
 
   void collect(const Evidence& evidence, const LateResult& late);
 
-  void judge(const cv::Mat& grey, const Box& box, const Sharpness& rest, Votes& votes) const;
+  void judge(const cv::Mat& grey, const Box& box, const Sharpness& rest, Votes& votes);
 
-  Sharpness sharpness(const cv::Mat& grey, const cv::Rect& area, bool outside_boxes) const;
-  bool in_a_box(int x, int y) const;
+  Sharpness sharpness(const cv::Mat& grey, const cv::Rect& area, bool outside_boxes);
+  /// Counts for each pixel of row y how many boxes cover it.
+  void cover_row(int y, int columns);
 
   Params params_;
   DetectionFilter wanted_;
   std::vector<Box> boxes_;
-  std::vector<std::size_t> inside_, inside_box_;  ///< features in all boxes, and in one
+  std::vector<std::uint32_t> inside_;    ///< features in all boxes, one box after the other
+  std::vector<std::size_t> inside_box_;  ///< features in one
+  std::vector<int> in_boxes_;            ///< per column of a row: how many boxes cover it
   BoxScratch scratch_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <dynfilter/core/expiring.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
@@ -76,17 +77,9 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   void reset() override;
 
  private:
-  /// Mean whose values lose weight with time. It begins as if half an observation had shown no motion,
-  /// because the first flow of a track is its least certain one.
-  struct RecentMean {
-    static constexpr double kPriorWeight = 0.5;
-    double value = 0, weight = kPriorWeight;
-    bool known() const { return weight > kPriorWeight; }
-    void add(double new_value, double keep);
-  };
   /// Evidence of a track [sigma]: of its flow, and of its distance from the ground.
   struct TrackEvidence {
-    RecentMean flow, off_ground;
+    ExpiringMean flow, off_ground;
   };
   /// A motion and its duration.
   struct TimedMotion {
@@ -192,12 +185,16 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
 
   /// Cosine: moves within 14 degrees of the optical axis.
   static constexpr double kAhead = 0.97;
+  /// The camera drives if four fifths of its recent motion were ahead. A hand moves ahead, too, but seldom for so
+  /// long: with this time constant, the share is reached after 0.4 s.
+  static constexpr double kDrives = 0.8, kDriveMemory_s = 0.25;
   /// Tracks too young to be compared with the ground take over what similar neighbours have, in as many steps.
   static constexpr int kLendingSteps = 3;
   static constexpr std::size_t kLenders = 2;
 
   /// Only a camera that drives forward has its horizon in the image and ground below it.
   bool find_focus();
+  bool drives() const { return ahead_.value() >= kDrives; }
 
   void weigh_ground();
   void lend_ground();
@@ -213,12 +210,13 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   ViewMotionEstimator estimator_;
   FlowGroups groups_;
   GroundContact ground_;
-  /// Over the current gap; over the last frame's longest gap.
-  std::optional<TimedMotion> motion_, main_motion_;
-  std::vector<double> ages_s_;  ///< age of each recent frame
-  std::vector<int> gaps_;       ///< [frames]
+  std::optional<TimedMotion> motion_;  ///< over the current gap
+  Expiring<TimedMotion> main_motion_;  ///< over the last frame's longest gap
+  ExpiringMean ahead_;                 ///< share of the recent frames in which the camera moved ahead
+  std::vector<double> ages_s_;         ///< age of each recent frame
+  std::vector<int> gaps_;              ///< [frames]
   int ground_gap_ = 0;
-  double gap_s_ = 0, keep_ = 0, noise_px_ = 0;
+  double gap_s_ = 0, passed_s_ = 0, noise_px_ = 0;
 
   cv::Size2d extent_;
   ImageCells cells_;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <optional>
@@ -65,7 +65,7 @@ class MapPointBeliefFilter final : public NamedFilter<MapPointBeliefFilter> {
     double log_odds = 0;
     std::int64_t seen = 0;
   };
-  static double log_odds(double p) { return std::log(p / (1 - p)); }
+  static double log_odds(double p) { return portable::log(p / (1 - p)); }
 
   void learn(const Evidence& evidence, const MaskInput& mask, Votes& votes);
 

@@ -39,7 +39,7 @@ struct SemanticBoxParams {
 /// Blind to: classes that the detector does not detect; whether the object moves at all.
 /// State:    none; the pipeline carries late boxes.
 /// Cost:     one comparison per box and feature, about 5 us.
-class SemanticBoxFilter final : public NamedFilter<SemanticBoxFilter> {
+class SemanticBoxFilter final : public NamedFilter<SemanticBoxFilter>, public SemanticFilter {
  public:
   using Params = SemanticBoxParams;
   static constexpr const char* kName = "semantic_box";
@@ -51,6 +51,8 @@ class SemanticBoxFilter final : public NamedFilter<SemanticBoxFilter> {
     return {Input::Detections, Input::Depth | Input::Correspondence,
             LateResult::history_frames(params_.max_age_frames)};
   }
+
+  SemanticRole role() const override { return params_.role; }
 
   void apply(const Evidence& evidence, Votes& votes) override;
 

@@ -48,7 +48,7 @@ struct SemanticMaskParams {
 /// State:    none; the pipeline carries late masks.
 /// Cost:     about 0.1 us per feature without dilation and 1 us with 15 px.
 ///           Only the mask around each feature is read.
-class SemanticMaskFilter final : public NamedFilter<SemanticMaskFilter> {
+class SemanticMaskFilter final : public NamedFilter<SemanticMaskFilter>, public SemanticFilter {
  public:
   using Params = SemanticMaskParams;
   static constexpr const char* kName = "semantic_mask";
@@ -60,6 +60,8 @@ class SemanticMaskFilter final : public NamedFilter<SemanticMaskFilter> {
     return {params_.source == MaskSource::Mask ? Input::Mask : Input::Detections, Input::Correspondence,
             LateResult::history_frames(params_.max_age_frames)};
   }
+
+  SemanticRole role() const override { return params_.role; }
 
   void apply(const Evidence& evidence, Votes& votes) override;
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <opencv2/core.hpp>
@@ -61,7 +61,7 @@ class FreeSpaceView {
         R_(T_view_current.R()),
         t_(T_view_current.t()),
         model_(model),
-        prior_(std::log(model.moving_share / (1 - model.moving_share))) {}
+        prior_(portable::log(model.moving_share / (1 - model.moving_share))) {}
 
   /// Of a point in the current camera's frame [m]. 0: the view says nothing.
   double odds(const cv::Point3f& point_m) const;

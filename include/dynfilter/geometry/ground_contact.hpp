@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <dynfilter/core/expiring.hpp>
 #include <dynfilter/geometry/flow_groups.hpp>
 #include <dynfilter/geometry/ground_plane.hpp>
 #include <optional>
@@ -44,7 +45,9 @@ struct GroundView {
 class GroundContact {
  public:
   void reset() { ground_.reset(); }
-  const std::optional<GroundPlane>& ground() const { return ground_; }
+  /// A frame begins, `passed_s` after the last one: ground that no frame shows is forgotten.
+  void pass(double passed_s) { ground_.pass(passed_s); }
+  const std::optional<GroundPlane>& ground() const { return ground_.value(); }
 
   /// Standard deviations by which each point is off the ground; nullopt: it cannot be compared.
   /// Empty if no ground is found.
@@ -80,8 +83,8 @@ class GroundContact {
 
   using Members = Span<const int>;
   const GroundedPoint& point(int m) const { return (*points_)[static_cast<std::size_t>(m)]; }
-  double below(const GroundedPoint& p) const { return ground_->below(p.at.x, p.at.y); }
-  double ratio(const GroundedPoint& p) const { return p.at.inverse_depth / (ground_->scale * below(p)); }
+  double below(const GroundedPoint& p) const { return ground()->below(p.at.x, p.at.y); }
+  double ratio(const GroundedPoint& p) const { return p.at.inverse_depth / (ground()->scale * below(p)); }
   bool is_ground(const GroundedPoint& p) const {
     const double r = ratio(p);
     return below(p) > 0 && r > kLeastGround && r < kMostGround;
@@ -104,7 +107,7 @@ class GroundContact {
   int ground_beneath(const Foot& foot) const;
 
   GroundPlaneFinder finder_;
-  std::optional<GroundPlane> ground_;
+  Expiring<GroundPlane> ground_;
   double ground_s_ = 0;  ///< the gap in whose steps its scale is
   GroundView view_;
   const std::vector<GroundedPoint>* points_ = nullptr;

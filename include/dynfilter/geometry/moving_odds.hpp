@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/core/portable_math.hpp>
 
 namespace dynfilter {
 
@@ -38,7 +39,7 @@ struct MovingOddsInput {
 class MovingOdds {
  public:
   explicit MovingOdds(const MovingOddsModel& model = {})
-      : model_(model), prior_(std::log(model.moving_share / (1 - model.moving_share))) {}
+      : model_(model), prior_(portable::log(model.moving_share / (1 - model.moving_share))) {}
 
   double operator()(const MovingOddsInput& in) const {
     const double image2 = in.miss_px * in.miss_px / (in.sigma_px * in.sigma_px);
@@ -55,7 +56,7 @@ class MovingOdds {
       sum +=
           to_half_of(ratio, root, in) / ((in.image_axes == 2 ? 1 + a : std::sqrt(1 + a)) * std::sqrt(1 + b));
     }
-    return std::log(std::max(kLeast, sum / 2)) + prior_;
+    return portable::log(std::max(kLeast, sum / 2)) + prior_;
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/random.hpp>
 #include <numeric>
 
@@ -30,8 +31,8 @@ class SampleGenerator {
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// Standard normal (Box-Muller).
   double normal() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
-    return radius * std::cos(6.283185307179586 * uniform());
+    const double radius = std::sqrt(-2.0 * portable::log(1.0 - uniform()));
+    return radius * portable::cos(6.283185307179586 * uniform());
   }
 
  private:
@@ -50,10 +51,10 @@ inline void sample_distinct(SampleGenerator& rng, std::uint32_t n, std::uint32_t
 /// (Fischler and Bolles 1981). At most `limit`.
 /// A sample has `size` elements, each an inlier with probability `inlier_share`.
 inline int ransac_iterations(double inlier_share, int size, double confidence, int limit) {
-  const double good = std::pow(std::min(1.0, std::max(0.0, inlier_share)), size);
+  const double good = portable::power(std::min(1.0, std::max(0.0, inlier_share)), size);
   if (good <= 0) return limit;
   if (good >= 1) return 1;
-  const double n = std::log(1 - confidence) / std::log1p(-good);
+  const double n = portable::log(1 - confidence) / portable::log1p(-good);
   return n < limit ? std::max(1, static_cast<int>(std::ceil(n))) : limit;
 }
 

@@ -23,12 +23,13 @@ struct CarriedBox {
   std::int64_t found_id = -1;                               ///< frame of the detection
   int hits = 1;                                             ///< number of results that contain it
 
+  /// Shares the pixels of the mask.
   static CarriedBox from(const Detection& detection, std::int64_t frame_id);
 };
 
-/// The instance mask of a carried box, moved and scaled with it.
+/// Writes the instance mask of a carried box, moved and scaled with it, to `out`.
 /// CV_8UC1 at a quarter of the image's width and height.
-cv::Mat carried_instance(const CarriedBox& carried, cv::Size image_px);
+void carried_instance(const CarriedBox& carried, cv::Size image_px, cv::Mat& out);
 
 /// Carries boxes from frame to frame.
 /// The median motion of the features on the object moves a box.

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/cluster/cell_grid.hpp>
 #include <dynfilter/cluster/depth_growth.hpp>
+#include <dynfilter/cluster/neighbour_counts.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/verdict.hpp>
@@ -70,17 +70,22 @@ class ClusterExpandStage final : public Combinator {
   bool is_grown(const cv::Point2f& px) const;
 
   void grow_by_neighbours(FrameEvidence& evidence, std::uint64_t reason, Judgement& out);
-  void count(Vote neighbour, std::uint32_t i);
-  void find_pairs(FrameEvidence& evidence);
+  /// Positions of the features in the space of the parameters, and the radius in its unit.
+  Span<const cv::Point3f> places(const FrameEvidence& evidence);
+  double radius() const {
+    return params_.space == ExpandSpace::Image ? params_.radius_px : params_.radius_m;
+  }
+  /// 1 or 0 each: dynamic, known.
+  static NeighbourCounts::Counts marks(Vote vote) {
+    return {vote == Vote::Dynamic ? 1 : 0, vote != Vote::Unknown ? 1 : 0};
+  }
 
   Params params_;
   DepthGrowth growth_;
-  detail::CellGrid grid_;
+  NeighbourCounts neighbours_;
   cv::Mat grown_;
   std::vector<cv::Point2f> seeds_px_;
   std::vector<cv::Point3f> flat_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;
-  std::vector<int> dynamic_, known_;
 };
 
 }  // namespace dynfilter

@@ -48,6 +48,18 @@ class ObjectVoteStage final : public Combinator {
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 
  private:
+  struct Judge final : ObjectVisitor {
+    Judge(ObjectVoteStage& its_stage, const Votes& its_votes) : stage(its_stage), votes(its_votes) {}
+    void visit(const ObjectRegion& object) override {
+      ++objects;
+      moving += stage.judge(object, votes) ? 1 : 0;
+    }
+    ObjectVoteStage& stage;
+    const Votes& votes;
+    std::size_t objects = 0;
+    int moving = 0;
+  };
+
   bool judge(const ObjectRegion& object, const Votes& votes);
 
   void follow(std::size_t i, std::uint64_t reason, Judgement& out) const;

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
+#include <dynfilter/pipeline/stage.hpp>
+#include <dynfilter/pipeline/stage_reports.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,21 +50,38 @@ class ByRegionStage final : public Combinator {
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
 };
 
-/// `first_available`: the first member that has its inputs in this frame judges; the others do not run.
-/// So one pipeline serves cameras with and without depth. A combinator requires nothing: as a member it is
-/// always available.
+/// `first_available`: the first member that judges decides alone; those after it do not run.
+/// So one pipeline serves cameras with and without depth.
+/// A member has not judged if it abstained on the whole frame: it was skipped, it failed, or every vote is
+/// Unknown. The next member then judges the frame. Its prior suspects count nevertheless.
+///
+/// Each frame is decided anew, without a memory of the member that judged the last one. An input may be
+/// missing in one frame only (depth at half the rate of the images), and waiting would leave frames unjudged.
+/// A member that did not run in the last frame is reset before its next turn, because its tracks and motions
+/// end at an older frame. Members that take turns therefore judge as at the start of a stream.
+/// A member that is called and abstains keeps its memory, so it is not thrown back by its own doubt.
 class FirstAvailableStage final : public Combinator {
  public:
   static constexpr const char* kName = "first_available";
-  static constexpr const char* kSummary = "the first member whose inputs the frame has judges alone";
-  static constexpr const char* kDynamic = "if the first member that has its inputs votes dynamic";
+  static constexpr const char* kSummary =
+      "the first member that does not abstain on the whole frame judges alone";
+  static constexpr const char* kDynamic =
+      "if the first member that does not abstain on the whole frame votes dynamic";
   FirstAvailableStage(std::string path, Stages members)
-      : Combinator(kName, std::move(path), std::move(members)) {}
+      : Combinator(kName, std::move(path), std::move(members)), rested_(children_.size(), 0) {}
+
+  void reset() override;
 
  protected:
-  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
+  void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 
  private:
+  static void rest(const Stage& member, StageReports& reports);
+  /// Appends "background_motion skipped: no depth" or "... abstained on the whole frame".
+  static void add_why_not(const StageReport& member, std::string& text);
+
+  std::vector<std::uint8_t> rested_;  ///< members that did not run in the last frame
+  std::string why_not_;
 };
 
 }  // namespace dynfilter

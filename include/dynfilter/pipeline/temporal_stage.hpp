@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
@@ -56,7 +56,7 @@ class TemporalStage final : public Combinator {
     double odds = 0;
     std::int64_t seen = 0;
   };
-  static double log_odds(double p) { return std::log(p / (1 - p)); }
+  static double log_odds(double p) { return portable::log(p / (1 - p)); }
 
   void recall(FrameEvidence& evidence);
 

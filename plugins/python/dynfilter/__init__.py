@@ -8,7 +8,12 @@
     keypoints = keypoints[verdict.keep]
 """
 
-from ._core import (
+from . import _core
+from .keywords import explain_calls_of
+
+explain_calls_of(_core)
+
+from ._core import (  # noqa: E402, after the calls were wrapped
     DYNAMIC,
     STATIC,
     UNKNOWN,
@@ -49,11 +54,11 @@ from ._core import (
     scene_names,
     write_trajectory,
 )
-from .compare import Comparison, Judgement, Run, compare, judge, run, run_scene
-from .errors import ConfigError, Error, IoError, PluginError
-from .filters import Filter, param
-from .rerun_log import to_rerun
-from .sequences import Frame, Recording, RenderedSequence, Sequence, render
+from .compare import Comparison, Judgement, Run, compare, judge, run, run_scene  # noqa: E402
+from .errors import ConfigError, Error, IoError, PluginError  # noqa: E402
+from .filters import Filter, param  # noqa: E402
+from .rerun_log import to_rerun  # noqa: E402
+from .sequences import Frame, Recording, RenderedSequence, Sequence, render  # noqa: E402
 
 __all__ = [
     "Ate",

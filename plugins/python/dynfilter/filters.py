@@ -13,6 +13,7 @@ from typing import Any, Dict, Iterable, List, Optional, Tuple, Type, TypeVar, Un
 
 from . import _core
 from .errors import ConfigError
+from .keywords import check_fields, named_arguments
 
 T = TypeVar("T")
 Names = Union[str, Iterable[str]]
@@ -21,6 +22,7 @@ registered: Dict[str, Type["Filter"]] = {}
 """The filters that pipelines may name, beside those of the toolkit and of plugins."""
 
 
+@named_arguments
 def param(default: T, *, unit: str = "", min: float = -math.inf, max: float = math.inf, doc: str = "") -> T:
     """A parameter of a filter, with its unit, range (both ends included) and meaning."""
     about = {"unit": unit, "min": min, "max": max, "doc": doc}
@@ -97,6 +99,10 @@ class Filter:
         if _core.is_compiled_filter(cls.name):
             raise ConfigError(f"a filter named `{cls.name}` comes with dynfilter: choose another name")
         registered[cls.name] = cls
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> "Filter":
+        check_fields(cls, kwargs)
+        return super().__new__(cls)
 
     def apply(self, evidence: _core.Evidence, votes: _core.Votes) -> None:
         """Casts votes for the features of one frame. What gets no vote is unknown, and kept."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from . import _core
 from .compare import Run, Source, run
 from .errors import Error
+from .keywords import named_arguments
 from .sequences import Frame, Sequence, Trajectory
 
 
@@ -28,6 +29,7 @@ _JPEG_QUALITY = 80
 _FEATURE_RADIUS_PX = 3.0
 
 
+@named_arguments
 def to_rerun(
     pipeline: Source,
     sequence: Sequence,

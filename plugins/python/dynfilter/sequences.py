@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .errors import IoError
+from .keywords import named_arguments
 
 Array = NDArray[Any]
 Trajectory = Tuple[Array, Array]
@@ -98,6 +99,7 @@ class Recording(Sequence):
     Raises IoError.
     """
 
+    @named_arguments
     def __init__(
         self,
         folder: Union[str, "os.PathLike[str]"],
@@ -163,6 +165,7 @@ class RenderedSequence(Sequence):
         return stamps, np.stack([self._renderer.pose(i) for i in frames])
 
 
+@named_arguments
 def render(
     scene: str = "walking_xyz",
     *,

@@ -2,7 +2,10 @@
 #include "arguments.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <dynfilter/core/near_miss.hpp>
+#include <limits>
 #include <type_traits>
 
 #include "keypoint_objects.hpp"
@@ -46,10 +49,34 @@ bool shape_fits(const py::array& array, py::ssize_t rows, py::ssize_t columns) {
   return (rows < 0 || array.shape(0) == rows) && (columns == 0 || array.shape(1) == columns);
 }
 
+/// Integers of another type, none of which may change.
+template <class T>
+py::array_t<T> integers_of(const std::string& argument, const py::array& any, const std::string& wanted) {
+  const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(any);
+  if (!wide) throw py::error_already_set();
+  const std::int64_t lowest = any.dtype().kind() == 'u' ? 0 : std::numeric_limits<T>::min();
+  py::array_t<T> out(std::vector<py::ssize_t>(wide.shape(), wide.shape() + wide.ndim()));
+  for (py::ssize_t i = 0; i < wide.size(); ++i) {
+    const std::int64_t number = wide.data()[i];
+    if (number < lowest || number > std::numeric_limits<T>::max())
+      throw py::value_error(argument + ": expected " + wanted + " of at most " +
+                            std::to_string(8 * sizeof(T)) + " bits, got one that is larger");
+    out.mutable_data()[i] = static_cast<T>(number);
+  }
+  return out;
+}
+
 bool has_type(py::handle value, int depth) {
   if (depth == CV_8U) return py::isinstance<py::array_t<std::uint8_t>>(value);
   if (depth == CV_16U) return py::isinstance<py::array_t<std::uint16_t>>(value);
   return py::isinstance<py::array_t<float>>(value);
+}
+
+/// Objects with `__array__` as arrays, everything else as it is.
+py::object as_array(const std::string& argument, py::handle value) {
+  const bool converts = !py::isinstance<py::array>(value) && py::hasattr(value, "__array__");
+  const py::array array = converts ? any_array(argument, value) : py::array();
+  return converts && array ? py::object(array) : py::reinterpret_borrow<py::object>(value);
 }
 
 /// OpenCV wants the pixels of a row side by side.
@@ -74,6 +101,22 @@ py::array points_copied(const std::vector<Point>& points) {
 
 }  // namespace
 
+std::string number_text(double number) {
+  return py::str(py::float_(number)).cast<std::string>();
+}
+
+py::array any_array(const std::string& argument, py::handle value) {
+  const py::array any = py::array::ensure(value);
+  if (!any) {
+    PyErr_Clear();
+    return any;
+  }
+  const bool converted = !py::type::handle_of(value).is(py::type::handle_of(any));
+  if (converted && py::hasattr(value, "mask") && py::hasattr(value, "filled"))
+    refuse(argument, "an array without masked values (call .filled())", value);
+  return any;
+}
+
 void refuse(const std::string& argument, const std::string& expected, py::handle got) {
   throw py::value_error(argument + ": expected " + expected + ", got " + described(got));
 }
@@ -83,6 +126,16 @@ double number_of(const std::string& argument, py::handle value) {
   if (PyErr_Occurred() == nullptr) return number;
   PyErr_Clear();
   refuse(argument, "a number", value);
+}
+
+double positive_of(const std::string& argument, py::handle value) {
+  const double number = number_of(argument, value);
+  if (std::isfinite(number) && number > 0) return number;
+  throw py::value_error(argument + ": expected a finite number above 0, got " + number_text(number));
+}
+
+void refuse_name(const std::string& argument, const std::vector<std::string>& known, const std::string& got) {
+  throw py::value_error(argument + ": " + expected_one_of(known, got));
 }
 
 std::int64_t integer_of(const std::string& argument, py::handle value) {
@@ -97,17 +150,16 @@ template <class T>
 py::array_t<T> array_of(const std::string& argument, py::handle value, py::ssize_t rows,
                         py::ssize_t columns) {
   const std::string wanted = std::string(kind_text<T>()) + " of shape " + shape_wanted(rows, columns);
-  const py::array any = py::array::ensure(value);
-  if (!any) {
-    PyErr_Clear();
-    refuse(argument, wanted, value);
-  }
+  const py::array any = any_array(argument, value);
+  if (!any) refuse(argument, wanted, value);
   const bool empty = any.size() == 0 && rows <= 0;
   if (empty && (any.ndim() < 2 || columns == any.shape(1)))
     return py::array_t<T>(columns == 0 ? std::vector<py::ssize_t>{0} : std::vector<py::ssize_t>{0, columns});
   const bool exact = std::is_same<T, std::uint8_t>::value;
   const bool fits = exact ? has_type(any, CV_8U) : kind_fits<T>(any.dtype().kind());
   if (!fits || !shape_fits(any, rows, columns)) refuse(argument, wanted, any);
+  if constexpr (std::is_integral_v<T>)
+    if (!py::isinstance<py::array_t<T>>(any)) return integers_of<T>(argument, any, wanted);
   return py::array_t<T, py::array::c_style | py::array::forcecast>::ensure(any);
 }
 
@@ -122,8 +174,9 @@ template py::array_t<std::uint8_t> array_of(const std::string&, py::handle, py::
 cv::Mat Images::share(const std::string& argument, py::handle value, int depth, int most_channels,
                       const std::string& expected) {
   if (value.is_none()) return {};
-  if (!py::isinstance<py::array>(value) || !has_type(value, depth)) refuse(argument, expected, value);
-  auto array = py::reinterpret_borrow<py::array>(value);
+  const py::object object = as_array(argument, value);
+  if (!py::isinstance<py::array>(object) || !has_type(object, depth)) refuse(argument, expected, value);
+  auto array = any_array(argument, object);
   const bool coloured = most_channels == 3 && array.ndim() == 3 && array.shape(2) == 3;
   if (!coloured && array.ndim() != 2) refuse(argument, expected, value);
   const int channels = coloured ? 3 : 1;
@@ -144,14 +197,16 @@ cv::Mat Images::colour(const std::string& argument, py::handle value) {
 
 cv::Mat Images::mask(const std::string& argument, py::handle value) {
   const char* expected = "a uint8 or bool image of shape (height, width)";
-  if (!py::isinstance<py::array_t<bool>>(value)) return share(argument, value, CV_8U, 1, expected);
-  const py::object bytes = value.attr("view")(py::dtype::of<std::uint8_t>());
+  const py::object array = as_array(argument, value);
+  if (!py::isinstance<py::array_t<bool>>(array)) return share(argument, array, CV_8U, 1, expected);
+  const py::object bytes = array.attr("view")(py::dtype::of<std::uint8_t>());
   return share(argument, bytes, CV_8U, 1, expected);
 }
 
 cv::Mat Images::depth(const std::string& argument, py::handle value) {
-  const int depth = has_type(value, CV_32F) ? CV_32F : CV_16U;
-  return share(argument, value, depth, 1, "a float32 or uint16 image of shape (height, width)");
+  const py::object array = as_array(argument, value);
+  const int depth = has_type(array, CV_32F) ? CV_32F : CV_16U;
+  return share(argument, array, depth, 1, "a float32 or uint16 image of shape (height, width)");
 }
 
 py::object Images::array_of(const cv::Mat& image) const {
@@ -221,15 +276,6 @@ Pose pose_of(const std::string& argument, py::handle value) {
   }
   if (!is_rigid(pose)) throw py::value_error(argument + ": expected a rigid motion, got another 4x4 matrix");
   return pose;
-}
-
-Camera camera_of(const std::string& argument, py::handle value) {
-  if (py::isinstance<Camera>(value)) return value.cast<Camera>();
-  if (!py::isinstance<py::array>(value)) refuse(argument, "a dynfilter.Camera or a (3, 3) matrix", value);
-  const auto K = array_of<double>(argument, value, 3, 3);
-  Camera camera;
-  camera.fx_px = K.at(0, 0), camera.fy_px = K.at(1, 1), camera.cx_px = K.at(0, 2), camera.cy_px = K.at(1, 2);
-  return camera;
 }
 
 std::vector<Detection> detections_of(const std::string& argument, py::handle value) {

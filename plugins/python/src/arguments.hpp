@@ -4,6 +4,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
@@ -23,8 +24,20 @@ namespace py = pybind11;
 /// Raises ValueError "keypoints: expected ..., got an array of shape (3, 4) and type float64".
 [[noreturn]] void refuse(const std::string& argument, const std::string& expected, py::handle got);
 
+std::string number_text(double number);
+
+/// The value as an array; null: it is none. Objects with `__array__` are converted, such as tensors and
+/// pictures.
+py::array any_array(const std::string& argument, py::handle value);
+
 double number_of(const std::string& argument, py::handle value);
+/// A finite number above 0.
+double positive_of(const std::string& argument, py::handle value);
 std::int64_t integer_of(const std::string& argument, py::handle value);
+
+/// Raises ValueError "sensor: expected one of rgbd, mono, got `rgb` (did you mean `rgbd`?)".
+[[noreturn]] void refuse_name(const std::string& argument, const std::vector<std::string>& known,
+                              const std::string& got);
 
 /// Numbers of any type that Python converts to T without loss of meaning: no fractions to integers.
 /// `columns` 0: shape (n,), else (n, columns). `rows` < 0: any number of rows. Copies only if layout or type
@@ -83,7 +96,13 @@ class Keypoints {
 py::dtype keypoint_type();
 
 Pose pose_of(const std::string& argument, py::handle value);  ///< from a (4, 4) matrix
+/// The camera unchanged if it is one of a real image: focal lengths above 0, the principal point above 0
+/// and inside the image, if its size is known.
+const Camera& checked_camera(const std::string& argument, const Camera& camera);
+/// A dynfilter.Camera or an upper triangular (3, 3) matrix without skew.
 Camera camera_of(const std::string& argument, py::handle value);
+/// Zero, four or five finite numbers k1 k2 p1 p2 k3, also of shape (1, n) or (n, 1) as OpenCV returns them.
+std::array<double, 5> distortion_of(const std::string& argument, py::handle value);
 std::vector<Detection> detections_of(const std::string& argument, py::handle value);
 
 // ---- the other way

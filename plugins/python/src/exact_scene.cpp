@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 
 #include <Eigen/Core>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/synth/exact_scene.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <dynfilter/synth/judge.hpp>
@@ -22,19 +23,16 @@ using synth::ExactFrame;
 using synth::ExactScene;
 using synth::MovingBox;
 
-ExactScene preset_scene(const std::string& name) {
-  std::string known;
-  for (const synth::Preset preset : synth::all_presets()) {
-    if (to_string(preset) == name) return synth::preset(preset);
-    known += (known.empty() ? "" : ", ") + to_string(preset);
-  }
-  throw py::value_error("preset: expected one of " + known + ", got \"" + name + "\"");
-}
-
 std::vector<std::string> scene_preset_names() {
   std::vector<std::string> names;
   for (const synth::Preset preset : synth::all_presets()) names.push_back(to_string(preset));
   return names;
+}
+
+ExactScene preset_scene(const std::string& name) {
+  for (const synth::Preset preset : synth::all_presets())
+    if (to_string(preset) == name) return synth::preset(preset);
+  refuse_name("preset", scene_preset_names(), name);
 }
 
 synth::CameraStep camera_step(const std::string& name) {
@@ -45,12 +43,12 @@ synth::CameraStep camera_step(const std::string& name) {
       {"forward", synth::CameraStep::Forward},
       {"pure_rotation", synth::CameraStep::PureRotation},
       {"small_baseline", synth::CameraStep::SmallBaseline}};
-  std::string known;
+  std::vector<std::string> known;
   for (const auto& [word, step] : steps) {
     if (name == word) return step;
-    known += (known.empty() ? "" : ", ") + std::string(word);
+    known.emplace_back(word);
   }
-  throw py::value_error("camera_motion: expected one of " + known + ", got \"" + name + "\"");
+  refuse_name("camera_motion", known, name);
 }
 
 using Number = std::optional<double>;
@@ -151,7 +149,8 @@ py::tuple judged(py::handle filter, const ExactScene& scene, int frame) {
   if (py::isinstance<py::str>(filter)) {
     const Registry all = registry(link);
     const Registry::Entry* entry = all.find(filter.cast<std::string>());
-    if (entry == nullptr) throw py::value_error("filter: no filter is named " + filter.cast<std::string>());
+    if (entry == nullptr)
+      throw py::value_error(unknown_name("filter", filter.cast<std::string>(), all.names()));
     judged = entry->make(YamlNode());
   } else {
     judged = std::make_unique<PythonFilter>(py::reinterpret_borrow<py::object>(filter), link);

@@ -2,6 +2,7 @@
 // Camera and Detection.
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <dynfilter/io/camera_file.hpp>
 #include <dynfilter/io/detections.hpp>
 #include <utility>
@@ -17,13 +18,10 @@ Camera make_camera(double fx_px, double fy_px, double cx_px, double cy_px, py::h
   Camera camera;
   camera.fx_px = fx_px, camera.fy_px = fy_px, camera.cx_px = cx_px, camera.cy_px = cy_px;
   camera.width_px = width_px, camera.height_px = height_px, camera.baseline_fx_px_m = baseline_fx_px_m;
-  if (!camera.valid()) throw py::value_error("fx_px, fy_px: expected positive focal lengths");
-  const auto given = array_of<double>("distortion", distortion, -1);
-  if (given.size() > 5)
-    throw py::value_error("distortion: expected at most 5 numbers k1 k2 p1 p2 k3, got " +
-                          std::to_string(given.size()));
-  for (py::ssize_t i = 0; i < given.size(); ++i) camera.distortion[static_cast<std::size_t>(i)] = given.at(i);
-  return camera;
+  if (!std::isfinite(baseline_fx_px_m) || baseline_fx_px_m < 0)
+    throw py::value_error("baseline_fx_px_m: expected a finite number, 0 or more");
+  camera.distortion = distortion_of("distortion", distortion);
+  return checked_camera("Camera", camera);
 }
 
 Detection make_detection(py::handle box, std::string class_name, float score, int class_id, int track_id,
@@ -57,7 +55,7 @@ void bind_camera(py::module_& module) {
       .def(py::init(&make_camera), py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"), py::arg("cy_px"),
            py::kw_only(), py::arg("distortion") = py::tuple(), py::arg("width_px") = 0,
            py::arg("height_px") = 0, py::arg("baseline_fx_px_m") = 0.0,
-           "`distortion`: up to five numbers k1 k2 p1 p2 k3. `width_px`, `height_px`: 0 for any size.\n"
+           "`distortion`: 0, 4 or 5 numbers k1 k2 p1 p2 k3. `width_px`, `height_px`: 0 for any size.\n"
            "`baseline_fx_px_m`: stereo baseline [m] times fx; 0 for no stereo camera.")
       .def_readonly("fx_px", &Camera::fx_px)
       .def_readonly("fy_px", &Camera::fy_px)

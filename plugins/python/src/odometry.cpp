@@ -8,12 +8,14 @@
 
 #include <cmath>
 #include <dynfilter/eval/classification.hpp>
+#include <map>
 #include <memory>
 #include <odometry/odometry.hpp>
 #include <opencv2/core/utility.hpp>
 #include <optional>
 #include <running/oracle_filter.hpp>
 #include <running/pipeline_judge.hpp>
+#include <running/run_notes.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,6 +47,7 @@ class Odometry {
   Track process(py::handle grey, double timestamp, py::handle depth, double depth_unit_m, py::handle boxes,
                 std::int64_t boxes_frame_id, py::handle mask, py::handle labels, py::handle pose,
                 py::handle right) {
+    require_labels("frame " + std::to_string(frames_), !labels.is_none());
     Images images;
     io::SequenceFrame frame;
     frame.timestamp_s = timestamp, frame.depth_unit_m = depth_unit_m;
@@ -66,9 +69,24 @@ class Odometry {
       track.result = odometry_.process(frame, inputs, known);
     }
     labels_->labels = cv::Mat();
+    ++frames_;
     link_->raise();
     take_verdict(track);
     return track;
+  }
+
+  void require_labels(const std::string& where, bool has_labels) const {
+    command::require_labels(judge_.pipeline(), has_labels, where);
+  }
+  std::string failure() const { return command::failure_of(judge_.totals()); }
+  /// What `dynfilter run` notes of the stages.
+  std::vector<std::string> notes() const {
+    std::vector<std::string> notes;
+    if (!judge_.totals().empty() && frames_ > 0 && !any_judged_)
+      notes.push_back(command::unknown_note(judge_.totals()));
+    for (const auto& [note, times] : stage_notes_)
+      notes.push_back(note + " (" + command::counted(times, "frame") + ")");
+    return notes;
   }
 
   py::tuple trajectory() const { return arrays_of(odometry_.trajectory()); }
@@ -77,21 +95,19 @@ class Odometry {
  private:
   static odometry::OdometryOptions options_of(const std::string& sensor) {
     const auto named = odometry::sensor_named(sensor);
-    if (!named) throw py::value_error("sensor: expected rgbd, stereo or mono, got \"" + sensor + "\"");
+    if (!named) refuse_name("sensor", {"rgbd", "stereo", "mono"}, sensor);
     odometry::OdometryOptions options;
     options.sensor = *named;
     return options;
   }
 
-  PipelineConfig config(py::handle source) {
-    if (!py::isinstance<py::str>(source)) return config_of(source, link_);
-    Registry all = registry(link_);
-    command::add_oracle(all, labels_);
-    return config_of(source.cast<std::string>(), all);
-  }
+  PipelineConfig config(py::handle source) { return config_of(source, link_, labels_); }
 
-  void take_verdict(Track& track) const {
+  void take_verdict(Track& track) {
     const command::FrameVerdict& verdict = judge_.record();
+    any_judged_ =
+        any_judged_ || verdict.count(Vote::Unknown) < verdict.features.size() || verdict.restored() > 0;
+    for (const std::string& note : verdict.stage_notes) ++stage_notes_[note];
     for (const command::MarkedFeature& feature : verdict.features) {
       track.pixels.push_back(feature.pixel);
       track.decision.push_back(static_cast<std::uint8_t>(feature.decision));
@@ -103,6 +119,9 @@ class Odometry {
   std::shared_ptr<command::OracleLabels> labels_;
   command::PipelineJudge judge_;
   odometry::Odometry odometry_;
+  std::size_t frames_ = 0;
+  bool any_judged_ = false;
+  std::map<std::string, std::size_t> stage_notes_;
 };
 
 void bind_track(py::module_& module) {
@@ -161,6 +180,13 @@ void bind_odometry(py::module_& module) {
            "`right`: (height, width) uint8, rectified, for stereo.")
       .def("trajectory", &Odometry::trajectory,
            "(timestamps (n,) [s], poses (n, 4, 4)) of the tracked frames, refined since.")
+      .def("_require_labels", &Odometry::require_labels, py::arg("where"), py::arg("has_labels"))
+      .def_property_readonly(
+          "failure", &Odometry::failure,
+          "Why no frame was judged as the pipeline says: a stage that failed in all; \"\" if "
+          "there is none.")
+      .def_property_readonly("notes", &Odometry::notes,
+                             "Of all frames so far: stages that were skipped or failed, and why.")
       .def_property_readonly("pipeline", &Odometry::pipeline, "the pipeline's name");
   py::class_<eval::Classification>(module, "Classification",
                                    "Features rejected and kept, compared with a truth image.")

@@ -9,7 +9,10 @@
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/pipeline/stage.hpp>
+#include <limits>
 #include <optional>
+#include <running/distinct_names.hpp>
+#include <running/oracle_filter.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,8 +24,6 @@
 namespace dynfilter::python {
 namespace {
 
-constexpr const char* kPoseKinds = "\"predicted\", \"estimated\" or \"refined\"";
-
 PoseProvenance provenance_of(py::handle kind, CallPoint point) {
   if (kind.is_none())
     return point == CallPoint::BeforePose ? PoseProvenance::Predicted : PoseProvenance::Estimated;
@@ -30,7 +31,14 @@ PoseProvenance provenance_of(py::handle kind, CallPoint point) {
   if (name == "predicted") return PoseProvenance::Predicted;
   if (name == "estimated") return PoseProvenance::Estimated;
   if (name == "refined") return PoseProvenance::Refined;
-  throw py::value_error("pose_kind: expected " + std::string(kPoseKinds) + ", got \"" + name + "\"");
+  refuse_name("pose_kind", {"predicted", "estimated", "refined"}, name);
+}
+
+int min_features_of(py::handle given) {
+  const std::int64_t n = integer_of("min_features", given);
+  if (n < 0 || n > std::numeric_limits<int>::max())
+    throw py::value_error("min_features: expected 0 or more, got " + std::to_string(n));
+  return static_cast<int>(n);
 }
 
 /// A keyframe that shares map points with the current frame.
@@ -96,7 +104,7 @@ class PyPipeline {
       throw std::runtime_error("a pipeline judges one camera stream, from one thread at a time");
     const Release release{*this};
     fill(a, point);
-    const HostLimits limits{static_cast<int>(integer_of("min_features", a.min_features))};
+    const HostLimits limits{min_features_of(a.min_features)};
     link_->images = &data_.images;
     auto result = std::make_unique<PyVerdict>();
     {
@@ -201,7 +209,7 @@ class PyPipeline {
     FrameView& view = data_.view;
     view.grey = data_.images.grey("grey", a.grey);
     view.depth = data_.images.depth("depth", a.depth);
-    if (!a.depth_unit_m.is_none()) view.depth_unit_m = number_of("depth_unit_m", a.depth_unit_m);
+    if (!a.depth_unit_m.is_none()) view.depth_unit_m = positive_of("depth_unit_m", a.depth_unit_m);
     if (view.depth.type() == CV_16UC1 && !view.depth.empty() && a.depth_unit_m.is_none())
       throw py::value_error(
           "depth_unit_m: needed for a uint16 depth image: 1/5000 for TUM, 0.001 for millimetres");
@@ -211,7 +219,14 @@ class PyPipeline {
 
   void fill_camera(const FrameArguments& a, CallPoint point) {
     FrameView& view = data_.view;
-    if (!a.camera.is_none()) view.camera = camera_of("camera", a.camera);
+    if (!a.camera.is_none()) {
+      Camera camera = camera_of("camera", a.camera);
+      view.camera = camera;
+      const cv::Size image = view.grey.empty() ? view.depth.size() : view.grey.size();
+      if (camera.width_px == 0) camera.width_px = image.width;
+      if (camera.height_px == 0) camera.height_px = image.height;
+      checked_camera("camera", camera);
+    }
     if (a.pose.is_none()) return;
     view.T_world_camera = pose_of("pose", a.pose);
     view.pose_provenance = provenance_of(a.pose_kind, point);
@@ -314,9 +329,14 @@ PipelineConfig config_of(const std::string& source, const Registry& registry) {
   return config;
 }
 
-PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& link) {
-  if (py::hasattr(source, "__fspath__")) return config_of(source.attr("__fspath__")(), link);
-  if (py::isinstance<py::str>(source)) return config_of(source.cast<std::string>(), registry(link));
+PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& link,
+                         const std::shared_ptr<const command::OracleLabels>& labels) {
+  if (py::hasattr(source, "__fspath__")) return config_of(source.attr("__fspath__")(), link, labels);
+  if (py::isinstance<py::str>(source)) {
+    Registry all = registry(link);
+    if (labels) command::add_oracle(all, labels);
+    return config_of(source.cast<std::string>(), all);
+  }
   if (!py::isinstance(source, py::module_::import("dynfilter.filters").attr("Filter")))
     refuse("source", "a preset, a filter's name, a file, YAML text or a dynfilter.Filter", source);
   PipelineConfig config;
@@ -326,7 +346,25 @@ PipelineConfig config_of(py::handle source, const std::shared_ptr<FilterLink>& l
   return config;
 }
 
+namespace {
+
+std::string pipeline_name(py::handle source) {
+  return config_of(source, std::make_shared<FilterLink>(), std::make_shared<command::OracleLabels>()).name;
+}
+
+/// As the command checks its own.
+void check_distinct(const std::vector<std::pair<std::string, std::string>>& names_and_sources) {
+  std::vector<command::NamedSource> all;
+  for (const auto& [name, source] : names_and_sources) all.push_back({name, source});
+  command::check_distinct(all);
+}
+
+}  // namespace
+
 void bind_pipeline(py::module_& module) {
+  module.def("_pipeline_name", &pipeline_name, py::arg("source"));
+  module.def("_check_distinct", &check_distinct, py::arg("names_and_sources"));
+  module.def("_distinct_names", &command::distinct_names, py::arg("folders"));
   py::class_<Keyframe>(module, "Keyframe", "A keyframe that shares map points with the current frame.")
       .def(py::init(&make_keyframe), py::arg("id"), py::arg("pose"), py::arg("keypoints"), py::kw_only(),
            py::arg("depth_m") = py::none(), py::arg("map_point_ids") = py::none(),

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <stdexcept>
 #include <utility>
@@ -31,12 +32,12 @@ const std::pair<const char*, Input> kInputs[] = {
     {"keyframes", Input::Keyframes},     {"matches", Input::Correspondence}};
 
 Input input_of(const std::string& name) {
-  std::string known;
+  std::vector<std::string> known;
   for (const auto& [word, input] : kInputs) {
     if (name == word) return input;
-    known += (known.empty() ? "" : ", ") + std::string(word);
+    known.emplace_back(word);
   }
-  throw py::value_error("needs: expected some of " + known + ", got `" + name + "`");
+  refuse_name("needs", known, name);
 }
 
 Needs needs_of(py::handle filter_class) {
@@ -71,7 +72,7 @@ py::object all_in_range(const PythonField& field, const YamlNode& node, const st
 std::string chosen(const PythonField& field, const YamlNode& node) {
   const std::string word = node.text();
   if (std::find(field.choices.begin(), field.choices.end(), word) == field.choices.end())
-    node.fail("expected one of " + detail::joined(field.choices) + ", got `" + word + "`");
+    node.fail(expected_one_of(field.choices, word));
   return word;
 }
 
@@ -100,7 +101,7 @@ py::dict arguments_of(py::handle filter_class, const YamlNode& node) {
     if (field == fields.end()) {
       std::vector<std::string> known;
       for (const PythonField& f : fields) known.push_back(f.info.name);
-      node.fail("unknown key `" + key + "`; known keys: " + (known.empty() ? "none" : detail::joined(known)));
+      node.fail(unknown_name("key", key, known));
     }
     arguments[py::str(key)] = value_of(*field, value);
   }

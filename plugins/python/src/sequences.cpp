@@ -6,7 +6,6 @@
 #include <dynfilter/render/scenes.hpp>
 #include <dynfilter/render/sequence_renderer.hpp>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
@@ -139,8 +138,7 @@ void bind_sequences(py::module_& module) {
       .def_property_readonly("camera", &render::SequenceRenderer::calibration);
   module.def("scene_names", &render::scene_names, "Scenes that render() draws.");
   module.def(
-      "_read_mask",
-      [](const std::string& path) { return array_of(io::read_image(path, cv::IMREAD_GRAYSCALE)); },
+      "_read_mask", [](const std::string& path) { return array_of(io::read_label_image(path)); },
       py::arg("path"));
 }
 

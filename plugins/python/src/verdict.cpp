@@ -20,7 +20,7 @@ constexpr const char* kDrop0 = "0_drops";
 MaskPolarity polarity_of(const std::string& name) {
   if (name == kDrop255) return MaskPolarity::NonzeroDrops;
   if (name == kDrop0) return MaskPolarity::ZeroDrops;
-  throw py::value_error("polarity: expected \"255_drops\" or \"0_drops\", got \"" + name + "\"");
+  refuse_name("polarity", {"255_drops", "0_drops"}, name);
 }
 
 HostMask host_mask(double radius_px, double keep_radius_px, const std::string& polarity) {
@@ -71,11 +71,7 @@ py::array rejected_by(const PyVerdict& self, const std::string& stage) {
   const std::vector<std::string> names = stage_names(self.verdict.report);
   for (std::size_t k = 0; k < names.size() && k < 64; ++k)
     if (names[k] == stage) bits |= std::uint64_t{1} << k;
-  if (bits == 0) {
-    std::string known;
-    for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
-    throw py::value_error("stage: expected one of " + known + ", got \"" + stage + "\"");
-  }
+  if (bits == 0) refuse_name("stage", names, stage);
   py::array_t<bool> out(static_cast<py::ssize_t>(self.verdict.size()));
   for (std::size_t i = 0; i < self.verdict.size(); ++i)
     out.mutable_data()[i] = !self.verdict.keep(i) && (self.verdict.reasons[i] & bits) != 0;

@@ -9,12 +9,20 @@ namespace dynfilter {
 
 DYNFILTER_INLINE void HostSemantics::set_detections(std::vector<Detection> detections,
                                                     std::int64_t frame_id) {
+  for (Detection& detection : detections) own_pixels(detection.mask);
   next_.detections = std::move(detections);
   next_.detections_frame_id = frame_id;
 }
 
+DYNFILTER_INLINE void HostSemantics::set_mask(const cv::Mat& labels, std::int64_t frame_id) {
+  keep_copy(labels, next_.mask.labels);
+  next_.mask.frame_id = frame_id;
+  next_.has_mask = true;
+}
+
 DYNFILTER_INLINE void HostSemantics::begin(const SemanticImage& image) {
-  now_ = std::exchange(next_, {});
+  std::swap(now_, next_);
+  next_.clear();
   result_.reset();
   if (!runner_) return;
   runner_->submit(image);
@@ -26,11 +34,11 @@ DYNFILTER_INLINE void HostSemantics::add_to(FrameView& view) const {
     view.detections = DetectionInput{result_->frame_id, *result_->detections};
   if (result_ && result_->labels) view.mask = MaskInput{result_->frame_id, *result_->labels};
   if (now_.detections) view.detections = DetectionInput{now_.detections_frame_id, *now_.detections};
-  if (now_.mask) view.mask = *now_.mask;
+  if (now_.has_mask) view.mask = now_.mask;
 }
 
 DYNFILTER_INLINE void HostSemantics::reset() {
-  now_ = {};
+  now_.clear();
   result_.reset();
   if (runner_) runner_->reset();
 }

@@ -77,11 +77,11 @@ DYNFILTER_INLINE void OrbSlam::ask_detector(const FrameView& view) {
   SemanticImage image;
   image.frame_id = view.id;
   image.timestamp_s = view.timestamp_s;
-  image.pixels = detector_image_.empty() ? grey_ : detector_image_;
+  image.pixels = has_detector_image_ && !detector_image_.empty() ? detector_image_ : grey_;
   if (!depth_.empty() && depth_.size() == image.pixels.size())
     image.depth = depth_, image.depth_unit_m = depth_unit_m_;
   semantics_.begin(image);
-  detector_image_.release();
+  has_detector_image_ = false;
   const std::string trouble = semantics_.take_trouble();
   if (!trouble.empty()) warn("the detector failed: " + trouble);
 }

@@ -5,6 +5,7 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <limits>
 #include <numeric>
 #include <opencv2/core.hpp>
@@ -61,7 +62,7 @@ inline double CellGrid::floor_of(double v) {
 }
 
 inline int CellGrid::key_bits(const std::array<double, 3>& extent) {
-  const double bits = std::log2(extent[0]) + std::log2(extent[1]) + std::log2(extent[2]);
+  const double bits = portable::log2(extent[0]) + portable::log2(extent[1]) + portable::log2(extent[2]);
   return bits > 1000 ? 1000 : static_cast<int>(bits) + 1;
 }
 

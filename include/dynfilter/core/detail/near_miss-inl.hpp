@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/printable_text.hpp>
 
 namespace dynfilter {
 
@@ -43,12 +44,34 @@ DYNFILTER_INLINE std::string near_miss(const std::string& word, const std::vecto
     least = distance;
     nearest = name;
   }
-  return nearest;
+  if (!nearest.empty()) return nearest;
+  // Three letters are the shortest word of which the rest of a name can be guessed.
+  constexpr std::size_t kShortest = 3;
+  const std::string begin = lower_case(word);
+  for (const std::string& name : names)
+    if (begin.size() >= kShortest && lower_case(name).rfind(begin, 0) == 0) return name;
+  return "";
 }
 
 DYNFILTER_INLINE std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
   const std::string nearest = near_miss(word, names);
   return nearest.empty() ? "" : " (did you mean `" + nearest + "`?)";
+}
+
+DYNFILTER_INLINE std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+DYNFILTER_INLINE std::string unknown_name(const std::string& what, const std::string& word,
+                                          const std::vector<std::string>& known) {
+  return "unknown " + what + " " + in_backticks(word) + did_you_mean(word, known) + "; known " + what +
+         "s: " + (known.empty() ? "none" : joined(known));
+}
+
+DYNFILTER_INLINE std::string expected_one_of(const std::vector<std::string>& known, const std::string& word) {
+  return "expected one of " + joined(known) + ", got " + in_backticks(word) + did_you_mean(word, known);
 }
 
 }  // namespace dynfilter

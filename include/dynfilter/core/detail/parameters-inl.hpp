@@ -7,6 +7,7 @@
 #include <cstring>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/numbers.hpp>
 
 namespace dynfilter {
@@ -122,7 +123,7 @@ class ChoiceField final : public FieldType {
   void read(void* value, const YamlNode& node) const override {
     const std::string word = node.text();
     const auto found = std::find(words_.begin(), words_.end(), word);
-    if (found == words_.end()) node.fail("expected one of " + joined(words_) + ", got `" + word + "`");
+    if (found == words_.end()) node.fail(expected_one_of(words_, word));
     std::memcpy(value, &values_[static_cast<std::size_t>(found - words_.begin())], sizeof(int));
   }
   std::string print(const void* value) const override {
@@ -238,7 +239,7 @@ DYNFILTER_INLINE void read_all(const AnyFields& table, const YamlNode& node, voi
     if (field == nullptr) {
       std::vector<std::string> known = other_keys;
       for (const AnyField& candidate : table) known.push_back(candidate.info.name);
-      node.fail("unknown key `" + key + "`; known keys: " + (known.empty() ? "none" : joined(known)));
+      node.fail(unknown_name("key", key, known));
     }
     field->read(p, value);
   }
@@ -255,12 +256,6 @@ DYNFILTER_INLINE std::vector<FieldInfo> describe_all(const AnyFields& table, con
 
 DYNFILTER_INLINE std::string shown(double value) {
   return number_text(value);
-}
-
-DYNFILTER_INLINE std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
 }
 
 DYNFILTER_INLINE std::string range_text(double min, double max) {

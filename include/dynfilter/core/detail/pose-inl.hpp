@@ -5,8 +5,27 @@
 
 #include <cmath>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 
 namespace dynfilter {
+
+DYNFILTER_INLINE Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad) {
+  const double c = portable::cos(angle_rad);
+  const Eigen::Vector3d a = axis, versine = (1 - c) * a, s = portable::sin(angle_rad) * a;
+  Eigen::Matrix3d R;
+  R << versine.x() * a.x() + c, versine.x() * a.y() - s.z(), versine.x() * a.z() + s.y(),
+      versine.x() * a.y() + s.z(), versine.y() * a.y() + c, versine.y() * a.z() - s.x(),
+      versine.x() * a.z() - s.y(), versine.y() * a.z() + s.x(), versine.z() * a.z() + c;
+  return R;
+}
+
+DYNFILTER_INLINE Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
+  const Eigen::Quaterniond q(R);
+  const double half_sine = q.vec().norm();
+  if (!(half_sine > 0)) return Eigen::Vector3d::Zero();
+  const double angle_rad = 2 * portable::atan2(half_sine, std::abs(q.w()));
+  return (std::copysign(angle_rad, q.w()) / half_sine) * q.vec();
+}
 
 DYNFILTER_INLINE bool is_rigid(const Pose& T_a_b, double tolerance) {
   for (const double value : T_a_b.rotation)

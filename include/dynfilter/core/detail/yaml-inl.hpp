@@ -3,20 +3,83 @@
 
 #include <dynfilter/core/yaml.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/numbers.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/core/yaml_text.hpp>
 #include <fstream>
+#include <initializer_list>
 #include <ios>
 #include <set>
+#include <string_view>
 
 namespace dynfilter {
 
 namespace detail {
 inline bool is_kind(const YamlValue* value, YamlValue::Kind kind) {
   return value != nullptr && value->kind == kind;
+}
+
+// Plain texts that YAML 1.1 resolves to something else than a word. Numbers that only it knows (010, 0x1F,
+// 1_000, 1:30) are neither numbers nor words here, because readers differ.
+
+inline std::string_view without_sign(std::string_view text) {
+  if (!text.empty() && (text[0] == '+' || text[0] == '-')) text.remove_prefix(1);
+  return text;
+}
+
+inline bool is_one_of(std::string_view text, std::initializer_list<std::string_view> words) {
+  return std::find(words.begin(), words.end(), text) != words.end();
+}
+
+inline bool is_not_finite(std::string_view text) {
+  return is_one_of(without_sign(text), {".inf", ".Inf", ".INF"}) || is_one_of(text, {".nan", ".NaN", ".NAN"});
+}
+
+inline bool has_only(std::string_view text, std::string_view allowed) {
+  return text.find_first_not_of(allowed) == std::string_view::npos;
+}
+
+/// Digits with `_`, `:` or a point: octal numbers, grouped digits and base 60.
+inline bool is_number_of_yaml(std::string_view text) {
+  text = without_sign(text);
+  const std::string_view prefix = text.substr(0, 2);
+  if (prefix == "0x") return has_only(text.substr(2), "0123456789abcdefABCDEF_");
+  if (prefix == "0b") return has_only(text.substr(2), "01_");
+  const std::size_t exponent = text.find_first_of("eE");
+  if (exponent != std::string_view::npos) {
+    const std::string_view power = without_sign(text.substr(exponent + 1));
+    if (power.empty() || !has_only(power, "0123456789")) return false;
+  }
+  const std::string_view digits = text.substr(0, exponent);
+  const std::size_t first = digits.find_first_not_of('.');
+  return first <= 1 && is_digit(digits[first]) && has_only(digits, "0123456789_:.") &&
+         std::count(digits.begin(), digits.end(), '.') <= 1;
+}
+
+/// Begins with YYYY-M-D. What follows may be a time.
+inline bool is_date(std::string_view text) {
+  const auto digits = [&](std::size_t least, std::size_t most) {
+    std::size_t n = 0;
+    while (n < most && n < text.size() && is_digit(text[n])) ++n;
+    text.remove_prefix(n);
+    return n >= least;
+  };
+  const auto dash = [&] {
+    if (text.empty() || text[0] != '-') return false;
+    text.remove_prefix(1);
+    return true;
+  };
+  return digits(4, 4) && dash() && digits(1, 2) && dash() && digits(1, 2) &&
+         (text.empty() || is_one_of(text.substr(0, 1), {"T", "t", " ", "\t"}));
+}
+
+inline bool is_no_word(std::string_view text) {
+  return is_one_of(text, {"~", "null", "Null", "NULL", "=", "<<"}) || has_number_syntax(text) ||
+         is_not_finite(text) || is_number_of_yaml(text) || is_date(text);
 }
 }  // namespace detail
 
@@ -28,7 +91,7 @@ DYNFILTER_INLINE bool YamlNode::is_sequence() const {
 }
 DYNFILTER_INLINE bool YamlNode::is_text() const {
   return detail::is_kind(value_, YamlValue::Kind::Quoted) ||
-         (detail::is_kind(value_, YamlValue::Kind::Plain) && !is_number());
+         (detail::is_kind(value_, YamlValue::Kind::Plain) && !detail::is_no_word(value_->text));
 }
 
 DYNFILTER_INLINE void YamlNode::fail(const std::string& message) const {
@@ -50,7 +113,7 @@ DYNFILTER_INLINE std::vector<std::pair<std::string, YamlNode>> YamlNode::entries
   std::set<std::string> known;
   for (const auto& [key, value] : value_->children) {
     if (key.rfind(prefix, 0) != 0) continue;
-    if (!known.insert(key).second) fail("key `" + key + "` is written twice");
+    if (!known.insert(key).second) fail("key " + in_backticks(key) + " is written twice");
     result.emplace_back(key, YamlNode(value, child_path(key)));
   }
   return result;
@@ -70,7 +133,7 @@ DYNFILTER_INLINE std::optional<YamlNode> YamlNode::find(const std::string& key) 
   std::optional<YamlNode> found;
   for (const auto& [name, value] : value_->children) {
     if (name != key) continue;
-    if (found) fail("key `" + key + "` is written twice");
+    if (found) fail("key " + in_backticks(key) + " is written twice");
     found.emplace(value, child_path(key));
   }
   return found;
@@ -93,7 +156,7 @@ DYNFILTER_INLINE int YamlNode::integer() const {
 }
 
 DYNFILTER_INLINE bool YamlNode::flag() const {
-  if (is_text() || is_number()) {
+  if (detail::is_kind(value_, YamlValue::Kind::Plain)) {
     const std::string& word = value_->text;
     if (word == "true" || word == "1") return true;
     if (word == "false" || word == "0") return false;
@@ -102,7 +165,10 @@ DYNFILTER_INLINE bool YamlNode::flag() const {
 }
 
 DYNFILTER_INLINE std::string YamlNode::text() const {
-  if (!is_text()) fail("expected a word, got " + shown());
+  if (!is_text()) {
+    const bool is_plain = detail::is_kind(value_, YamlValue::Kind::Plain);
+    fail("expected a word, got " + shown() + (is_plain ? ", which needs quotes as a word" : ""));
+  }
   return value_->text;
 }
 
@@ -133,21 +199,20 @@ DYNFILTER_INLINE std::string YamlNode::shown() const {
   if (is_none()) return "nothing";
   if (is_map()) return "a map";
   if (is_sequence()) return "a list";
-  return "`" + value_->text + "`";
+  return in_backticks(value_->text);
 }
 
 DYNFILTER_INLINE bool YamlNode::is_number() const {
   if (!detail::is_kind(value_, YamlValue::Kind::Plain)) return false;
-  const std::string& text = value_->text;
-  const std::size_t first = text.find_first_not_of("+-");
-  if (first == std::string::npos) return false;
-  const bool leading_zero =
-      text[first] == '0' && first + 1 < text.size() && detail::is_digit(text[first + 1]);
-  return (detail::has_number_syntax(text) && !leading_zero) || text.substr(first) == ".inf" || text == ".nan";
+  const std::string_view text = detail::without_sign(value_->text);
+  const bool leading_zero = text.size() > 1 && text[0] == '0' && detail::is_digit(text[1]);
+  return (detail::has_number_syntax(value_->text) && !leading_zero) || detail::is_not_finite(value_->text);
 }
 
 inline std::string YamlNode::child_path(const std::string& key) const {
-  return path_.empty() ? key : path_ + "." + key;
+  const std::string name =
+      printable_utf8_bytes(key) == key.size() && key.size() <= kMostQuotedColumns ? key : in_backticks(key);
+  return path_.empty() ? name : path_ + "." + name;
 }
 
 DYNFILTER_INLINE YamlDocument YamlDocument::from_text(const std::string& text, const std::string& source) {

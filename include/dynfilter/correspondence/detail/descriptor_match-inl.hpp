@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <opencv2/core.hpp>
@@ -13,16 +14,31 @@ namespace dynfilter {
 
 namespace detail {
 
+DYNFILTER_INLINE bool DescriptorWords::fits(const cv::Mat& descriptors, std::size_t rows) {
+  return !descriptors.empty() && descriptors.type() == CV_8UC1 &&
+         static_cast<std::size_t>(descriptors.rows) == rows;
+}
+
 DYNFILTER_INLINE bool DescriptorWords::assign(const cv::Mat& descriptors, std::size_t rows) {
-  if (descriptors.empty() || descriptors.type() != CV_8UC1 ||
-      static_cast<std::size_t>(descriptors.rows) != rows)
-    return false;
-  const auto bytes = static_cast<std::size_t>(descriptors.cols);
-  stride_ = (bytes + 7) / 8;
-  words_.assign(rows * stride_, 0);
-  for (std::size_t r = 0; r < rows; ++r)
-    std::memcpy(&words_[r * stride_], descriptors.ptr(static_cast<int>(r)), bytes);
+  if (!fits(descriptors, rows)) return false;
+  reserve_rows(descriptors, rows);
+  for (std::size_t r = 0; r < rows; ++r) copy_row(descriptors, static_cast<int>(r), r);
   return true;
+}
+
+DYNFILTER_INLINE void DescriptorWords::assign_rows(const cv::Mat& descriptors,
+                                                   const std::vector<std::int32_t>& order) {
+  reserve_rows(descriptors, order.size());
+  for (std::size_t r = 0; r < order.size(); ++r) copy_row(descriptors, order[r], r);
+}
+
+inline void DescriptorWords::reserve_rows(const cv::Mat& descriptors, std::size_t rows) {
+  stride_ = (static_cast<std::size_t>(descriptors.cols) + 7) / 8;
+  words_.assign(rows * stride_, 0);
+}
+
+inline void DescriptorWords::copy_row(const cv::Mat& descriptors, int from, std::size_t to) {
+  std::memcpy(&words_[to * stride_], descriptors.ptr(from), static_cast<std::size_t>(descriptors.cols));
 }
 
 DYNFILTER_INLINE int hamming_256(const std::uint64_t* a, const std::uint64_t* b) {
@@ -58,19 +74,34 @@ DYNFILTER_INLINE void DescriptorMatcher::match(const DescribedFeatures& current,
                                                Span<const cv::Point2f> expected_px, Correspondences& out) {
   const std::size_t n = current.keypoints.size();
   out.reset(n);
-  if (!current_words_.assign(current.descriptors, n) ||
-      !reference_words_.assign(reference.descriptors, reference.keypoints.size()) ||
-      current.descriptors.cols != reference.descriptors.cols)
+  if (!detail::DescriptorWords::fits(reference.descriptors, reference.keypoints.size()) ||
+      current.descriptors.cols != reference.descriptors.cols ||
+      !current_words_.assign(current.descriptors, n))
     return;
   grid_.build(reference.keypoints, static_cast<float>(params_.search_radius_px) / 2);
   if (grid_.empty()) return;
+  lay_out(reference);
   if (expected_px.size() != n) expected_px = {};
   forward_.assign(n, Best());
-  backward_.assign(reference.keypoints.size(), Best());
-  for (std::size_t i = 0; i < n; ++i) search(i, current.keypoints[i], expected_px, reference.keypoints);
-  for (std::size_t i = 0; i < n; ++i)
-    if (accepted(i))
-      out.set(i, reference.keypoints[static_cast<std::size_t>(forward_[i].index)].pt, forward_[i].index);
+  backward_.assign(candidates_.size(), Best());
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool expected = !expected_px.empty() && detail::finite(expected_px[i]);
+    search(i, current.keypoints[i], expected ? expected_px[i] : current.keypoints[i].pt);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!accepted(i)) continue;
+    const Candidate& found = candidates_[static_cast<std::size_t>(forward_[i].index)];
+    out.set(i, found.px, found.index);
+  }
+}
+
+inline void DescriptorMatcher::lay_out(const DescribedFeatures& reference) {
+  candidates_.clear();
+  for (const std::int32_t j : grid_.entries()) {
+    const cv::KeyPoint& keypoint = reference.keypoints[static_cast<std::size_t>(j)];
+    candidates_.push_back({keypoint.pt, keypoint.octave, j});
+  }
+  reference_words_.assign_rows(reference.descriptors, grid_.entries());
 }
 
 inline void DescriptorMatcher::Best::offer(int d, std::int32_t i) {
@@ -83,24 +114,57 @@ inline void DescriptorMatcher::Best::offer(int d, std::int32_t i) {
   }
 }
 
-inline void DescriptorMatcher::search(std::size_t i, const cv::KeyPoint& feature,
-                                      Span<const cv::Point2f> expected_px,
-                                      Span<const cv::KeyPoint> reference) {
-  const bool expected = !expected_px.empty() && detail::finite(expected_px[i]);
-  const cv::Point2f centre = expected ? expected_px[i] : feature.pt;
-  if (!PointGrid::usable(centre)) return;
+inline void DescriptorMatcher::search(std::size_t i, const cv::KeyPoint& feature, const cv::Point2f& centre) {
   const auto radius = static_cast<float>(params_.search_radius_px);
-  const std::uint64_t* words = current_words_.row(i);
-  grid_.around(centre, radius, [&](std::int32_t j) {
-    const cv::KeyPoint& candidate = reference[static_cast<std::size_t>(j)];
-    const float dx = candidate.pt.x - centre.x, dy = candidate.pt.y - centre.y;
-    if (dx * dx + dy * dy > radius * radius) return;
-    if (std::abs(std::int64_t{candidate.octave} - feature.octave) > params_.max_octave_difference) return;
-    const int d =
-        detail::hamming(words, reference_words_.row(static_cast<std::size_t>(j)), current_words_.stride());
-    forward_[i].offer(d, j);
-    backward_[static_cast<std::size_t>(j)].offer(d, static_cast<std::int32_t>(i));
+  grid_.ranges_around(centre, radius, [&](std::size_t begin, std::size_t end) {
+    const Span<const std::uint32_t> candidates =
+        in_window(feature.octave, centre, radius * radius, begin, end);
+#ifdef DYNFILTER_AVX2
+    if (current_words_.stride() == 4 && detail::cpu_has_avx2()) return compare_by_popcnt(i, candidates);
+#endif
+    for (const std::uint32_t c : candidates)
+      offer(i, c, detail::hamming(current_words_.row(i), reference_words_.row(c), current_words_.stride()));
   });
+}
+
+inline void DescriptorMatcher::offer(std::size_t i, std::uint32_t c, int distance) {
+  forward_[i].offer(distance, static_cast<std::int32_t>(c));
+  backward_[c].offer(distance, static_cast<std::int32_t>(i));
+}
+
+#ifdef DYNFILTER_AVX2
+/// A processor with AVX2 has popcnt. Four words are 256 bits, as of ORB.
+DYNFILTER_AVX2 inline void DescriptorMatcher::compare_by_popcnt(std::size_t i,
+                                                                Span<const std::uint32_t> candidates) {
+  const std::uint64_t* a = current_words_.row(i);
+  Best forward = forward_[i];
+  for (const std::uint32_t c : candidates) {
+    const std::uint64_t* b = reference_words_.row(c);
+    const int distance = __builtin_popcountll(a[0] ^ b[0]) + __builtin_popcountll(a[1] ^ b[1]) +
+                         __builtin_popcountll(a[2] ^ b[2]) + __builtin_popcountll(a[3] ^ b[3]);
+    if (distance < forward.second) forward.offer(distance, static_cast<std::int32_t>(c));
+    if (distance < backward_[c].second) backward_[c].offer(distance, static_cast<std::int32_t>(i));
+  }
+  forward_[i] = forward;
+}
+#endif
+
+inline Span<const std::uint32_t> DescriptorMatcher::in_window(int octave, const cv::Point2f& centre,
+                                                              float radius2, std::size_t begin,
+                                                              std::size_t end) {
+  if (in_window_.size() < end - begin) in_window_.resize(end - begin);
+  std::size_t count = 0;
+  // Without a branch: whether a candidate is in the window is hard to predict.
+  for (std::size_t c = begin; c < end; ++c) {
+    const Candidate& candidate = candidates_[c];
+    const float dx = candidate.px.x - centre.x, dy = candidate.px.y - centre.y;
+    const std::int64_t apart = std::abs(std::int64_t{candidate.octave} - octave);
+    in_window_[count] = static_cast<std::uint32_t>(c);
+    const int inside = static_cast<int>(dx * dx + dy * dy <= radius2) &
+                       static_cast<int>(apart <= params_.max_octave_difference);
+    count += static_cast<std::size_t>(inside);
+  }
+  return {in_window_.data(), count};
 }
 
 inline bool DescriptorMatcher::accepted(std::size_t i) const {

@@ -3,9 +3,9 @@
 
 #include <dynfilter/correspondence/flow.hpp>
 
-#include <cmath>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/video/tracking.hpp>
 
@@ -107,7 +107,7 @@ inline void FlowTracker::keep_returning(const ImagePyramid& current, const Image
   keep([&](std::size_t k) {
     const cv::Point2f miss = back_[k] - from_[k];
     return status_[k] != 0 &&
-           static_cast<double>(std::hypot(miss.x, miss.y)) <= params_.max_forward_backward_px;
+           static_cast<double>(portable::hypot(miss.x, miss.y)) <= params_.max_forward_backward_px;
   });
 }
 

@@ -4,9 +4,9 @@
 #include <dynfilter/correspondence/guided_flow.hpp>
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/correspondence/parallel_ranges.hpp>
 #include <dynfilter/correspondence/small_patch_kernels.hpp>
 #include <dynfilter/correspondence/small_patch_kernels_avx2.hpp>
@@ -66,7 +66,7 @@ bool GuidedFlow::returns(const Images& from, const Images& to, const cv::Point2f
   cv::Point2f back = from_px;
   return window.cut(to[0], px) && window.textured(params_.min_eigenvalue) &&
          window.refine(from[0], kBackIterations, epsilon_px(), back) &&
-         std::hypot(back.x - from_px.x, back.y - from_px.y) <=
+         portable::hypot(back.x - from_px.x, back.y - from_px.y) <=
              static_cast<float>(params_.max_forward_backward_px);
 }
 

@@ -10,6 +10,7 @@
 #include <dynfilter/geometry/depth_sampler.hpp>
 #include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/undistort.hpp>
+#include <limits>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
@@ -49,12 +50,18 @@ DYNFILTER_INLINE cv::Size CurrentFrame::image_size_px() const {
 }
 
 inline void CurrentFrame::fill_undistorted() {
-  undistorted_.resize(size());
-  if (!frame_.keypoints_undistorted.empty())
-    for (std::size_t i = 0; i < size(); ++i) undistorted_[i] = frame_.keypoints_undistorted[i].pt;
-  else
-    undistort_points(frame_.camera.value_or(Camera()), pixels_, undistorted_);
   undistorted_ready_ = true;
+  undistorted_.resize(size());
+  if (!frame_.keypoints_undistorted.empty()) {
+    for (std::size_t i = 0; i < size(); ++i) undistorted_[i] = frame_.keypoints_undistorted[i].pt;
+    return;
+  }
+  const Camera camera = frame_.camera.value_or(Camera());
+  undistort_points(camera, pixels_, undistorted_);
+  if (!camera.distorted()) return;
+  // A lens may draw them together.
+  for (const std::uint32_t i : crowds_.find(Span<const cv::Point2f>(undistorted_)))
+    undistorted_[i].x = undistorted_[i].y = std::numeric_limits<float>::quiet_NaN();
 }
 
 inline void CurrentFrame::fill_depths() {

@@ -201,12 +201,10 @@ inline bool FrameMatches::keep(StoredFrame& stored) {
 
 inline void FrameMatches::keep_depth(cv::Mat& stored) const {
   const FrameView& frame = current_.frame();
-  if (frame.depth_handed_over) {
+  if (frame.depth_handed_over && frame.depth.u != nullptr)
     stored = frame.depth;
-    return;
-  }
-  if (!has_sole_owner(stored)) stored.release();
-  frame.depth.copyTo(stored);
+  else
+    keep_copy(frame.depth, stored);
 }
 
 }  // namespace dynfilter

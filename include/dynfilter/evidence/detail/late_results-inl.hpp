@@ -27,12 +27,20 @@ DYNFILTER_INLINE const std::vector<Detection>* LateResults::boxes(int max_age_fr
   if (boxes == nullptr) return nullptr;
   carried_.clear();
   const MotionFrame& now = *carrier_.motions().find(frame.id);
+  std::size_t instances = 0;
   for (const CarriedBox& box : *boxes) {
     if (id_gap(frame.id, box.found_id) > max_age_frames) continue;
     carried_.push_back(box.detection);
-    if (!box.detection.mask.empty()) carried_.back().mask = carried_instance(box, now.image_px);
+    if (!box.detection.mask.empty()) carried_.back().mask = instance(box, now.image_px, instances++);
   }
   return &carried_;
+}
+
+inline const cv::Mat& LateResults::instance(const CarriedBox& box, cv::Size image_px, std::size_t k) {
+  if (k == instances_.size()) instances_.emplace_back();
+  if (!has_sole_owner(instances_[k])) instances_[k].release();
+  carried_instance(box, image_px, instances_[k]);
+  return instances_[k];
 }
 
 DYNFILTER_INLINE const cv::Mat* LateResults::labels() {

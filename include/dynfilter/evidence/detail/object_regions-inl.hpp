@@ -39,44 +39,40 @@ DYNFILTER_INLINE const FieldTable<ObjectRegionParams>& ObjectRegionParams::field
   return table;
 }
 
-DYNFILTER_INLINE Span<const ObjectRegion> ObjectRegions::find(const Evidence& evidence,
-                                                              const ObjectRegionParams& params,
-                                                              Votes& votes) {
-  count_ = 0;
+DYNFILTER_INLINE void ObjectRegions::find(const Evidence& evidence, const ObjectRegionParams& params,
+                                          Votes& votes, ObjectVisitor& visitor) {
   const FrameView& frame = evidence.frame();
   const bool detections = input(params) == Input::Detections;
-  if (detections ? !frame.detections : !frame.mask) {
-    votes.note("no " + to_string(input(params)));
-    return found();
-  }
+  if (detections ? !frame.detections : !frame.mask) return votes.note("no " + to_string(input(params)));
   const LateResult late = detections ? LateResult::boxes(evidence, params.max_age_frames, votes)
                                      : LateResult::mask(evidence, params.max_age_frames, votes);
-  if (!late.usable()) return found();
-  if (detections)
-    find_detections(evidence, params, late);
-  else
-    find_masks(evidence, params, late);
-  return found();
+  if (!late.usable()) return;
+  if (detections) return find_detections(evidence, params, late, visitor);
+  const MaskLookup mask(late.labels(), image_size(frame), params.labels);
+  if (params.objects == ObjectSource::Components)
+    return find_components(evidence, mask, params, late, visitor);
+  find_instance(evidence, mask, params, late, object_);
+  visitor.visit(object_);
 }
 
 inline void ObjectRegions::find_detections(const Evidence& evidence, const ObjectRegionParams& params,
-                                           const LateResult& late) {
+                                           const LateResult& late, ObjectVisitor& visitor) {
   wanted_.classes = params.classes;
   wanted_.except_classes = params.except_classes;
   wanted_.min_score = params.min_score;
   for (const Detection& detection : late.detections()) {
     if (!wanted_.wants(detection)) continue;
-    add_object();
     if (params.objects == ObjectSource::Boxes)
-      find_box(evidence, detection.box, params, late);
+      find_box(evidence, detection.box, params, late, object_);
     else
-      find_instance(evidence, MaskLookup(detection.mask, image_size(evidence.frame())), params, late);
+      find_instance(evidence, MaskLookup(detection.mask, image_size(evidence.frame())), params, late, object_);
+    visitor.visit(object_);
   }
 }
 
 inline void ObjectRegions::find_box(const Evidence& evidence, const cv::Rect2f& given,
-                                    const ObjectRegionParams& params, const LateResult& late) {
-  ObjectRegion& object = objects_[count_ - 1];
+                                    const ObjectRegionParams& params, const LateResult& late,
+                                    ObjectRegion& object) {
   const cv::Rect2f box = features_in_box(evidence, given, 0, late, scratch_, object.inside);
   const double farthest_m =
       box_foreground_m(evidence, box, object.inside, params.refine, params.foreground_margin_m, scratch_);
@@ -88,8 +84,10 @@ inline void ObjectRegions::find_box(const Evidence& evidence, const cv::Rect2f& 
 }
 
 inline void ObjectRegions::find_instance(const Evidence& evidence, const MaskLookup& mask,
-                                         const ObjectRegionParams& params, const LateResult& late) {
-  ObjectRegion& object = objects_[count_ - 1];
+                                         const ObjectRegionParams& params, const LateResult& late,
+                                         ObjectRegion& object) {
+  object.inside.clear();
+  object.near.clear();
   const cv::Point2f flow = flow_on(mask, late);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const cv::Point2f then = late.then_px(i, flow);
@@ -99,32 +97,25 @@ inline void ObjectRegions::find_instance(const Evidence& evidence, const MaskLoo
   }
 }
 
-inline void ObjectRegions::find_masks(const Evidence& evidence, const ObjectRegionParams& params,
-                                      const LateResult& late) {
-  const MaskLookup mask(late.labels(), image_size(evidence.frame()), params.labels);
-  if (params.objects == ObjectSource::Mask) {
-    add_object();
-    return find_instance(evidence, mask, params, late);
-  }
+inline void ObjectRegions::find_components(const Evidence& evidence, const MaskLookup& mask,
+                                           const ObjectRegionParams& params, const LateResult& late,
+                                           ObjectVisitor& visitor) {
   components_.build(mask);
-  for (int c = 0; c < components_.count(); ++c) add_object();
+  const auto count = static_cast<std::size_t>(components_.count());
+  if (components_of_mask_.size() < count) components_of_mask_.resize(count);
+  for (std::size_t c = 0; c < count; ++c)
+    components_of_mask_[c].inside.clear(), components_of_mask_[c].near.clear();
   const cv::Point2f flow = flow_on(mask, late);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const cv::Point2f then = late.then_px(i, flow);
     const auto add = [i](std::vector<std::size_t>& features) {
       if (features.empty() || features.back() != i) features.push_back(i);
     };
-    components_.around(then, 0, [&](int c) { add(objects_[static_cast<std::size_t>(c)].inside); });
-    components_.around(then, params.near_px, [&](int c) { add(objects_[static_cast<std::size_t>(c)].near); });
+    const auto object = [&](int c) -> ObjectRegion& { return components_of_mask_[static_cast<std::size_t>(c)]; };
+    components_.around(then, 0, [&](int c) { add(object(c).inside); });
+    components_.around(then, params.near_px, [&](int c) { add(object(c).near); });
   }
-}
-
-inline ObjectRegion& ObjectRegions::add_object() {
-  if (count_ == objects_.size()) objects_.emplace_back();
-  ObjectRegion& object = objects_[count_++];
-  object.inside.clear();
-  object.near.clear();
-  return object;
+  for (std::size_t c = 0; c < count; ++c) visitor.visit(components_of_mask_[c]);
 }
 
 inline cv::Point2f ObjectRegions::flow_on(const MaskLookup& mask, const LateResult& late) {

@@ -203,6 +203,7 @@ bool DynFilter::process(const Frame& frame, CallPoint call_point, Verdicts& verd
     copy_boxes(frame.boxes, impl_->detections);
     const Verdict& verdict =
         impl_->pipeline->process(view_of(frame, impl_->detections), call_point_of(call_point));
+    impl_->detections.clear();  // the host's masks
     copy_verdict(verdict, verdicts);
     copy_reports(verdict.report, impl_->reports);
   });

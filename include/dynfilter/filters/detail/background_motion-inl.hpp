@@ -9,6 +9,7 @@
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
@@ -131,7 +132,7 @@ inline void BackgroundMotionFilter::recall(const Evidence& evidence, const Match
     if (known) remembered_[i] = last_belief_[from];
     mobility_[i] = known ? last_mobility_[from] : mobility_around(evidence, match, i);
     const float still = 1 - mobility_[i];
-    static_belief_[i] = still * still / (1 + std::exp(sure() * remembered_[i] / 2));
+    static_belief_[i] = still * still / (1 + portable::exp(sure() * remembered_[i] / 2));
   }
   belief_.assign(n, 0);
 }
@@ -154,9 +155,9 @@ inline float BackgroundMotionFilter::reach_m(double least_m, float depth_m) cons
 }
 
 inline void BackgroundMotionFilter::remember_mobility(const Evidence& evidence) {
-  const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.mobility_s));
+  const auto kept = static_cast<float>(portable::exp(-elapsed_s(1) / params_.mobility_s));
   for (std::size_t i = 0; i < evidence.size(); ++i) {
-    const float now = belief_[i] > 0 ? sure() * (1 - std::exp(-belief_[i])) : 0.0F;
+    const float now = belief_[i] > 0 ? sure() * (1 - portable::exp(-belief_[i])) : 0.0F;
     mobility_[i] = std::max(kept * mobility_[i], now);
   }
   places_.lay_out(
@@ -224,9 +225,11 @@ inline Pose BackgroundMotionFilter::usual_step() const {
   const std::size_t frames = std::min<std::size_t>(4, camera_poses_.size() - 1);
   const auto share = 1 / static_cast<double>(frames);
   const Pose over = between(0, frames);
-  const Eigen::AngleAxisd turn(over.R());
-  return Pose::from(Eigen::AngleAxisd(share * turn.angle(), turn.axis()).toRotationMatrix(),
-                    share * over.t());
+  const Eigen::Vector3d turn = share * rotation_vector(over.R());
+  const double angle_rad = turn.norm();
+  const Eigen::Matrix3d R =
+      angle_rad > 0 ? rotation_about(turn / angle_rad, angle_rad) : Eigen::Matrix3d::Identity();
+  return Pose::from(R, share * over.t());
 }
 
 inline void BackgroundMotionFilter::measure_misses(const Evidence& evidence, const Match& match) {
@@ -307,7 +310,7 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
     models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
   const MovingOdds odds({params_.slow_mps, params_.fast_mps, params_.moving_share});
-  const auto kept = static_cast<float>(std::exp(-elapsed_s(1) / params_.memory_s));
+  const auto kept = static_cast<float>(portable::exp(-elapsed_s(1) / params_.memory_s));
   open_views(evidence);
   seen_.assign(evidence.size(), 0);
   own_.resize(evidence.size());
@@ -447,7 +450,7 @@ inline void BackgroundMotionFilter::set_certainty() {
   for (std::size_t i = 0; i < belief_.size(); ++i)
     if (seen_[i] != 0) moving += belief_[i] > 0 ? 1 : 0, all += 1;
   const double share = std::clamp(all > 0 ? moving / all : 0.0, params_.moving_share, 0.5);
-  certainty_ = static_cast<float>(std::log((1 - share) / share));
+  certainty_ = static_cast<float>(portable::log((1 - share) / share));
 }
 
 inline float BackgroundMotionFilter::doubt(const Evidence& evidence, std::size_t i) const {

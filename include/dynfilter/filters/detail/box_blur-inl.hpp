@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <dynfilter/core/inline.hpp>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <utility>
 
@@ -50,14 +51,14 @@ inline void BoxBlurFilter::collect(const Evidence& evidence, const LateResult& l
     box.place = cv::Rect(cv::Rect2d(now) & image);
     if (box.place.empty()) continue;
     box.begin = inside_.size();
-    inside_.insert(inside_.end(), inside_box_.begin(), inside_box_.end());
+    for (const std::size_t i : inside_box_) inside_.push_back(static_cast<std::uint32_t>(i));
     box.end = inside_.size();
     boxes_.push_back(box);
   }
 }
 
 inline void BoxBlurFilter::judge(const cv::Mat& grey, const Box& box, const Sharpness& rest,
-                                 Votes& votes) const {
+                                 Votes& votes) {
   const Sharpness own = sharpness(grey, box.place, false);
   if (!own.known) return;
   const double share = std::min(own.along_x / rest.along_x, own.along_y / rest.along_y);
@@ -70,13 +71,14 @@ inline void BoxBlurFilter::judge(const cv::Mat& grey, const Box& box, const Shar
 }
 
 inline BoxBlurFilter::Sharpness BoxBlurFilter::sharpness(const cv::Mat& grey, const cv::Rect& area,
-                                                         bool outside_boxes) const {
+                                                         bool outside_boxes) {
   Moments value, x2, y2;
   for (int y = std::max(area.y, 1); y < std::min(area.br().y, grey.rows - 1); y += 2) {
     const std::uint8_t *above = grey.ptr<std::uint8_t>(y - 1), *row = grey.ptr<std::uint8_t>(y),
                        *below = grey.ptr<std::uint8_t>(y + 1);
+    if (outside_boxes) cover_row(y, grey.cols);
     for (int x = std::max(area.x, 1); x < std::min(area.br().x, grey.cols - 1); x += 2) {
-      if (outside_boxes && in_a_box(x, y)) continue;
+      if (outside_boxes && in_boxes_[static_cast<std::size_t>(x)] > 0) continue;
       value.add(row[x]);
       x2.add(row[x - 1] + row[x + 1] - 2 * row[x]);
       y2.add(above[x] + below[x] - 2 * row[x]);
@@ -86,9 +88,14 @@ inline BoxBlurFilter::Sharpness BoxBlurFilter::sharpness(const cv::Mat& grey, co
   return {true, x2.variance() / value.variance(), y2.variance() / value.variance()};
 }
 
-inline bool BoxBlurFilter::in_a_box(int x, int y) const {
-  return std::any_of(boxes_.begin(), boxes_.end(),
-                     [&](const Box& box) { return box.place.contains(cv::Point(x, y)); });
+inline void BoxBlurFilter::cover_row(int y, int columns) {
+  in_boxes_.assign(static_cast<std::size_t>(columns) + 1, 0);
+  for (const Box& box : boxes_) {
+    if (y < box.place.y || y >= box.place.br().y) continue;
+    ++in_boxes_[static_cast<std::size_t>(box.place.x)];
+    --in_boxes_[static_cast<std::size_t>(box.place.br().x)];
+  }
+  std::partial_sum(in_boxes_.begin(), in_boxes_.end(), in_boxes_.begin());
 }
 
 }  // namespace dynfilter

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <opencv2/core.hpp>
@@ -138,21 +139,14 @@ inline bool DepthConsistencyFilter::parallax_fits(const Eigen::Vector3d& point_m
   constexpr double kDegree = 3.14159265358979323846 / 180;
   const Eigen::Vector3d from_there = point_m - centre_m;
   const double cosine = point_m.dot(from_there) / (point_m.norm() * from_there.norm());
-  return cosine >= std::cos(params_.max_parallax_deg * kDegree);
+  return cosine >= portable::cos(params_.max_parallax_deg * kDegree);
 }
 
 inline void DepthConsistencyFilter::judge_by_keyframes(const Evidence& evidence, Votes& votes) {
   tallies_.assign(evidence.size(), Tally());
-  int used = 0;
-  for (const KeyframeView& keyframe : evidence.frame().covisible_keyframes) {
-    if (!is_rigid(keyframe.T_world_camera)) {
-      votes.note("a keyframe's pose is not rigid");
-      continue;
-    }
-    ++used;
-    judge_by_keyframe(evidence, keyframe);
-  }
-  votes.note(used, " keyframes");
+  const Span<const KeyframeView> keyframes = evidence.frame().covisible_keyframes;
+  for (const KeyframeView& keyframe : keyframes) judge_by_keyframe(evidence, keyframe);
+  votes.note(keyframes.size(), " keyframes");
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const Tally& tally = tallies_[i];
     if (tally.dynamic == tally.fixed) continue;  // no view decides, or they contradict each other

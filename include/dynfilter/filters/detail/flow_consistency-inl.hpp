@@ -7,6 +7,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <limits>
 #include <tuple>
@@ -65,6 +66,7 @@ DYNFILTER_INLINE void FlowConsistencyFilter::reset() {
   ages_s_.clear();
   motion_.reset();
   main_motion_.reset();
+  ahead_.reset();
   ground_.reset();
   extent_ = {};
 }
@@ -78,13 +80,15 @@ inline ViewMotion FlowConsistencyFilter::TimedMotion::over(double other_s) const
 inline void FlowConsistencyFilter::follow(const Evidence& evidence) {
   const Match& match = evidence.match({false, 1});
   tracks_ = &evidence.tracks({params_.gap_frames});
-  double passed_s = match.reference ? evidence.frame().timestamp_s - match.reference->timestamp_s : 0;
-  if (!(passed_s > 0)) passed_s = kUnknown_s;
-  for (double& age_s : ages_s_) age_s += passed_s;
+  passed_s_ = match.reference ? evidence.frame().timestamp_s - match.reference->timestamp_s : 0;
+  if (!(passed_s_ > 0)) passed_s_ = kUnknown_s;
+  for (double& age_s : ages_s_) age_s += passed_s_;
   ages_s_.insert(ages_s_.begin(), 0);
   ages_s_.resize(std::min(ages_s_.size(), static_cast<std::size_t>(params_.gap_frames) + 1));
-  keep_ = params_.memory_s > 0 ? std::exp(-passed_s / params_.memory_s) : 0;
   take_over_evidence();
+  main_motion_.pass(passed_s_);
+  ahead_.pass(passed_s_);
+  ground_.pass(passed_s_);
 }
 
 inline void FlowConsistencyFilter::take_over_evidence() {
@@ -95,6 +99,8 @@ inline void FlowConsistencyFilter::take_over_evidence() {
     const int previous = tracks_->previous(i);
     if (previous >= 0 && static_cast<std::size_t>(previous) < last_evidence_.size())
       evidence_[i] = last_evidence_[static_cast<std::size_t>(previous)];
+    evidence_[i].flow.pass(passed_s_);
+    evidence_[i].off_ground.pass(passed_s_);
   }
   judged_.assign(n, false);
   suspicion_.assign(n, 0);
@@ -141,14 +147,14 @@ inline bool FlowConsistencyFilter::measure(const Evidence& evidence, int gap, Vo
     if (points_[k].seed) seeds_.push_back(static_cast<int>(k));
   }
   const bool main = gap == gaps_.front();
-  if (main) motion_ = main_motion_;
+  if (main) motion_ = main_motion_.value();
   std::optional<ViewMotion> guess;
   if (motion_) guess = motion_->over(gap_s_);
   const std::optional<ViewMotion> found =
       estimator_.estimate(pairs_, seeds_, cells_, focal_px_, guess, !main);
   if (main) {
     main_motion_.reset();
-    if (found) main_motion_ = TimedMotion{*found, gap_s_};
+    if (found) main_motion_.confirm({*found, gap_s_});
     note(gap, found, votes);
   }
   if (!found) return false;
@@ -249,7 +255,7 @@ inline double FlowConsistencyFilter::middle_inverse_depth() {
   }
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Point& p = points_[k];
-    if (std::abs(p.flow.across_px) < params_.limit * noise_px_ && evidence_of(k).flow.value < params_.limit)
+    if (std::abs(p.flow.across_px) < params_.limit * noise_px_ && evidence_of(k).flow.value() < params_.limit)
       in_cell_[static_cast<std::size_t>(cells_.of(p.pair.x, p.pair.y))].push_back(p.flow.inverse_depth);
   }
   values_.clear();
@@ -280,26 +286,22 @@ inline void FlowConsistencyFilter::weigh_flows() {
     }
     const double across = averaged_median_in_place(values_);
     const double wrong_way = wrong_way_px(points_[k], averaged_median_in_place(along_), middle);
-    const double sigma_px = std::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
-    evidence_of(k).flow.add(std::min(std::hypot(across, wrong_way) / sigma_px, kMaxSigmas), keep_);
+    const double sigma_px = portable::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
+    evidence_of(k).flow.observe(std::min(portable::hypot(across, wrong_way) / sigma_px, kMaxSigmas),
+                                params_.memory_s);
   }
-}
-
-inline void FlowConsistencyFilter::RecentMean::add(double new_value, double keep) {
-  weight = keep * weight + 1;
-  value += (new_value - value) / weight;
 }
 
 inline void FlowConsistencyFilter::weigh_groups() {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Span<const int> members = groups_.group(g);
     values_.clear();
-    for (const int m : members) values_.push_back(evidence_of(static_cast<std::size_t>(m)).flow.value);
+    for (const int m : members) values_.push_back(evidence_of(static_cast<std::size_t>(m)).flow.value());
     const double together = averaged_median_in_place(values_);
     for (const int m : members) {
       const auto k = static_cast<std::size_t>(m), i = static_cast<std::size_t>(points_[k].feature);
       if (judged_[i]) continue;
-      suspicion_[i] = members.size() >= kGroup ? together : evidence_[i].flow.value * share_of_suspects(k);
+      suspicion_[i] = members.size() >= kGroup ? together : evidence_[i].flow.value() * share_of_suspects(k);
     }
   }
   for (const Point& p : points_) judged_[static_cast<std::size_t>(p.feature)] = true;
@@ -308,7 +310,7 @@ inline void FlowConsistencyFilter::weigh_groups() {
 inline double FlowConsistencyFilter::share_of_suspects(std::size_t k) {
   const Span<const int> near = groups_.near(k);
   const auto suspects = std::count_if(near.begin(), near.end(), [&](int j) {
-    return evidence_of(static_cast<std::size_t>(j)).flow.value > params_.limit;
+    return evidence_of(static_cast<std::size_t>(j)).flow.value() > params_.limit;
   });
   return near.empty() ? 0 : static_cast<double>(suspects) / static_cast<double>(near.size());
 }
@@ -322,7 +324,9 @@ inline bool FlowConsistencyFilter::find_focus() {
 }
 
 inline void FlowConsistencyFilter::weigh_ground() {
-  if (!find_focus()) return;
+  const bool ahead = find_focus();
+  ahead_.observe(ahead ? 1 : 0, kDriveMemory_s);
+  if (!ahead || !drives()) return;
   grounded_.clear();
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Point& p = points_[k];
@@ -331,16 +335,16 @@ inline void FlowConsistencyFilter::weigh_ground() {
                          p.pair.x,
                          p.pair.y,
                          line_length(p.flow),
-                         evidence_of(k).flow.value < params_.limit});
+                         evidence_of(k).flow.value() < params_.limit});
   }
   const std::vector<std::optional<double>>& sigmas = ground_.compare(
       grounded_, groups_, {gap_s_, cells_.height_px, focus_.y, noise_px_, params_.limit, kMaxSigmas});
   for (std::size_t k = 0; k < sigmas.size(); ++k) {
-    TrackEvidence& evidence = evidence_of(k);
+    ExpiringMean& off_ground = evidence_of(k).off_ground;
     if (sigmas[k])
-      evidence.off_ground.add(*sigmas[k], keep_);
-    else if (!evidence.off_ground.known())
-      evidence.off_ground.value = 0;  // was lent
+      off_ground.observe(*sigmas[k], params_.memory_s);
+    else if (off_ground.lent())
+      off_ground.reset();
   }
 }
 
@@ -356,13 +360,15 @@ inline void FlowConsistencyFilter::lend_ground_once() {
   for (std::size_t k = 0; k < points_.size(); ++k) {
     if (compared_[k]) continue;
     values_.clear();
-    for (const int j : groups_.linked(k))
-      if (compared_[static_cast<std::size_t>(j)])
-        values_.push_back(evidence_of(static_cast<std::size_t>(j)).off_ground.value);
+    double since_s = 0;
+    for (const int j : groups_.linked(k)) {
+      if (!compared_[static_cast<std::size_t>(j)]) continue;
+      const ExpiringMean& off_ground = evidence_of(static_cast<std::size_t>(j)).off_ground;
+      values_.push_back(off_ground.value());
+      if (off_ground.known()) since_s = std::max(since_s, off_ground.since_s());
+    }
     if (values_.size() < kLenders) continue;
-    RecentMean& off_ground = evidence_of(k).off_ground;
-    off_ground = RecentMean();
-    off_ground.value = averaged_median_in_place(values_);
+    evidence_of(k).off_ground.lend(averaged_median_in_place(values_), since_s);
     lent_.push_back(k);
   }
   for (const std::size_t k : lent_) compared_[k] = true;
@@ -374,8 +380,8 @@ inline void FlowConsistencyFilter::spread(const Evidence& evidence) {
   excess_.assign(n, 0);
   for (std::size_t i = 0; i < n; ++i)
     if (judged_[i])
-      excess_[i] = static_cast<float>(
-          std::min(std::hypot(suspicion_[i], evidence_[i].off_ground.value) - params_.limit, params_.limit));
+      excess_[i] = static_cast<float>(std::min(
+          portable::hypot(suspicion_[i], evidence_[i].off_ground.value()) - params_.limit, params_.limit));
   neighbours_.build(evidence.pixels(), depths_m_, static_cast<float>(kReach * cells_.width_px));
   neighbours_.lay_out(
       excess_around_, [&](std::size_t i) { return excess_[i]; },

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/evidence/mask_lookup.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
@@ -52,7 +53,8 @@ DYNFILTER_INLINE void MapPointBeliefFilter::apply(const Evidence& evidence, Vote
     known->second.seen = frame.id;
     const double odds = known->second.log_odds;
     if (std::abs(odds - limit) < 1e-9) continue;
-    votes.cast(i, odds > limit ? Vote::Dynamic : Vote::Static, static_cast<float>(1 / (1 + std::exp(-odds))));
+    votes.cast(i, odds > limit ? Vote::Dynamic : Vote::Static,
+               static_cast<float>(1 / (1 + portable::exp(-odds))));
   }
   forget(frame.id);
 }

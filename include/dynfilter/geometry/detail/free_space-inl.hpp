@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
@@ -63,8 +64,8 @@ DYNFILTER_INLINE double FreeSpaceView::odds(const cv::Point3f& point_m) const {
   const cv::Point2f px = pixel(p);
   const double here_m = model_.depth_noise.sigma_m(point_m.z);
   const cv::Point2f parallax_px = px - pixel(far);
-  const double along_px = std::hypot(parallax_px.x, parallax_px.y) * here_m / point_m.z;
-  const double radius_px = kReach * std::hypot(model_.sigma_px, along_px) + kSilhouette_px;
+  const double along_px = portable::hypot(parallax_px.x, parallax_px.y) * here_m / point_m.z;
+  const double radius_px = kReach * portable::hypot(model_.sigma_px, along_px) + kSilhouette_px;
   if (!(radius_px <= kMostRadius_px)) return 0;
   const auto there_m = depth_.around(px, static_cast<int>(std::ceil(radius_px)), static_cast<float>(p.z()));
   return there_m ? std::max(0.0, odds_of(*there_m - p.z(), here_m, *there_m)) : 0;
@@ -76,9 +77,9 @@ inline cv::Point2f FreeSpaceView::pixel(const Eigen::Vector3d& p) const {
 }
 
 inline double FreeSpaceView::odds_of(double behind_m, double here_m, double there_m) const {
-  const double sigma_m = std::hypot(here_m, model_.depth_noise.sigma_m(there_m)), t = behind_m / sigma_m;
-  const double error = kPeak * std::pow(1 + t * t / kNu, -(kNu + 1) / 2) / sigma_m;
-  return std::log(kThrough / (kRange_m * error + kGross)) + prior_;
+  const double sigma_m = portable::hypot(here_m, model_.depth_noise.sigma_m(there_m)), t = behind_m / sigma_m;
+  const double error = kPeak * portable::power(1 + t * t / kNu, -(kNu + 1) / 2) / sigma_m;
+  return portable::log(kThrough / (kRange_m * error + kGross)) + prior_;
 }
 
 }  // namespace dynfilter

@@ -4,10 +4,10 @@
 #include <dynfilter/geometry/ground_contact.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
+#include <dynfilter/core/portable_math.hpp>
 
 namespace dynfilter {
 
@@ -45,12 +45,17 @@ inline bool GroundContact::find_ground() {
   GroundPlaneFinder::Options options;
   options.min_below_px = kGroundBelow * view_.height_px;
   const std::optional<GroundPlane> found = finder_.find(shown_, options);
-  if (ground_) ground_->scale *= view_.gap_s / ground_s_;  // in units of the camera's step
+  std::optional<GroundPlane> plane = ground();
+  if (plane) plane->scale *= view_.gap_s / ground_s_;  // in units of the camera's step
   ground_s_ = view_.gap_s;
-  if (!found) return ground_.has_value();
-  if (!ground_) ground_ = GroundPlane{found->scale, 0};
-  ground_->scale += kGroundSmoothing * (found->scale - ground_->scale);
-  ground_->tilt += kGroundSmoothing * (found->tilt - ground_->tilt);
+  if (!found) {
+    if (plane) ground_.infer(*plane, ground_.since_s());
+    return plane.has_value();
+  }
+  if (!plane) plane = GroundPlane{found->scale, 0};
+  plane->scale += kGroundSmoothing * (found->scale - plane->scale);
+  plane->tilt += kGroundSmoothing * (found->tilt - plane->tilt);
+  ground_.confirm(*plane);
   return true;
 }
 
@@ -59,10 +64,10 @@ inline std::optional<double> GroundContact::farther(std::size_t k) {
   rows_.clear();
   const auto compare = [&](std::size_t j) {
     const GroundedPoint& p = (*points_)[j];
-    const double below_px = below(p), expected = ground_->scale * below_px;
+    const double below_px = below(p), expected = ground()->scale * below_px;
     if (!(below_px > kLeastBelow * view_.height_px)) return;
     const double noise = view_.noise_px / (std::max(1.0, p.line_px) * expected);
-    values_.push_back((1 - p.at.inverse_depth / expected) / std::hypot(kRatioSigma, noise));
+    values_.push_back((1 - p.at.inverse_depth / expected) / portable::hypot(kRatioSigma, noise));
     rows_.push_back(below_px);
   };
   compare(k);
@@ -118,7 +123,7 @@ inline std::optional<double> GroundContact::nearer(const Members& group) {
   const double highest = free > 0 ? kMostGround : kHighestEnd;
   const double limit = highest * (1 + 1 / static_cast<double>(values_.size()));
   const double sigmas =
-      std::clamp(view_.limit + std::log(foot->ratio / limit) / kRatioSigma, 0.0, view_.most);
+      std::clamp(view_.limit + portable::log(foot->ratio / limit) / kRatioSigma, 0.0, view_.most);
   if (sigmas > 0 && (free < 0 || (free == 0 && group.size() < kLarge))) return std::nullopt;
   return sigmas;
 }
@@ -136,7 +141,7 @@ inline std::optional<GroundContact::Foot> GroundContact::foot_of(const Members& 
     if (!(below_px > kLeastBelow * view_.height_px)) continue;
     values_.push_back(ratio(p));
     if (!(p.at.inverse_depth > 0)) continue;
-    const double x = std::log(below_px), y = std::log(p.at.inverse_depth);
+    const double x = portable::log(below_px), y = portable::log(p.at.inverse_depth);
     sx += x, sy += y, sxx += x * x, sxy += x * y, ++n;
   }
   if (2 * values_.size() < group.size() || n < 3) return std::nullopt;
@@ -156,7 +161,7 @@ inline int GroundContact::ground_beneath(const Foot& foot) const {
     if (p.x_px < foot.left_px || p.x_px > foot.right_px || p.y_px < foot.y_px + kBelowFoot_px) continue;
     if (p.y_px - view_.focus_y_px > foot_below_px * foot.ratio) continue;
     if (is_ground(p)) ++free;
-    if (p.at.inverse_depth > kInFront * foot.ratio * ground_->scale * foot_below_px) --free;
+    if (p.at.inverse_depth > kInFront * foot.ratio * ground()->scale * foot_below_px) --free;
   }
   return free;
 }

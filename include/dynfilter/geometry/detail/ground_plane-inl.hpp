@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <optional>
 #include <vector>
 
@@ -78,7 +79,8 @@ inline void GroundPlaneFinder::collect_ratios(const std::vector<GroundPoint>& po
   for (const GroundPoint& p : points)
     if (is_below(p))
       ratios_.push_back({p.inverse_depth / plane.below(p.x, p.y),
-                         1.0 / in_cell_[static_cast<std::size_t>(p.cell)], std::log(plane.below(p.x, p.y))});
+                         1.0 / in_cell_[static_cast<std::size_t>(p.cell)],
+                         portable::log(plane.below(p.x, p.y))});
   std::sort(ratios_.begin(), ratios_.end());
 }
 

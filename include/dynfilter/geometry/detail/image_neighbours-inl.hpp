@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -22,10 +23,18 @@ DYNFILTER_INLINE void ImageNeighbours::build(const std::vector<Point>& points, d
     top_ = i == 0 ? points[i].y : std::min(top_, points[i].y);
     bottom = i == 0 ? points[i].y : std::max(bottom, points[i].y);
   }
-  cell_px_ = std::max(radius_px / kCellsOfRadius, std::max(right - left_, bottom - top_) / kMaxCells);
-  columns_ = cell(right - left_) + 1;
-  rows_ = cell(bottom - top_) + 1;
+  width_px_ = right - left_, height_px_ = bottom - top_;
+  cell_px_ = std::max(radius_px / kCellsOfRadius, std::max(width_px_, height_px_) / kMaxCells);
+  sparse_ = false;
+  columns_ = cell(width_px_) + 1;
+  rows_ = cell(height_px_) + 1;
   fill(points);
+  for (int k = 0; k < kMostRefinements && cell_px_ > kLeastCell_px; ++k) {
+    const double crowd = mean_crowd(start_);
+    if (crowd <= kCrowd) return;
+    cell_px_ = std::max(kLeastCell_px, cell_px_ * std::sqrt(kFew / crowd));
+    fill_sparse(points);
+  }
 }
 
 DYNFILTER_INLINE void ImageNeighbours::nearest(double x, double y, int self, int k, std::vector<int>& out,
@@ -37,16 +46,20 @@ DYNFILTER_INLINE void ImageNeighbours::nearest(double x, double y, int self, int
   const int column = cell(x - left_), row = cell(y - top_);
   look(row, column, column);  // the nearest cell first, so that few others remain within reach
   look_along(row, column);
-  for (int away = 1; away <= kCellsOfRadius; ++away) {
-    if (within_reach(y - top_ - (row - away + 1) * cell_px_)) look_along(row - away, kNoColumn);
-    if (within_reach((row + away) * cell_px_ - (y - top_))) look_along(row + away, kNoColumn);
+  bool above = true, below = true;
+  for (int away = 1; above || below; ++away) {
+    above = row - away >= 0 && within_reach(y - top_ - (row - away + 1) * cell_px_);
+    below = row + away < rows_ && within_reach((row + away) * cell_px_ - (y - top_));
+    if (above) look_along(row - away, kNoColumn);
+    if (below) look_along(row + away, kNoColumn);
   }
   for (const auto& near : found_) out.push_back(near.second);
 }
 
 inline int ImageNeighbours::cell(double offset_px) const {
   const double at = cell_px_ > 0 ? std::floor(offset_px / cell_px_) : 0;
-  return static_cast<int>(std::clamp(at, -3.0, kMaxCells + 3.0));
+  const double most = sparse_ ? kMaxSparse : kMaxCells + 3.0;
+  return static_cast<int>(std::clamp(at, sparse_ ? -most : -3.0, most));
 }
 
 inline std::size_t ImageNeighbours::index(int row, int column) const {
@@ -69,14 +82,22 @@ inline void ImageNeighbours::look(int row, int first, int last) {
   first = std::max(0, first);
   last = std::min(columns_ - 1, last);
   if (row < 0 || row >= rows_ || first > last) return;
-  const int end = start_[index(row, last) + 1];
-  for (int m = start_[index(row, first)]; m < end; ++m) {
-    const auto at = static_cast<std::size_t>(m);
+  const auto [begin, end] = range(row, first, last);
+  for (std::size_t at = begin; at < end; ++at) {
     const double dx = places_[at].x - query_.at.x, dy = places_[at].y - query_.at.y,
                  squared = dx * dx + dy * dy;
     if (squared >= query_.least2 && squared <= query_.reach2 && members_[at] != query_.self)
       insert({squared, members_[at]});
   }
+}
+
+inline std::pair<std::size_t, std::size_t> ImageNeighbours::range(int row, int first, int last) const {
+  std::size_t from = 0, to = 0;
+  if (sparse_)
+    std::tie(from, to) = cells_.cells(SparseCells::key(row, first), SparseCells::key(row, last));
+  else
+    from = index(row, first), to = index(row, last) + 1;
+  return {static_cast<std::size_t>(start_[from]), static_cast<std::size_t>(start_[to])};
 }
 
 inline void ImageNeighbours::insert(const std::pair<double, int>& near) {
@@ -104,6 +125,17 @@ inline void ImageNeighbours::fill(const std::vector<Point>& points) {
     members_[at] = static_cast<int>(i);
     places_[at] = points[i];
   }
+}
+
+inline void ImageNeighbours::fill_sparse(const std::vector<Point>& points) {
+  sparse_ = true;
+  columns_ = cell(width_px_) + 1;
+  rows_ = cell(height_px_) + 1;
+  keys_.clear();
+  for (const Point& p : points) keys_.push_back(SparseCells::key(cell(p.y - top_), cell(p.x - left_)));
+  cells_.build(keys_, members_, start_);
+  for (std::size_t at = 0; at < members_.size(); ++at)
+    places_[at] = points[static_cast<std::size_t>(members_[at])];
 }
 
 }  // namespace dynfilter

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <iterator>
 #include <vector>
@@ -77,7 +77,7 @@ class MotionSelection {
     grow();
     while (selected_.size() > 1 && prune()) {
     }
-    const double cost = total_cost(noise_px, std::log(kNoiseFactors[k]));
+    const double cost = total_cost(noise_px, portable::log(kNoiseFactors[k]));
     if (!best_.empty() && !(cost < least_)) return false;
     least_ = cost;
     best_ = selected_;
@@ -220,7 +220,7 @@ class MotionSelection {
       cost += static_cast<double>(in_->weights[k] * least_loss_[k]);
       weights += static_cast<double>(in_->weights[k]);
     }
-    return cost + 2 * std::log(noise_px) * weights;
+    return cost + 2 * portable::log(noise_px) * weights;
   }
 
   const Input* in_ = nullptr;                      ///< during select() only

@@ -23,8 +23,7 @@ DYNFILTER_INLINE std::optional<double> NeighbourNoise::scale(Span<const Miss> mi
                                                              MissAxes axes) {
   places_.clear();
   for (const Miss& miss : misses) places_.push_back(miss.place_px);
-  grid_.build(Span<const cv::Point2f>(places_), reach_px);
-  lay_out(misses);
+  sort_into_cells(misses, reach_px);
   differences_.clear();
   for (std::size_t k = 0; k < misses.size(); ++k)
     if (const int other = nearest(misses, k, reach_px); other >= 0)
@@ -44,6 +43,17 @@ DYNFILTER_INLINE std::optional<double> NeighbourNoise::whole_scale(Span<const Mi
   return std::clamp(whole, *unshared, kMostShared * *unshared);
 }
 
+inline void NeighbourNoise::sort_into_cells(Span<const Miss> misses, float reach_px) {
+  grid_.build(Span<const cv::Point2f>(places_), reach_px);
+  first_reach_px_ = reach_px;
+  const double crowd = grid_.crowd();
+  if (crowd > kCrowd) {
+    first_reach_px_ = std::max(kLeastReach_px, reach_px * static_cast<float>(std::sqrt(kFew / crowd)));
+    grid_.build(Span<const cv::Point2f>(places_), first_reach_px_);
+  }
+  lay_out(misses);
+}
+
 inline void NeighbourNoise::lay_out(Span<const Miss> misses) {
   const std::size_t n = grid_.entries().size();
   for (std::vector<float>* column : {&x_, &y_, &depth_m_}) column->resize(n + kLanes);
@@ -60,6 +70,12 @@ inline NeighbourNoise::Four NeighbourNoise::load(const std::vector<float>& colum
 }
 
 inline int NeighbourNoise::nearest(Span<const Miss> misses, std::size_t k, float reach_px) const {
+  for (float within_px = first_reach_px_; within_px < reach_px; within_px *= 2)
+    if (const int found = nearest_within(misses, k, within_px); found >= 0) return found;
+  return nearest_within(misses, k, reach_px);
+}
+
+inline int NeighbourNoise::nearest_within(Span<const Miss> misses, std::size_t k, float reach_px) const {
   const Miss& miss = misses[k];
   const float limit_m = kSameSurface * miss.depth_m;
   Four best2 = Four{} + reach_px * reach_px, best = Four{} - 1;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -44,7 +45,7 @@ DYNFILTER_INLINE double relief_shift_px(const Camera& camera, const Pose& T_curr
   const auto t = T_current_reference.t();
   const double u = t.x() - (px.x - camera.cx_px) / camera.fx_px * t.z(),
                v = t.y() - (px.y - camera.cy_px) / camera.fy_px * t.z();
-  return std::hypot(camera.fx_px * u, camera.fy_px * v) * relief_per_m;
+  return portable::hypot(camera.fx_px * u, camera.fy_px * v) * relief_per_m;
 }
 
 }  // namespace dynfilter

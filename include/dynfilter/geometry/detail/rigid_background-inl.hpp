@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/detail/background_points.hpp>
@@ -137,11 +138,11 @@ class RigidBackgroundSearch {
     measure_orders();
     for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
       MotionProposal& p = proposal(slot);
-      p.score = std::log(p.area + 1e-6) + p.order;
+      p.score = portable::log(p.area + 1e-6) + p.order;
       if (scene_->expected) {
         const double d =
             distance_px(slot, slot, places_[slot], expected_) / std::max(kLeastMiss_px, 2 * usual_miss_px_);
-        p.score -= std::log1p(d * d);
+        p.score -= portable::log1p(d * d);
       }
     }
     chosen_slot_ = 0;
@@ -156,7 +157,7 @@ class RigidBackgroundSearch {
     double against = 0;
     for (std::size_t slot = 0; slot < selected_.size(); ++slot)
       if (explains_enough(slot) && distinct(slot, chosen_slot_))
-        against += std::exp(proposal(slot).score - proposal(chosen_slot_).score);
+        against += portable::exp(proposal(slot).score - proposal(chosen_slot_).score);
     confidence_ = 1 / (1 + against);
   }
 

@@ -2,10 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
 #include <dynfilter/geometry/detail/rigid_sums_avx2.hpp>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
@@ -117,7 +116,7 @@ inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, 
   RigidPoints::to_float(T, m);
   const std::size_t end = std::min(count, points.count);
 #if defined(DYNFILTER_X86)
-  if (points.wide && cpu_has_avx2()) {
+  if (points.wide && uses_avx2()) {
     RigidSumsInput in{
         points.data.data(), points.stride, end, points.image_depth, loss, static_cast<float>(scale2), {}};
     std::copy(m, m + 12, in.m);
@@ -157,7 +156,7 @@ inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, 
 inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
   const double angle = omega.norm();
   if (angle < 1e-12) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, omega / angle).toRotationMatrix();
+  return rotation_about(omega / angle, angle);
 }
 
 /// Iteratively reweighted Gauss-Newton on SE(3) over the first `count` points, 6x6 normal equations.

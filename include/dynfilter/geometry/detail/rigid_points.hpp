@@ -140,7 +140,7 @@ struct RigidPoints {
 
   float block_score(const float (&m)[12], float inv_limit, std::size_t i, std::size_t end) const {
 #if defined(DYNFILTER_X86)
-    if (wide && cpu_has_avx2()) return rigid_block_score_avx2(data.data(), stride, m, inv_limit, i, end);
+    if (wide && uses_avx2()) return rigid_block_score_avx2(data.data(), stride, m, inv_limit, i, end);
 #endif
     Pack sum = 0;
     for (; i < end; i += kPack) sum += max(1 - chi2(m, i) * inv_limit, 0);

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/avx2.hpp>
 
 #if defined(DYNFILTER_X86)
-#include <immintrin.h>
-
 #include <cstddef>
 
 namespace dynfilter::detail {
@@ -15,26 +13,23 @@ namespace dynfilter::detail {
 DYNFILTER_AVX2 inline float rigid_block_score_avx2(const float* rows, std::size_t stride,
                                                    const float (&m)[12], float inv_limit, std::size_t begin,
                                                    std::size_t end) {
-  using Eight = float __attribute__((vector_size(32), aligned(4), may_alias));
-  const auto row = [=](int r, std::size_t i) DYNFILTER_AVX2 {
-    return reinterpret_cast<const Eight*>(rows + static_cast<std::size_t>(r) * stride + i);
-  };
-  const Eight none{}, one = none + 1.0F;
-  Eight sum{};
+  using Eight = __m256;
+  const auto row = [rows, stride](int r, std::size_t i)
+                       DYNFILTER_AVX2 { return avx2::load(rows + static_cast<std::size_t>(r) * stride + i); };
+  const Eight none = _mm256_setzero_ps(), one = _mm256_set1_ps(1);
+  Eight sum = none;
   for (std::size_t i = begin; i < end; i += 8) {
-    const Eight px = *row(0, i), py = *row(1, i), pz = *row(2, i);
+    const Eight px = row(0, i), py = row(1, i), pz = row(2, i);
     const Eight qz = m[8] * px + m[9] * py + m[10] * pz + m[11];
     const Eight qx = m[0] * px + m[1] * py + m[2] * pz + m[3];
     const Eight qy = m[4] * px + m[5] * py + m[6] * pz + m[7];
-    const Eight rx = (qx - *row(3, i) * qz - *row(5, i)) * *row(8, i);
-    const Eight ry = (qy - *row(4, i) * qz - *row(6, i)) * *row(9, i);
-    const Eight rz = (qz - *row(7, i)) * *row(10, i);
+    const Eight rx = (qx - row(3, i) * qz - row(5, i)) * row(8, i);
+    const Eight ry = (qy - row(4, i) * qz - row(6, i)) * row(9, i);
+    const Eight rz = (qz - row(7, i)) * row(10, i);
     const Eight fit = one - (rx * rx + ry * ry + rz * rz) * inv_limit;
-    sum += fit > none ? fit : none;
+    sum += _mm256_max_ps(fit, none);  // none for NaN
   }
-  const __m256 all = sum;
-  const __m128 both = _mm256_castps256_ps128(all) + _mm256_extractf128_ps(all, 1);
-  return (both[0] + both[2]) + (both[1] + both[3]);
+  return avx2::sum(sum);
 }
 
 }  // namespace dynfilter::detail

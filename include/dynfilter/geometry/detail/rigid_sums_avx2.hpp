@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/avx2.hpp>
 
 #if defined(DYNFILTER_X86)
-#include <immintrin.h>
-
 #include <cstddef>
 #include <cstring>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
@@ -34,16 +32,13 @@ class RigidSumsAvx2 {
     for (std::size_t i = 0; i < in.end; i += 8) add_points(in, i);
   }
 
-  DYNFILTER_AVX2 float operator[](int k) const {
-    const __m128 both = _mm256_castps256_ps128(sum_[k]) + _mm256_extractf128_ps(sum_[k], 1);
-    return (both[0] + both[2]) + (both[1] + both[3]);
-  }
+  DYNFILTER_AVX2 float operator[](int k) const { return avx2::sum(sum_[k]); }
 
  private:
   using Eight = __m256;
 
   DYNFILTER_AVX2 static Eight row(const RigidSumsInput& in, int r, std::size_t i) {
-    return _mm256_loadu_ps(in.rows + static_cast<std::size_t>(r) * in.stride + i);
+    return avx2::load(in.rows + static_cast<std::size_t>(r) * in.stride + i);
   }
   DYNFILTER_AVX2 static Eight all(float value) { return _mm256_set1_ps(value); }
   // NaN: returns b.

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/geometry/image_neighbours.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
@@ -51,12 +52,12 @@ inline double SequentialHomographies::reference_area_px2() {
 
 inline int SequentialHomographies::support_needed(std::size_t n) const {
   const double others = static_cast<double>(n) - 3, near = options_.neighbours;
-  double log_alarms = std::log(static_cast<double>(n) * near * (near - 1) / 2);
+  double log_alarms = portable::log(static_cast<double>(n) * near * (near - 1) / 2);
   int support = 3;
   while (log_alarms >= 0 && support < static_cast<int>(n)) {
     ++support;
     const double k = support - 3;
-    log_alarms += std::log((others - k + 1) / k * options_.chance);
+    log_alarms += portable::log((others - k + 1) / k * options_.chance);
   }
   return std::max(support, kLeastSupport);
 }

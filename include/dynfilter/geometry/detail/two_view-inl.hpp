@@ -4,7 +4,6 @@
 #include <dynfilter/geometry/two_view.hpp>
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/inline.hpp>
@@ -36,7 +35,8 @@ class TwoViewSearch {
     if (points_.count() < 8 || model.seeds < options_.min_seeds) return model;
     model.reason = TwoViewReason::CollinearSeeds;
     if (points_.minor_axis_px() < options_.min_spread_px) return model;
-    tau2_ = std::pow(options_.max_distance_px * points_.scale(), 2);
+    const double tau = options_.max_distance_px * points_.scale();
+    tau2_ = tau * tau;
     search_fundamental(model);
     search_homography();
     detail::TwoViewDecision decision(points_, options_, tau2_, camera, scratch_);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/geometry/epipolar_distance.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -60,14 +61,14 @@ DYNFILTER_INLINE double distance_px(const TwoViewModel& model, cv::Point2f refer
   if (model.kind == TwoViewKind::Fundamental) return epipolar_distance_px(model.F, reference, current);
   const cv::Point2d q = transfer(model.H, reference);
   const double dx = current.x - q.x, dy = current.y - q.y;
-  if (!(model.allowance_px > 0)) return kTwoCoordinates * std::hypot(dx, dy);
+  if (!(model.allowance_px > 0)) return kTwoCoordinates * portable::hypot(dx, dy);
   const Matrix9& F = model.F;
   const double X = F[0] * reference.x + F[1] * reference.y + F[2];
   const double Y = F[3] * reference.x + F[4] * reference.y + F[5];
-  const double norm = std::hypot(X, Y);
+  const double norm = portable::hypot(X, Y);
   const double across = norm > 0 ? (X * dx + Y * dy) / norm : 0,
                along = norm > 0 ? (X * dy - Y * dx) / norm : 0;
-  return kTwoCoordinates * std::hypot(across, std::max(0.0, std::abs(along) - model.allowance_px));
+  return kTwoCoordinates * portable::hypot(across, std::max(0.0, std::abs(along) - model.allowance_px));
 }
 
 DYNFILTER_INLINE TwoViewVerdict judge(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current,

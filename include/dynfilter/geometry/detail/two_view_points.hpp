@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
@@ -179,7 +180,7 @@ class TwoViewPoints {
       xx += dx * dx, xy += dx * dy, yy += dy * dy;
       second += (Eigen::Vector2d(current[i].x, current[i].y) - center2_).squaredNorm();
     }
-    minor_px_ = std::sqrt(std::max(0.0, (xx + yy - std::hypot(xx - yy, 2 * xy)) / (2 * n)));
+    minor_px_ = std::sqrt(std::max(0.0, (xx + yy - portable::hypot(xx - yy, 2 * xy)) / (2 * n)));
     const double rms = std::sqrt((xx + yy + second) / (2 * n));
     scale_ = rms > 0 ? std::sqrt(2.0) / rms : 1;
   }

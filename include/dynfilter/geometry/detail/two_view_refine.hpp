@@ -6,8 +6,8 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/detail/rigid_least_squares.hpp>
 #include <dynfilter/geometry/detail/two_view_points.hpp>
@@ -143,10 +143,10 @@ inline void refine_fundamental(const TwoViewPoints& points, double tau2, Span<co
                                const Selection& selection, Eigen::Matrix3d& F) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d U = svd.matrixU(), V = svd.matrixV();
-  double angle = std::atan2(svd.singularValues()(1), svd.singularValues()(0));
+  double angle = portable::atan2(svd.singularValues()(1), svd.singularValues()(0));
   EntryNormal normal;
   for (double cut : cuts) {
-    const Eigen::Matrix3d S = diagonal(std::cos(angle), std::sin(angle)), Vt = V.transpose();
+    const Eigen::Matrix3d S = diagonal(portable::cos(angle), portable::sin(angle)), Vt = V.transpose();
     F = times(times(U, S), Vt);
     if (!accumulate_epipolar(points, F, cut * tau2, selection, normal)) return;
     Eigen::Matrix<double, 9, 7> D;
@@ -155,14 +155,14 @@ inline void refine_fundamental(const TwoViewPoints& points, double tau2, Span<co
       D.col(k) = row_major(times(times(times(U, turn), S), Vt));
       D.col(3 + k) = -row_major(times(times(times(U, S), turn), Vt));
     }
-    D.col(6) = row_major(times(times(U, diagonal(-std::sin(angle), std::cos(angle))), Vt));
+    D.col(6) = row_major(times(times(U, diagonal(-portable::sin(angle), portable::cos(angle))), Vt));
     Eigen::Matrix<double, 7, 1> delta;
     if (!normal.step(D, delta)) return;
     U = times(U, exp_so3(delta.head<3>()));
     V = times(V, exp_so3(delta.segment<3>(3)));
     angle += delta(6);
   }
-  F = times(times(U, diagonal(std::cos(angle), std::sin(angle))), V.transpose());
+  F = times(times(U, diagonal(portable::cos(angle), portable::sin(angle))), V.transpose());
 }
 
 /// A calibrated two-view motion up to scale.

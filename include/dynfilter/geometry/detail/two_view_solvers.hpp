@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/geometry/epipolar_distance.hpp>
 #include <utility>
 
@@ -21,10 +22,10 @@ inline int real_cubic_roots(double a, double b, double c, double d, double (&roo
     b /= a, c /= a, d /= a;
     const double q = (b * b - 3 * c) / 9, r = (b * (2 * b * b - 9 * c) + 27 * d) / 54;
     if (r * r < q * q * q) {
-      const double theta = std::acos(r / (q * std::sqrt(q))) / 3, k = -2 * std::sqrt(q);
-      for (int i = -1; i <= 1; ++i) roots[n++] = k * std::cos(theta + i * 2.0943951023931953) - b / 3;
+      const double theta = portable::acos(r / (q * std::sqrt(q))) / 3, k = -2 * std::sqrt(q);
+      for (int i = -1; i <= 1; ++i) roots[n++] = k * portable::cos(theta + i * 2.0943951023931953) - b / 3;
     } else {
-      const double s = -std::copysign(std::cbrt(std::abs(r) + std::sqrt(r * r - q * q * q)), r);
+      const double s = -std::copysign(portable::cbrt(std::abs(r) + std::sqrt(r * r - q * q * q)), r);
       roots[n++] = s + (s != 0 ? q / s : 0) - b / 3;
     }
     a = 1;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 
 namespace dynfilter {
 
@@ -17,8 +18,8 @@ DYNFILTER_INLINE ViewFlowModel::ViewFlowModel(const ViewMotion& motion)
 
 inline void ViewFlowModel::rotation_matrix(const std::array<double, 3>& w) {
   const double angle2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2], angle = std::sqrt(angle2);
-  const double a = angle > 1e-9 ? std::sin(angle) / angle : 1,
-               b = angle > 1e-9 ? (1 - std::cos(angle)) / angle2 : 0.5;
+  const double a = angle > 1e-9 ? portable::sin(angle) / angle : 1,
+               b = angle > 1e-9 ? (1 - portable::cos(angle)) / angle2 : 0.5;
   const double x = w[0], y = w[1], z = w[2];
   R_ = {1 - b * (y * y + z * z), -a * z + b * x * y,      a * y + b * x * z,
         a * z + b * x * y,       1 - b * (x * x + z * z), -a * x + b * y * z,
@@ -60,8 +61,8 @@ DYNFILTER_INLINE ViewMotion stepped(const ViewMotion& motion, const double (&ste
 
 DYNFILTER_INLINE std::array<std::array<double, 3>, 3> turns_by_step(const std::array<double, 3>& w) {
   const double angle2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2], angle = std::sqrt(angle2);
-  const double a = angle > 1e-4 ? (1 - std::cos(angle)) / angle2 : 0.5,
-               b = angle > 1e-4 ? (angle - std::sin(angle)) / (angle2 * angle) : 1.0 / 6;
+  const double a = angle > 1e-4 ? (1 - portable::cos(angle)) / angle2 : 0.5,
+               b = angle > 1e-4 ? (angle - portable::sin(angle)) / (angle2 * angle) : 1.0 / 6;
   std::array<std::array<double, 3>, 3> columns;
   for (std::size_t k = 0; k < 3; ++k) {
     std::array<double, 3> e{};

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 #include <dynfilter/geometry/view_motion.hpp>
@@ -42,7 +43,7 @@ inline bool ViewMotionEstimator::stands(const std::vector<ViewPair>& pairs) cons
   double at_rest = 0;
   for (const int index : scored_) {
     const auto i = static_cast<std::size_t>(index);
-    if (std::hypot(pairs[i].x - pairs[i].reference_x, pairs[i].y - pairs[i].reference_y) < kRest_px)
+    if (portable::hypot(pairs[i].x - pairs[i].reference_x, pairs[i].y - pairs[i].reference_y) < kRest_px)
       at_rest += score_weights_[i];
   }
   return at_rest > options_.rest_share * votes_;
@@ -50,7 +51,7 @@ inline bool ViewMotionEstimator::stands(const std::vector<ViewPair>& pairs) cons
 
 inline double ViewMotionEstimator::samples_needed() const {
   const double share = std::clamp(best_support_ / votes_, 1e-3, 1 - 1e-3);
-  return std::log(kMissed) / std::log(1 - std::pow(share, kSample));
+  return portable::log(kMissed) / portable::log(1 - portable::power(share, kSample));
 }
 
 inline void ViewMotionEstimator::fill_cells(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,

@@ -4,11 +4,13 @@
 #include <dynfilter/io/point_tracks.hpp>
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/io/text_lines.hpp>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <optional>
 
@@ -93,36 +95,47 @@ DYNFILTER_INLINE PointTracks read_point_tracks(const std::filesystem::path& path
   return tracks;
 }
 
-DYNFILTER_INLINE int widest_label(const PointTracks& tracks) {
-  constexpr int kCells = 8;
-  struct Spread {
-    int label = 0, cells = 0, points = 0;
-  };
-  std::vector<int> labels = tracks.label;
-  std::sort(labels.begin(), labels.end());
-  labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
-  Spread best;
-  for (const int label : labels) {
-    std::vector<bool> seen(kCells * kCells, false);
-    Spread spread{label, 0, 0};
-    for (int p = 0; p < tracks.points; ++p) {
-      if (tracks.label[static_cast<std::size_t>(p)] != label) continue;
-      ++spread.points;
-      for (int f = 0; f < tracks.frames; ++f) {
-        if (!tracks.visible(p, f)) continue;
-        const cv::Point2f& px = tracks.at(p, f);
-        const auto cell = [](float at, int size) {
-          return static_cast<std::size_t>(
-              std::clamp(at / static_cast<float>(size) * kCells, 0.0F, kCells - 1.0F));
-        };
-        seen[cell(px.y, tracks.height_px) * kCells + cell(px.x, tracks.width_px)] = true;
-      }
-    }
-    spread.cells = static_cast<int>(std::count(seen.begin(), seen.end(), true));
-    if (spread.cells > best.cells || (spread.cells == best.cells && spread.points > best.points))
-      best = spread;
+namespace detail {
+
+/// How far a label's points get over the image, and how many they are.
+struct LabelSpread {
+  static constexpr int kCells = 8;  ///< per side of the image
+
+  int label = 0, points = 0;
+  std::bitset<std::size_t{kCells} * kCells> seen;
+
+  bool wider_than(const LabelSpread& other) const {
+    return seen.count() != other.seen.count() ? seen.count() > other.seen.count() : points > other.points;
   }
-  return best.label;
+  void add(const PointTracks& tracks, int point) {
+    ++points;
+    for (int f = 0; f < tracks.frames; ++f) {
+      if (!tracks.visible(point, f)) continue;
+      const cv::Point2f& px = tracks.at(point, f);
+      seen.set(cell(px.y, tracks.height_px) * kCells + cell(px.x, tracks.width_px));
+    }
+  }
+  static std::size_t cell(float at_px, int size_px) {
+    return static_cast<std::size_t>(
+        std::clamp(at_px / static_cast<float>(size_px) * kCells, 0.0F, kCells - 1.0F));
+  }
+};
+
+}  // namespace detail
+
+DYNFILTER_INLINE int widest_label(const PointTracks& tracks) {
+  std::vector<int> by_label(static_cast<std::size_t>(tracks.points));
+  std::iota(by_label.begin(), by_label.end(), 0);
+  const auto label = [&](int point) { return tracks.label[static_cast<std::size_t>(point)]; };
+  std::sort(by_label.begin(), by_label.end(), [&](int a, int b) { return label(a) < label(b); });
+  detail::LabelSpread widest;
+  for (std::size_t k = 0; k < by_label.size();) {
+    detail::LabelSpread spread;
+    spread.label = label(by_label[k]);
+    for (; k < by_label.size() && label(by_label[k]) == spread.label; ++k) spread.add(tracks, by_label[k]);
+    if (spread.wider_than(widest)) widest = spread;
+  }
+  return widest.label;
 }
 
 }  // namespace dynfilter::io

@@ -13,7 +13,6 @@
 #include <dynfilter/io/text_lines.hpp>
 #include <dynfilter/io/tum_index.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <system_error>
 #include <utility>
@@ -67,7 +66,7 @@ DYNFILTER_INLINE SequenceFrame Sequence::load(std::size_t i) const {
   SequenceFrame loaded;
   loaded.timestamp_s = frame.timestamp_s;
   loaded.depth_unit_m = 1.0 / depth_units_per_m_;
-  loaded.colour = read_image(folder_ / frame.image, cv::IMREAD_COLOR,
+  loaded.colour = read_image(folder_ / frame.image, ImageAs::Colour,
                              [&](const cv::Size& size) { check_camera_size(size, frame.image); });
   if (rectifier) loaded.colour = rectifier->left(loaded.colour);
   cv::cvtColor(loaded.colour, loaded.grey, cv::COLOR_BGR2GRAY);
@@ -150,7 +149,7 @@ inline cv::Mat Sequence::load_right(const detail::IndexedFrame& frame, const cv:
     throw IoError(path.string() + ": is " + text(size) + ", but its left image " + frame.image + " is " +
                   text(left_size));
   };
-  cv::cvtColor(read_image(path, cv::IMREAD_COLOR, check), grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(read_image(path, ImageAs::Colour, check), grey, cv::COLOR_BGR2GRAY);
   return grey;
 }
 
@@ -161,16 +160,13 @@ inline cv::Mat Sequence::load_depth(const detail::IndexedFrame& frame, const cv:
     throw IoError(path.string() + ": is " + text(size) + ", but its colour image " + frame.image + " is " +
                   text(colour_size));
   };
-  cv::Mat depth = read_image(path, cv::IMREAD_UNCHANGED, check);
+  cv::Mat depth = read_image(path, ImageAs::Stored, check);
   if (depth.type() != CV_16UC1) throw IoError(path.string() + ": is not a 16-bit depth image");
   return depth;
 }
 
 DYNFILTER_INLINE cv::Mat Sequence::load_label_image(const char* kind, std::size_t i) const {
-  const std::filesystem::path path = folder_ / kind / (image_name(i) + ".png");
-  cv::Mat image = read_image(path, cv::IMREAD_UNCHANGED);
-  if (image.type() != CV_8UC1) throw IoError(path.string() + ": is not an 8-bit label image");
-  return image;
+  return read_label_image(folder_ / kind / (image_name(i) + ".png"));
 }
 
 inline std::string Sequence::text(const cv::Size& size) {

@@ -5,6 +5,7 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/keyframe/pose_change.hpp>
 #include <dynfilter/keyframe/vertex_cover_selector.hpp>
@@ -14,7 +15,8 @@ namespace dynfilter {
 DYNFILTER_INLINE std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name) {
   if (name == PoseChangeSelector::kName) return std::make_unique<PoseChangeSelector>();
   if (name == VertexCoverSelector::kName) return std::make_unique<VertexCoverSelector>();
-  throw ConfigError("", "no keyframe selector `" + name + "`; known: pose_change, vertex_cover");
+  throw ConfigError(
+      "", unknown_name("keyframe selector", name, {PoseChangeSelector::kName, VertexCoverSelector::kName}));
 }
 
 DYNFILTER_INLINE std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name,

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <dynfilter/core/frame_ids.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <opencv2/core.hpp>
@@ -21,6 +22,7 @@ DYNFILTER_INLINE void BoxTracker::take(Span<const Detection> detections, std::in
   new_.clear();
   for (const Detection& detection : detections) {
     new_.push_back(CarriedBox::from(detection, found_id));
+    own_mask(new_.back().detection.mask);
     for (const MotionFrame* frame : path) carrier_.carry(*frame, new_.back());
   }
   pair_up();
@@ -29,7 +31,25 @@ DYNFILTER_INLINE void BoxTracker::take(Span<const Detection> detections, std::in
   for (CarriedBox& old : boxes_)
     if (old.hits >= 2 && id_gap(found_id, old.found_id) <= kMaxBridged && new_.size() < limits::kMaxBoxes)
       new_.push_back(std::move(old));
+    else
+      recycle_mask(old);
   std::swap(boxes_, new_);
+  spare_masks_.resize(std::min(spare_masks_.size(), boxes_.size()));
+}
+
+inline void BoxTracker::own_mask(cv::Mat& mask) {
+  if (mask.empty()) return;
+  cv::Mat copy;
+  if (!spare_masks_.empty()) {
+    copy = std::move(spare_masks_.back());
+    spare_masks_.pop_back();
+  }
+  keep_copy(mask, copy);
+  mask = std::move(copy);
+}
+
+inline void BoxTracker::recycle_mask(CarriedBox& box) {
+  if (!box.detection.mask.empty()) spare_masks_.push_back(std::move(box.detection.mask));
 }
 
 inline double BoxTracker::overlap(const cv::Rect2f& a, const cv::Rect2f& b) {
@@ -60,6 +80,8 @@ inline void BoxTracker::pair_up() {
     if (paired_old_[o] == 0) {
       if (left != o) boxes_[left] = std::move(boxes_[o]);
       ++left;
+    } else {
+      recycle_mask(boxes_[o]);
     }
   boxes_.resize(left);
 }

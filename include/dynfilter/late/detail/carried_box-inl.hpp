@@ -19,14 +19,14 @@ DYNFILTER_INLINE CarriedBox CarriedBox::from(const Detection& detection, std::in
   return box;
 }
 
-DYNFILTER_INLINE cv::Mat carried_instance(const CarriedBox& carried, cv::Size image_px) {
+DYNFILTER_INLINE void carried_instance(const CarriedBox& carried, cv::Size image_px, cv::Mat& out) {
   const cv::Mat& mask = carried.detection.mask;
   const cv::Rect2f &now = carried.detection.box, &then = carried.found_box;
   const auto cell = static_cast<float>(MotionHistory::kCellPx);
-  cv::Mat out =
-      cv::Mat::zeros((image_px.height + MotionHistory::kCellPx - 1) / MotionHistory::kCellPx,
-                     (image_px.width + MotionHistory::kCellPx - 1) / MotionHistory::kCellPx, CV_8UC1);
-  if (mask.type() != CV_8UC1 || mask.empty() || !(now.width > 0) || !(now.height > 0)) return out;
+  out.create((image_px.height + MotionHistory::kCellPx - 1) / MotionHistory::kCellPx,
+             (image_px.width + MotionHistory::kCellPx - 1) / MotionHistory::kCellPx, CV_8UC1);
+  out.setTo(cv::Scalar(0));
+  if (mask.type() != CV_8UC1 || mask.empty() || !(now.width > 0) || !(now.height > 0)) return;
   const float to_mask_x = static_cast<float>(mask.cols) / static_cast<float>(image_px.width),
               to_mask_y = static_cast<float>(mask.rows) / static_cast<float>(image_px.height);
   for (int r = 0; r < out.rows; ++r)
@@ -38,7 +38,6 @@ DYNFILTER_INLINE cv::Mat carried_instance(const CarriedBox& carried, cv::Size im
       if (x >= 0 && y >= 0 && x < static_cast<float>(mask.cols) && y < static_cast<float>(mask.rows))
         out.at<std::uint8_t>(r, c) = mask.at<std::uint8_t>(static_cast<int>(y), static_cast<int>(x));
     }
-  return out;
 }
 
 DYNFILTER_INLINE void BoxCarrier::carry(const MotionFrame& to, CarriedBox& box) {

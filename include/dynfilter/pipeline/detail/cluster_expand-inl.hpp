@@ -3,7 +3,6 @@
 
 #include <dynfilter/pipeline/cluster_expand.hpp>
 
-#include <dynfilter/cluster/clusters.hpp>
 #include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
@@ -81,19 +80,16 @@ inline bool ClusterExpandStage::is_grown(const cv::Point2f& px) const {
 
 inline void ClusterExpandStage::grow_by_neighbours(FrameEvidence& evidence, std::uint64_t reason,
                                                    Judgement& out) {
-  find_pairs(evidence);
+  const Span<const cv::Point3f> places = this->places(evidence);
+  neighbours_.build(places);
   for (int round = 0; round < params_.rounds; ++round) {
-    dynamic_.assign(evidence.size(), 0);
-    known_.assign(evidence.size(), 0);
-    for (const auto& [a, b] : pairs_) {
-      count(out.votes[b], a);
-      count(out.votes[a], b);
-    }
+    neighbours_.mark([&](std::uint32_t i) { return marks(out.votes[i]); });
     bool grew = false;
     for (std::size_t i = 0; i < evidence.size(); ++i) {
-      if (out.votes[i] == Vote::Dynamic || !evidence.judged(i) || dynamic_[i] < params_.min_neighbours ||
-          dynamic_[i] < params_.min_share * known_[i])
-        continue;
+      if (out.votes[i] == Vote::Dynamic || !evidence.judged(i)) continue;
+      const NeighbourCounts::Counts around = neighbours_.around(places[i], radius());
+      const int dynamic = around.first, known = around.second - marks(out.votes[i]).second;  // not itself
+      if (dynamic < params_.min_neighbours || dynamic < params_.min_share * known) continue;
       add(i, reason, out);
       grew = true;
     }
@@ -101,23 +97,11 @@ inline void ClusterExpandStage::grow_by_neighbours(FrameEvidence& evidence, std:
   }
 }
 
-inline void ClusterExpandStage::count(Vote neighbour, std::uint32_t i) {
-  dynamic_[i] += neighbour == Vote::Dynamic ? 1 : 0;
-  known_[i] += neighbour != Vote::Unknown ? 1 : 0;
-}
-
-inline void ClusterExpandStage::find_pairs(FrameEvidence& evidence) {
-  const bool image = params_.space == ExpandSpace::Image;
-  const double radius = image ? params_.radius_px : params_.radius_m;
-  if (image) {
-    flat_.clear();
-    for (const cv::Point2f& px : evidence.pixels()) flat_.emplace_back(px.x, px.y, 0.0F);
-  }
-  pairs_.clear();
-  grid_.build(image ? flat_ : evidence.points_m(), radius, 1);
-  grid_.for_each_pair(detail::squared_radius(radius), [&](std::uint32_t a, std::uint32_t b) {
-    pairs_.emplace_back(grid_.index(a), grid_.index(b));
-  });
+inline Span<const cv::Point3f> ClusterExpandStage::places(const FrameEvidence& evidence) {
+  if (params_.space == ExpandSpace::Points) return evidence.points_m();
+  flat_.clear();
+  for (const cv::Point2f& px : evidence.pixels()) flat_.emplace_back(px.x, px.y, 0.0F);
+  return flat_;
 }
 
 }  // namespace dynfilter

@@ -46,15 +46,14 @@ DYNFILTER_INLINE void ObjectVoteStage::decide(FrameEvidence& evidence, StageRepo
                                               std::size_t self, Judgement& out) {
   children_[0]->judge(evidence, reports, out);
   found_.reset(0);
-  const Span<const ObjectRegion> objects = regions_.find(evidence, params_.region, found_);
-  join_notes(reports[self].note, evidence.take_match_note(), found_.notes());
   verdict_.assign(evidence.size(), Vote::Unknown);
   share_.assign(evidence.size(), 0);
-  int moving = 0;
-  for (const ObjectRegion& object : objects) moving += judge(object, out.votes) ? 1 : 0;
-  if (!objects.empty())
-    append_text(reports[self].note, reports[self].note.empty() ? "" : "; ", moving, " of ", objects.size(),
-                " objects move");
+  Judge judge(*this, out.votes);
+  regions_.find(evidence, params_.region, found_, judge);
+  join_notes(reports[self].note, evidence.take_match_note(), found_.notes());
+  if (judge.objects > 0)
+    append_text(reports[self].note, reports[self].note.empty() ? "" : "; ", judge.moving, " of ",
+                judge.objects, " objects move");
   for (std::size_t i = 0; i < evidence.size(); ++i) follow(i, own_reason(self), out);
 }
 

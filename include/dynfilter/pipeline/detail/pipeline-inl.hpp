@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/append_text.hpp>
+#include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/needs.hpp>
@@ -216,7 +218,10 @@ class Pipeline::Impl {
 };
 
 DYNFILTER_INLINE Pipeline::Pipeline(PipelineConfig config)
-    : impl_(std::make_unique<Impl>(std::move(config))) {}
+    : impl_(std::make_unique<Impl>(std::move(config))) {
+  if (simd_choice() == SimdChoice::Unknown)
+    throw ConfigError("environment variable DYNFILTER_SIMD", "expected auto or baseline");
+}
 DYNFILTER_INLINE Pipeline::Pipeline(Pipeline&&) noexcept = default;
 DYNFILTER_INLINE Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
 DYNFILTER_INLINE Pipeline::~Pipeline() = default;

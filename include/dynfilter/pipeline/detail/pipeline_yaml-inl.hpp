@@ -5,6 +5,7 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/registry.hpp>
 #include <dynfilter/core/yaml.hpp>
@@ -15,6 +16,7 @@
 #include <dynfilter/pipeline/stage_reader.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace dynfilter {
 
@@ -30,6 +32,15 @@ DYNFILTER_INLINE const AnyField* pipeline_field(const std::string& key) {
   for (const AnyField& field : PipelineParams::fields().all())
     if (field.info.name == key) return &field;
   return nullptr;
+}
+
+DYNFILTER_INLINE std::vector<std::string> pipeline_keys() {
+  std::vector<std::string> keys{"name", "about"};
+  for (const AnyField& field : PipelineParams::fields().all()) keys.push_back(field.info.name);
+  for (const char* key :
+       {"correspondence", "floor", "initialisation", "before_pose", "after_pose", "at_keyframe"})
+    keys.emplace_back(key);
+  return keys;
 }
 
 }  // namespace detail
@@ -56,10 +67,7 @@ DYNFILTER_INLINE PipelineConfig read_pipeline(const YamlNode& node, const Regist
     else if (key == "at_keyframe")
       config.at_keyframe = detail::read_call_point(value, registry);
     else
-      node.fail("unknown key `" + key +
-                "`; known keys: name, about, max_time_gap_s, first_frame_suspects, budget_ms, "
-                "correspondence, floor, "
-                "initialisation, before_pose, after_pose, at_keyframe");
+      node.fail(unknown_name("key", key, detail::pipeline_keys()));
   }
   return config;
 }

@@ -111,7 +111,7 @@ DYNFILTER_INLINE std::filesystem::path find_preset(const std::string& name, cons
   throw ConfigError(name,
                     "neither a file nor a preset" + meant +
                         (known.empty() ? "; no presets are installed: set DYNFILTER_PRESETS to their folder"
-                                       : "; presets: " + detail::joined(known)));
+                                       : "; presets: " + joined(known)));
 }
 
 DYNFILTER_INLINE PipelineConfig load_pipeline(const std::string& source, const Registry& registry,

@@ -34,8 +34,7 @@ DYNFILTER_INLINE std::vector<YamlNode> StageReader::nodes(const YamlNode& node,
   known.insert(known.end(), optional.begin(), optional.end());
   const auto entries = node.entries();
   for (const auto& [key, value] : entries)
-    if (std::find(known.begin(), known.end(), key) == known.end())
-      node.fail("unknown key `" + key + "`; known keys: " + detail::joined(known));
+    if (std::find(known.begin(), known.end(), key) == known.end()) node.fail(unknown_name("key", key, known));
   std::vector<YamlNode> result;
   for (std::size_t k = 0; k < known.size(); ++k)
     if (const auto value = find(entries, known[k]))
@@ -66,8 +65,7 @@ inline StagePtr StageReader::named(const std::string& name, const YamlNode& valu
   if (entry == nullptr) {
     std::vector<std::string> known = registry_.names();
     for (const CombinatorEntry& combinator : combinators_) known.push_back(combinator.card.name);
-    value.fail("unknown filter `" + name + "`" + did_you_mean(name, known) +
-               "; known: " + detail::joined(known));
+    value.fail(unknown_name("filter", name, known));
   }
   return made(name, *entry, value);
 }

@@ -7,6 +7,7 @@
 #include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
@@ -60,7 +61,7 @@ DYNFILTER_INLINE void TemporalStage::decide(FrameEvidence& evidence, StageReport
     const Vote vote = odds_[i] > limit + kRounding   ? Vote::Dynamic
                       : odds_[i] < limit - kRounding ? Vote::Static
                                                      : Vote::Unknown;
-    const auto belief = static_cast<float>(1 / (1 + std::exp(-odds_[i])));
+    const auto belief = static_cast<float>(1 / (1 + portable::exp(-odds_[i])));
     set(out, i, vote, belief, said == Vote::Dynamic ? child_.reasons[i] : own_reason(self));
   }
   remember(evidence);

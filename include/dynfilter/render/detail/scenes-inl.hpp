@@ -337,10 +337,7 @@ DYNFILTER_INLINE Scene make_scene(const std::string& name, std::uint64_t seed) {
     scene.camera_model = builder.camera_model;
     return scene;
   }
-  std::string known;
-  for (const std::string& one : scene_names()) known += (known.empty() ? "" : " ") + one;
-  throw ConfigError(
-      "scene", "unknown scene '" + name + "'" + did_you_mean(name, scene_names()) + "; known are: " + known);
+  throw ConfigError("scene", unknown_name("scene", name, scene_names()));
 }
 
 }  // namespace dynfilter::render

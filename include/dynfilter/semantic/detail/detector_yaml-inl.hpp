@@ -5,6 +5,7 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/semantic/box_masks.hpp>
 #include <exception>
@@ -23,11 +24,11 @@ inline const std::vector<std::string>& detector_keys() {
 }
 
 inline const ProviderRegistry::Entry& provider_entry(const YamlNode& node, const ProviderRegistry& registry) {
-  const std::string known = joined(registry.names());
+  const std::vector<std::string> known = registry.names();
   const auto type = node.find("type");
-  if (!type) node.fail("expected the key `type`, one of " + known);
+  if (!type) node.fail("expected the key `type`, one of " + joined(known));
   const ProviderRegistry::Entry* entry = registry.find(type->text());
-  if (entry == nullptr) type->fail("expected one of " + known + ", got `" + type->text() + "`");
+  if (entry == nullptr) type->fail(expected_one_of(known, type->text()));
   return *entry;
 }
 

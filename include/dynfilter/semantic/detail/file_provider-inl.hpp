@@ -13,7 +13,6 @@
 #include <dynfilter/io/text_lines.hpp>
 #include <iterator>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <system_error>
 #include <vector>
 
@@ -42,8 +41,7 @@ DYNFILTER_INLINE std::optional<SemanticResult> FileProvider::infer(const Semanti
   result.timestamp_s = image.timestamp_s;
   if (const std::vector<Detection>* found = boxes_.at(image.timestamp_s)) result.detections = *found;
   if (const std::filesystem::path* file = mask_at(image.timestamp_s)) {
-    result.labels = io::read_image(*file, cv::IMREAD_UNCHANGED);
-    if (result.labels->type() != CV_8UC1) throw IoError(file->string() + ": is not an 8-bit label image");
+    result.labels = io::read_label_image(*file);
   }
   if (!result.detections && !result.labels) return std::nullopt;
   return result;

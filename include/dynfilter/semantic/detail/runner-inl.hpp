@@ -4,10 +4,13 @@
 #include <dynfilter/semantic/runner.hpp>
 
 #include <cstddef>
+#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <exception>
 #include <optional>
 #include <utility>
@@ -46,7 +49,7 @@ DYNFILTER_INLINE RunnerParams parse_runner_mode(const std::string& text) {
   } else if (text == "sync" || text == "async") {
     params.mode = text == "sync" ? RunnerMode::Sync : RunnerMode::Async;
   } else {
-    throw ConfigError("", "expected sync, async, late:FRAMES or rate:HZ, got `" + text + "`");
+    throw ConfigError("", "expected sync, async, late:FRAMES or rate:HZ, got " + in_backticks(text));
   }
   return params;
 }
@@ -60,6 +63,13 @@ DYNFILTER_INLINE SemanticRunner::Result SemanticRunner::take() {
 
 namespace detail {
 
+/// A provider may write to its images again when it sees the next one.
+inline void own_pixels(SemanticResult& result) {
+  if (result.labels) dynfilter::own_pixels(*result.labels);
+  if (result.detections)
+    for (Detection& detection : *result.detections) dynfilter::own_pixels(detection.mask);
+}
+
 DYNFILTER_INLINE SemanticRunner::Result look(SemanticProvider& provider, const SemanticImage& image,
                                              RunnerStatus& status, std::string& error) {
   try {
@@ -70,6 +80,7 @@ DYNFILTER_INLINE SemanticRunner::Result look(SemanticProvider& provider, const S
     }
     found->frame_id = image.frame_id;
     found->timestamp_s = image.timestamp_s;
+    own_pixels(*found);
     ++status.results;
     return std::make_shared<const SemanticResult>(std::move(*found));
   } catch (const std::exception& e) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 
@@ -47,7 +48,7 @@ DYNFILTER_INLINE Eigen::Vector3d ExactScene::static_position_m(int p) const {
   const Eigen::Vector3d direction = ray(camera_, px);
   const double depth_m = random.uniform(min_depth_m_, max_depth_m_);
   if (!planar_) return T * (direction * depth_m);
-  const Eigen::Vector3d normal(std::sin(0.35), 0, std::cos(0.35)), on_wall(0, 0, 3);
+  const Eigen::Vector3d normal(portable::sin(0.35), 0, portable::cos(0.35)), on_wall(0, 0, 3);
   return T * (direction * (normal.dot(on_wall - T.translation()) / normal.dot(T.linear() * direction)));
 }
 
@@ -109,7 +110,7 @@ DYNFILTER_INLINE Truth ExactScene::truth_of(int p, int k) const {
   if (moved_m < 1e-9) return Truth::Static;
   const Eigen::Isometry3d T_camera_world = camera_motion_(k).isometry().inverse();
   const cv::Point2d miss = project(camera_, T_camera_world * now) - project(camera_, T_camera_world * before);
-  return moved_m > 0.010 && !(std::hypot(miss.x, miss.y) <= 1) ? Truth::Dynamic : Truth::DontCare;
+  return moved_m > 0.010 && !(portable::hypot(miss.x, miss.y) <= 1) ? Truth::Dynamic : Truth::DontCare;
 }
 
 DYNFILTER_INLINE ExactFrame ExactScene::frame(int k) const {

@@ -12,7 +12,7 @@ DYNFILTER_INLINE Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen
     const double angle = turn_rad.norm() * frame;
     const Eigen::Vector3d axis =
         angle != 0 ? Eigen::Vector3d(turn_rad.normalized()) : Eigen::Vector3d::UnitZ();
-    return Pose::from(Eigen::AngleAxisd(angle, axis).toRotationMatrix(), step_m * frame);
+    return Pose::from(rotation_about(axis, angle), step_m * frame);
   };
 }
 

@@ -9,6 +9,7 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/core/yaml.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
@@ -41,10 +42,10 @@ DYNFILTER_INLINE std::string find_pipeline(const std::string& name, const std::s
     std::vector<std::string> known = preset_names();
     known.erase(std::remove(known.begin(), known.end(), "oracle"), known.end());
     const std::string meant = did_you_mean(std::filesystem::path(name).stem().string(), known);
-    throw ConfigError(path, "no pipeline `" + name + "`" + meant +
-                                ": expected a file beside the settings file, a path" +
-                                (known.empty() ? std::string(" (no presets are installed)")
-                                               : ", or one of " + dynfilter::detail::joined(known)));
+    throw ConfigError(
+        path,
+        "no pipeline " + in_backticks(name) + meant + ": expected a file beside the settings file, a path" +
+            (known.empty() ? std::string(" (no presets are installed)") : ", or one of " + joined(known)));
   }
 }
 
@@ -58,7 +59,7 @@ inline void refuse_near_misses(const YamlNode& root, const std::string& prefix) 
   };
   const std::string ours = letters(prefix);
   const auto refuse = [](const std::string& key, const std::string& hint) {
-    throw ConfigError("", "unknown key `" + key + "`: " + hint);
+    throw ConfigError("", "unknown key " + in_backticks(key) + ": " + hint);
   };
   const std::string in_lines = "expected keys as `" + prefix + "pipeline: NAME`, each in a line of its own",
                     capitals = "expected `" + prefix + "...`, with these capitals and a point";
@@ -87,8 +88,7 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
     } else if (field == table.end()) {
       std::vector<std::string> known{prefix + text_key};
       for (const auto& f : table) known.push_back(prefix + f.info.name);
-      throw ConfigError("", "unknown key `" + key + "`" + did_you_mean(key, known) +
-                                "; known keys: " + dynfilter::detail::joined(known));
+      throw ConfigError("", unknown_name("key", key, known));
     } else {
       field->read(&p, value);
     }

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// The loops over pixels at every address that a row may start at: images are often parts of larger ones.
+#include <cstdint>
+#include <cstring>
+#include <dynfilter/correspondence/patch_kernels.hpp>
+#include <dynfilter/correspondence/patch_kernels_avx2.hpp>
+#include <dynfilter/correspondence/short_vector.hpp>
+#include <dynfilter/correspondence/small_patch_kernels.hpp>
+#include <dynfilter/correspondence/small_patch_kernels_avx2.hpp>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "correspondence/random_texture.hpp"
+#include "doctest/doctest.h"
+
+namespace misaligned_images_test {
+
+using namespace dynfilter;
+
+namespace {
+
+constexpr int kRegister = 32;   ///< bytes
+constexpr int kMargin_px = 20;  ///< that the kernels may read around a window
+
+struct Found {
+  cv::Point2f mismatch;
+  float xx, xy, yy;
+  bool operator==(const Found& o) const {
+    return mismatch == o.mismatch && xx == o.xx && xy == o.xy && yy == o.yy;
+  }
+};
+template <class Kernels>
+Found patch_of(const cv::Mat& image, int window_px) {
+  const auto patch = std::make_unique<detail::Patch>();
+  Kernels::cut(image, detail::Corner({kMargin_px + 0.3F, kMargin_px + 0.6F}), window_px, *patch);
+  const detail::Corner to({kMargin_px + 1.9F, kMargin_px + 0.2F});
+  return {Kernels::mismatch(image, to, window_px, *patch), patch->xx, patch->xy, patch->yy};
+}
+
+template <class Kernels>
+std::vector<std::int32_t> small_patch_of(const cv::Mat& image, int window_px) {
+  detail::SmallPatch patch;
+  Kernels::cut(image, kMargin_px, kMargin_px, window_px, patch);
+  const detail::SmallCorner to(cv::Point2f(kMargin_px + 1.4F, kMargin_px - 0.8F));
+  const auto mismatch = Kernels::mismatch(image, to, window_px, patch);
+  const auto likeness = Kernels::likeness(image, to, window_px, patch);
+  const auto difference = Kernels::difference(image, kMargin_px + 1, kMargin_px, window_px, patch);
+  return {patch.x,      patch.y,         patch.xx,         patch.xy,       patch.yy,
+          patch.sum,    patch.square,    mismatch.x,       mismatch.y,     mismatch.sum,
+          likeness.sum, likeness.square, likeness.product, difference.sum, difference.square};
+}
+
+}  // namespace
+
+TEST_CASE("patches of images at every address are those of the scalar loop on a copy") {
+  constexpr int kSize_px = detail::Patch::kMaxWindow + 2 * kMargin_px;
+  const cv::Mat image = test::noise_image({kSize_px, kSize_px}, 3, 1);
+  // An odd step, so that the rows of one image have different alignments too.
+  constexpr std::size_t kStep = static_cast<std::size_t>(kSize_px) + kRegister + 1;
+  std::vector<unsigned char> memory(kStep * kSize_px + 2 * kRegister);
+  for (int offset = 0; offset < kRegister; ++offset) {
+    CAPTURE(offset);
+    const auto past = static_cast<int>(reinterpret_cast<std::uintptr_t>(memory.data()) % kRegister);
+    cv::Mat shifted(kSize_px, kSize_px, CV_8UC1, memory.data() + (kRegister - past) + offset, kStep);
+    image.copyTo(shifted);
+    for (const int window_px : {7, 21, 63}) {
+      const Found expected = patch_of<detail::PatchKernels>(image, window_px);
+      CHECK(patch_of<detail::PatchKernels>(shifted, window_px) == expected);
+      if (detail::PatchKernelsAvx2::available())
+        CHECK(patch_of<detail::PatchKernelsAvx2>(shifted, window_px) == expected);
+    }
+    for (const int window_px : {12, 16}) {
+      const auto expected = small_patch_of<detail::SmallPatchKernels>(image, window_px);
+      CHECK(small_patch_of<detail::SmallPatchKernels>(shifted, window_px) == expected);
+      if (detail::SmallPatchKernelsAvx2::available())
+        CHECK(small_patch_of<detail::SmallPatchKernelsAvx2>(shifted, window_px) == expected);
+    }
+  }
+}
+
+TEST_CASE("short vectors are loaded and stored at every address") {
+  std::vector<unsigned char> memory(3 * kRegister);
+  for (std::size_t k = 0; k < memory.size(); ++k) memory[k] = static_cast<unsigned char>(5 * k + 1);
+  for (int offset = 0; offset < kRegister; ++offset) {
+    const detail::Int16x8 bytes = detail::load_bytes(memory.data() + offset);
+    for (int k = 0; k < 8; ++k) CHECK(bytes[k] == memory[static_cast<std::size_t>(offset + k)]);
+    if (offset % 2 != 0) continue;
+    auto* const shorts = reinterpret_cast<std::int16_t*>(memory.data() + offset);
+    std::int16_t stored[9] = {};
+    detail::store(stored + offset / 2 % 2, detail::load(shorts));
+    CHECK(std::memcmp(stored + offset / 2 % 2, shorts, 8 * sizeof(std::int16_t)) == 0);
+  }
+}
+
+}  // namespace misaligned_images_test
