@@ -1,4 +1,4 @@
-# One target per component: dynfilter::core, dynfilter::io, ... A component is a folder of headers under include/dynfilter,
+# One target per component: dynfilter::core, dynfilter::filters, ... A component is a folder of headers under include/dynfilter,
 # and links what its headers include. The order is the direction in which data flows.
 #   dynfilter_component(NAME [COMPONENTS others...] [OPENCV modules...] [LINK targets...]
 #                       [HEADERS names...] [WITHOUT names...] [PARTS n])
@@ -96,7 +96,7 @@ set(DYNFILTER_Eigen3_MINIMUM 3.3)
 set(DYNFILTER_OpenCV_MINIMUM 4.2)
 set(DYNFILTER_OpenCV_TRIED 4.6)
 find_package(Eigen3 REQUIRED NO_MODULE)
-find_package(OpenCV REQUIRED COMPONENTS core imgproc video imgcodecs)
+find_package(OpenCV REQUIRED COMPONENTS core imgproc video)
 foreach(package Eigen3 OpenCV)
   if(${package}_VERSION VERSION_LESS DYNFILTER_${package}_MINIMUM)
     message(FATAL_ERROR "dynfilter: ${package} ${${package}_VERSION} in ${${package}_DIR} is older than "
@@ -107,8 +107,6 @@ if(NOT OpenCV_VERSION VERSION_GREATER_EQUAL DYNFILTER_OpenCV_TRIED OR OpenCV_VER
   message(STATUS "dynfilter: OpenCV ${OpenCV_VERSION} should do, but only ${DYNFILTER_OpenCV_TRIED} was compiled and tested")
 endif()
 find_package(Threads REQUIRED)
-find_package(PNG REQUIRED)
-find_package(JPEG REQUIRED)
 list(APPEND CMAKE_MODULE_PATH "${CMAKE_CURRENT_LIST_DIR}")
 find_package(FLANN QUIET)
 if(NOT FLANN_FOUND AND DYNFILTER_BUILD_TESTS)
@@ -147,8 +145,6 @@ set(DYNFILTER_PIPELINES_DEFINITION
 target_compile_definitions(dynfilter_pipeline INTERFACE ${DYNFILTER_PIPELINES_DEFINITION})
 dynfilter_component(keyframe COMPONENTS core)
 dynfilter_component(plugin COMPONENTS evidence LINK ${CMAKE_DL_LIBS})
-# Only io reads image files. Writing them is OpenCV's.
-dynfilter_component(io COMPONENTS core OPENCV imgproc LINK PNG::PNG JPEG::JPEG)
 set(corner_modules imgproc)
 if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has moved to
   find_package(OpenCV QUIET OPTIONAL_COMPONENTS features)
@@ -156,23 +152,16 @@ if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has move
     list(APPEND corner_modules features)
   endif()
 endif()
-# Only semantic/dnn_network.hpp and what includes it need OpenCV's dnn module: found only where it is asked for.
-find_package(OpenCV QUIET OPTIONAL_COMPONENTS dnn)
-set(dnn_headers semantic/dnn_network semantic/dnn_provider)
-dynfilter_component(semantic COMPONENTS cluster io OPENCV imgproc LINK Threads::Threads WITHOUT ${dnn_headers})
+dynfilter_component(semantic COMPONENTS cluster OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(adapters COMPONENTS pipeline semantic plugin OPENCV ${corner_modules})
-if(TARGET opencv_dnn)
-  dynfilter_component(dnn COMPONENTS semantic OPENCV dnn HEADERS ${dnn_headers})
-  target_compile_definitions(dynfilter_dnn INTERFACE DYNFILTER_HAS_DNN)  # then hosts' settings may name networks
-endif()
 dynfilter_component(mapping COMPONENTS cluster geometry OPENCV imgproc LINK Threads::Threads)
-dynfilter_component(eval COMPONENTS io)
 dynfilter_component(synth COMPONENTS evidence)
-dynfilter_component(render COMPONENTS io OPENCV imgcodecs imgproc)
+
+include(cmake/detectors.cmake)
 
 # What find_package(dynfilter) makes without COMPONENTS, and dynfilter::dynfilter links: all that needs nothing optional.
 set(DYNFILTER_DEFAULT_COMPONENTS ${DYNFILTER_COMPONENTS})
-list(REMOVE_ITEM DYNFILTER_DEFAULT_COMPONENTS flann dnn)
+list(REMOVE_ITEM DYNFILTER_DEFAULT_COMPONENTS flann detectors dnn)
 add_library(dynfilter_dynfilter INTERFACE)
 add_library(dynfilter::dynfilter ALIAS dynfilter_dynfilter)
 set_target_properties(dynfilter_dynfilter PROPERTIES EXPORT_NAME dynfilter)
@@ -192,9 +181,8 @@ endif()
 target_include_directories(dynfilter_header_only ${DYNFILTER_SYSTEM} INTERFACE
   "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
 set(DYNFILTER_header_only_COMPONENTS "")
-set(DYNFILTER_header_only_OPENCV core imgcodecs imgproc video ${corner_modules})
+set(DYNFILTER_header_only_OPENCV core imgproc video ${corner_modules})
 list(REMOVE_DUPLICATES DYNFILTER_header_only_OPENCV)
 list(TRANSFORM DYNFILTER_header_only_OPENCV PREPEND opencv_ OUTPUT_VARIABLE modules)
-target_link_libraries(dynfilter_header_only INTERFACE Eigen3::Eigen ${modules} PNG::PNG JPEG::JPEG Threads::Threads
-  ${CMAKE_DL_LIBS})
+target_link_libraries(dynfilter_header_only INTERFACE Eigen3::Eigen ${modules} Threads::Threads ${CMAKE_DL_LIBS})
 list(APPEND DYNFILTER_COMPONENTS header_only dynfilter)

@@ -6,7 +6,8 @@ endif()
 include(CMakePackageConfigHelpers)
 set(config_destination ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
 
-install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/dynfilter" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/dynfilter" "${PROJECT_SOURCE_DIR}/plugins/detectors/include/dynfilter"
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h"
         PATTERN "facade/detail" EXCLUDE)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/pipelines" "${PROJECT_SOURCE_DIR}/examples/detectors"

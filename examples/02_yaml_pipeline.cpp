@@ -3,13 +3,14 @@
 //   02_yaml_pipeline PIPELINE.yaml SEQUENCE
 // SEQUENCE is a TUM RGB-D folder. Boxes are read from its detections.txt, if it exists.
 #include <cstdio>
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/sequence.hpp>
+#include <dynfilter/detectors/detections.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <exception>
 #include <filesystem>
 #include <opencv2/features2d.hpp>
+
+#include "io/sequence.hpp"
 
 namespace {
 

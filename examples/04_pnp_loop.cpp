@@ -5,9 +5,10 @@
 //   04_pnp_loop PIPELINE.yaml SEQUENCE
 #include <cstdio>
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/io/sequence.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
+
+#include "io/sequence.hpp"
 
 namespace {
 

@@ -20,7 +20,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ["CMakeLists.txt", "LICENSE", "README.md", "pyproject.toml", "cmake", "include", "plugins"]
-EXAMPLES = ["examples/pipelines", "examples/dynfilter/odometry", "examples/dynfilter/running", "examples/dynfilter/text"]
+EXAMPLES = ["examples/pipelines"] + [
+    "examples/dynfilter/" + room for room in ("eval", "io", "odometry", "render", "running", "text")
+]
 
 
 def version():

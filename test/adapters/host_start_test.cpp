@@ -5,6 +5,7 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/parameters.hpp>
+#include <dynfilter/detectors/host_providers.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
@@ -114,7 +115,7 @@ std::pair<int, int> judge(OrbSlam& filter, long unsigned int id, bool map_exists
 }
 std::string error_of(const std::string& settings_file) {
   try {
-    OrbSlam filter(settings_file, 2);
+    OrbSlam filter(settings_file, 2, builtin_filters(), host_providers());
     return "";
   } catch (const ConfigError& error) {
     return error.what();
@@ -157,7 +158,7 @@ TEST_CASE("keep_first_frame 0: masks and boxes decide on the first frame, with t
   for (const bool by_mask : {true, false}) {
     CAPTURE(by_mask);
     const auto first = [&](const std::string& keys, bool after_reset) {
-      OrbSlam filter(folder.settings(keys), 2);
+      OrbSlam filter(folder.settings(keys), 2, builtin_filters(), host_providers());
       if (after_reset) judge(filter, 0), filter.reset();
       by_mask ? filter.set_mask(left_mask()) : filter.set_detections({person()});
       const std::pair<int, int> kept = judge(filter, 7, false);
@@ -196,7 +197,7 @@ TEST_CASE("start: one line says which pipeline runs, what it uses and what the h
   CHECK(has(filter->pipeline_file(), "des_slam.yaml"));
 
   const auto line = [&](const std::string& keys, int sensor = 2) {
-    return OrbSlam(folder.settings(keys), sensor).start_line();
+    return OrbSlam(folder.settings(keys), sensor, builtin_filters(), host_providers()).start_line();
   };
   CHECK(has(line(kReject), "settings.yaml uses "));
   CHECK(has(line("DynFilter.pipeline: dynfilter\n", 0), "but not: depth, boxes, mask"));
@@ -315,14 +316,16 @@ TEST_CASE("DynFilter.boxes and masks: files by timestamp, beside the settings fi
                "100.0 0 person 0.9 -5 -5 160 250\n100.04 none\n100.08 0 chair 0.9 0 0 320 240\n");
   cv::imwrite((folder.path() / "masks/100.040000.png").string(), left_mask());
   const std::string open = std::string("DynFilter.keep_first_frame: 0\n") + kNoFloor + kReject;
-  OrbSlam boxes(folder.settings("DynFilter.boxes: boxes.txt\n" + open), 2);
+  OrbSlam boxes(folder.settings("DynFilter.boxes: boxes.txt\n" + open), 2, builtin_filters(),
+                host_providers());
   CHECK(judge(boxes, 0) == std::pair(0, 600));
   CHECK(judge(boxes, 1) == std::pair(600, 1200));
   CHECK(judge(boxes, 2) == std::pair(600, 1200));  // no chair moves by itself
   boxes.set_detections({person()});                // goes before the file
   CHECK(judge(boxes, 3) == std::pair(0, 600));
 
-  OrbSlam both(folder.settings("DynFilter.boxes: boxes.txt\nDynFilter.masks: masks\n" + open), 2);
+  OrbSlam both(folder.settings("DynFilter.boxes: boxes.txt\nDynFilter.masks: masks\n" + open), 2,
+               builtin_filters(), host_providers());
   CHECK(judge(both, 0) == std::pair(0, 600));
   CHECK(judge(both, 1) == std::pair(0, 600));
 
@@ -332,6 +335,17 @@ TEST_CASE("DynFilter.boxes and masks: files by timestamp, beside the settings fi
   CHECK(has(error_of(folder.settings("DynFilter.boxes: wrong.txt\n")), "wrong.txt:1: expected"));
   CHECK(has(error_of(folder.settings("DynFilter.boxes: boxes.txt\nDynFilter.detector: files\n")),
             "expected one"));
+  // A host that hands in no kinds of detector is told what to add.
+  for (const std::string key : {"boxes: boxes.txt", "masks: masks", "detector: read.yaml"}) {
+    std::string error;
+    try {
+      OrbSlam without(folder.settings("DynFilter." + key + "\n" + open), 2);
+    } catch (const ConfigError& refused) {
+      error = refused.what();
+    }
+    CHECK(has(error, "DynFilter." + key.substr(0, key.find(':')) + ": this host has no detectors"));
+    CHECK(has(error, "host_providers()"));
+  }
   // Off is off: nothing is opened.
   CHECK(error_of(folder.settings("DynFilter.enabled: 0\nDynFilter.boxes: nowhere.txt\n")).empty());
 }
@@ -341,7 +355,8 @@ TEST_CASE("DynFilter.detector: a detector's file or a preset, in any mode") {
   folder.write("boxes.txt", "100.0 0 person 0.9 -5 -5 160 250\n");
   folder.write("read.yaml", "%YAML:1.0\n---\ndetector:\n  type: files\n  detections: boxes.txt\n");
   const std::string open = std::string("DynFilter.keep_first_frame: 0\n") + kNoFloor + kReject;
-  OrbSlam files(folder.settings("DynFilter.detector: read.yaml\nDynFilter.detector_mode: sync\n" + open), 2);
+  OrbSlam files(folder.settings("DynFilter.detector: read.yaml\nDynFilter.detector_mode: sync\n" + open), 2,
+                builtin_filters(), host_providers());
   CHECK(judge(files, 0) == std::pair(0, 600));
 
   ProviderRegistry providers;
@@ -364,7 +379,8 @@ TEST_CASE("DynFilter.detector: a detector's file or a preset, in any mode") {
   REQUIRE(lines.size() == 2);
   CHECK(lines[1] == "dynfilter: warning: the detector failed: no network");
 
-  OrbSlam beside(folder.settings("DynFilter.detector: read.yaml\n" + open), 2);  // async
+  OrbSlam beside(folder.settings("DynFilter.detector: read.yaml\n" + open), 2, builtin_filters(),
+                 host_providers());  // async
   for (long unsigned int id = 0; id < 3; ++id) judge(beside, id);
 
   const auto error = [&](const std::string& keys) { return error_of(folder.settings(keys)); };
@@ -397,7 +413,8 @@ TEST_CASE("DynFilter.plugins: filters of modules may be named in the settings") 
 
 TEST_CASE("boxes and masks of a frame are there at its later call points, and not in the next frame") {
   const Folder folder;
-  OrbSlam filter(folder.settings(std::string("DynFilter.pipeline: rds_slam\n") + kNoFloor), 2);
+  OrbSlam filter(folder.settings(std::string("DynFilter.pipeline: rds_slam\n") + kNoFloor), 2,
+                 builtin_filters(), host_providers());
   Host host(4, true);
   filter.set_mask(left_mask());
   filter.before_tracking(host.frame, grey(), depth(), true);
@@ -423,13 +440,13 @@ TEST_CASE("a closed host has the same keys: boxes of a file, the first frame, th
   folder.write("boxes.txt", "100.0 0 person 0.9 -5 -5 160 250\n");
   const std::string boxes = "DynFilter.boxes: boxes.txt\n";
   const auto zeroed = [&](const std::string& keys) {
-    MaskedHost closed(folder.settings(keys), 2);
+    MaskedHost closed(folder.settings(keys), 2, builtin_filters(), MaskedImageParams(), host_providers());
     const MaskedHost::Images& images = closed.process(grey(), depth(), 100.0);
     return kWidth * kHeight - cv::countNonZero(images.depth);
   };
   CHECK(zeroed(boxes) == 0);
   CHECK(zeroed(boxes + "DynFilter.keep_first_frame: 0\n") > kWidth * kHeight / 4);  // a prior of the default
-  MaskedHost closed(folder.settings(boxes), 2);
+  MaskedHost closed(folder.settings(boxes), 2, builtin_filters(), MaskedImageParams(), host_providers());
   CHECK(has(closed.start_line(), "dynfilter: pipeline `dynfilter` of "));
   CHECK(has(closed.start_line(), "but not: pose, mask ("));
   CHECK(has(closed.start_line(), "; mask is optional"));

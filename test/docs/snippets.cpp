@@ -3,19 +3,16 @@
 #include <cstdint>
 #include <dynfilter/adapters/host_mask.hpp>
 #include <dynfilter/adapters/orb_slam.hpp>
+#include <dynfilter/detectors/dnn_provider.hpp>
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/io/ply.hpp>
-#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/keyframe/make_selector.hpp>
 #include <dynfilter/mapping/cloud_picture.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <dynfilter/mapping/static_map.hpp>
 #include <dynfilter/plugin/export.hpp>
 #include <dynfilter/plugin/loader.hpp>
-#include <dynfilter/render/sequence_writer.hpp>
 #include <dynfilter/semantic/async_runner.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
-#include <dynfilter/semantic/dnn_provider.hpp>
 #include <iostream>
 #include <memory>
 #include <opencv2/features2d.hpp>
@@ -24,7 +21,10 @@
 #include <vector>
 
 #include "dark_blobs.hpp"
+#include "io/ply.hpp"
+#include "io/sequence.hpp"
 #include "odometry/odometry.hpp"
+#include "render/sequence_writer.hpp"
 
 namespace {
 

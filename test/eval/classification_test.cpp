@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/eval/classification.hpp>
 #include <opencv2/core.hpp>
 
 #include "doctest/doctest.h"
+#include "eval/classification.hpp"
 
 using namespace dynfilter::eval;
 

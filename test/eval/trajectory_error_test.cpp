@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <cstdio>
-#include <dynfilter/eval/ate.hpp>
-#include <dynfilter/eval/rpe.hpp>
 #include <fstream>
 #include <map>
 #include <sstream>
 
 #include "doctest/doctest.h"
+#include "eval/ate.hpp"
+#include "eval/rpe.hpp"
 
 using namespace dynfilter;
 namespace fs = std::filesystem;

@@ -13,10 +13,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <dynfilter/detectors/detections.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 #include <dynfilter/facade/facade.hpp>
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
@@ -27,6 +26,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "doctest/doctest.h"
+#include "io/sequence.hpp"
 
 using namespace dynfilter;
 

@@ -17,8 +17,10 @@ TEST_CASE("descriptor_distance: alike is a candidate, unlike is none") {
   MatchedFrames frames;
   for (int k = 0; k < 4; ++k)
     frames.add({10.0F * static_cast<float>(k), 5}, {10.0F * static_cast<float>(k), 6});
+  // The last byte is the same everywhere: descriptors that are all zero count as none.
   frames.then_descriptors = cv::Mat::zeros(4, 32, CV_8UC1);
-  frames.now_descriptors = cv::Mat::zeros(4, 32, CV_8UC1);
+  frames.then_descriptors.col(31) = 1;
+  frames.now_descriptors = frames.then_descriptors.clone();
   for (int b = 0; b < 6; ++b) frames.now_descriptors.at<std::uint8_t>(1, b) = 0xFF;  // 48 bits
   for (int b = 0; b < 6; ++b) frames.now_descriptors.at<std::uint8_t>(2, b) = 0xFF;
   frames.now_descriptors.at<std::uint8_t>(2, 6) = 0x07;  // 51 bits

@@ -3,19 +3,21 @@
 // What is read is written and read again where there is a writer.
 #include <unistd.h>
 #include <cmath>
+#include <dynfilter/core/camera_file.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/io/association.hpp>
-#include <dynfilter/io/camera_file.hpp>
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/point_tracks.hpp>
-#include <dynfilter/io/pose_lookup.hpp>
-#include <dynfilter/io/trajectory.hpp>
-#include <dynfilter/io/trajectory_formats.hpp>
-#include <dynfilter/semantic/class_list.hpp>
+#include <dynfilter/detectors/class_list.hpp>
+#include <dynfilter/detectors/detections.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 #include <filesystem>
 
+#include "io/association.hpp"
+#include "io/camera_writer.hpp"
+#include "io/detections_writer.hpp"
+#include "io/point_tracks.hpp"
+#include "io/pose_lookup.hpp"
+#include "io/trajectory.hpp"
+#include "io/trajectory_formats.hpp"
 #include "memory_file.hpp"
 #include "support/allocated_bytes.hpp"
 #include "target.hpp"

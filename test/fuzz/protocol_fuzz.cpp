@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/semantic/message_stream.hpp>
-#include <dynfilter/semantic/process_protocol.hpp>
+#include <dynfilter/detectors/message_stream.hpp>
+#include <dynfilter/detectors/process_protocol.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <optional>
 #include <string>

@@ -2,11 +2,11 @@
 // Recorded sequences of every layout. An input is a folder: lines `@@ PATH`, each followed by that file.
 #include <unistd.h>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/io/sequence.hpp>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
+#include "io/sequence.hpp"
 #include "target.hpp"
 
 namespace {

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/io/association.hpp>
-#include <dynfilter/io/atomic_file.hpp>
-#include <dynfilter/io/atomic_folder.hpp>
-#include <dynfilter/io/camera_file.hpp>
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/output_lock.hpp>
-#include <dynfilter/io/ply.hpp>
+#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/detectors/detections.hpp>
 
 #include "doctest/doctest.h"
+#include "io/association.hpp"
+#include "io/atomic_file.hpp"
+#include "io/atomic_folder.hpp"
+#include "io/camera_writer.hpp"
+#include "io/known_camera.hpp"
+#include "io/output_lock.hpp"
+#include "io/ply.hpp"
 #include "io/tum_folder.hpp"
 
 namespace files_test {

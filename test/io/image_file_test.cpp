@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/io/image_file.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>

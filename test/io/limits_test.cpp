@@ -2,13 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/core/camera_file.hpp>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/io/association.hpp>
-#include <dynfilter/io/camera_file.hpp>
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/point_tracks.hpp>
-#include <dynfilter/io/text_lines.hpp>
+#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/detectors/detections.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -16,6 +14,8 @@
 #include <tuple>
 
 #include "doctest/doctest.h"
+#include "io/association.hpp"
+#include "io/point_tracks.hpp"
 #include "io/tum_folder.hpp"
 #include "support/time_limit.hpp"
 

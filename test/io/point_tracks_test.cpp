@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/io/point_tracks.hpp>
 
+#include "io/point_tracks.hpp"
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 #include "support/time_limit.hpp"

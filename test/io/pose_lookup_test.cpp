@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/io/pose_lookup.hpp>
 
+#include "io/pose_lookup.hpp"
 #include "doctest/doctest.h"
 
 namespace pose_lookup_test {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/Geometry>
 #include <cmath>
-#include <dynfilter/io/sequence.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "doctest/doctest.h"
+#include "io/sequence.hpp"
 #include "io/tum_folder.hpp"
 
 namespace sequence_layouts_test {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/io/trajectory_formats.hpp>
 #include <string>
 
 #include "doctest/doctest.h"
+#include "io/trajectory_formats.hpp"
 #include "io/tum_folder.hpp"
 
 namespace trajectory_formats_test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/io/trajectory.hpp>
 
+#include "io/trajectory.hpp"
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
 

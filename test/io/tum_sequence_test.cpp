@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/io/camera_file.hpp>
-#include <dynfilter/io/sequence.hpp>
+#include <dynfilter/core/camera_file.hpp>
 
 #include "doctest/doctest.h"
+#include "io/known_camera.hpp"
+#include "io/sequence.hpp"
 #include "io/tum_folder.hpp"
 
 namespace tum_sequence_test {

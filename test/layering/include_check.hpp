@@ -16,7 +16,7 @@ namespace layering {
 /// What each folder of include/dynfilter may include besides itself. Data flows one way:
 /// core -> correspondence, geometry, cluster -> late -> evidence -> filters -> pipeline
 /// -> semantic, keyframe, mapping -> adapters.
-/// io, eval, synth and render are separate. Only semantic, mapping and adapters read and write files.
+/// synth is separate. Only semantic, mapping and adapters read and write files.
 inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
   using Folders = std::set<std::string>;
   const auto and_also = [](Folders folders, const Folders& more) {
@@ -29,8 +29,7 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
   // Plugins also add providers: of semantic/, only headers that need no more than core/.
   static const Folders below_plugin = and_also(below_pipeline, {"semantic"});
   static const Folders all_below = and_also(below_pipeline, {"pipeline"});
-  static const Folders all_below_and_files = and_also(all_below, {"io"});
-  static const Folders below_adapters = and_also(all_below_and_files, {"semantic", "plugin"});
+  static const Folders below_adapters = and_also(all_below, {"semantic", "plugin"});
   static const std::map<std::string, std::set<std::string>> table{
       {"core", {}},
       {"correspondence", {"core"}},
@@ -41,16 +40,13 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
       {"filters", below_filters},
       {"pipeline", below_pipeline},
       {"plugin", below_plugin},
-      {"semantic", all_below_and_files},
+      {"semantic", all_below},
       {"keyframe", all_below},
-      {"mapping", all_below_and_files},
+      {"mapping", all_below},
       {"adapters", below_adapters},
       {"facade", {}},                                      // C++11 and C: not even core/
       {"facade/detail", and_also(all_below, {"facade"})},  // sources of the shared library
-      {"io", {"core"}},
-      {"eval", {"core", "io"}},
       {"synth", {"core", "evidence"}},
-      {"render", {"core", "io"}},
       {"", and_also(all_below, {"plugin"})},
   };
   return table;
@@ -59,8 +55,8 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
 /// External headers that only these folders may include.
 inline const std::map<std::string, std::string>& gatekeepers() {
   static const std::map<std::string, std::string> table{
-      {"flann/", "cluster"},  {"ceres/", "geometry"}, {"opencv2/dnn", "semantic"},
-      {"png.h", "io"},        {"jpeglib.h", "io"},    {"dlfcn.h", "plugin facade/detail"},
+      {"flann/", "cluster"},  {"ceres/", "geometry"},   {"opencv2/dnn", "plugins"},
+      {"png.h", "plugins"},   {"jpeglib.h", "plugins"}, {"dlfcn.h", "plugin facade/detail"},
       {"immintrin.h", "core"}};
   return table;
 }

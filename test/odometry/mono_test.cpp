@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/eval/ate.hpp>
 #include <odometry/odometry.hpp>
 #include <odometry/recovery.hpp>
 #include <odometry/triangulation.hpp>
 #include <odometry/two_view_start.hpp>
 #include <random>
 
+#include "eval/ate.hpp"
 #include "test_images.hpp"
 
 #include "doctest/doctest.h"

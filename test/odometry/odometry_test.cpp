@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/eval/ate.hpp>
-#include <dynfilter/io/detections.hpp>
+#include <dynfilter/detectors/detections.hpp>
 #include <filesystem>
 #include <odometry/odometry.hpp>
 
+#include "eval/ate.hpp"
 #include "test_images.hpp"
 
 #include "doctest/doctest.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/eval/ate.hpp>
 #include <filesystem>
 #include <odometry/odometry.hpp>
 #include <odometry/orb_extractor.hpp>
 #include <odometry/stereo_matcher.hpp>
 
+#include "eval/ate.hpp"
 #include "test_images.hpp"
 
 #include "doctest/doctest.h"

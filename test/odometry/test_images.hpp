@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cmath>
-#include <dynfilter/io/sequence.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
+
+#include "io/sequence.hpp"
 
 namespace odometry_test {
 

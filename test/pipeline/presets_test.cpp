@@ -7,7 +7,6 @@
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <dynfilter/synth/exact_scene.hpp>
 #include <dynfilter/synth/exact_scene_frame.hpp>
 #include <dynfilter/synth/exact_scene_motion.hpp>
@@ -20,6 +19,7 @@
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"
+#include "render/sequence_renderer.hpp"
 
 namespace presets_test {
 

@@ -4,17 +4,17 @@
 #include <algorithm>
 #include <cstddef>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/io/sequence.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
 
 #include "doctest/doctest.h"
+#include "io/sequence.hpp"
+#include "render/sequence_renderer.hpp"
 #include "support/static_play.hpp"
 
 namespace static_mono_test {

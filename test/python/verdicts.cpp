@@ -7,11 +7,12 @@
 #include <cstring>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/presets.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <dynfilter/synth/exact_scene_presets.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
+
+#include "render/sequence_renderer.hpp"
 
 namespace {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/render/depth_sensor.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <set>
 
 #include "doctest/doctest.h"
+#include "render/depth_sensor.hpp"
+#include "render/sequence_renderer.hpp"
 
 namespace depth_sensor_test {
 

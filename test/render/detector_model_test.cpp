@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/render/detector_model.hpp>
 
 #include "doctest/doctest.h"
+#include "render/detector_model.hpp"
 
 namespace detector_model_test {
 

@@ -4,12 +4,12 @@
 // processor. The mean colour is compared beside it, and pictures that no filter has touched.
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/render/room_materials.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/core.hpp>
 #include <sstream>
 
 #include "doctest/doctest.h"
+#include "render/room_materials.hpp"
+#include "render/sequence_renderer.hpp"
 #include "support/digest.hpp"
 
 namespace digest_test {

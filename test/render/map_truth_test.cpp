@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/render/map_truth.hpp>
-#include <dynfilter/render/scene_file.hpp>
 
 #include "io/tum_folder.hpp"
+#include "render/map_truth.hpp"
+#include "render/scene_file.hpp"
 
 #include "doctest/doctest.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/render/camera_path.hpp>
-#include <dynfilter/render/motion.hpp>
 
 #include "doctest/doctest.h"
+#include "render/camera_path.hpp"
+#include "render/motion.hpp"
 
 namespace motion_test {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/render/rasteriser.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "doctest/doctest.h"
+#include "render/rasteriser.hpp"
+#include "render/sequence_renderer.hpp"
 
 namespace rasteriser_test {
 

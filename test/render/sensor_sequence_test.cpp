@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/core.hpp>
 
 #include "doctest/doctest.h"
+#include "render/sequence_renderer.hpp"
 
 namespace sensor_sequence_test {
 

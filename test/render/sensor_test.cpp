@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/render/calibration_error.hpp>
-#include <dynfilter/render/colour_sensor.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
-#include <dynfilter/render/shutter.hpp>
 
 #include "doctest/doctest.h"
+#include "render/calibration_error.hpp"
+#include "render/colour_sensor.hpp"
+#include "render/sequence_renderer.hpp"
+#include "render/shutter.hpp"
 
 namespace sensor_test {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "render/sequence_renderer.hpp"
 #include "doctest/doctest.h"
 
 #include <cmath>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <map>
 #include <memory>
 #include <opencv2/core.hpp>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/sequence.hpp>
-#include <dynfilter/render/calibration_error.hpp>
-#include <dynfilter/render/sequence_writer.hpp>
+#include <dynfilter/detectors/detections.hpp>
 #include <filesystem>
 #include <fstream>
 
 #include "doctest/doctest.h"
+#include "io/sequence.hpp"
+#include "render/calibration_error.hpp"
+#include "render/sequence_writer.hpp"
 
 namespace sequence_writer_test {
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/io/sequence.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
-#include <dynfilter/render/sequence_writer.hpp>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <vector>
 
 #include "doctest/doctest.h"
+#include "io/sequence.hpp"
+#include "render/sequence_renderer.hpp"
+#include "render/sequence_writer.hpp"
 
 namespace stereo_test {
 

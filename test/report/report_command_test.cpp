@@ -115,7 +115,7 @@ TEST_CASE("compare --map writes a map per run, and the page has them") {
   };
   CHECK(ghosts(1) < ghosts(0));  // without rejection people are in the map
   check_refused("compare " + folder + " --pipelines none --truth", "--truth requires --map");
-  check_refused("compare " + folder + " " + folder + " --pipelines none" + map, "two runs would write");
+  check_refused("compare " + folder + " " + folder + " --pipelines none" + map, "is given twice");
   CHECK(contains(dynfilter("compare " + folder + " --pipelines none,oracle --frames 9 --wide" + map).out,
                  "map points"));
 }

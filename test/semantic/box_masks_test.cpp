@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <dynfilter/semantic/box_masks.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <dynfilter/semantic/merged_masks.hpp>
 #include <limits>
 
 #include "doctest/doctest.h"
+#include "render/sequence_renderer.hpp"
 
 namespace box_masks_test {
 

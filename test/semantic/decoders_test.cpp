@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/semantic/class_list.hpp>
-#include <dynfilter/semantic/decode_boxes.hpp>
-#include <dynfilter/semantic/decode_masks.hpp>
-#include <dynfilter/semantic/file_provider.hpp>
-#include <dynfilter/semantic/network_files.hpp>
+#include <dynfilter/detectors/class_list.hpp>
+#include <dynfilter/detectors/decode_boxes.hpp>
+#include <dynfilter/detectors/decode_masks.hpp>
+#include <dynfilter/detectors/file_provider.hpp>
+#include <dynfilter/detectors/network_files.hpp>
 #include <limits>
 
 #include "doctest/doctest.h"
+#include "io/detections_writer.hpp"
 #include "io/tum_folder.hpp"
 
 namespace decoders_test {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/detectors/dnn_provider.hpp>
+#include <dynfilter/detectors/file_provider.hpp>
+#include <dynfilter/detectors/process_provider.hpp>
 #include <dynfilter/semantic/box_masks.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
-#include <dynfilter/semantic/dnn_provider.hpp>
-#include <dynfilter/semantic/file_provider.hpp>
-#include <dynfilter/semantic/process_provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <sstream>
 

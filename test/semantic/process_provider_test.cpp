@@ -2,7 +2,7 @@
 #include <atomic>
 #include <chrono>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/semantic/process_provider.hpp>
+#include <dynfilter/detectors/process_provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <filesystem>
 #include <fstream>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <dynfilter/io/image_file.hpp>
+#include <dynfilter/detectors/dnn_provider.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
-#include <dynfilter/semantic/dnn_provider.hpp>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 

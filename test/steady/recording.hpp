@@ -6,11 +6,12 @@
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/order_statistics.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
+
+#include "render/sequence_renderer.hpp"
 
 namespace steady {
 

@@ -3,13 +3,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/eval/classification.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/background_motion.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
+
+#include "eval/classification.hpp"
+#include "render/sequence_renderer.hpp"
 
 namespace two_frames {
 

@@ -7,7 +7,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/io/atomic_file.hpp>
 #include <filesystem>
 #include <fstream>
 #include <ostream>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "bench/manifest.hpp"
+#include "io/atomic_file.hpp"
 #include "text/json.hpp"
 #include "text/table.hpp"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/io/output_lock.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include "bench/page.hpp"
 #include "bench/results.hpp"
 #include "command.hpp"
+#include "io/output_lock.hpp"
 #include "running/distinct_names.hpp"
 #include "running/identity.hpp"
 #include "running/interruption.hpp"

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/eval/statistics.hpp>
 #include <filesystem>
 #include <initializer_list>
 #include <iterator>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "command.hpp"
+#include "eval/statistics.hpp"
 #include "report/map_sample.hpp"
 #include "report/page.hpp"
 #include "report/picture.hpp"

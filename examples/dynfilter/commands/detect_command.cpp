@@ -3,17 +3,15 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/numbers.hpp>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/text_lines.hpp>
+#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/eval/statistics.hpp>
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/sequence.hpp>
+#include <dynfilter/detectors/detections.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -24,6 +22,9 @@
 #include <vector>
 
 #include "command.hpp"
+#include "eval/statistics.hpp"
+#include "io/detections_writer.hpp"
+#include "io/sequence.hpp"
 #include "running/command_registry.hpp"
 #include "running/interruption.hpp"
 #include "running/overlay.hpp"

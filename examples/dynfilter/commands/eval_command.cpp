@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/eval/statistics.hpp>
-#include <dynfilter/io/trajectory.hpp>
 #include <utility>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <dynfilter/eval/ate.hpp>
-#include <dynfilter/eval/rpe.hpp>
-#include <dynfilter/io/trajectory_formats.hpp>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
+#include "eval/ate.hpp"
+#include "eval/rpe.hpp"
+#include "eval/statistics.hpp"
+#include "io/trajectory.hpp"
+#include "io/trajectory_formats.hpp"
 #include "text/json.hpp"
 #include "text/option_hint.hpp"
 

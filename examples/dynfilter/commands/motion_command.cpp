@@ -13,15 +13,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <dynfilter/eval/classification.hpp>
-#include <dynfilter/eval/statistics.hpp>
-#include <dynfilter/io/point_tracks.hpp>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
+#include "eval/classification.hpp"
+#include "eval/statistics.hpp"
+#include "io/point_tracks.hpp"
 #include "running/command_registry.hpp"
 #include "running/stage_totals.hpp"
 #include "text/json.hpp"

@@ -3,7 +3,7 @@
 #include <dynfilter/semantic/provider.hpp>
 
 #include <CLI/CLI.hpp>
-#include <dynfilter/semantic/process_protocol.hpp>
+#include <dynfilter/detectors/process_protocol.hpp>
 #include <memory>
 #include <string>
 #include <vector>

@@ -3,8 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/io/atomic_file.hpp>
-#include <dynfilter/render/scenes.hpp>
 #include <filesystem>
 #include <memory>
 #include <ostream>
@@ -14,7 +12,9 @@
 
 #include "command.hpp"
 #include "completion.hpp"
+#include "io/atomic_file.hpp"
 #include "man_page.hpp"
+#include "render/scenes.hpp"
 #include "running/command_registry.hpp"
 #include "running/presets.hpp"
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <dynfilter/render/scene_file.hpp>
-#include <dynfilter/render/scenes.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
-#include <dynfilter/render/sequence_writer.hpp>
 #include <filesystem>
 #include <memory>
 #include <string>
 
 #include "command.hpp"
+#include "render/scene_file.hpp"
+#include "render/scenes.hpp"
+#include "render/sequence_renderer.hpp"
+#include "render/sequence_writer.hpp"
 #include "running/interruption.hpp"
 #include "text/json.hpp"
 #include "text/progress.hpp"

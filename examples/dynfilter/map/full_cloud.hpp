@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/io/ply.hpp>
 #include <dynfilter/mapping/depth_cut.hpp>
 #include <dynfilter/mapping/depth_points.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
@@ -15,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/ply.hpp"
 #include "map_output.hpp"
 
 namespace dynfilter::command {

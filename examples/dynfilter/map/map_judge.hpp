@@ -6,20 +6,20 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/io/pose_lookup.hpp>
-#include <dynfilter/io/sequence.hpp>
-#include <dynfilter/io/trajectory.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/static_map.hpp>
-#include <dynfilter/render/map_truth.hpp>
-#include <dynfilter/render/scene_file.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "io/pose_lookup.hpp"
+#include "io/sequence.hpp"
+#include "io/trajectory.hpp"
 #include "map_output.hpp"
+#include "render/map_truth.hpp"
+#include "render/scene_file.hpp"
 
 namespace dynfilter::command {
 

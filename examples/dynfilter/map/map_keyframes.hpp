@@ -8,7 +8,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/near_miss.hpp>
 #include <dynfilter/core/numbers.hpp>
-#include <dynfilter/io/text_lines.hpp>
+#include <dynfilter/core/text_lines.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/keyframe/make_selector.hpp>
 #include <dynfilter/keyframe/pose_change.hpp>

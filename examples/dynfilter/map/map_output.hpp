@@ -2,15 +2,12 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <dynfilter/io/atomic_file.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
-#include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/output_lock.hpp>
-#include <dynfilter/io/ply.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
@@ -20,6 +17,9 @@
 #include <utility>
 #include <vector>
 
+#include "io/atomic_file.hpp"
+#include "io/output_lock.hpp"
+#include "io/ply.hpp"
 #include "map_picture.hpp"
 #include "map_summary.hpp"
 #include "running/interruption.hpp"

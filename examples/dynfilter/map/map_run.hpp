@@ -8,7 +8,6 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/io/trajectory.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>
@@ -19,7 +18,6 @@
 #include <cstdint>
 #include <dynfilter/core/parameters.hpp>
 #include <dynfilter/core/yaml.hpp>
-#include <dynfilter/io/sequence.hpp>
 #include <map>
 #include <optional>
 #include <string>
@@ -27,6 +25,8 @@
 #include <vector>
 
 #include "full_cloud.hpp"
+#include "io/sequence.hpp"
+#include "io/trajectory.hpp"
 #include "map_judge.hpp"
 #include "map_keyframes.hpp"
 #include "map_output.hpp"

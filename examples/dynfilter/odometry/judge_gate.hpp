@@ -8,12 +8,12 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/io/sequence.hpp>
 #include <optional>
 #include <vector>
 
 #include "feature_judge.hpp"
 #include "frame_features.hpp"
+#include "io/sequence.hpp"
 #include "map.hpp"
 #include "sensor.hpp"
 #include "track_result.hpp"

@@ -4,8 +4,6 @@
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/io/sequence.hpp>
-#include <dynfilter/io/trajectory.hpp>
 #include <memory>
 #include <opencv2/core/types.hpp>
 #include <optional>
@@ -13,6 +11,8 @@
 
 #include "feature_judge.hpp"
 #include "frame_features.hpp"
+#include "io/sequence.hpp"
+#include "io/trajectory.hpp"
 #include "judge_gate.hpp"
 #include "map.hpp"
 #include "options.hpp"

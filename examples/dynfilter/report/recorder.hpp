@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/eval/ate.hpp>
-#include <dynfilter/io/association.hpp>
 #include <dynfilter/mapping/cloud_picture.hpp>
 #include <map>
 #include <optional>
@@ -17,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "eval/ate.hpp"
+#include "io/association.hpp"
 #include "map_sample.hpp"
 #include "picture.hpp"
 #include "run_record.hpp"

@@ -4,11 +4,11 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/io/trajectory.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <string>
 #include <vector>
 
+#include "io/trajectory.hpp"
 #include "running/run_summary.hpp"
 
 namespace dynfilter::command::report {

@@ -3,15 +3,15 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/registry.hpp>
+#include <dynfilter/detectors/dnn_provider.hpp>
+#include <dynfilter/detectors/file_provider.hpp>
+#include <dynfilter/detectors/process_provider.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
-#include <dynfilter/semantic/dnn_provider.hpp>
-#include <dynfilter/semantic/file_provider.hpp>
-#include <dynfilter/semantic/process_provider.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <utility>

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/io/atomic_file.hpp>
-#include <dynfilter/io/atomic_folder.hpp>
 #include <filesystem>
 #include <initializer_list>
 #include <ostream>
@@ -11,6 +9,8 @@
 #include <system_error>
 
 #include "interruption.hpp"
+#include "io/atomic_file.hpp"
+#include "io/atomic_folder.hpp"
 
 namespace dynfilter::command {
 

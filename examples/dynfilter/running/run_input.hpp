@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <dynfilter/core/camera_file.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/io/camera_file.hpp>
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/sequence.hpp>
+#include <dynfilter/detectors/detections.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -16,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/sequence.hpp"
 #include "odometry/options.hpp"
 #include "odometry/sensor.hpp"
 #include "sequence_run.hpp"

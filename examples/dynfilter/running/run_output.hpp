@@ -5,7 +5,6 @@
 #include <fmt/ostream.h>
 
 #include <cstddef>
-#include <dynfilter/io/trajectory.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -15,6 +14,7 @@
 #include <string>
 #include <utility>
 
+#include "io/trajectory.hpp"
 #include "pipeline_judge.hpp"
 #include "results_folder.hpp"
 #include "run_summary.hpp"

@@ -6,17 +6,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/eval/ate.hpp>
-#include <dynfilter/eval/classification.hpp>
-#include <dynfilter/eval/rpe.hpp>
-#include <dynfilter/eval/statistics.hpp>
-#include <dynfilter/io/trajectory.hpp>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "eval/ate.hpp"
+#include "eval/classification.hpp"
+#include "eval/rpe.hpp"
+#include "eval/statistics.hpp"
+#include "io/trajectory.hpp"
 #include "map/map_summary.hpp"
 #include "stage_totals.hpp"
 #include "text/json.hpp"

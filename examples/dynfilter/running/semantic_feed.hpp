@@ -5,14 +5,12 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/eval/statistics.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
 
 #include <algorithm>
 #include <cstdint>
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/sequence.hpp>
+#include <dynfilter/detectors/detections.hpp>
 #include <dynfilter/semantic/async_runner.hpp>
 #include <memory>
 #include <optional>
@@ -20,6 +18,8 @@
 #include <utility>
 #include <vector>
 
+#include "eval/statistics.hpp"
+#include "io/sequence.hpp"
 #include "odometry/track_result.hpp"
 #include "run_input.hpp"
 #include "run_summary.hpp"

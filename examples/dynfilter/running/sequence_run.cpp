@@ -5,17 +5,12 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/eval/classification.hpp>
-#include <dynfilter/io/detections.hpp>
-#include <dynfilter/io/sequence.hpp>
-#include <dynfilter/io/trajectory.hpp>
+#include <dynfilter/detectors/detections.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <dynfilter/io/pose_lookup.hpp>
-#include <dynfilter/render/scene_file.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -23,11 +18,16 @@
 #include <utility>
 
 #include "command_registry.hpp"
+#include "eval/classification.hpp"
 #include "identity.hpp"
 #include "interruption.hpp"
+#include "io/pose_lookup.hpp"
+#include "io/sequence.hpp"
+#include "io/trajectory.hpp"
 #include "map/map_run.hpp"
 #include "odometry/odometry.hpp"
 #include "pipeline_judge.hpp"
+#include "render/scene_file.hpp"
 #include "report/page.hpp"
 #include "report/recorder.hpp"
 #include "results_folder.hpp"

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/eval/statistics.hpp>
 
 #include <algorithm>
 #include <cctype>
@@ -16,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "eval/statistics.hpp"
 #include "text/json.hpp"
 #include "text/table.hpp"
 

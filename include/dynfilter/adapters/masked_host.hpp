@@ -37,8 +37,7 @@ class MaskedHost {
   /// Reads camera, depth unit (`DepthMapFactor`), pipeline and `DynFilter.` keys from a settings file as
   /// ORB-SLAM2 and 3 have it. Throws ConfigError, and IoError for a camera that is no pinhole or not there.
   MaskedHost(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
-             const MaskedImageParams& masking = MaskedImageParams(),
-             const ProviderRegistry& providers = host_providers())
+             const MaskedImageParams& masking = MaskedImageParams(), const ProviderRegistry& providers = {})
       : MaskedHost(read_orb_slam_settings(settings_file, registry, providers), settings_file,
                    host_sensor(sensor), masking) {}
   MaskedHost(OrbSlamSettings settings, const std::string& camera_file, HostSensor sensor,

@@ -52,11 +52,11 @@ class OrbSlam {
   /// says, returns null or one that lets every feature through. `sensor`: the host's System::eSensor.
   static std::unique_ptr<OrbSlam> start(const std::string& settings_file, int sensor, Tell tell,
                                         const Registry& registry = builtin_filters(),
-                                        const ProviderRegistry& providers = host_providers());
+                                        const ProviderRegistry& providers = {});
 
   /// The same for hosts that handle exceptions: throws ConfigError.
   OrbSlam(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
-          const ProviderRegistry& providers = host_providers())
+          const ProviderRegistry& providers = {})
       : OrbSlam(read_orb_slam_settings(settings_file, registry, providers), host_sensor(sensor)) {}
   OrbSlam(OrbSlamSettings settings, HostSensor sensor, Tell tell = nullptr);
 

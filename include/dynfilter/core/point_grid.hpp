@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/core/sparse_cells.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/core/sparse_cells.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <vector>

@@ -28,6 +28,9 @@ constexpr bool is_utf8_continuation(char c) {
 /// A tab is allowed.
 std::size_t printable_utf8_bytes(std::string_view text);
 
+/// Whether the first byte cannot begin or continue a character of UTF-8, as in paths of other encodings.
+bool is_of_other_encoding(std::string_view text);
+
 /// Columns of an error message for one text of a user.
 inline constexpr std::size_t kMostQuotedColumns = 60;
 

@@ -138,7 +138,7 @@ class YamlText {
   // ---- one value
   /// `what`: "a key" or "a value". Fails at a character with which no plain text begins.
   void check_start(const char* what) const;
-  /// From there to here without blanks at the end. Fails if it is not printable UTF-8.
+  /// From there to here without blanks at the end. Fails at a character that is not printable.
   std::string taken(std::size_t from) const;
   void check_text(std::size_t from, std::size_t to) const;
   /// Skips a tag such as `!!opencv-matrix`. True if there was one: a map must follow.

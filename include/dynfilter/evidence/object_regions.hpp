@@ -79,7 +79,7 @@ class ObjectRegions {
 
   cv::Point2f flow_on(const MaskLookup& mask, const LateResult& late);
 
-  ObjectRegion object_;                   ///< of one detection or mask
+  ObjectRegion object_;                           ///< of one detection or mask
   std::vector<ObjectRegion> components_of_mask_;  ///< those after the last one only keep their memory
   DetectionFilter wanted_;
   MaskComponents components_;

@@ -69,6 +69,9 @@ class MapPointBeliefFilter final : public NamedFilter<MapPointBeliefFilter> {
 
   void learn(const Evidence& evidence, const MaskInput& mask, Votes& votes);
 
+  /// Null: never observed, or not within `forget_frames`, also where the filter did not run meanwhile.
+  Belief* recent(std::int64_t point, std::int64_t now);
+
   /// Runs every 32 frames, so that its cost is negligible.
   void forget(std::int64_t now);
 

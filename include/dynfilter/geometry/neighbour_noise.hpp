@@ -52,7 +52,7 @@ class NeighbourNoise {
   std::optional<double> whole_scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two);
 
  private:
-  static constexpr float kMinApart_px = 3;     ///< nearer ones are nearly the same patch
+  static constexpr float kMinApart_px = 3;  ///< nearer ones are nearly the same patch
   static constexpr float kLeastReach_px = 2 * kMinApart_px;
   static constexpr float kSameSurface = 0.1F;  ///< depths that differ by no more than this share
 
@@ -63,7 +63,8 @@ class NeighbourNoise {
   static constexpr std::size_t kLanes = 4;
   static constexpr Four kLane{0, 1, 2, 3};
 
-  static constexpr double kCrowd = 256, kFew = 16;  ///< neighbours within reach that are many, and that are enough
+  static constexpr double kCrowd = 256,
+                          kFew = 16;  ///< neighbours within reach that are many, and that are enough
 
   /// Sorts the misses into cells of the first radius to search. It is the reach, or less where that crowds them.
   void sort_into_cells(Span<const Miss> misses, float reach_px);

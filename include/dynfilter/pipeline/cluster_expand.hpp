@@ -72,9 +72,7 @@ class ClusterExpandStage final : public Combinator {
   void grow_by_neighbours(FrameEvidence& evidence, std::uint64_t reason, Judgement& out);
   /// Positions of the features in the space of the parameters, and the radius in its unit.
   Span<const cv::Point3f> places(const FrameEvidence& evidence);
-  double radius() const {
-    return params_.space == ExpandSpace::Image ? params_.radius_px : params_.radius_m;
-  }
+  double radius() const { return params_.space == ExpandSpace::Image ? params_.radius_px : params_.radius_m; }
   /// 1 or 0 each: dynamic, known.
   static NeighbourCounts::Counts marks(Vote vote) {
     return {vote == Vote::Dynamic ? 1 : 0, vote != Vote::Unknown ? 1 : 0};

@@ -22,7 +22,7 @@ namespace dynfilter {
 /// Its thread is detached and then owns the provider and the image alone.
 /// If the provider returns later, the thread deletes them and ends.
 /// A thread cannot be killed. To be able to kill a provider, run it in a process
-/// (semantic/process_provider.hpp).
+/// (detectors/process_provider.hpp).
 /// The destructor waits up to `shutdown_s` and then abandons the provider.
 /// A provider abandoned at the end of main() must not use static objects.
 ///

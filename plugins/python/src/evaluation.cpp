@@ -3,14 +3,14 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <dynfilter/eval/ate.hpp>
-#include <dynfilter/eval/rpe.hpp>
-#include <dynfilter/io/trajectory.hpp>
-#include <dynfilter/io/trajectory_formats.hpp>
 #include <string>
 
 #include "arguments.hpp"
 #include "bindings.hpp"
+#include "eval/ate.hpp"
+#include "eval/rpe.hpp"
+#include "io/trajectory.hpp"
+#include "io/trajectory_formats.hpp"
 #include "trajectory.hpp"
 
 namespace dynfilter::python {

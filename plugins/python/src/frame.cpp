@@ -3,8 +3,8 @@
 #include <pybind11/stl.h>
 
 #include <cmath>
-#include <dynfilter/io/camera_file.hpp>
-#include <dynfilter/io/detections.hpp>
+#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/detectors/detections.hpp>
 #include <utility>
 
 #include "arguments.hpp"

@@ -2,7 +2,6 @@
 #include <pybind11/stl.h>
 
 #include <dynfilter/core/parameters.hpp>
-#include <dynfilter/io/ply.hpp>
 #include <dynfilter/mapping/static_map.hpp>
 #include <memory>
 #include <string>
@@ -10,6 +9,7 @@
 
 #include "arguments.hpp"
 #include "bindings.hpp"
+#include "io/ply.hpp"
 
 namespace dynfilter::python {
 namespace {

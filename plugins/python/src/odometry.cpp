@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The reference odometry of `dynfilter run`, and its judge, on frames that Python hands over.
 #include "bindings.hpp"
+#include "eval/classification.hpp"
 
 #ifdef DYNFILTER_PYTHON_ODOMETRY
 
 #include <pybind11/stl.h>
 
 #include <cmath>
-#include <dynfilter/eval/classification.hpp>
 #include <map>
 #include <memory>
 #include <odometry/odometry.hpp>

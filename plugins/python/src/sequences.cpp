@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/stl.h>
 
-#include <dynfilter/io/image_file.hpp>
-#include <dynfilter/io/sequence.hpp>
-#include <dynfilter/render/scenes.hpp>
-#include <dynfilter/render/sequence_renderer.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -12,6 +9,9 @@
 
 #include "arguments.hpp"
 #include "bindings.hpp"
+#include "io/sequence.hpp"
+#include "render/scenes.hpp"
+#include "render/sequence_renderer.hpp"
 #include "trajectory.hpp"
 
 namespace dynfilter::python {

@@ -3,7 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include <dynfilter/io/trajectory.hpp>
+#include "io/trajectory.hpp"
 
 namespace dynfilter::python {
 

@@ -3,12 +3,12 @@
 
 #include <dynfilter/adapters/masked_host.hpp>
 
+#include <dynfilter/core/camera_file.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/io/camera_file.hpp>
 #include <opencv2/core/version.hpp>
 #include <opencv2/imgproc.hpp>
 

@@ -3,30 +3,12 @@
 
 #include <dynfilter/adapters/orb_slam/params.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/semantic/file_provider.hpp>
-#include <dynfilter/semantic/process_provider.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <memory>
 #include <string>
 
-#ifdef DYNFILTER_HAS_DNN
-#include <dynfilter/semantic/dnn_provider.hpp>
-#endif
-
 namespace dynfilter {
-
-/// The kinds of detector that `DynFilter.detector` may name: files and processes, and networks of OpenCV
-/// where the host links dynfilter::dnn.
-inline ProviderRegistry host_providers() {
-  ProviderRegistry registry;
-  registry.add<FileProvider>();
-  registry.add<ProcessProvider>();
-#ifdef DYNFILTER_HAS_DNN
-  registry.add<DnnProvider>();
-#endif
-  return registry;
-}
 
 /// What boxes and masks the settings promise, before any came. Of a detector both: which of them it makes is
 /// seen later.

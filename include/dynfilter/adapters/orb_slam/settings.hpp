@@ -38,7 +38,7 @@ std::string find_pipeline(const std::string& name, const std::string& settings_f
 /// the file holds is the host's, keys that repeat included; only keys that nearly are ours are errors. Throws
 /// ConfigError.
 OrbSlamSettings read_orb_slam_settings(const std::string& file, const Registry& registry = builtin_filters(),
-                                       const ProviderRegistry& providers = host_providers());
+                                       const ProviderRegistry& providers = {});
 
 /// What the file says of `DynFilter.on_error`, whatever else is wrong with it. Never throws.
 OnError read_on_error(const std::string& file) noexcept;

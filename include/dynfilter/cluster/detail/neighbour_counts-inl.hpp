@@ -69,7 +69,9 @@ inline void NeighbourCounts::search(std::uint32_t n, Query& query) const {
   const cv::Point3f near(std::clamp(at.x, node.low.x, node.high.x), std::clamp(at.y, node.low.y, node.high.y),
                          std::clamp(at.z, node.low.z, node.high.z));
   if (detail::squared_distance(at, near) > query.surely_beyond2) return;
-  const auto farther = [](float from, float low, float high) { return from - low > high - from ? low : high; };
+  const auto farther = [](float from, float low, float high) {
+    return from - low > high - from ? low : high;
+  };
   const cv::Point3f far(farther(at.x, node.low.x, node.high.x), farther(at.y, node.low.y, node.high.y),
                         farther(at.z, node.low.z, node.high.z));
   if (detail::squared_distance(at, far) <= query.surely_within2) return query.found.add(node.counts);

@@ -41,6 +41,16 @@ DYNFILTER_INLINE std::size_t printable_utf8_bytes(std::string_view text) {
   return i;
 }
 
+DYNFILTER_INLINE bool is_of_other_encoding(std::string_view text) {
+  const unsigned first = text.empty() ? 0U : static_cast<unsigned char>(text[0]);
+  if (first < 0x80U) return false;
+  const std::size_t more = first < 0xC2U ? 0 : first < 0xE0U ? 1 : first < 0xF0U ? 2 : first < 0xF5U ? 3 : 0;
+  if (more == 0 || more >= text.size()) return true;
+  for (std::size_t i = 1; i <= more; ++i)
+    if (!is_utf8_continuation(text[i])) return true;
+  return false;
+}
+
 DYNFILTER_INLINE std::string in_backticks(std::string_view text) {
   constexpr std::size_t kMostBytes = 4 * kMostQuotedColumns;  // of text that is not UTF-8, too
   std::size_t columns = 0, end = 0;

@@ -375,8 +375,10 @@ inline std::string YamlText::taken(std::size_t from) const {
 
 inline void YamlText::check_text(std::size_t from, std::size_t to) const {
   const std::string_view text(text_.data() + from, to - from);
-  const std::size_t valid = printable_utf8_bytes(text);
-  if (valid < text.size()) fail_at(place(from + valid), "a text that is not printable UTF-8");
+  for (std::size_t at = printable_utf8_bytes(text); at < text.size();
+       at += 1 + printable_utf8_bytes(text.substr(at + 1)))
+    if (!is_of_other_encoding(text.substr(at)))
+      fail_at(place(from + at), "a character that is not printable");
 }
 
 inline bool YamlText::skip_tag() {

@@ -120,7 +120,7 @@ inline void DescriptorMatcher::search(std::size_t i, const cv::KeyPoint& feature
     const Span<const std::uint32_t> candidates =
         in_window(feature.octave, centre, radius * radius, begin, end);
 #ifdef DYNFILTER_AVX2
-    if (current_words_.stride() == 4 && detail::cpu_has_avx2()) return compare_by_popcnt(i, candidates);
+    if (current_words_.stride() == 4 && uses_avx2()) return compare_by_popcnt(i, candidates);
 #endif
     for (const std::uint32_t c : candidates)
       offer(i, c, detail::hamming(current_words_.row(i), reference_words_.row(c), current_words_.stride()));

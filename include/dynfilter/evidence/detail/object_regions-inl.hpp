@@ -65,7 +65,8 @@ inline void ObjectRegions::find_detections(const Evidence& evidence, const Objec
     if (params.objects == ObjectSource::Boxes)
       find_box(evidence, detection.box, params, late, object_);
     else
-      find_instance(evidence, MaskLookup(detection.mask, image_size(evidence.frame())), params, late, object_);
+      find_instance(evidence, MaskLookup(detection.mask, image_size(evidence.frame())), params, late,
+                    object_);
     visitor.visit(object_);
   }
 }
@@ -111,7 +112,9 @@ inline void ObjectRegions::find_components(const Evidence& evidence, const MaskL
     const auto add = [i](std::vector<std::size_t>& features) {
       if (features.empty() || features.back() != i) features.push_back(i);
     };
-    const auto object = [&](int c) -> ObjectRegion& { return components_of_mask_[static_cast<std::size_t>(c)]; };
+    const auto object = [&](int c) -> ObjectRegion& {
+      return components_of_mask_[static_cast<std::size_t>(c)];
+    };
     components_.around(then, 0, [&](int c) { add(object(c).inside); });
     components_.around(then, params.near_px, [&](int c) { add(object(c).near); });
   }

@@ -57,8 +57,7 @@ inline void BoxBlurFilter::collect(const Evidence& evidence, const LateResult& l
   }
 }
 
-inline void BoxBlurFilter::judge(const cv::Mat& grey, const Box& box, const Sharpness& rest,
-                                 Votes& votes) {
+inline void BoxBlurFilter::judge(const cv::Mat& grey, const Box& box, const Sharpness& rest, Votes& votes) {
   const Sharpness own = sharpness(grey, box.place, false);
   if (!own.known) return;
   const double share = std::min(own.along_x / rest.along_x, own.along_y / rest.along_y);

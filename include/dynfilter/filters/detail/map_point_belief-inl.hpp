@@ -48,10 +48,10 @@ DYNFILTER_INLINE void MapPointBeliefFilter::apply(const Evidence& evidence, Vote
   if (frame.mask) learn(evidence, *frame.mask, votes);
   const double limit = log_odds(std::clamp(params_.threshold, 1e-9, 1 - 1e-9));
   for (std::size_t i = 0; i < evidence.size(); ++i) {
-    const auto known = beliefs_.find(frame.map_point_ids[i]);
-    if (known == beliefs_.end()) continue;
-    known->second.seen = frame.id;
-    const double odds = known->second.log_odds;
+    Belief* const known = recent(frame.map_point_ids[i], frame.id);
+    if (known == nullptr) continue;
+    known->seen = frame.id;
+    const double odds = known->log_odds;
     if (std::abs(odds - limit) < 1e-9) continue;
     votes.cast(i, odds > limit ? Vote::Dynamic : Vote::Static,
                static_cast<float>(1 / (1 + portable::exp(-odds))));
@@ -70,12 +70,21 @@ inline void MapPointBeliefFilter::learn(const Evidence& evidence, const MaskInpu
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const std::int64_t point = evidence.frame().map_point_ids[i];
     if (point < 0 || !late.found(i)) continue;
+    recent(point, evidence.frame().id);
     Belief& belief =
         beliefs_.try_emplace(point, Belief{log_odds(params_.initial), evidence.frame().id}).first->second;
     const bool on = lookup.near(late.then_px(i), params_.dilate_px);
     belief.log_odds = std::clamp(belief.log_odds + (on ? step : -step), -kMaxLogOdds, kMaxLogOdds);
     belief.seen = evidence.frame().id;
   }
+}
+
+inline MapPointBeliefFilter::Belief* MapPointBeliefFilter::recent(std::int64_t point, std::int64_t now) {
+  const auto known = beliefs_.find(point);
+  if (known == beliefs_.end()) return nullptr;
+  if (now - known->second.seen <= params_.forget_frames) return &known->second;
+  beliefs_.erase(known);
+  return nullptr;
 }
 
 inline void MapPointBeliefFilter::forget(std::int64_t now) {

@@ -25,10 +25,10 @@ DYNFILTER_INLINE Votes judge(Filter& filter, const ExactScene& scene, int frame,
     const ExactFrame now = scene.frame(k);  // must outlive the use of its view
     evidence.begin(now.view(), CallPoint::BeforePose);
     votes.reset(now.size());
-    const Input missing = without(needs.required, evidence.inputs());
-    if (missing == Input::None)
+    const Input missing = without(needs.required, inputs_of(now.view()));
+    if (without(needs.required, evidence.inputs()) == Input::None)
       filter.apply(evidence, votes);
-    else if (k == frame)
+    else if (k == frame && missing != Input::None)  // else it has no valid value: a pipeline skips the stage
       throw ConfigError(filter.name(),
                         "frame " + std::to_string(k) + " of the scene has no " + to_string(missing));
     evidence.end(false);

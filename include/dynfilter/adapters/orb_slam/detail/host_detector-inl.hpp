@@ -5,6 +5,7 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/semantic/async_runner.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
@@ -48,12 +49,28 @@ inline RunnerParams runner_params(const OrbSlamParams& params, bool files) {
   }
 }
 
+inline std::string single_quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
+  return result + "'";
+}
+
+/// `boxes` and `masks` are those of a detector of type `files`.
+inline YamlDocument files_detector(const OrbSlamParams& params) {
+  std::string text = "%YAML:1.0\ndetector:\n  type: files\n";
+  const auto add = [&](const char* key, const std::string& value) {
+    if (!value.empty()) text += std::string("  ") + key + ": " + single_quoted(value) + "\n";
+  };
+  add("detections", params.boxes);
+  add("masks", params.masks);
+  return YamlDocument::from_text(text);
+}
+
 inline std::unique_ptr<SemanticProvider> make_provider(const OrbSlamParams& params,
                                                        const std::filesystem::path& folder,
                                                        const ProviderRegistry& providers) {
   if (params.detector.empty())
-    return std::make_unique<FileProvider>(FileProviderParams{params.boxes, params.masks},
-                                          ProviderFiles{{folder, "."}});
+    return read_detector(files_detector(params), providers, ProviderFiles{{folder, "."}}).make();
   std::filesystem::path networks = folder / params.network_dir;  // an absolute one stays
   std::error_code error;
   if (!std::filesystem::is_directory(networks, error)) networks = params.network_dir;
@@ -70,11 +87,15 @@ DYNFILTER_INLINE std::unique_ptr<SemanticRunner> make_semantics(const OrbSlamPar
   const RunnerParams runner = runner_params(params, files);
   std::filesystem::path folder = std::filesystem::path(settings_file).parent_path();
   if (folder.empty()) folder = ".";
+  const char* key = !files ? "detector" : params.boxes.empty() ? "masks" : "boxes";
+  if (providers.names().empty())
+    throw ConfigError(std::string("DynFilter.") + key,
+                      "this host has no detectors: link dynfilter::detectors and hand in host_providers() of "
+                      "<dynfilter/detectors/host_providers.hpp>");
   try {
     return make_runner(make_provider(params, folder, providers), runner);
   } catch (const Error& error) {
     const bool lacks_dnn = std::string(error.what()).find("got `dnn`") != std::string::npos;
-    const char* key = !files ? "detector" : params.boxes.empty() ? "masks" : "boxes";
     const char* hint = lacks_dnn ? " (`dnn`: link dynfilter::dnn, or use a detector of type `process`)" : "";
     throw ConfigError(std::string("DynFilter.") + key, std::string(error.what()) + hint);
   }

@@ -1,0 +1,12 @@
+# What surrounds the toolkit: readers and writers of recordings, evaluation, rendered sequences. Ordinary sources, linked by the
+# command, the Python package and the tests. Not installed: nothing under include/ needs it.
+find_package(OpenCV QUIET OPTIONAL_COMPONENTS imgcodecs)  # writes pictures
+set(workshop_dir "${PROJECT_SOURCE_DIR}/examples/dynfilter")
+file(GLOB workshop_sources CONFIGURE_DEPENDS
+  "${workshop_dir}/io/*.cpp" "${workshop_dir}/eval/*.cpp" "${workshop_dir}/render/*.cpp")
+add_library(dynfilter_workshop STATIC ${workshop_sources})
+set_target_properties(dynfilter_workshop PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 20
+  POSITION_INDEPENDENT_CODE ON)  # the Python package links it
+target_include_directories(dynfilter_workshop PUBLIC "${workshop_dir}")
+target_link_libraries(dynfilter_workshop PUBLIC dynfilter::detectors opencv_imgcodecs opencv_imgproc
+  PRIVATE dynfilter_compile_options)

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <csetjmp>
+#include <cstdio>
+#include <dynfilter/detectors/decoded_image.hpp>
+#include <string>
+
+namespace dynfilter::io::detail {
+
+/// Calls of a C library whose errors must leave it by a long jump. What is allocated is freed by the
+/// destructor of the derived class, after the jump.
+class CDecoder {
+ public:
+  CDecoder() = default;
+  CDecoder(const CDecoder&) = delete;
+  CDecoder& operator=(const CDecoder&) = delete;
+
+ protected:
+  ~CDecoder() = default;
+
+  /// Throws ImageFault if one of the calls left. They must not throw, and have no variables with destructors.
+  template <class Calls>
+  void run(const Calls& calls) {
+    if (!returns(calls)) throw ImageFault(fault_.data());
+  }
+
+  [[noreturn]] void leave(const char* fault) {
+    std::snprintf(fault_.data(), fault_.size(), "%s", fault);
+    std::longjmp(target_, 1);
+  }
+
+  /// A warning is an error, too: the decoder would fill in what is missing.
+  [[noreturn]] void leave_damaged(const char* library, const char* message) {
+    std::snprintf(fault_.data(), fault_.size(), "is damaged (%s: %s)", library, message);
+    std::longjmp(target_, 1);
+  }
+
+ private:
+  static constexpr std::size_t kMaxFault = 256;
+
+  template <class Calls>
+  bool returns(const Calls& calls) {
+    if (setjmp(target_) != 0) return false;
+    calls();
+    return true;
+  }
+
+  std::jmp_buf target_{};
+  std::array<char, kMaxFault> fault_{};
+};
+
+}  // namespace dynfilter::io::detail
