@@ -452,7 +452,8 @@ TEST_CASE("a closed host has the same keys: boxes of a file, the first frame, th
   CHECK(has(closed.start_line(), "; mask is optional"));
   for (int k = 0; k < 31; ++k) closed.process(grey(), depth(), 100 + 0.04 * k);
   CHECK(closed.warning().empty());
-  MaskedHost needy(folder.settings(boxes + "DynFilter.pipeline: dynaslam\n"), 2);
+  MaskedHost needy(folder.settings(boxes + "DynFilter.pipeline: dynaslam\n"), 2, builtin_filters(),
+                   MaskedImageParams(), host_providers());
   for (int k = 0; k < 31; ++k) needy.process(grey(), depth(), 100 + 0.04 * k);
   CHECK(has(needy.warning(), "no mask came for semantic_mask"));
 }
