@@ -14,9 +14,12 @@
 #define DYNFILTER_ALLOCATION_HOOKS
 #endif
 #ifdef DYNFILTER_ALLOCATION_HOOKS
-#include <sanitizer/allocator_interface.h>
-
 #include <atomic>
+
+// GCC has the function, but not the header that declares it.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*,
+                                                                             std::size_t),
+                                                         void (*free_hook)(const volatile void*));
 #endif
 
 namespace dynfilter_test {
