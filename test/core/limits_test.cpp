@@ -21,6 +21,7 @@ TEST_CASE("the table of docs/explanation/trust.md has every limit with its value
   has("kMaxBoxes", static_cast<long long>(kMaxBoxes));
   has("kMaxFeatures", static_cast<long long>(kMaxFeatures));
   has("kMaxCrowd", static_cast<long long>(kMaxCrowd));
+  has("kMaxWindow", static_cast<long long>(kMaxWindow));
   has("kMaxBoxFeaturePairs", static_cast<long long>(kMaxBoxFeaturePairs));
   has("kMaxImageSide_px", kMaxImageSide_px);
   has("kMaxImagePixels", kMaxImagePixels);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <limits>
 #include <numeric>
@@ -232,6 +233,25 @@ TEST_CASE("Counting bits by words is counting bits") {
       for (std::uint64_t x = a[words] ^ b[words]; x != 0; x &= x - 1) ++bits;
     }
   }
+}
+
+TEST_CASE("a feature with too many candidates has no match, and others keep theirs") {
+  std::vector<cv::KeyPoint> keypoints{cv::KeyPoint(900, 900, 1)};
+  for (std::size_t i = 0; i <= dynfilter::limits::kMaxWindow; ++i)
+    keypoints.emplace_back(static_cast<float>(i % 20), static_cast<float>(i / 20 % 20), 1.0F);
+  cv::Mat descriptors(static_cast<int>(keypoints.size()), 32, CV_8UC1);
+  cv::randu(descriptors, 0, 255);
+  dynfilter::DescriptorMatcher matcher;
+  dynfilter::Correspondences out;
+  matcher.match({keypoints, descriptors}, {keypoints, descriptors}, {}, out);
+  CHECK(out.count() == 1);
+  CHECK(out.reference_index[0] == 0);
+  CHECK(matcher.crowded() == keypoints.size() - 1);
+  keypoints.pop_back();
+  const cv::Mat fewer = descriptors.rowRange(0, descriptors.rows - 1);
+  matcher.match({keypoints, fewer}, {keypoints, fewer}, {}, out);
+  CHECK(matcher.crowded() == 0);
+  CHECK(out.count() > keypoints.size() / 2);
 }
 
 }  // namespace descriptor_match_test

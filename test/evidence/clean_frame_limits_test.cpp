@@ -121,7 +121,7 @@ TEST_CASE("of more features in a square than it has pixels none has a position, 
     CHECK(std::isnan(frame.keypoints_undistorted[i].pt.y));
   }
   CHECK(cleaner.notes() ==
-        std::vector<std::string>{"33 keypoints are more than 32 in a square of 8 px: not judged"});
+        std::vector<std::string>{"65 keypoints are more than 64 in a square of 8 px: not judged"});
 }
 
 TEST_CASE("with many features fewer boxes are used") {

@@ -150,6 +150,15 @@ void add_semantics(std::vector<Arrangement>& all) {
 void add_identities(std::vector<Arrangement>& all) {
   all.push_back({"equal descriptors", Source::Descriptors,
                  [](Crowd& crowd, int) { crowd.descriptors.setTo(cv::Scalar(85)); }});
+  const auto one_octave = [](Crowd& crowd) {
+    for (cv::KeyPoint& keypoint : crowd.keypoints) keypoint.octave = 0;
+  };
+  all.push_back(
+      {"one octave, descriptors", Source::Descriptors, [=](Crowd& crowd, int) { one_octave(crowd); }});
+  all.push_back({"one octave, dense, descriptors", Source::Descriptors, [=](Crowd& crowd, int k) {
+                   put(crowd, k, [](std::size_t i, std::size_t n, Random&) { return at_dense_pixel(i, n); });
+                   one_octave(crowd);
+                 }});
   all.push_back({"one map point", Source::Flow, [](Crowd& crowd, int) {
                    std::fill(crowd.map_point_ids.begin(), crowd.map_point_ids.end(), 7);
                    std::fill(crowd.map_points.begin(), crowd.map_points.end(), cv::Point3f(0, 0, 2));

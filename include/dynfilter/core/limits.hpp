@@ -18,10 +18,13 @@ inline constexpr std::size_t kMaxBoxFeaturePairs = 20'000'000;
 /// Features per frame. ORB-SLAM extracts 1000 to 5000, dense front ends about 20,000.
 inline constexpr std::size_t kMaxFeatures = 100'000;
 
-/// Features in a square of kCrowd_px: one on two pixels. ORB-SLAM has one in three such squares, a dense front end of
-/// 20,000 features in 640 x 480 has four in each. More of them cannot be told apart by place.
-inline constexpr std::size_t kMaxCrowd = 32;
+/// Features in a square of kCrowd_px: one per pixel. ORB-SLAM has one in three such squares.
+/// 20,000 corners of cv::ORB, which crowds them, are 29 in the fullest square of 121 images.
+inline constexpr std::size_t kMaxCrowd = 64;
 inline constexpr int kCrowd_px = 8;
+
+/// Candidates around the search window of a feature that is matched by its descriptor.
+inline constexpr std::size_t kMaxWindow = 4096;
 
 /// Width and height of an image [px].
 inline constexpr int kMaxImageSide_px = 16'384;

@@ -68,9 +68,13 @@ class DescriptorMatcher {
 
   /// `expected_px` is the expected position of each current feature in the reference frame.
   /// NaN means unknown. If the array is empty, the current positions are expected.
-  /// Nothing is found if descriptors are missing or differ in length.
+  /// Nothing is found if descriptors are missing or differ in length, and for a feature with more than
+  /// limits::kMaxWindow candidates in the cells around its window.
   void match(const DescribedFeatures& current, const DescribedFeatures& reference,
              Span<const cv::Point2f> expected_px, Correspondences& out);
+
+  /// Features of the last call with too many candidates.
+  std::size_t crowded() const { return crowded_; }
 
  private:
   struct Best {
@@ -105,6 +109,7 @@ class DescriptorMatcher {
   PointGrid grid_;
   std::vector<Candidate> candidates_;
   std::vector<std::uint32_t> in_window_;
+  std::size_t crowded_ = 0;
   std::vector<Best> forward_, backward_;  ///< of the candidates, the second
 };
 

@@ -74,6 +74,7 @@ class FrameMatches {
   // Late boxes need another frame, which uses flow or descriptors instead.
   void correspond(const StoredFrame& stored, Correspondences& out);
 
+  void descriptor_matches(const StoredFrame& stored, Correspondences& out);
   void host_matches(const StoredFrame& stored, Correspondences& out);
 
   template <class Correspond>

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/parameters.hpp>
 #include <opencv2/core.hpp>
 
@@ -74,6 +75,7 @@ DYNFILTER_INLINE void DescriptorMatcher::match(const DescribedFeatures& current,
                                                Span<const cv::Point2f> expected_px, Correspondences& out) {
   const std::size_t n = current.keypoints.size();
   out.reset(n);
+  crowded_ = 0;
   if (!detail::DescriptorWords::fits(reference.descriptors, reference.keypoints.size()) ||
       current.descriptors.cols != reference.descriptors.cols ||
       !current_words_.assign(current.descriptors, n))
@@ -116,13 +118,18 @@ inline void DescriptorMatcher::Best::offer(int d, std::int32_t i) {
 
 inline void DescriptorMatcher::search(std::size_t i, const cv::KeyPoint& feature, const cv::Point2f& centre) {
   const auto radius = static_cast<float>(params_.search_radius_px);
+  std::size_t candidates = 0;
+  grid_.ranges_around(centre, radius, [&](std::size_t begin, std::size_t end) { candidates += end - begin; });
+  if (candidates > limits::kMaxWindow) {
+    ++crowded_;
+    return;
+  }
   grid_.ranges_around(centre, radius, [&](std::size_t begin, std::size_t end) {
-    const Span<const std::uint32_t> candidates =
-        in_window(feature.octave, centre, radius * radius, begin, end);
+    const Span<const std::uint32_t> inside = in_window(feature.octave, centre, radius * radius, begin, end);
 #ifdef DYNFILTER_AVX2
-    if (current_words_.stride() == 4 && uses_avx2()) return compare_by_popcnt(i, candidates);
+    if (current_words_.stride() == 4 && uses_avx2()) return compare_by_popcnt(i, inside);
 #endif
-    for (const std::uint32_t c : candidates)
+    for (const std::uint32_t c : inside)
       offer(i, c, detail::hamming(current_words_.row(i), reference_words_.row(c), current_words_.stride()));
   });
 }

@@ -8,6 +8,7 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/host_match.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
@@ -109,7 +110,15 @@ DYNFILTER_INLINE void FrameMatches::correspond(const StoredFrame& stored, Corres
   else if (uses_flow())
     flow_.track(history_.find(frame.id)->pyramid, stored.pyramid, current_.pixels(), {}, out);
   else
-    descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {}, out);
+    descriptor_matches(stored, out);
+}
+
+inline void FrameMatches::descriptor_matches(const StoredFrame& stored, Correspondences& out) {
+  const FrameView& frame = current_.frame();
+  descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {}, out);
+  if (descriptors_.crowded() > 0)
+    note_ = std::to_string(descriptors_.crowded()) + " features have more than " +
+            std::to_string(limits::kMaxWindow) + " candidates: not matched";
 }
 
 inline void FrameMatches::host_matches(const StoredFrame& stored, Correspondences& out) {
