@@ -50,7 +50,7 @@ class InputWatch {
     Input needed, replaceable;  ///< replaceable: a later member of `first_available` judges without it
     Input missing;              ///< of both, never given so far
     bool is_filter, judged = false;
-    std::string note = "";  ///< the last one
+    std::string note{};  ///< the last one
   };
   /// A member of `first_available`.
   struct Member {

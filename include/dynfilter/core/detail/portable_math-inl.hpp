@@ -100,7 +100,7 @@ inline double turned(const Reduced& r, int quarters) {
 
 /// For 0 <= t <= 1: atan(c) + atan((t - c) / (1 + t c)) with c of the table, then Taylor's series.
 inline double atan_of(double t) {
-  const int k = static_cast<int>(4 * t + 0.5);
+  const int k = static_cast<int>(std::floor(4 * t + 0.5));
   const double c = 0.25 * k, x = (t - c) / (1 + t * c), z = x * x;
   return kAtan[k] + (x + (kAtanRest[k] + x * z * series(kAtanSeries, z)));
 }

@@ -11,7 +11,8 @@ namespace dynfilter {
 
 DYNFILTER_INLINE Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad) {
   const double c = portable::cos(angle_rad);
-  const Eigen::Vector3d a = axis, versine = (1 - c) * a, s = portable::sin(angle_rad) * a;
+  const Eigen::Vector3d& a = axis;
+  const Eigen::Vector3d versine = (1 - c) * a, s = portable::sin(angle_rad) * a;
   Eigen::Matrix3d R;
   R << versine.x() * a.x() + c, versine.x() * a.y() - s.z(), versine.x() * a.z() + s.y(),
       versine.x() * a.y() + s.z(), versine.y() * a.y() + c, versine.y() * a.z() - s.x(),
