@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <string>
 #include <vector>

@@ -7,7 +7,7 @@
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 
 int main(int argc, char** argv) try {
   using namespace dynfilter;
@@ -19,17 +19,17 @@ int main(int argc, char** argv) try {
   load_plugin(argv[1], registry);
   Pipeline pipeline(pipeline_from_file(argv[2], registry));
 
-  const synth::ExactScene scene = synth::preset(synth::Preset::NoMotion).with_detections();
+  const testing::ExactScene scene = testing::preset(testing::Preset::NoMotion).with_detections();
   int found = 0, dynamic = 0, lost = 0, fixed = 0;
   for (int k = 0; k < 10; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+    const testing::ExactFrame frame = scene.frame(k);
     const Verdict& verdict = pipeline.before_pose(frame.view());
     if (k < 5) continue;
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      dynamic += frame.truth[i] == synth::Truth::Dynamic;
-      found += frame.truth[i] == synth::Truth::Dynamic && !verdict.keep(i);
-      fixed += frame.truth[i] == synth::Truth::Static;
-      lost += frame.truth[i] == synth::Truth::Static && !verdict.keep(i);
+      dynamic += frame.truth[i] == testing::Truth::Dynamic;
+      found += frame.truth[i] == testing::Truth::Dynamic && !verdict.keep(i);
+      fixed += frame.truth[i] == testing::Truth::Static;
+      lost += frame.truth[i] == testing::Truth::Static && !verdict.keep(i);
     }
   }
   std::printf("%s: %d of %d dynamic features found, %d of %d static ones lost\n", pipeline.name().c_str(),

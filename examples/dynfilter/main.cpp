@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <cstring>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/version.hpp>
 #include <exception>

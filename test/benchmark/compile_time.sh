@@ -3,7 +3,7 @@
 # CPU time to compile one file, of dynfilter's headers how many it includes, and their lines:
 #   (a) includes dynfilter.hpp, builds a pipeline from YAML and judges a frame    (d) the same, header-only
 #   (b) a plugin with one filter (examples/03_custom_filter)
-#   (c) calls the ORB-SLAM adapter as Tracking.cc does, with the types of test/adapters, and the same without the adapter
+#   (c) calls the ORB-SLAM adapter as Tracking.cc does, with the types of test/hosts, and the same without the adapter
 # One process at a time. Needs pkg-config, Eigen and OpenCV; builds nothing else.
 #   bash test/benchmark/compile_time.sh                  with c++ -O2
 #   bash test/benchmark/compile_time.sh g++ clang++-14   with these compilers
@@ -31,9 +31,9 @@ std::size_t kept(const std::string& yaml, const std::vector<cv::KeyPoint>& keypo
 CODE
 # What a fork adds to Tracking.cc and Tracking.h.
 cat >"$folder/with.cpp" <<'CODE'
-#include "adapters/host_stand_ins.hpp"
+#include "hosts/host_stand_ins.hpp"
 
-#include <dynfilter/adapters/orb_slam.hpp>
+#include <dynfilter/hosts/orb_slam.hpp>
 #include <iostream>
 
 struct Tracking {
@@ -57,7 +57,7 @@ void track(Tracking& tracking, const cv::Mat& grey, const cv::Mat& depth) {
 }
 CODE
 cat >"$folder/without.cpp" <<'CODE'
-#include "adapters/host_stand_ins.hpp"
+#include "hosts/host_stand_ins.hpp"
 
 #include <iostream>
 #include <memory>

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include <cmath>
-#include <dynfilter/correspondence/grid_motion_statistics.hpp>
+#include <dynfilter/filters/detail/grid_motion_statistics.hpp>
 #include <random>
 
 #include "benchmark/ratio.hpp"

@@ -6,16 +6,16 @@
 
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
 #include <string>
 #include <vector>
 
 namespace {
 
 using namespace dynfilter;
-using synth::ExactFrame;
-using synth::ExactScene;
-using synth::MovingBox;
+using testing::ExactFrame;
+using testing::ExactScene;
+using testing::MovingBox;
 
 /// Frames with about `size` features, `dynamic_percent` of them on two movers.
 std::vector<ExactFrame> frames(int dynamic_percent, int size) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/core/yaml_text.hpp>
+#include <dynfilter/config/yaml_text.hpp>
 #include <fstream>
 #include <sstream>
 #include <string>

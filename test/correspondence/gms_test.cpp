@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/correspondence/grid_motion_statistics.hpp>
+#include <dynfilter/filters/detail/grid_motion_statistics.hpp>
 #include <fstream>
 #include <limits>
 #include <map>

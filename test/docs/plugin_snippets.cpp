@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 
 #include "plugins_1.inc"

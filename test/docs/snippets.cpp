@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The C++ of the pages, with the variables that a reader has.
 #include <cstdint>
-#include <dynfilter/adapters/host_mask.hpp>
-#include <dynfilter/adapters/orb_slam.hpp>
+#include <dynfilter/hosts/host_mask.hpp>
+#include <dynfilter/hosts/orb_slam.hpp>
 #include <dynfilter/detectors/dnn_provider.hpp>
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/keyframe/make_selector.hpp>

@@ -11,9 +11,9 @@
 #include <dynfilter/evidence/history.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 
 #include "doctest/doctest.h"
 
@@ -23,18 +23,18 @@ using namespace dynfilter;
 
 namespace {
 
-void show(FrameEvidence& evidence, const synth::ExactFrame& frame) {
+void show(FrameEvidence& evidence, const testing::ExactFrame& frame) {
   evidence.begin(frame.view(), CallPoint::BeforePose);
 }
 
 }  // namespace
 
 TEST_CASE("evidence is computed once per frame and seed set") {
-  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  const testing::ExactScene scene = testing::preset(testing::Preset::General);
   FrameEvidence evidence;
   show(evidence, scene.frame(0));
   evidence.end(false);
-  const synth::ExactFrame frame = scene.frame(1);
+  const testing::ExactFrame frame = scene.frame(1);
   show(evidence, frame);
   const Match& match = evidence.match({});
   CHECK(&match == &evidence.match({}));
@@ -53,7 +53,7 @@ TEST_CASE("evidence is computed once per frame and seed set") {
 }
 
 TEST_CASE("a late mask is carried with the depth image, whether semantics were announced or not") {
-  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  const testing::ExactScene scene = testing::preset(testing::Preset::General);
   cv::Mat depth(480, 640, CV_32FC1, cv::Scalar(4.0)), labels = cv::Mat::zeros(480, 640, CV_8UC1);
   depth(cv::Rect(200, 100, 200, 300)).setTo(cv::Scalar(2.0));
   labels(cv::Rect(180, 80, 240, 340)).setTo(cv::Scalar(1));  // with some background
@@ -62,7 +62,7 @@ TEST_CASE("a late mask is carried with the depth image, whether semantics were a
     evidence.set_semantics(told);
     cv::Mat result;
     for (int k = 0; k < 3; ++k) {
-      const synth::ExactFrame exact = scene.frame(k);
+      const testing::ExactFrame exact = scene.frame(k);
       FrameView frame = exact.view();
       frame.depth = image;
       if (k > 0) frame.mask = MaskInput{exact.id - 1, labels};
@@ -157,7 +157,7 @@ TEST_CASE("a depth image gives no depth on silhouettes and fills holes inside of
 }
 
 TEST_CASE("references: k frames back, the oldest when there are fewer, the last keyframe, a frame by id") {
-  const synth::ExactScene scene = synth::preset(synth::Preset::Rigid).without_matches().with_descriptors();
+  const testing::ExactScene scene = testing::preset(testing::Preset::Rigid).without_matches().with_descriptors();
   FrameEvidence evidence;
   evidence.set_history(3);
   const auto reference_id = [&](const Reference& reference) {
@@ -165,7 +165,7 @@ TEST_CASE("references: k frames back, the oldest when there are fewer, the last 
     return match.reference == nullptr ? -1 : match.reference->id;
   };
   for (int k = 0; k < 6; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+    const testing::ExactFrame frame = scene.frame(k);
     show(evidence, frame);
     CHECK(reference_id({false, 1}) == k - 1);
     CHECK(reference_id({false, 3}) == (k == 0 ? -1 : std::max(0, k - 3)));
@@ -181,15 +181,15 @@ TEST_CASE("references: k frames back, the oldest when there are fewer, the last 
 }
 
 TEST_CASE("the host's matches are used for the frame that they are about, and for no other") {
-  const synth::ExactScene scene = synth::preset(synth::Preset::Rigid).with_descriptors();
+  const testing::ExactScene scene = testing::preset(testing::Preset::Rigid).with_descriptors();
   FrameEvidence evidence;
   evidence.set_history(3);
   for (int k = 0; k < 4; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+    const testing::ExactFrame frame = scene.frame(k);
     show(evidence, frame);
     if (k == 3) {
       CHECK(evidence.match({false, 3}).reference->id == 2);  // independent of the requested gap
-      const synth::ExactFrame first = scene.frame(0);
+      const testing::ExactFrame first = scene.frame(0);
       const Match& late = evidence.match_with(0);
       REQUIRE(late.reference != nullptr);
       CHECK(late.correspondences.count() > frame.size() / 2);
@@ -203,12 +203,12 @@ TEST_CASE("the host's matches are used for the frame that they are about, and fo
 }
 
 TEST_CASE("a call point with a thinned frame does not break the tracks of another") {
-  const synth::ExactScene scene = synth::ExactScene().points(60);
+  const testing::ExactScene scene = testing::ExactScene().points(60);
   FrameEvidence evidence;
   const TrackOptions options{4};
   int longest = 0;
   for (int k = 0; k < 3; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+    const testing::ExactFrame frame = scene.frame(k);
     FrameView view = frame.view();
     evidence.begin(view, CallPoint::BeforePose);
     const FeatureTracks& tracks = evidence.tracks(options);

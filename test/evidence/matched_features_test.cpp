@@ -7,9 +7,9 @@
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/evidence/history.hpp>
 #include <dynfilter/evidence/matched_features.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 #include <limits>
 
 #include "doctest/doctest.h"
@@ -31,10 +31,10 @@ int bits_apart(const cv::Mat& a, int row_a, const cv::Mat& b, int row_b) {
 }  // namespace
 
 TEST_CASE("matched features: the host's index, and the distance as counted bit by bit") {
-  const synth::ExactScene scene =
-      synth::preset(synth::Preset::General).with_descriptors(10).missing_matches(0.2).mismatches(0.1);
+  const testing::ExactScene scene =
+      testing::preset(testing::Preset::General).with_descriptors(10).missing_matches(0.2).mismatches(0.1);
   FrameEvidence evidence;
-  const synth::ExactFrame then = scene.frame(0), now = scene.frame(1);
+  const testing::ExactFrame then = scene.frame(0), now = scene.frame(1);
   evidence.begin(then.view(), CallPoint::BeforePose);
   CHECK(evidence.matched_features(evidence.match({})).index(0) == -1);  // there is no earlier frame
   evidence.end(false);

@@ -7,8 +7,8 @@
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -18,7 +18,7 @@
 #include <dynfilter/facade/facade.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -189,14 +189,14 @@ void check_equal(const Verdict& verdict, const dynfilter_verdicts& other) {
 TEST_CASE("an exact scene through the C++11 interface: the verdicts of the headers, bit for bit") {
   for (const std::string& name : preset_names()) {
     CAPTURE(name);
-    const synth::ExactScene scene = synth::preset(synth::Preset::General);
+    const testing::ExactScene scene = testing::preset(testing::Preset::General);
     Pipeline pipeline(pipeline_from_file(preset_file(name), builtin_filters()));
     facade::DynFilter filter;
     REQUIRE(filter.load_file(preset_file(name)));
     facade::Verdicts verdicts;
     std::size_t rejected = 0;
     for (int k = 0; k < 8; ++k) {
-      const synth::ExactFrame frame = scene.frame(k);
+      const testing::ExactFrame frame = scene.frame(k);
       const facade::Frame same = facade_frame(frame.view());
       for (const auto& [point, facade_point] :
            {std::pair(CallPoint::BeforePose, facade::CallPoint::BeforePose),
@@ -270,7 +270,7 @@ TEST_CASE(
       "    - semantic_mask: { source: instances, role: prior, dilate_px: 0 }\n"
       "    - by_region:\n        inside: { strict: epipolar }\n"
       "        outside: { any: [ epipolar, trajectory_consistency ] }\n";
-  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  const testing::ExactScene scene = testing::preset(testing::Preset::General);
   Pipeline pipeline(pipeline_from_text(yaml, builtin_filters()));
   const CFilter filter = c_filter_of(yaml), without = c_filter_of(yaml);
   REQUIRE(filter);
@@ -278,7 +278,7 @@ TEST_CASE(
   dynfilter_verdicts verdicts;
   std::size_t rejected = 0, suspects = 0, different = 0;
   for (int k = 0; k < 8; ++k) {
-    synth::ExactFrame exact = scene.frame(k);
+    testing::ExactFrame exact = scene.frame(k);
     exact.keypoints_undistorted.clear(), exact.descriptors = cv::Mat();  // the C interface computes the first
     if (!exact.detections || exact.detections->empty())
       exact.detections = {Detection{{100, 80, 200, 250}, 0, "person", 0.9F, -1, cv::Mat()}};
@@ -307,12 +307,12 @@ TEST_CASE("the C interface: matches that lead nowhere are none, sizes that canno
   const char* yaml =
       "pipeline:\n  floor: { min_features: 0 }\n  correspondence: { source: host }\n  before_pose:\n"
       "    - trajectory_consistency: { mode: rigid }\n";
-  const synth::ExactScene scene = synth::preset(synth::Preset::General);
+  const testing::ExactScene scene = testing::preset(testing::Preset::General);
   const CFilter odd = c_filter_of(yaml), none = c_filter_of(yaml);
   REQUIRE(odd);
   REQUIRE(none);
   for (int k = 0; k < 3; ++k) {
-    const synth::ExactFrame exact = scene.frame(k);
+    const testing::ExactFrame exact = scene.frame(k);
     facade::Frame frame = facade_frame(exact.view()), same = frame;
     const std::int32_t nowhere[] = {-2, INT32_MIN, INT32_MAX, static_cast<std::int32_t>(exact.size()) + 50};
     for (std::size_t i = 0; k > 0 && i < 4; ++i) frame.match_index[i] = nowhere[i], same.match_index[i] = -1;
@@ -329,7 +329,7 @@ TEST_CASE("the C interface: matches that lead nowhere are none, sizes that canno
     CHECK(noted == (k > 0));
   }
 
-  const synth::ExactFrame exact = scene.frame(3);
+  const testing::ExactFrame exact = scene.frame(3);
   const cv::Mat image(exact.camera.height_px, exact.camera.width_px, CV_8UC1, cv::Scalar(1));
   const dynfilter_box box{10, 10, 50, 50, 0.9F, 0, -1, "person", image.data, 3};
   const auto error = [&](const auto& spoil) -> std::string {

@@ -7,12 +7,12 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/background_motion.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_camera.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/judge.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_camera.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_motion.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
+#include <dynfilter/testing/judge.hpp>
 #include <functional>
 #include <limits>
 #include <map>
@@ -25,12 +25,12 @@
 namespace background_motion_test {
 
 using namespace dynfilter;
-using synth::CameraStep;
-using synth::ExactFrame;
-using synth::ExactScene;
-using synth::MovingBox;
-using synth::Preset;
-using synth::Score;
+using testing::CameraStep;
+using testing::ExactFrame;
+using testing::ExactScene;
+using testing::MovingBox;
+using testing::Preset;
+using testing::Score;
 
 namespace {
 
@@ -113,13 +113,13 @@ TEST_CASE("background_motion: a rigid scene rejects nothing, whatever the camera
 TEST_CASE("background_motion: movers are found in every geometry, without poses") {
   for (const Preset preset : {Preset::General, Preset::Planar, Preset::PureRotation, Preset::NoMotion,
                               Preset::SmallBaseline, Preset::AlongEpipolar, Preset::SeveralMovers}) {
-    CAPTURE(synth::to_string(preset));
+    CAPTURE(testing::to_string(preset));
     for (const int frame : {1, 8}) {
-      const Score exact = score(synth::preset(preset), frame);
+      const Score exact = score(testing::preset(preset), frame);
       CHECK(exact.recall() >= 0.95);
       CHECK(exact.static_kept() >= 0.96);
     }
-    const Score s = score(noisy(synth::preset(preset)));
+    const Score s = score(noisy(testing::preset(preset)));
     CHECK(s.recall() >= 0.95);
     CHECK(s.static_kept() >= 0.97);
   }
@@ -128,7 +128,7 @@ TEST_CASE("background_motion: movers are found in every geometry, without poses"
 TEST_CASE("background_motion: movers that take the majority of the points later do not take the background") {
   for (const std::uint64_t seed : {1, 2, 3}) {
     CAPTURE(seed);
-    const ExactScene scene = noisy(synth::preset(Preset::DelayedMajority).seed(seed).horizon(30));
+    const ExactScene scene = noisy(testing::preset(Preset::DelayedMajority).seed(seed).horizon(30));
     CHECK(score(scene, 14).static_kept() >= 0.98);  // still
     for (const int frame : {18, 24}) {
       const Score s = score(scene, frame);
@@ -148,7 +148,7 @@ TEST_CASE("background_motion: a majority from the first frame on is solved for m
   int solved = 0;
   for (std::uint64_t seed = 1; seed <= kViews; ++seed) {
     CAPTURE(seed);
-    const Score s = score(noisy(synth::preset(Preset::Majority).seed(seed)));
+    const Score s = score(noisy(testing::preset(Preset::Majority).seed(seed)));
     CHECK(s.recall() >= 0.45);
     if (s.recall() >= 0.95 && s.static_kept() >= 0.95) ++solved;
   }
@@ -168,7 +168,7 @@ ExactScene street() {
       .points(600)
       .depth_range(5, 80)
       .rate_hz(10)
-      .camera_motion(synth::steady_motion({0.02, 0, 1.0}, {0, 0.004, 0}))
+      .camera_motion(testing::steady_motion({0.02, 0, 1.0}, {0, 0.004, 0}))
       .horizon(12)
       .pixel_noise(0.15)
       .missing_depth(0.2)
@@ -207,8 +207,8 @@ TEST_CASE("background_motion: a stereo camera sees cars that cross, come and go"
 TEST_CASE("background_motion: stereo finds movers in a room") {
   for (const Preset preset : {Preset::General, Preset::Planar, Preset::PureRotation, Preset::NoMotion,
                               Preset::SmallBaseline, Preset::SeveralMovers}) {
-    CAPTURE(synth::to_string(preset));
-    const Score s = score(synth::preset(preset).pixel_noise(0.1).stereo(0.11, 0.25));
+    CAPTURE(testing::to_string(preset));
+    const Score s = score(testing::preset(preset).pixel_noise(0.1).stereo(0.11, 0.25));
     CHECK(s.recall() >= 0.93);
     CHECK(s.static_kept() >= 0.97);
   }
@@ -237,8 +237,8 @@ TEST_CASE(
     "background_motion: prior suspects are no seeds of the first motion, and are judged more strictly") {
   const Player::IsPrior on_mover = [](const ExactFrame& f, std::size_t i) { return f.label[i] > 0; };
   const Player::IsPrior on_half = [](const ExactFrame& f, std::size_t i) { return f.point[i] % 2 == 0; };
-  const ExactScene majority = noisy(synth::preset(Preset::Majority)),
-                   rigid = noisy(synth::preset(Preset::Rigid));
+  const ExactScene majority = noisy(testing::preset(Preset::Majority)),
+                   rigid = noisy(testing::preset(Preset::Rigid));
   Player player, strict([] {
     BackgroundMotionParams params;
     params.prior_suspicion = 10;
@@ -276,7 +276,7 @@ TEST_CASE(
   alone.neighbour_px = 1;  // so that no point has neighbours
   in_company.neighbour_px = 150, in_company.neighbour_m = 5;
   Player player(alone), among_static(in_company);
-  const ExactScene scene = noisy(synth::preset(Preset::Rigid)).missing_matches(0.2);
+  const ExactScene scene = noisy(testing::preset(Preset::Rigid)).missing_matches(0.2);
   for (int k = 0; k < 4; ++k) {
     const Player::Edit without_depth = [](ExactFrame& f) {
       for (std::size_t i = 0; i < f.size(); ++i)
@@ -306,7 +306,7 @@ TEST_CASE("background_motion: the first frame, no depth, no match, too few featu
     for (int k = 0; k <= frame; ++k) player.show(scene.frame(k));
     return player.votes.count(Vote::Unknown) == player.votes.size();
   };
-  const ExactScene general = synth::preset(Preset::General);
+  const ExactScene general = testing::preset(Preset::General);
   CHECK(all_unknown(general, 0));
   CHECK(all_unknown(ExactScene(general).missing_depth(1), 4));
   CHECK(all_unknown(ExactScene(general).missing_matches(1), 4));
@@ -330,7 +330,7 @@ TEST_CASE("background_motion: identical and collinear features are not dynamic")
 }
 
 TEST_CASE("background_motion: numbers that are none, and keypoints on and beyond the edge") {
-  const ExactScene scene = noisy(synth::preset(Preset::General)).order(0);
+  const ExactScene scene = noisy(testing::preset(Preset::General)).order(0);
   Player player;
   for (int k = 0; k < 8; ++k) {
     const ExactFrame frame = scene.frame(k);
@@ -348,8 +348,8 @@ TEST_CASE("background_motion: numbers that are none, and keypoints on and beyond
     for (std::size_t i = 0; i < frame.size(); ++i) CHECK_FALSE(std::isnan(player.votes.suspicion(i)));
     int lost = 0, found = 0;
     for (std::size_t i = 10; i < frame.size(); ++i) {
-      lost += frame.truth[i] == synth::Truth::Static && player.votes[i] == Vote::Dynamic ? 1 : 0;
-      found += frame.truth[i] == synth::Truth::Dynamic && player.votes[i] == Vote::Dynamic ? 1 : 0;
+      lost += frame.truth[i] == testing::Truth::Static && player.votes[i] == Vote::Dynamic ? 1 : 0;
+      found += frame.truth[i] == testing::Truth::Dynamic && player.votes[i] == Vote::Dynamic ? 1 : 0;
     }
     CHECK(lost <= 8);
     if (k > 2) CHECK(found >= 45);
@@ -357,7 +357,7 @@ TEST_CASE("background_motion: numbers that are none, and keypoints on and beyond
 }
 
 TEST_CASE("background_motion: undistorted keypoints and poses that are none do not spoil the rest") {
-  const ExactScene scene = noisy(synth::preset(Preset::General)).with_poses();
+  const ExactScene scene = noisy(testing::preset(Preset::General)).with_poses();
   Player player;
   for (int k = 0; k < 6; ++k) {
     const ExactFrame frame = scene.frame(k);
@@ -395,7 +395,7 @@ TEST_CASE("background_motion: other image sizes") {
 
 TEST_CASE("background_motion: the order of the features does not matter, bit for bit") {
   for (const Preset preset : {Preset::General, Preset::Majority, Preset::SeveralMovers}) {
-    const ExactScene scene = noisy(synth::preset(preset)).missing_depth(0.05).missing_matches(0.05);
+    const ExactScene scene = noisy(testing::preset(preset)).missing_depth(0.05).missing_matches(0.05);
     std::map<int, std::pair<Vote, float>> first;
     for (const std::uint64_t order : {0, 1, 2}) {
       const ExactScene ordered = ExactScene(scene).order(order);
@@ -409,8 +409,8 @@ TEST_CASE("background_motion: the order of the features does not matter, bit for
 }
 
 TEST_CASE("background_motion: after a reset it is as new") {
-  const ExactScene before = noisy(synth::preset(Preset::SeveralMovers)),
-                   after = noisy(synth::preset(Preset::General)).missing_depth(0.1);
+  const ExactScene before = noisy(testing::preset(Preset::SeveralMovers)),
+                   after = noisy(testing::preset(Preset::General)).missing_depth(0.1);
   Player used, fresh;
   for (int k = 0; k < 9; ++k) used.show(before.frame(k));
   used.reset();
@@ -422,7 +422,7 @@ TEST_CASE("background_motion: after a reset it is as new") {
 }
 
 TEST_CASE("background_motion: a frame without matches breaks the tracks, not the judgement") {
-  const ExactScene scene = noisy(synth::preset(Preset::General));
+  const ExactScene scene = noisy(testing::preset(Preset::General));
   Player player;
   for (int k = 0; k < 10; ++k) {
     const ExactFrame frame = scene.frame(k);
@@ -575,7 +575,7 @@ TEST_CASE("background_motion: what slides along an occluding edge does not move"
 // A poster's features are 2.5 px off in one frame and back in the next one. That frame's miss is as large as a mover's, but
 // the track's is none.
 TEST_CASE("background_motion: a miss that is undone in the next frame is an error of the match") {
-  const ExactScene scene = noisy(synth::preset(Preset::General));
+  const ExactScene scene = noisy(testing::preset(Preset::General));
   const auto on_poster = [](const cv::KeyPoint& k) { return k.pt.x > 400 && k.pt.y > 300; };
   constexpr int kWrong = 6;
   constexpr float kOff_px = 2.5F;
@@ -606,7 +606,7 @@ TEST_CASE("background_motion: a miss that is undone in the next frame is an erro
 }
 
 TEST_CASE("background_motion: the report says what was chosen among what") {
-  const ExactScene scene = noisy(synth::preset(Preset::General));
+  const ExactScene scene = noisy(testing::preset(Preset::General));
   Player player;
   for (int k = 0; k < 2; ++k) player.show(scene.frame(k));
   CHECK(player.note.find("motion by support, one of ") != std::string::npos);

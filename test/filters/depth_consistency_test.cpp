@@ -6,10 +6,10 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/depth_consistency.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/judge.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_motion.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
+#include <dynfilter/testing/judge.hpp>
 #include <limits>
 #include <utility>
 
@@ -19,10 +19,10 @@
 namespace depth_consistency_test {
 
 using namespace dynfilter;
-using synth::CameraStep;
-using synth::MovingBox;
-using synth::Preset;
-using synth::Score;
+using testing::CameraStep;
+using testing::MovingBox;
+using testing::Preset;
+using testing::Score;
 
 namespace {
 
@@ -34,7 +34,7 @@ DepthConsistencyParams params_for(DepthPrediction prediction, DepthForm form = D
   params.form = form;
   return params;
 }
-Score score(const synth::ExactScene& scene, const DepthConsistencyParams& params = {}, int frame = 8) {
+Score score(const testing::ExactScene& scene, const DepthConsistencyParams& params = {}, int frame = 8) {
   DepthConsistencyFilter filter(params);
   return Score(judge(filter, scene, frame), scene.frame(frame));
 }
@@ -124,7 +124,7 @@ TEST_CASE("a rigid scene rejects nothing, whatever the camera does") {
   for (const CameraStep step : {CameraStep::General, CameraStep::Sideways, CameraStep::Forward,
                                 CameraStep::PureRotation, CameraStep::SmallBaseline, CameraStep::None})
     for (const auto prediction : {DepthPrediction::Match, DepthPrediction::View, DepthPrediction::Both}) {
-      const Score s = score(synth::ExactScene().camera_motion(step), params_for(prediction));
+      const Score s = score(testing::ExactScene().camera_motion(step), params_for(prediction));
       CHECK(s.static_kept() >= 0.98);
       if (prediction == DepthPrediction::Match) CHECK(s.static_kept() == 1.0);
     }
@@ -134,7 +134,7 @@ TEST_CASE("a rigid scene rejects nothing, whatever the camera does") {
 // The limit is 0.12: 1 - 2.26 / 2 = -0.13, 1 - 2.22 / 2 = -0.11.
 TEST_CASE("equation 1 with its limit of 12 percent") {
   const auto moves = [](double step_m) {
-    return synth::ExactScene()
+    return testing::ExactScene()
         .points(150)
         .camera_motion(CameraStep::None)
         .mover(MovingBox(40).at({0, 0, 2 + step_m}).half_size({0.3, 0.3, 0.0}).moving({0, 0, -step_m}));
@@ -173,13 +173,13 @@ TEST_CASE("edges are told from motion by the patch, a single pixel takes them fo
 }
 
 TEST_CASE("without its own depth image a view is asked through its keypoints") {
-  const synth::ExactScene scene = synth::ExactScene()
+  const testing::ExactScene scene = testing::ExactScene()
                                       .points(3000)
                                       .camera_motion(CameraStep::None)
                                       .mover(MovingBox(60).at({0, 0, 1.6}).moving({0.12, 0, 0}));
   DepthConsistencyParams params = params_for(DepthPrediction::View);
   params.gap_frames = 3;
-  const Score s = score(synth::ExactScene(scene).gap(3), params, 3);
+  const Score s = score(testing::ExactScene(scene).gap(3), params, 3);
   CHECK(s.dynamic_found > 3);
   CHECK(s.precision() >= 0.9);
 }
@@ -240,13 +240,13 @@ TEST_CASE("poses that are not rigid, empty arrays and numbers that are none: unk
 }
 
 TEST_CASE("no depth, too few points, the first frame, identical and collinear features: unknown") {
-  const auto all_unknown = [&](const synth::ExactScene& scene, int frame) {
+  const auto all_unknown = [&](const testing::ExactScene& scene, int frame) {
     DepthConsistencyFilter filter;
     const Votes votes = judge(filter, scene, frame);
     return votes.count(Vote::Unknown) == votes.size();
   };
-  CHECK(all_unknown(synth::preset(Preset::General).missing_depth(1), 4));
-  for (const int n : {1, 2}) CHECK(all_unknown(synth::ExactScene().points(n), 4));
+  CHECK(all_unknown(testing::preset(Preset::General).missing_depth(1), 4));
+  for (const int n : {1, 2}) CHECK(all_unknown(testing::ExactScene().points(n), 4));
   for (const bool line : {false, true}) {
     Room room(0, 0);
     for (std::size_t i = 0; i < 81; ++i)
@@ -294,12 +294,12 @@ TEST_CASE(
 
 TEST_CASE("other image sizes") {
   for (const cv::Size size : {cv::Size(1241, 376), cv::Size(752, 480), cv::Size(320, 240)}) {
-    Camera camera = synth::ExactScene().camera();
+    Camera camera = testing::ExactScene().camera();
     camera.width_px = size.width;
     camera.height_px = size.height;
     camera.cx_px = size.width / 2.0;
     camera.cy_px = size.height / 2.0;
-    const Score s = score(synth::ExactScene().camera(camera).mover(
+    const Score s = score(testing::ExactScene().camera(camera).mover(
                               MovingBox(60).at({0, 0, 4}).moving({0, 0, -0.6}).half_size({0.3, 0.3, 0.1})),
                           {}, 3);
     CHECK(s.recall() >= 0.8);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cstdlib>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <fstream>
 #include <sstream>

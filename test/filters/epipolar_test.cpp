@@ -4,11 +4,11 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/epipolar.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/judge.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_motion.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
+#include <dynfilter/testing/judge.hpp>
 #include <limits>
 #include <map>
 
@@ -17,12 +17,12 @@
 namespace epipolar_test {
 
 using namespace dynfilter;
-using synth::Preset;
-using synth::Score;
+using testing::Preset;
+using testing::Score;
 
 namespace {
 
-Score score(const synth::ExactScene& scene, const EpipolarParams& params = {}, int frame = 8) {
+Score score(const testing::ExactScene& scene, const EpipolarParams& params = {}, int frame = 8) {
   EpipolarFilter filter(params);
   return Score(judge(filter, scene, frame), scene.frame(frame));
 }
@@ -30,11 +30,11 @@ Score score(const synth::ExactScene& scene, const EpipolarParams& params = {}, i
 }  // namespace
 
 TEST_CASE("a rigid scene rejects nothing, a known mover is found") {
-  CHECK(score(synth::preset(Preset::Rigid)).static_kept() == 1.0);
-  const Score exact = score(synth::preset(Preset::General));
+  CHECK(score(testing::preset(Preset::Rigid)).static_kept() == 1.0);
+  const Score exact = score(testing::preset(Preset::General));
   CHECK(exact.recall() >= 0.95);
   CHECK(exact.static_kept() == 1.0);
-  const Score noisy = score(synth::preset(Preset::General).pixel_noise(0.3));
+  const Score noisy = score(testing::preset(Preset::General).pixel_noise(0.3));
   CHECK(noisy.recall() >= 0.9);
   CHECK(noisy.static_kept() >= 0.95);
 }
@@ -42,8 +42,8 @@ TEST_CASE("a rigid scene rejects nothing, a known mover is found") {
 TEST_CASE("degenerate scenes never cost static features in bulk, and movers are not called static") {
   for (const Preset preset :
        {Preset::Planar, Preset::PureRotation, Preset::NoMotion, Preset::SmallBaseline}) {
-    CAPTURE(synth::to_string(preset));
-    const Score s = score(synth::preset(preset).points(600).pixel_noise(0.2));
+    CAPTURE(testing::to_string(preset));
+    const Score s = score(testing::preset(preset).points(600).pixel_noise(0.2));
     CHECK(s.static_kept() >= 0.97);
     CHECK(s.dynamic_missed <= s.dynamic_count / 10);
   }
@@ -61,8 +61,8 @@ EpipolarParams measured() {
 // 2.1 px, of which 64 % exceed 1 px; next to none exceed three standard deviations.
 TEST_CASE("blurred matches make a static scene dynamic by a fixed limit, not by the measured one") {
   for (const Preset preset : {Preset::Rigid, Preset::PureRotation}) {
-    CAPTURE(synth::to_string(preset));
-    const synth::ExactScene scene = synth::preset(preset).points(800).pixel_noise(1.5);
+    CAPTURE(testing::to_string(preset));
+    const testing::ExactScene scene = testing::preset(preset).points(800).pixel_noise(1.5);
     CHECK(score(scene).static_kept() < 0.6);
     const Score s = score(scene, measured());
     CHECK(s.static_kept() >= 0.98);
@@ -72,11 +72,11 @@ TEST_CASE("blurred matches make a static scene dynamic by a fixed limit, not by 
 
 // Limit: 3 times 2.1 px = 6.4 px. At 2.5 m the mover's 0.1 m per frame across the lines are 21 px.
 TEST_CASE("a mover well above the measured noise is still found") {
-  const synth::ExactScene scene = synth::ExactScene()
+  const testing::ExactScene scene = testing::ExactScene()
                                       .points(800)
                                       .pixel_noise(1.5)
-                                      .camera_motion(synth::CameraStep::Sideways)
-                                      .mover(synth::MovingBox(100).at({-0.3, -0.5, 2.5}).moving({0, 0.1, 0}));
+                                      .camera_motion(testing::CameraStep::Sideways)
+                                      .mover(testing::MovingBox(100).at({-0.3, -0.5, 2.5}).moving({0, 0.1, 0}));
   const Score s = score(scene, measured(), 4);
   REQUIRE(s.dynamic_count >= 50);
   CHECK(s.recall() >= 0.95);
@@ -86,10 +86,10 @@ TEST_CASE("a mover well above the measured noise is still found") {
 // The neighbours on a mover agree on where it moves, so its motion is no noise. Without depths, neighbours
 // count across a mover's outline, so most of the pairs must be on one object.
 TEST_CASE("movers do not raise the measured noise: sharp frames are judged as without the option") {
-  for (const Preset preset : synth::all_presets()) {
+  for (const Preset preset : testing::all_presets()) {
     if (preset == Preset::Majority || preset == Preset::DelayedMajority) continue;
-    CAPTURE(synth::to_string(preset));
-    const synth::ExactScene scene = synth::preset(preset).pixel_noise(0.05);
+    CAPTURE(testing::to_string(preset));
+    const testing::ExactScene scene = testing::preset(preset).pixel_noise(0.05);
     EpipolarFilter a, b(measured());
     const Votes without = judge(a, scene, 18), with = judge(b, scene, 18);
     for (std::size_t i = 0; i < without.size(); ++i) {
@@ -104,8 +104,8 @@ TEST_CASE("the published form votes by the distance alone, from the line or Samp
   params.model = EpipolarModel::Fundamental;
   for (const EpipolarDistance distance : {EpipolarDistance::Line, EpipolarDistance::Sampson}) {
     params.distance = distance;
-    CHECK(score(synth::preset(Preset::Rigid), params).static_kept() == 1.0);
-    const Score general = score(synth::preset(Preset::General), params);
+    CHECK(score(testing::preset(Preset::Rigid), params).static_kept() == 1.0);
+    const Score general = score(testing::preset(Preset::General), params);
     CHECK(general.recall() >= 0.95);
     CHECK(general.static_kept() == 1.0);
   }
@@ -119,9 +119,9 @@ TEST_CASE(
   params.distance = EpipolarDistance::Sampson;
   EpipolarFilter sampson(params);
   // Sampson's divides by the gradient in both images, the line's by that in one of them.
-  const synth::ExactScene scene = synth::preset(Preset::General).pixel_noise(0.3);
+  const testing::ExactScene scene = testing::preset(Preset::General).pixel_noise(0.3);
   const Votes far = judge(line, scene, 8), near = judge(sampson, scene, 8);
-  const synth::ExactFrame frame = scene.frame(8);
+  const testing::ExactFrame frame = scene.frame(8);
   const FrameView view = frame.view();
   REQUIRE(view.matches.has_value());
   REQUIRE(far.count(Vote::Dynamic) > 0);
@@ -141,7 +141,7 @@ TEST_CASE("by any model only with `auto` and the distance from the line, else by
     params.model = model;
     params.distance = distance;
     EpipolarFilter filter(params);
-    return judge(filter, synth::preset(preset).points(600).pixel_noise(0.2), 8);
+    return judge(filter, testing::preset(preset).points(600).pixel_noise(0.2), 8);
   };
   const auto turning = [&](EpipolarModel model, EpipolarDistance distance) {
     const Votes votes = judged(Preset::PureRotation, model, distance);
@@ -161,7 +161,7 @@ TEST_CASE("by any model only with `auto` and the distance from the line, else by
 }
 
 TEST_CASE("with fewer than 20 pairs of neighbours max_distance_px counts as it is") {
-  const synth::ExactScene scene = synth::ExactScene().points(30).pixel_noise(1.5);
+  const testing::ExactScene scene = testing::ExactScene().points(30).pixel_noise(1.5);
   EpipolarFilter a, b(measured());
   const Votes without = judge(a, scene, 4), with = judge(b, scene, 4);
   REQUIRE(without.count(Vote::Unknown) < without.size());
@@ -172,12 +172,12 @@ TEST_CASE("with fewer than 20 pairs of neighbours max_distance_px counts as it i
 }
 
 TEST_CASE("motion along the epipolar line is what it cannot see: the card says so") {
-  CHECK(score(synth::preset(Preset::AlongEpipolar)).recall() < 0.5);
+  CHECK(score(testing::preset(Preset::AlongEpipolar)).recall() < 0.5);
 }
 
 TEST_CASE("the order of features does not matter") {
-  const synth::ExactScene a = synth::preset(Preset::General).order(1),
-                          b = synth::preset(Preset::General).order(7);
+  const testing::ExactScene a = testing::preset(Preset::General).order(1),
+                          b = testing::preset(Preset::General).order(7);
   EpipolarFilter filter;
   const Votes va = judge(filter, a, 8), vb = judge(filter, b, 8);
   const auto fa = a.frame(8), fb = b.frame(8);
@@ -189,20 +189,20 @@ TEST_CASE("the order of features does not matter") {
 TEST_CASE("without correspondences or enough seeds it abstains") {
   EpipolarFilter filter;
   for (const int points : {0, 1, 6, 7, 15}) {
-    const Votes votes = judge(filter, synth::ExactScene().points(points), 3);
+    const Votes votes = judge(filter, testing::ExactScene().points(points), 3);
     CHECK(votes.count(Vote::Unknown) == votes.size());
   }
-  const Votes lost = judge(filter, synth::preset(Preset::General).missing_matches(1), 4);
+  const Votes lost = judge(filter, testing::preset(Preset::General).missing_matches(1), 4);
   CHECK(lost.count(Vote::Unknown) == lost.size());
 }
 
 TEST_CASE("NaN keypoints abstain, whatever the model") {
   EpipolarFilter filter;
-  const synth::ExactScene scene = synth::preset(Preset::General);
+  const testing::ExactScene scene = testing::preset(Preset::General);
   FrameEvidence evidence;
   Votes votes;
   for (int k = 0; k < 2; ++k) {
-    synth::ExactFrame frame = scene.frame(k);
+    testing::ExactFrame frame = scene.frame(k);
     frame.keypoints_undistorted = frame.keypoints;
     frame.keypoints_undistorted[0].pt = {std::numeric_limits<float>::quiet_NaN(), 3};
     evidence.begin(frame.view(), CallPoint::BeforePose);
@@ -217,7 +217,7 @@ TEST_CASE("NaN keypoints abstain, whatever the model") {
 TEST_CASE(
     "Algorithm 1: seeds outside of the suspects; all features when seeds are too few and suspects are "
     "there") {
-  const synth::ExactScene scene = synth::preset(Preset::General);
+  const testing::ExactScene scene = testing::preset(Preset::General);
   FrameEvidence evidence;
   Votes votes;
   EpipolarFilter filter;
@@ -225,7 +225,7 @@ TEST_CASE(
   const auto run = [&](const auto& is_suspect) {
     evidence.reset();
     for (int k = 0; k < 2; ++k) {
-      const synth::ExactFrame frame = scene.frame(k);
+      const testing::ExactFrame frame = scene.frame(k);
       evidence.begin(frame.view(), CallPoint::BeforePose);
       for (std::size_t i = 0; i < frame.size(); ++i)
         if (is_suspect(i)) evidence.stages().mark_prior(i);

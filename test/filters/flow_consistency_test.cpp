@@ -13,10 +13,10 @@
 #include <dynfilter/evidence/history.hpp>
 #include <dynfilter/filters/flow_consistency.hpp>
 #include <dynfilter/geometry/sampling.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/judge.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_motion.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
+#include <dynfilter/testing/judge.hpp>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -26,11 +26,11 @@
 namespace flow_consistency_test {
 
 using namespace dynfilter;
-using synth::CameraStep;
-using synth::ExactScene;
-using synth::MovingBox;
-using synth::Preset;
-using synth::Score;
+using testing::CameraStep;
+using testing::ExactScene;
+using testing::MovingBox;
+using testing::Preset;
+using testing::Score;
 
 namespace {
 
@@ -169,10 +169,10 @@ TEST_CASE("flow_consistency: of a plane's two motions the one that has all of it
 TEST_CASE("flow_consistency: movers off their epipolar line are found, with noise too") {
   for (const Preset preset : {Preset::General, Preset::Planar, Preset::PureRotation, Preset::NoMotion,
                               Preset::SmallBaseline, Preset::SeveralMovers}) {
-    CAPTURE(synth::to_string(preset));
+    CAPTURE(testing::to_string(preset));
     for (const double noise_px : {0.0, 0.3}) {
       CAPTURE(noise_px);
-      const Score s = score(synth::preset(preset).mono().pixel_noise(noise_px));
+      const Score s = score(testing::preset(preset).mono().pixel_noise(noise_px));
       CHECK(s.recall() >= 0.9);
       CHECK(s.static_kept() >= 0.97);
     }
@@ -257,7 +257,7 @@ TEST_CASE("flow_consistency: slow movers are found over a long gap") {
 
 // A track of one frame has no long gap. It is judged over one frame.
 TEST_CASE("flow_consistency: young tracks are judged too") {
-  const ExactScene scene = synth::preset(Preset::General).mono();
+  const ExactScene scene = testing::preset(Preset::General).mono();
   FlowConsistencyFilter filter;
   FrameEvidence evidence;
   Votes votes;
@@ -274,7 +274,7 @@ TEST_CASE("flow_consistency: young tracks are judged too") {
 }
 
 TEST_CASE("flow_consistency: the last frame's votes follow the features' order") {
-  const ExactScene scene = synth::preset(Preset::General).mono().pixel_noise(0.3);
+  const ExactScene scene = testing::preset(Preset::General).mono().pixel_noise(0.3);
   ExactScene shuffled = scene;
   shuffled.order(5);
   FlowConsistencyFilter filter, other;
@@ -291,10 +291,10 @@ TEST_CASE("flow_consistency: the last frame's votes follow the features' order")
 }
 
 TEST_CASE("flow_consistency: after a reset it is as new") {
-  const ExactScene scene = synth::preset(Preset::General).mono().pixel_noise(0.3);
+  const ExactScene scene = testing::preset(Preset::General).mono().pixel_noise(0.3);
   FlowConsistencyFilter filter;
   const Votes first = judge(filter, scene, 8);
-  judge(filter, synth::preset(Preset::SeveralMovers).mono(), 5);
+  judge(filter, testing::preset(Preset::SeveralMovers).mono(), 5);
   CHECK(judge(filter, scene, 8) == first);  // judge() resets
 }
 
@@ -302,12 +302,12 @@ TEST_CASE("flow_consistency: too little to judge by is unknown") {
   FlowConsistencyFilter filter;
   for (const int points : {0, 1, 2, 11})
     CHECK(all_unknown(judge(filter, ExactScene().points(points).mono(), 5)));
-  CHECK(all_unknown(judge(filter, synth::preset(Preset::General).mono().missing_matches(1), 5)));
+  CHECK(all_unknown(judge(filter, testing::preset(Preset::General).mono().missing_matches(1), 5)));
 }
 
 TEST_CASE("flow_consistency: odd keypoints are unknown and hurt nobody") {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kHuge = std::numeric_limits<float>::max();
-  const ExactScene scene = synth::preset(Preset::General).mono();
+  const ExactScene scene = testing::preset(Preset::General).mono();
   FlowConsistencyFilter filter;
   FrameEvidence evidence;
   Votes votes;

@@ -9,11 +9,11 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/gms.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/judge.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_motion.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
+#include <dynfilter/testing/judge.hpp>
 #include <limits>
 #include <numeric>
 
@@ -25,12 +25,12 @@ namespace gms_test {
 using namespace dynfilter;
 using matched_frames::MatchedFrames;
 using matched_frames::votes_of;
-using synth::CameraStep;
-using synth::ExactFrame;
-using synth::ExactScene;
-using synth::MovingBox;
-using synth::Preset;
-using synth::Score;
+using testing::CameraStep;
+using testing::ExactFrame;
+using testing::ExactScene;
+using testing::MovingBox;
+using testing::Preset;
+using testing::Score;
 
 namespace {
 
@@ -58,7 +58,7 @@ TEST_CASE("gms: a rigid scene rejects nothing, whatever the camera does") {
   for (const CameraStep step : {CameraStep::General, CameraStep::Sideways, CameraStep::Forward,
                                 CameraStep::PureRotation, CameraStep::SmallBaseline, CameraStep::None}) {
     GmsFilter filter;
-    const ExactScene scene = synth::preset(Preset::Rigid).camera_motion(step);
+    const ExactScene scene = testing::preset(Preset::Rigid).camera_motion(step);
     const Score score(judge(filter, scene, 8), scene.frame(8));
     // A near point that is alone at its depth has no neighbour with similar motion.
     CHECK(score.static_kept() >= 0.995);

@@ -7,9 +7,9 @@
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/multi_model.hpp>
 #include <dynfilter/geometry/sampling.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/judge.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
+#include <dynfilter/testing/judge.hpp>
 #include <limits>
 
 #include "doctest/doctest.h"
@@ -17,9 +17,9 @@
 namespace multi_model_test {
 
 using namespace dynfilter;
-using synth::ExactScene;
-using synth::Preset;
-using synth::Score;
+using testing::ExactScene;
+using testing::Preset;
+using testing::Score;
 
 namespace {
 
@@ -96,9 +96,9 @@ TEST_CASE("multi_model: permuted features get permuted votes") {
 
 TEST_CASE("multi_model: movers are no mismatches, wrong matches are") {
   MultiModelFilter filter;
-  const ExactScene scene = synth::preset(Preset::General).mono();
+  const ExactScene scene = testing::preset(Preset::General).mono();
   CHECK(Score(judge(filter, scene, 3), scene.frame(3)).dynamic_found == 0);
-  const ExactScene wrong = synth::preset(Preset::General).mono().mismatches(0.3);
+  const ExactScene wrong = testing::preset(Preset::General).mono().mismatches(0.3);
   const Votes votes = judge(filter, wrong, 3);
   const auto frame = wrong.frame(3);
   int right_lost = 0, right = 0;

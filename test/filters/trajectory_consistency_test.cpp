@@ -5,11 +5,11 @@
 #include <dynfilter/evidence/camera_motion.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/trajectory_consistency.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/judge.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_motion.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
+#include <dynfilter/testing/judge.hpp>
 #include <limits>
 #include <string>
 #include <utility>
@@ -22,10 +22,10 @@ namespace trajectory_consistency_test {
 using namespace dynfilter;
 using matched_frames::MatchedFrames;
 using matched_frames::votes_of;
-using synth::CameraStep;
-using synth::MovingBox;
-using synth::Preset;
-using synth::Score;
+using testing::CameraStep;
+using testing::MovingBox;
+using testing::Preset;
+using testing::Score;
 
 namespace {
 
@@ -45,12 +45,12 @@ TrajectoryConsistencyParams measured() {
   params.measured_noise = true;
   return params;
 }
-Score score(const synth::ExactScene& scene, const TrajectoryConsistencyParams& params = {}, int frame = 8) {
+Score score(const testing::ExactScene& scene, const TrajectoryConsistencyParams& params = {}, int frame = 8) {
   TrajectoryConsistencyFilter filter(params);
   return Score(judge(filter, scene, frame), scene.frame(frame));
 }
 /// Both keypoints of a match have 1.5 px of noise, so the match has 2.1 px, as in a blurred frame.
-synth::ExactScene blurred(synth::ExactScene scene) {
+testing::ExactScene blurred(testing::ExactScene scene) {
   return scene.points(800).pixel_noise(1.5);
 }
 
@@ -60,21 +60,21 @@ TEST_CASE("a rigid scene rejects nothing, whatever the camera does") {
   for (const CameraStep step : {CameraStep::General, CameraStep::Sideways, CameraStep::Forward,
                                 CameraStep::PureRotation, CameraStep::SmallBaseline, CameraStep::None})
     for (const auto& params : {TrajectoryConsistencyParams(), metric()})
-      CHECK(score(synth::ExactScene().camera_motion(step), params).static_kept() == 1.0);
+      CHECK(score(testing::ExactScene().camera_motion(step), params).static_kept() == 1.0);
 }
 
 TEST_CASE("movers are found in every geometry, also where epipolar lines say nothing") {
   for (const Preset preset : {Preset::General, Preset::Planar, Preset::PureRotation, Preset::NoMotion,
                               Preset::SmallBaseline, Preset::AlongEpipolar, Preset::SeveralMovers}) {
-    CAPTURE(synth::to_string(preset));
-    const Score exact = score(synth::preset(preset));
+    CAPTURE(testing::to_string(preset));
+    const Score exact = score(testing::preset(preset));
     CHECK(exact.recall() >= 0.9);
     CHECK(exact.static_kept() == 1.0);
   }
 }
 
 TEST_CASE("with the noise of a Kinect static features stay and a mover goes") {
-  const Score s = score(synth::preset(Preset::General).pixel_noise(0.3).depth_noise(0.0014));
+  const Score s = score(testing::preset(Preset::General).pixel_noise(0.3).depth_noise(0.0014));
   CHECK(s.static_kept() >= 0.95);
   CHECK(s.recall() >= 0.9);
 }
@@ -83,7 +83,7 @@ TEST_CASE("with the noise of a Kinect static features stay and a mover goes") {
 // At 3 m and 0.69 degrees these are 36 mm, beyond alpha + beta z = 24 mm.
 TEST_CASE(
     "the published displacement form rejects static points when the camera turns; the rigid one does not") {
-  const synth::ExactScene turning = synth::preset(Preset::Rigid).camera_motion(CameraStep::PureRotation);
+  const testing::ExactScene turning = testing::preset(Preset::Rigid).camera_motion(CameraStep::PureRotation);
   CHECK(score(turning, displacement()).static_kept() < 0.5);
   CHECK(score(turning, metric()).static_kept() == 1.0);
 }
@@ -94,7 +94,7 @@ TEST_CASE("displacement mode is equation 14, with the host's translation") {
   TrajectoryConsistencyParams params = displacement();
   params.motion = MotionSource::Host;
   const auto scene = [](double speed) {
-    return synth::ExactScene()
+    return testing::ExactScene()
         .points(100)
         .camera_motion(CameraStep::Sideways)
         .with_poses()
@@ -109,18 +109,18 @@ TEST_CASE("displacement mode is equation 14, with the host's translation") {
 TEST_CASE("the motion comes from where it is told") {
   TrajectoryConsistencyParams params;
   params.motion = MotionSource::Host;
-  const Score without_pose = score(synth::preset(Preset::General), params);
+  const Score without_pose = score(testing::preset(Preset::General), params);
   CHECK(without_pose.dynamic_found == 0);  // abstains
   CHECK(without_pose.static_confirmed == 0);
   // Two movers have most of the points. A fit on all points gives their motion.
   // The host's pose is correct.
-  const Score told = score(synth::preset(Preset::Majority).with_poses(), params, 18);
+  const Score told = score(testing::preset(Preset::Majority).with_poses(), params, 18);
   CHECK(told.recall() >= 0.9);
   CHECK(told.static_kept() >= 0.99);
 }
 
 TEST_CASE("a predicted motion of the host keeps most features on movers from taking the motion over") {
-  const Score s = score(synth::preset(Preset::Majority).with_poses(PoseProvenance::Predicted), {}, 18);
+  const Score s = score(testing::preset(Preset::Majority).with_poses(PoseProvenance::Predicted), {}, 18);
   CHECK(s.recall() >= 0.9);
   CHECK(s.static_kept() >= 0.95);
 }
@@ -128,7 +128,7 @@ TEST_CASE("a predicted motion of the host keeps most features on movers from tak
 // The assumed 0.6 px allow misses of up to sqrt(16) * 0.6 = 2.4 px, and depths that fit.
 // exp(-(2.4 / 2.12)^2 / 2) = 53 % of the static matches miss by more.
 TEST_CASE("blurred matches make a static scene dynamic under the assumed noise, not under the measured one") {
-  const synth::ExactScene scene = blurred(synth::preset(Preset::Rigid));
+  const testing::ExactScene scene = blurred(testing::preset(Preset::Rigid));
   CHECK(score(scene).static_kept() < 0.55);
   const Score s = score(scene, measured());
   CHECK(s.static_kept() >= 0.99);
@@ -137,8 +137,8 @@ TEST_CASE("blurred matches make a static scene dynamic under the assumed noise, 
 
 // 4 sigma = 8.5 px. At 2.5 m the mover's 0.14 m per frame are 30 px.
 TEST_CASE("a mover well above the measured noise is still found") {
-  const synth::ExactScene scene =
-      blurred(synth::ExactScene().mover(MovingBox(100).at({-0.6, -0.5, 2.5}).moving({0.1, 0.1, 0})));
+  const testing::ExactScene scene =
+      blurred(testing::ExactScene().mover(MovingBox(100).at({-0.6, -0.5, 2.5}).moving({0.1, 0.1, 0})));
   const Score s = score(scene, measured(), 4);
   REQUIRE(s.dynamic_count >= 50);
   CHECK(s.recall() >= 0.95);
@@ -147,9 +147,9 @@ TEST_CASE("a mover well above the measured noise is still found") {
 
 // The neighbours on a mover agree on where it moves, so its motion is no noise.
 TEST_CASE("movers do not raise the measured noise: sharp frames are judged as without the option") {
-  for (const Preset preset : synth::all_presets()) {
-    CAPTURE(synth::to_string(preset));
-    const synth::ExactScene scene = synth::preset(preset).pixel_noise(0.1).with_poses();
+  for (const Preset preset : testing::all_presets()) {
+    CAPTURE(testing::to_string(preset));
+    const testing::ExactScene scene = testing::preset(preset).pixel_noise(0.1).with_poses();
     TrajectoryConsistencyParams fixed = measured(), option = measured();
     fixed.motion = option.motion = MotionSource::Host;
     fixed.measured_noise = false;
@@ -161,20 +161,20 @@ TEST_CASE("movers do not raise the measured noise: sharp frames are judged as wi
 
 TEST_CASE("errors of the depths alone raise the noise of the depths") {
   // Both depths have 3 % of noise at 1 m and more behind: 15 times the model's, at 2 m.
-  const synth::ExactScene scene = synth::preset(Preset::Rigid).points(600).depth_noise(0.015);
+  const testing::ExactScene scene = testing::preset(Preset::Rigid).points(600).depth_noise(0.015);
   CHECK(score(scene).static_kept() < 0.8);
   CHECK(score(scene, measured()).static_kept() > score(scene).static_kept() + 0.1);
 }
 
 TEST_CASE("with fewer than 20 pairs of neighbours the assumed noise counts, and the report says so") {
-  const synth::ExactScene scene = synth::ExactScene().points(15).pixel_noise(0.1);
-  const synth::ExactFrame before = scene.frame(3), now = scene.frame(4);
+  const testing::ExactScene scene = testing::ExactScene().points(15).pixel_noise(0.1);
+  const testing::ExactFrame before = scene.frame(3), now = scene.frame(4);
   const auto votes_and_note = [&](const TrajectoryConsistencyParams& params) {
     TrajectoryConsistencyFilter filter(params);
     FrameEvidence evidence;
     Votes votes;
     std::string note;
-    for (const synth::ExactFrame* frame : {&before, &now}) {
+    for (const testing::ExactFrame* frame : {&before, &now}) {
       evidence.begin(frame->view(), CallPoint::BeforePose);
       votes.reset(frame->size());
       filter.apply(evidence, votes);
@@ -196,25 +196,25 @@ TEST_CASE("with fewer than 20 pairs of neighbours the assumed noise counts, and 
 
 TEST_CASE("no depth, too far, no match, too few points: unknown") {
   TrajectoryConsistencyFilter filter;
-  const auto all_unknown = [&](const synth::ExactScene& scene, int frame) {
+  const auto all_unknown = [&](const testing::ExactScene& scene, int frame) {
     const Votes votes = judge(filter, scene, frame);
     return votes.count(Vote::Unknown) == votes.size();
   };
-  CHECK(all_unknown(synth::preset(Preset::General).missing_depth(1), 4));
-  CHECK(all_unknown(synth::preset(Preset::General).missing_matches(1), 4));
-  CHECK(all_unknown(synth::ExactScene().points(3), 4));
-  CHECK(all_unknown(synth::ExactScene().points(200).depth_range(7, 7.5), 4));
+  CHECK(all_unknown(testing::preset(Preset::General).missing_depth(1), 4));
+  CHECK(all_unknown(testing::preset(Preset::General).missing_matches(1), 4));
+  CHECK(all_unknown(testing::ExactScene().points(3), 4));
+  CHECK(all_unknown(testing::ExactScene().points(200).depth_range(7, 7.5), 4));
 }
 
 TEST_CASE("zero, negative, NaN and infinite depths are none") {
-  const synth::ExactScene scene = synth::ExactScene().points(100);
+  const testing::ExactScene scene = testing::ExactScene().points(100);
   TrajectoryConsistencyFilter filter;
   FrameEvidence evidence;
   Votes votes;
   constexpr float kOdd[] = {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN(),
                             std::numeric_limits<float>::infinity()};
   for (int k = 0; k < 2; ++k) {
-    synth::ExactFrame frame = scene.frame(k);
+    testing::ExactFrame frame = scene.frame(k);
     for (std::size_t i = 0; i < 4; ++i) frame.depth_m[i] = kOdd[i];
     evidence.begin(frame.view(), CallPoint::BeforePose);
     votes.reset(frame.size());

@@ -3,18 +3,18 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/judge.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_motion.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
+#include <dynfilter/testing/judge.hpp>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -114,12 +114,12 @@ TEST_CASE("write_a_filter.md: its code is that of the example, word for word, an
 }
 
 TEST_CASE("recipe 1: depth decides, none is unknown; from YAML, with its range checked") {
-  const synth::ExactScene scene = synth::preset(synth::Preset::General).missing_depth(0.2);
+  const testing::ExactScene scene = testing::preset(testing::Preset::General).missing_depth(0.2);
   recipes::TooNearParams params;
   params.min_depth_m = 2.4;
   recipes::TooNear filter(params);
-  const Votes votes = synth::judge(filter, scene, 1);
-  const synth::ExactFrame frame = scene.frame(1);
+  const Votes votes = testing::judge(filter, scene, 1);
+  const testing::ExactFrame frame = scene.frame(1);
   std::array<int, 3> seen{};
   for (std::size_t i = 0; i < votes.size(); ++i) {
     const float z = frame.depth_m[i];
@@ -137,10 +137,10 @@ TEST_CASE("recipe 1: depth decides, none is unknown; from YAML, with its range c
 }
 
 TEST_CASE("recipe 2: features in a person's box are suspects, and no more") {
-  const synth::ExactScene scene = synth::preset(synth::Preset::General).with_detections();
+  const testing::ExactScene scene = testing::preset(testing::Preset::General).with_detections();
   recipes::BoxSuspects filter;
-  const Votes votes = synth::judge(filter, scene, 3);
-  const synth::ExactFrame frame = scene.frame(3);
+  const Votes votes = testing::judge(filter, scene, 3);
+  const testing::ExactFrame frame = scene.frame(3);
   CHECK(votes.count(Vote::Unknown) == votes.size());
   CHECK(votes.count_prior() >= 60);
   for (std::size_t i = 0; i < votes.size(); ++i)
@@ -148,26 +148,26 @@ TEST_CASE("recipe 2: features in a person's box are suspects, and no more") {
 }
 
 TEST_CASE("recipes 3 to 5: what does not follow the camera's motion is found, the rest stays") {
-  const synth::ExactScene scene =
-      synth::preset(synth::Preset::General).pixel_noise(0.2).depth_noise(0.0014).with_poses();
-  const synth::ExactScene far_back = synth::ExactScene(scene).gap(5);
+  const testing::ExactScene scene =
+      testing::preset(testing::Preset::General).pixel_noise(0.2).depth_noise(0.0014).with_poses();
+  const testing::ExactScene far_back = testing::ExactScene(scene).gap(5);
   recipes::OffTheLine line;
   recipes::OffTheMotion motion;
   recipes::OffTheHostsPose pose;
-  const synth::Score by_line(synth::judge(line, scene, 8), scene.frame(8)),
-      by_motion(synth::judge(motion, far_back, 8), far_back.frame(8)),
-      by_pose(synth::judge(pose, far_back, 8), far_back.frame(8));
-  for (const synth::Score& score : {by_line, by_motion, by_pose}) {
+  const testing::Score by_line(testing::judge(line, scene, 8), scene.frame(8)),
+      by_motion(testing::judge(motion, far_back, 8), far_back.frame(8)),
+      by_pose(testing::judge(pose, far_back, 8), far_back.frame(8));
+  for (const testing::Score& score : {by_line, by_motion, by_pose}) {
     CHECK(score.dynamic_count > 40);
     CHECK(score.recall() > 0.9);
     CHECK(score.static_kept() > 0.9);
   }
   // A mover of 12 mm a frame shows five frames back, not after one.
-  const auto slow = synth::MovingBox(60).at({-0.3, -0.35, 2.5}).moving({0.012, 0, 0});
-  const synth::ExactScene crawling = synth::ExactScene().mover(slow).with_poses();
+  const auto slow = testing::MovingBox(60).at({-0.3, -0.35, 2.5}).moving({0.012, 0, 0});
+  const testing::ExactScene crawling = testing::ExactScene().mover(slow).with_poses();
   const auto found = [&](int gap) {
-    const synth::ExactScene watched = synth::ExactScene(crawling).gap(gap);
-    return synth::Score(synth::judge(pose, watched, 8), watched.frame(8)).recall();
+    const testing::ExactScene watched = testing::ExactScene(crawling).gap(gap);
+    return testing::Score(testing::judge(pose, watched, 8), watched.frame(8)).recall();
   };
   CHECK(found(5) == 1);
   CHECK(found(1) == 0);
@@ -175,11 +175,11 @@ TEST_CASE("recipes 3 to 5: what does not follow the camera's motion is found, th
 
 TEST_CASE("recipe 6: a match of unlike descriptors is rejected") {
   // Two views of one point differ in at most 20 of 256 bits, two points in about 128.
-  const synth::ExactScene scene =
-      synth::preset(synth::Preset::Rigid).with_descriptors(10).mismatches(0.1).missing_matches(0.1);
+  const testing::ExactScene scene =
+      testing::preset(testing::Preset::Rigid).with_descriptors(10).mismatches(0.1).missing_matches(0.1);
   recipes::UnlikeMatches filter;
-  const Votes votes = synth::judge(filter, scene, 2);
-  const synth::ExactFrame frame = scene.frame(2);
+  const Votes votes = testing::judge(filter, scene, 2);
+  const testing::ExactFrame frame = scene.frame(2);
   for (std::size_t i = 0; i < votes.size(); ++i) {
     const Vote wanted = frame.reference_index[i] < 0 ? Vote::Unknown
                         : frame.mismatched[i] != 0   ? Vote::Dynamic
@@ -210,12 +210,12 @@ TEST_CASE("recipe 7: features that share a match are rejected") {
 }
 
 TEST_CASE("recipe 8: against the last keyframe, once there is one") {
-  const synth::ExactScene scene = synth::preset(synth::Preset::General).pixel_noise(0.2).gap(6);
+  const testing::ExactScene scene = testing::preset(testing::Preset::General).pixel_noise(0.2).gap(6);
   recipes::AgainstTheKeyframe filter;
   FrameEvidence evidence;
   evidence.set_history(1);
   Votes votes;
-  synth::ExactFrame frame;
+  testing::ExactFrame frame;
   for (int k = 0; k <= 6; ++k) {
     frame = scene.frame(k);
     FrameView view = frame.view();
@@ -226,7 +226,7 @@ TEST_CASE("recipe 8: against the last keyframe, once there is one") {
     if (k == 0) CHECK(votes.notes() == "no keyframe yet");
     evidence.end(k == 0);  // the first frame is the keyframe
   }
-  const synth::Score score(votes, frame);
+  const testing::Score score(votes, frame);
   CHECK(score.recall() > 0.9);
   CHECK(score.static_kept() > 0.95);
 }

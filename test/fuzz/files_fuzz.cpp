@@ -3,7 +3,7 @@
 // What is read is written and read again where there is a writer.
 #include <unistd.h>
 #include <cmath>
-#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/detectors/class_list.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/geometry/moving_odds.hpp>
+#include <dynfilter/motion/moving_odds.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <vector>

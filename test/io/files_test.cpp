@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/detectors/detections.hpp>
 
 #include "doctest/doctest.h"

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/detectors/detections.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 #include <fstream>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/config/camera_file.hpp>
 
 #include "doctest/doctest.h"
 #include "io/known_camera.hpp"

@@ -9,46 +9,51 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace layering {
 
-/// What each folder of include/dynfilter may include besides itself. Data flows one way:
-/// core -> correspondence, geometry, cluster -> late -> evidence -> filters -> pipeline
-/// -> semantic, keyframe, mapping -> adapters.
-/// synth is separate. Only semantic, mapping and adapters read and write files.
-inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
+/// What each folder of include/dynfilter may include besides itself, in the order in which data flows. CONTRIBUTING.md
+/// has the same table, which the test writes.
+using Rooms = std::vector<std::pair<std::string, std::set<std::string>>>;
+inline const Rooms& rooms() {
   using Folders = std::set<std::string>;
   const auto and_also = [](Folders folders, const Folders& more) {
     folders.insert(more.begin(), more.end());
     return folders;
   };
-  static const Folders measures{"core", "correspondence", "geometry", "cluster"};
-  static const Folders below_filters = and_also(measures, {"late", "evidence"});
-  static const Folders below_pipeline = and_also(below_filters, {"filters"});
-  // Plugins also add providers: of semantic/, only headers that need no more than core/.
-  static const Folders below_plugin = and_also(below_pipeline, {"semantic"});
-  static const Folders all_below = and_also(below_pipeline, {"pipeline"});
-  static const Folders below_adapters = and_also(all_below, {"semantic", "plugin"});
-  static const std::map<std::string, std::set<std::string>> table{
+  static const Folders basics{"core", "config"};
+  static const Folders measures = and_also(basics, {"correspondence", "geometry", "cluster"});
+  static const Folders evidence = and_also(measures, {"late", "evidence"});
+  static const Folders judges = and_also(evidence, {"motion", "filters"});
+  static const Folders pipelines = and_also(judges, {"pipeline"});
+  static const Rooms table{
       {"core", {}},
-      {"correspondence", {"core"}},
-      {"geometry", {"core"}},
-      {"cluster", {"core"}},
-      {"late", {"core", "correspondence", "geometry"}},
+      {"config", {"core"}},
+      {"correspondence", basics},
+      {"geometry", basics},
+      {"cluster", basics},
+      {"late", and_also(basics, {"correspondence", "geometry"})},
       {"evidence", and_also(measures, {"late"})},
-      {"filters", below_filters},
-      {"pipeline", below_pipeline},
-      {"plugin", below_plugin},
-      {"semantic", all_below},
-      {"keyframe", all_below},
-      {"mapping", all_below},
-      {"adapters", below_adapters},
+      {"motion", evidence},
+      {"filters", and_also(evidence, {"motion"})},
+      {"pipeline", judges},
+      {"semantic", measures},
+      {"plugin", and_also(judges, {"semantic"})},
+      {"keyframe", basics},
+      {"mapping", measures},
+      {"hosts", and_also(pipelines, {"semantic", "plugin"})},
       {"facade", {}},                                      // C++11 and C: not even core/
-      {"facade/detail", and_also(all_below, {"facade"})},  // sources of the shared library
-      {"synth", {"core", "evidence"}},
-      {"", and_also(all_below, {"plugin"})},
+      {"facade/detail", and_also(pipelines, {"facade"})},  // sources of the shared library
+      {"testing", {"core", "evidence"}},
+      {"", and_also(pipelines, {"plugin"})},
   };
+  return table;
+}
+
+inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
+  static const std::map<std::string, std::set<std::string>> table(rooms().begin(), rooms().end());
   return table;
 }
 
@@ -115,8 +120,9 @@ inline std::vector<std::string> faults_of_bodies(const std::string& path, const 
 
 /// Folders that decide on features, or make the scenes by which decisions are compared.
 inline bool decides(const std::string& folder) {
-  static const std::set<std::string> folders{"core",     "correspondence", "geometry", "cluster", "late",
-                                             "evidence", "filters",        "pipeline", "synth"};
+  static const std::set<std::string> folders{"core",    "config",   "correspondence", "geometry",
+                                             "cluster", "late",     "evidence",       "motion",
+                                             "filters", "pipeline", "testing"};
   return folders.count(folder) != 0;
 }
 

@@ -89,10 +89,10 @@ TEST_CASE("heavy and foreign headers come in by their own door only") {
 
 TEST_CASE("functions are included by their own header only, and details by their own folder") {
   CHECK(bodies_of("semantic/ply.hpp") == "semantic/detail/ply-inl.hpp");
-  CHECK(bodies_of("adapters/orb_slam/traits.hpp") == "adapters/orb_slam/detail/traits-inl.hpp");
+  CHECK(bodies_of("hosts/orb_slam/traits.hpp") == "hosts/orb_slam/detail/traits-inl.hpp");
   CHECK(complaints("semantic/ply.hpp", "#include <dynfilter/semantic/detail/ply-inl.hpp>\n") == 0);
   CHECK(complaints("semantic/x.hpp", "#include <dynfilter/semantic/detail/ply-inl.hpp>\n") == 1);
-  CHECK(complaints("adapters/x.hpp", "#include <dynfilter/semantic/detail/rows.hpp>\n") == 1);
+  CHECK(complaints("hosts/x.hpp", "#include <dynfilter/semantic/detail/rows.hpp>\n") == 1);
   CHECK(complaints("semantic/x.hpp", "#include <dynfilter/semantic/detail/rows.hpp>\n") == 0);
   CHECK(complaints("semantic/detail/ply-inl.hpp",
                    "#include <dynfilter/semantic/ply.hpp>\n#include <vector>\n") == 0);

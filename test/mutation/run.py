@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build" / "mutation"
 RELEASE = ROOT / "build" / "release"
 LEAST_SCORE = 0.85
-LIBRARIES = ["eval", "synth", "pipeline", "filters", "evidence", "late", "flann", "cluster", "geometry", "correspondence",
+LIBRARIES = ["eval", "testing", "pipeline", "filters", "motion", "evidence", "late", "flann", "cluster", "geometry", "correspondence", "config",
              "io", "core"]
 # `users` of changed headers: the bodies that the header's functions are compiled into.
 Room = collections.namedtuple("Room", "name bodies tests users", defaults=[[]])
@@ -39,11 +39,11 @@ ROOMS = [
           "pipeline/detail/vote_stage-inl.hpp", "pipeline/detail/temporal_stage-inl.hpp",
           "pipeline/detail/stage-inl.hpp", "pipeline/detail/combinator-inl.hpp"]),
     Room("floor", ["pipeline/detail/floor-inl.hpp"], ["pipeline/floor_test.cpp"]),
-    Room("residuals", ["geometry/detail/rigid_residual-inl.hpp", "geometry/detail/static_miss-inl.hpp",
+    Room("residuals", ["geometry/detail/rigid_residual-inl.hpp", "motion/detail/static_miss-inl.hpp",
                        "geometry/detail/rigid_misses-inl.hpp"],
-         ["geometry/static_miss_test.cpp", "geometry/rigid_misses_test.cpp", "geometry/rigid_motion_test.cpp"]),
-    Room("background", ["geometry/detail/rigid_background-inl.hpp"],
-         ["geometry/background_score_test.cpp", "geometry/rigid_background_test.cpp",
+         ["motion/static_miss_test.cpp", "geometry/rigid_misses_test.cpp", "geometry/rigid_motion_test.cpp"]),
+    Room("background", ["motion/detail/rigid_background-inl.hpp"],
+         ["motion/background_score_test.cpp", "motion/rigid_background_test.cpp",
           "filters/background_motion_test.cpp"]),
     Room("dbscan", ["cluster/detail/density_clusters-inl.hpp", "cluster/detail/adaptive_dbscan-inl.hpp",
                     "cluster/detail/clusters-inl.hpp"],

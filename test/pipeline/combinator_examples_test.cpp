@@ -6,9 +6,9 @@
 #include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 #include <filesystem>
 
 #include "doctest/doctest.h"
@@ -22,7 +22,7 @@ const std::filesystem::path kFolder = std::filesystem::path(DYNFILTER_SOURCE_DIR
 /// The verdict on the last of eight frames in which a sixth of the points moves.
 Verdict last_verdict(const std::filesystem::path& file) {
   Pipeline pipeline(pipeline_from_file(file.string(), builtin_filters()));
-  const synth::ExactScene scene = synth::preset(synth::Preset::General)
+  const testing::ExactScene scene = testing::preset(testing::Preset::General)
                                       .pixel_noise(0.3)
                                       .with_poses()
                                       .with_detections()

@@ -4,7 +4,7 @@
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>

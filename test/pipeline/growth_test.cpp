@@ -6,7 +6,7 @@
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/presets.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
 #include <limits>
 #include <string>
 #include <vector>
@@ -16,9 +16,9 @@
 namespace growth_test {
 
 using namespace dynfilter;
-using synth::ExactFrame;
-using synth::ExactScene;
-using synth::MovingBox;
+using testing::ExactFrame;
+using testing::ExactScene;
+using testing::MovingBox;
 
 namespace {
 

@@ -12,9 +12,9 @@
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 #include <memory>
 
 #include "doctest/doctest.h"
@@ -215,10 +215,10 @@ TEST_CASE("motion_consistency: features of the cluster that the pipeline could n
 
 TEST_CASE(
     "motion_consistency: a rigid scene loses nothing, and its first keyframe waits for one frame only") {
-  const synth::ExactScene scene = synth::preset(synth::Preset::Rigid).with_descriptors(10);
+  const testing::ExactScene scene = testing::preset(testing::Preset::Rigid).with_descriptors(10);
   Pipeline pipeline = motion_consistency();
   for (int k = 0; k < 6; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+    const testing::ExactFrame frame = scene.frame(k);
     const Verdict& verdict = pipeline.before_pose(frame.view());
     CHECK(verdict.kept() == frame.size());
     CHECK(verdict.report.wait_for_keyframe == (k == 0));

@@ -6,7 +6,7 @@
 #include <dynfilter/core/random.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/evidence/mask_components.hpp>
+#include <dynfilter/pipeline/detail/mask_components.hpp>
 #include <dynfilter/evidence/mask_lookup.hpp>
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>

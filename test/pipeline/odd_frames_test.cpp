@@ -6,11 +6,11 @@
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_motion.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_motion.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -81,12 +81,12 @@ TEST_CASE("every preset loads, names itself as its file, and judges every exact 
     const std::string preset = entry.path().stem().string();
     CAPTURE(preset);
     ++presets;
-    for (const synth::Preset kind : synth::all_presets()) {
+    for (const testing::Preset kind : testing::all_presets()) {
       Pipeline pipeline = load(preset);
       CHECK(pipeline.name() == preset);
-      const synth::ExactScene scene = synth::preset(kind).with_detections();
+      const testing::ExactScene scene = testing::preset(kind).with_detections();
       for (int k = 0; k < 4; ++k) {
-        const synth::ExactFrame frame = scene.frame(k);
+        const testing::ExactFrame frame = scene.frame(k);
         const Verdict& verdict = pipeline.before_pose(frame.view());
         CHECK(verdict.size() == frame.size());
         for (const StageReport& stage : verdict.report.stages) CHECK_FALSE(stage.failed);
@@ -112,18 +112,18 @@ TEST_CASE(
     "rts_slam: seeds lie outside of the boxes, a box that hides most of the movers cannot take the model "
     "over") {
   Pipeline pipeline = load("rts_slam");
-  const synth::ExactScene scene =
-      synth::preset(synth::Preset::Majority).with_detections().pixel_noise(0.2).depth_noise(0.001);
+  const testing::ExactScene scene =
+      testing::preset(testing::Preset::Majority).with_detections().pixel_noise(0.2).depth_noise(0.001);
   for (int k = 0; k < 10; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+    const testing::ExactFrame frame = scene.frame(k);
     const Verdict& verdict = pipeline.before_pose(frame.view());
     if (k < 5) continue;
     int dynamic = 0, found = 0, fixed = 0, kept = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      dynamic += frame.truth[i] == synth::Truth::Dynamic ? 1 : 0;
-      found += frame.truth[i] == synth::Truth::Dynamic && !verdict.keep(i) ? 1 : 0;
-      fixed += frame.truth[i] == synth::Truth::Static ? 1 : 0;
-      kept += frame.truth[i] == synth::Truth::Static && verdict.keep(i) ? 1 : 0;
+      dynamic += frame.truth[i] == testing::Truth::Dynamic ? 1 : 0;
+      found += frame.truth[i] == testing::Truth::Dynamic && !verdict.keep(i) ? 1 : 0;
+      fixed += frame.truth[i] == testing::Truth::Static ? 1 : 0;
+      kept += frame.truth[i] == testing::Truth::Static && verdict.keep(i) ? 1 : 0;
     }
     CHECK(found >= 0.9 * dynamic);
     CHECK(kept >= 0.7 * fixed);
@@ -133,15 +133,15 @@ TEST_CASE(
 TEST_CASE("dynfilter: movers are found without boxes, and what stands still in a box stays") {
   for (const bool boxes : {false, true})
     for (const bool moves : {false, true}) {
-      synth::ExactScene scene =
-          synth::ExactScene().pixel_noise(0.1).depth_noise(0.001).mover(synth::MovingBox(60)
+      testing::ExactScene scene =
+          testing::ExactScene().pixel_noise(0.1).depth_noise(0.001).mover(testing::MovingBox(60)
                                                                             .at({-0.3, -0.35, 2.5})
                                                                             .moving({0.02, 0.033, 0.01})
                                                                             .still_until(moves ? 0 : 99));
       if (boxes) scene.with_detections();
       Pipeline pipeline = load("dynfilter");
       for (int k = 0; k < 8; ++k) {
-        const synth::ExactFrame frame = scene.frame(k);
+        const testing::ExactFrame frame = scene.frame(k);
         const Verdict& verdict = pipeline.before_pose(frame.view());
         if (k < 4) continue;
         int on_mover = 0, gone = 0, lost = 0;
@@ -159,9 +159,9 @@ TEST_CASE("dynfilter: movers are found without boxes, and what stands still in a
 
 TEST_CASE("mono: the stages that need depth are skipped with a note, the others judge") {
   Pipeline pipeline = load("rts_slam");
-  const synth::ExactScene scene = synth::preset(synth::Preset::General).with_detections().mono();
+  const testing::ExactScene scene = testing::preset(testing::Preset::General).with_detections().mono();
   for (int k = 0; k < 2; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+    const testing::ExactFrame frame = scene.frame(k);
     const Verdict& verdict = pipeline.before_pose(frame.view());
     int skipped = 0;
     for (const StageReport& stage : verdict.report.stages)

@@ -9,9 +9,9 @@
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -62,8 +62,8 @@ Digests computed() {
        fs::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines")) {
     const std::string name = entry.path().stem().string();
     if (entry.path().extension() != ".yaml" || name == "oracle") continue;
-    for (const synth::Preset preset : synth::all_presets()) {
-      const synth::ExactScene scene = synth::preset(preset)
+    for (const testing::Preset preset : testing::all_presets()) {
+      const testing::ExactScene scene = testing::preset(preset)
                                           .pixel_noise(0.3)
                                           .depth_noise(0.0014)
                                           .mismatches(0.03)

@@ -3,10 +3,10 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/correspondence/descriptor_match_params.hpp>
 #include <dynfilter/correspondence/flow_params.hpp>
 #include <dynfilter/evidence/correspondence_params.hpp>

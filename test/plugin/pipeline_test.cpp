@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/plugin/loader.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_frame.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_frame.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 
 #include "doctest/doctest.h"
 
@@ -19,11 +19,11 @@ namespace fs = std::filesystem;
 namespace {
 
 std::vector<Verdict> verdicts_of(const std::string& yaml, const Registry& registry, int frames) {
-  const synth::ExactScene scene = synth::preset(synth::Preset::General).pixel_noise(0.3).with_detections();
+  const testing::ExactScene scene = testing::preset(testing::Preset::General).pixel_noise(0.3).with_detections();
   Pipeline pipeline(pipeline_from_text(yaml, registry));
   std::vector<Verdict> verdicts;
   for (int k = 0; k < frames; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+    const testing::ExactFrame frame = scene.frame(k);
     verdicts.push_back(pipeline.before_pose(frame.view()));
   }
   return verdicts;
@@ -84,10 +84,10 @@ TEST_CASE("a plugin that throws from reset is named in the reports, and the fram
   Pipeline pipeline(pipeline_from_text(
       "pipeline: { before_pose: [ { moody: { limit_px: 5 } }, { semantic_box: { role: reject } } ] }",
       registry));
-  const synth::ExactScene scene = synth::preset(synth::Preset::General).with_detections();
+  const testing::ExactScene scene = testing::preset(testing::Preset::General).with_detections();
   CHECK_FALSE(report_of(pipeline.before_pose(scene.frame(0).view()), "moody")->failed);
   pipeline.reset();
-  const synth::ExactFrame frame = scene.frame(1);
+  const testing::ExactFrame frame = scene.frame(1);
   const Verdict& verdict = pipeline.before_pose(frame.view());
   CHECK(report_of(verdict, "moody")->failed);
   CHECK(report_of(verdict, "moody")->note == "failed: reset: I remember everything");

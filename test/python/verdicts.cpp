@@ -7,7 +7,7 @@
 #include <cstring>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/presets.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
@@ -34,10 +34,10 @@ void print(const std::string& pipeline, const char* scene, int frame, const Verd
   std::printf("\n");
 }
 
-void judge_exact(const std::string& name, const char* scene_name, const synth::ExactScene& scene) {
+void judge_exact(const std::string& name, const char* scene_name, const testing::ExactScene& scene) {
   Pipeline pipeline(load_pipeline(name, builtin_filters()));
   for (int k = 0; k < kExactFrames; ++k) {
-    const synth::ExactFrame frame = scene.frame(k);
+    const testing::ExactFrame frame = scene.frame(k);
     print(name, scene_name, k, pipeline.before_pose(frame.view()));
   }
 }
@@ -76,8 +76,8 @@ int main(int argc, char** argv) {
   render::SequenceRenderer renderer(options);
   std::vector<render::RenderedFrame> frames;
   for (int k = 0; k < kRenderedFrames; ++k) frames.push_back(renderer.frame(k));
-  const synth::ExactScene noisy = synth::preset(synth::Preset::General).pixel_noise(0.5).depth_noise(0.0014);
-  const synth::ExactScene full = synth::preset(synth::Preset::SeveralMovers)
+  const testing::ExactScene noisy = testing::preset(testing::Preset::General).pixel_noise(0.5).depth_noise(0.0014);
+  const testing::ExactScene full = testing::preset(testing::Preset::SeveralMovers)
                                      .pixel_noise(0.3)
                                      .mismatches(0.05)
                                      .with_poses()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <fstream>
 #include <stdexcept>

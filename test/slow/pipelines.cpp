@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>

@@ -17,7 +17,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <ctime>
-#include <dynfilter/adapters/orb_slam.hpp>
+#include <dynfilter/hosts/orb_slam.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <fstream>
 #include <functional>
@@ -26,7 +26,7 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/host_stand_ins.hpp"
+#include "hosts/host_stand_ins.hpp"
 #include "recording.hpp"
 
 namespace {

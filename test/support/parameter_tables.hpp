@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdlib>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <fstream>
 #include <sstream>
 #include <string>

@@ -3,9 +3,9 @@
 //   {"error": "..."}, or a tree of {"map": [[KEY, TREE], ...]}, {"list": [TREE, ...]}, {"quoted": TEXT} and
 //   {"plain": TEXT} with "number", "integer", "flag" and "word" for the readers of YamlNode that accept it.
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/yaml.hpp>
-#include <dynfilter/core/yaml_text.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/yaml.hpp>
+#include <dynfilter/config/yaml_text.hpp>
 #include <iostream>
 #include <string>
 

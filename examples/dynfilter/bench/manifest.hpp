@@ -2,8 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <filesystem>
 #include <map>
 #include <optional>

@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/registry.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <dynfilter/core/near_miss.hpp>
+#include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/stage_reader.hpp>

@@ -3,7 +3,7 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>

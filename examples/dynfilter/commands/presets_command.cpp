@@ -3,7 +3,7 @@
 #include <dynfilter/pipeline/presets.hpp>
 
 #include <CLI/CLI.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <memory>
 #include <string>
 #include <vector>

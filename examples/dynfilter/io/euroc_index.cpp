@@ -3,8 +3,8 @@
 
 #include <cmath>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/text_lines.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <system_error>
 #include <utility>
 

@@ -2,10 +2,10 @@
 #include "io/image_folder_index.hpp"
 
 #include <cmath>
-#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <system_error>
 
 namespace dynfilter::io::detail {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdio>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <map>
 #include <system_error>
 

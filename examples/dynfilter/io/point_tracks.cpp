@@ -5,8 +5,8 @@
 #include <bitset>
 #include <cmath>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <optional>

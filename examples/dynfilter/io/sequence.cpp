@@ -7,8 +7,8 @@
 #include "io/tum_index.hpp"
 
 #include <algorithm>
-#include <dynfilter/core/camera_file.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/camera_file.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <system_error>
 
 namespace dynfilter::io::detail {

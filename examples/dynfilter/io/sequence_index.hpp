@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <ostream>
 #include <string>
 #include <utility>

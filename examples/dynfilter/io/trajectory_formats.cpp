@@ -3,10 +3,10 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <dynfilter/core/numbers.hpp>
+#include <dynfilter/config/numbers.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <string>
 #include <utility>
 

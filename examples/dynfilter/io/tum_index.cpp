@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <optional>
 #include <system_error>
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <deque>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/keyframe/make_selector.hpp>
 #include <dynfilter/keyframe/pose_change.hpp>

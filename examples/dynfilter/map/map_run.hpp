@@ -16,8 +16,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <map>
 #include <optional>
 #include <string>

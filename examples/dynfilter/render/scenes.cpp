@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/near_miss.hpp>
+#include <dynfilter/config/near_miss.hpp>
 #include <utility>
 
 #include "render/person.hpp"

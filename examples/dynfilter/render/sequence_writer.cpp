@@ -2,7 +2,7 @@
 #include "render/sequence_writer.hpp"
 
 #include <cstdio>
-#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/error.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <ostream>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/detection.hpp>
 #include <filesystem>
 #include <functional>

@@ -2,7 +2,7 @@
 #include "command_registry.hpp"
 
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/detectors/dnn_provider.hpp>
 #include <dynfilter/detectors/file_provider.hpp>
 #include <dynfilter/detectors/process_provider.hpp>

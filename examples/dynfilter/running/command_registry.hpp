@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/detectors/detections.hpp>

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/flow_params.hpp>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <opencv2/core/types.hpp>

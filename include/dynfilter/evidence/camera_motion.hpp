@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>

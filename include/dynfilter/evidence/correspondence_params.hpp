@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/correspondence/descriptor_match_params.hpp>
 #include <dynfilter/correspondence/flow_params.hpp>
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/order_statistics.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/match.hpp>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
@@ -14,15 +14,15 @@
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
-#include <dynfilter/filters/detail/neighbour_field.hpp>
+#include <dynfilter/motion/neighbour_field.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/free_space.hpp>
-#include <dynfilter/geometry/moving_odds.hpp>
+#include <dynfilter/motion/free_space.hpp>
+#include <dynfilter/motion/moving_odds.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
-#include <dynfilter/geometry/rigid_background.hpp>
+#include <dynfilter/motion/rigid_background.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
-#include <dynfilter/geometry/static_miss.hpp>
+#include <dynfilter/motion/static_miss.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
@@ -44,17 +44,17 @@ struct BackgroundMotionParams {
 
 /// Features that do not follow the background. The default rejector. It needs no detector.
 ///
-/// Formula:  the background's motion is chosen among several (geometry/rigid_background.hpp). Prior suspects
+/// Formula:  the background's motion is chosen among several (motion/rigid_background.hpp). Prior suspects
 ///           take part once the camera's motion is known. Each feature's residual against it in (u, v, depth)
-///           gives log-odds of motion (geometry/moving_odds.hpp), over one frame and over its track of up to
+///           gives log-odds of motion (motion/moving_odds.hpp), over one frame and over its track of up to
 ///           0.2 s. The larger log-odds count, but a miss of the last frame that the track undoes does not. In a
 ///           patch over two surfaces their shift against each other is added to the noise
-///           (geometry/patch_relief.hpp). The noise is measured in every frame and for both gaps: the
+///           (motion/patch_relief.hpp). The noise is measured in every frame and for both gaps: the
 ///           differences between neighbours (geometry/neighbour_noise.hpp), times a ratio for errors that
 ///           neighbours share (calibration, clock, blur). The ratio is the median residual of the features
 ///           that follow the background, at most 1.5 times what is usual for this camera. A
 ///           feature without a match, in a place that an earlier view saw through, has the log-odds of
-///           geometry/free_space.hpp. Belief = odds + memory * belief in the last frame, plus the mean over neighbours at a similar depth, plus
+///           motion/free_space.hpp. Belief = odds + memory * belief in the last frame, plus the mean over neighbours at a similar depth, plus
 ///           prior_suspicion for prior suspects. Dynamic above the log-odds against motion in this frame
 ///           (prior suspects: above 0), if a core is near: a feature with evidence of motion among others
 ///           with evidence of motion.
@@ -62,7 +62,7 @@ struct BackgroundMotionParams {
 ///           later frames take over. Below 1/3 every vote is Unknown: nothing is rejected against a
 ///           background that may be a mover.
 ///           Stereo: a feature with one depth is judged by its place in the image, one without by the line on
-///           which it may lie (geometry/static_miss.hpp).
+///           which it may lie (motion/static_miss.hpp).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (one more candidate).
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone, which are

@@ -7,7 +7,7 @@
 #include <dynfilter/cluster/kd_tree.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <opencv2/core/types.hpp>

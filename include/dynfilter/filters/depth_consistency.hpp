@@ -8,13 +8,13 @@
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/camera_motion.hpp>
 #include <dynfilter/evidence/evidence.hpp>
-#include <dynfilter/evidence/seen_depth.hpp>
+#include <dynfilter/filters/detail/seen_depth.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>

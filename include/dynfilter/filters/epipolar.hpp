@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>

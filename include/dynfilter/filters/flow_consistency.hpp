@@ -3,19 +3,19 @@
 
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/core/expiring.hpp>
+#include <dynfilter/motion/expiring.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
-#include <dynfilter/filters/detail/neighbour_field.hpp>
-#include <dynfilter/geometry/flow_groups.hpp>
-#include <dynfilter/geometry/ground_contact.hpp>
+#include <dynfilter/motion/neighbour_field.hpp>
+#include <dynfilter/motion/flow_groups.hpp>
+#include <dynfilter/motion/ground_contact.hpp>
 #include <dynfilter/geometry/image_neighbours.hpp>
-#include <dynfilter/geometry/view_motion.hpp>
-#include <dynfilter/geometry/view_motion_search.hpp>
+#include <dynfilter/motion/view_motion.hpp>
+#include <dynfilter/motion/view_motion_search.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -41,7 +41,7 @@ struct FlowConsistencyParams {
 /// Needs no depth. docs/reference/filters/flow_consistency.md has the derivation.
 ///
 /// Formula:  The camera's rotation and direction over a gap are estimated from flow,
-///           as the motion that covers most of the image (geometry/view_motion_search.hpp).
+///           as the motion that covers most of the image (motion/view_motion_search.hpp).
 ///           Per feature, two medians are taken over itself and its neighbours with similar flow.
 ///           One is of the distance from the epipolar line.
 ///           The other is of the flow against the direction of static points, or of what exceeds five times
@@ -50,7 +50,7 @@ struct FlowConsistencyParams {
 ///           Each feature is judged over the longest gap that its track covers.
 ///           A feature without a track has the mean excess over the limit of its neighbours.
 ///           While the camera drives forward, groups that do not stand on the ground are dynamic, too:
-///           cars ahead seem to be beneath it, oncoming ones to hover (geometry/ground_contact.hpp).
+///           cars ahead seem to be beneath it, oncoming ones to hover (motion/ground_contact.hpp).
 /// Needs:    correspondences from frame to frame.
 ///           Optional: a camera, else a focal length is assumed.
 /// Abstains: on features without a track whose neighbours do not move, with fewer than 12 tracks,

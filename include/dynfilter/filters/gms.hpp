@@ -6,10 +6,10 @@
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
-#include <dynfilter/correspondence/grid_motion_statistics.hpp>
+#include <dynfilter/filters/detail/grid_motion_statistics.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <opencv2/core/types.hpp>
@@ -42,7 +42,7 @@ struct GmsFilterParams {
 /// Formula:  kept if S >= factor * sqrt(n).
 ///           S is the number of matches from the surrounding 3 x 3 cells
 ///           to the 3 x 3 cells around the target.
-///           The mean number of matches in these cells is n (correspondence/grid_motion_statistics.hpp).
+///           The mean number of matches in these cells is n (filters/detail/grid_motion_statistics.hpp).
 /// Needs:    correspondences of any kind.
 /// Abstains: without a match, and with fewer than min_matches.
 /// Blind to: large movers, whose matches support each other; motion within a cell.

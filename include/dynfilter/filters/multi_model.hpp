@@ -4,11 +4,11 @@
 #include <cstddef>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
-#include <dynfilter/geometry/sequential_homographies.hpp>
+#include <dynfilter/filters/detail/sequential_homographies.hpp>
 #include <string>
 #include <vector>
 

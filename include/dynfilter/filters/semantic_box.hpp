@@ -5,7 +5,7 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>

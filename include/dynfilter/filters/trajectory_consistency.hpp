@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/keyframe/pose_change.hpp>
 #include <dynfilter/keyframe/selector.hpp>
 #include <dynfilter/keyframe/vertex_cover_selector.hpp>

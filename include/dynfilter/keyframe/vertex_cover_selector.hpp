@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/keyframe/graph.hpp>

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/cluster/depth_growth.hpp>
-#include <dynfilter/cluster/neighbour_counts.hpp>
+#include <dynfilter/pipeline/detail/neighbour_counts.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>

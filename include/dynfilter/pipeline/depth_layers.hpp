@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>

@@ -4,11 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
-#include <dynfilter/evidence/object_regions.hpp>
+#include <dynfilter/pipeline/detail/object_regions.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <string>

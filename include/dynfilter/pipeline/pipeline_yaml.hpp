@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/registry.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/registry.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <string>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/registry.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/registry.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <functional>

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view.hpp>

@@ -3,7 +3,7 @@
 
 #include <dlfcn.h>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <filesystem>
 #include <string>

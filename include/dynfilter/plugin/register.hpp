@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstring>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <exception>
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <memory>
 #include <opencv2/core.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <filesystem>

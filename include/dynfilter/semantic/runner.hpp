@@ -3,7 +3,7 @@
 
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <memory>
 #include <string>

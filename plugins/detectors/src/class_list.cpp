@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <utility>
 
 namespace dynfilter {

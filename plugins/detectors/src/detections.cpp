@@ -6,7 +6,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <map>
 #include <opencv2/core.hpp>
 #include <string>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/semantic/merged_masks.hpp>
 #include <filesystem>
 #include <opencv2/core.hpp>

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 #include <iterator>
 #include <opencv2/core.hpp>

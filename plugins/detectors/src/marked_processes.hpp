@@ -5,7 +5,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 #include <cstdlib>
-#include <dynfilter/core/numbers.hpp>
+#include <dynfilter/config/numbers.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <dynfilter/core/numbers.hpp>
+#include <dynfilter/config/numbers.hpp>
 
 namespace dynfilter {
 

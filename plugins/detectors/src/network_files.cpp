@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/text_lines.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <map>
 #include <sstream>
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>

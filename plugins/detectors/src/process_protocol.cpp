@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/core/numbers.hpp>
+#include <dynfilter/config/numbers.hpp>
 #include <dynfilter/core/printable_text.hpp>
 #include <exception>
 #include <istream>

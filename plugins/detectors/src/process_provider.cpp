@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/detectors/process_provider.hpp>
 
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <utility>
 
 namespace dynfilter {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <dynfilter/core/near_miss.hpp>
+#include <dynfilter/config/near_miss.hpp>
 #include <limits>
 #include <type_traits>
 

@@ -2,10 +2,10 @@
 #include <pybind11/stl.h>
 
 #include <Eigen/Core>
-#include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/synth/exact_scene.hpp>
-#include <dynfilter/synth/exact_scene_presets.hpp>
-#include <dynfilter/synth/judge.hpp>
+#include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/testing/exact_scene.hpp>
+#include <dynfilter/testing/exact_scene_presets.hpp>
+#include <dynfilter/testing/judge.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,30 +19,30 @@
 namespace dynfilter::python {
 namespace {
 
-using synth::ExactFrame;
-using synth::ExactScene;
-using synth::MovingBox;
+using testing::ExactFrame;
+using testing::ExactScene;
+using testing::MovingBox;
 
 std::vector<std::string> scene_preset_names() {
   std::vector<std::string> names;
-  for (const synth::Preset preset : synth::all_presets()) names.push_back(to_string(preset));
+  for (const testing::Preset preset : testing::all_presets()) names.push_back(to_string(preset));
   return names;
 }
 
 ExactScene preset_scene(const std::string& name) {
-  for (const synth::Preset preset : synth::all_presets())
-    if (to_string(preset) == name) return synth::preset(preset);
+  for (const testing::Preset preset : testing::all_presets())
+    if (to_string(preset) == name) return testing::preset(preset);
   refuse_name("preset", scene_preset_names(), name);
 }
 
-synth::CameraStep camera_step(const std::string& name) {
-  const std::pair<const char*, synth::CameraStep> steps[] = {
-      {"none", synth::CameraStep::None},
-      {"general", synth::CameraStep::General},
-      {"sideways", synth::CameraStep::Sideways},
-      {"forward", synth::CameraStep::Forward},
-      {"pure_rotation", synth::CameraStep::PureRotation},
-      {"small_baseline", synth::CameraStep::SmallBaseline}};
+testing::CameraStep camera_step(const std::string& name) {
+  const std::pair<const char*, testing::CameraStep> steps[] = {
+      {"none", testing::CameraStep::None},
+      {"general", testing::CameraStep::General},
+      {"sideways", testing::CameraStep::Sideways},
+      {"forward", testing::CameraStep::Forward},
+      {"pure_rotation", testing::CameraStep::PureRotation},
+      {"small_baseline", testing::CameraStep::SmallBaseline}};
   std::vector<std::string> known;
   for (const auto& [word, step] : steps) {
     if (name == word) return step;
@@ -136,7 +136,7 @@ py::dict arguments_of(const ExactFrame& f) {
   return a;
 }
 
-py::array truth_is(const ExactFrame& f, synth::Truth truth) {
+py::array truth_is(const ExactFrame& f, testing::Truth truth) {
   py::array_t<bool> out(static_cast<py::ssize_t>(f.size()));
   for (std::size_t i = 0; i < f.size(); ++i) out.mutable_data()[i] = f.truth[i] == truth;
   return std::move(out);
@@ -157,7 +157,7 @@ py::tuple judged(py::handle filter, const ExactScene& scene, int frame) {
   }
   Votes votes;
   try {
-    votes = synth::judge(*judged, scene, frame);
+    votes = testing::judge(*judged, scene, frame);
   } catch (const std::exception&) {
     link->raise();
     throw;
@@ -165,11 +165,11 @@ py::tuple judged(py::handle filter, const ExactScene& scene, int frame) {
   py::array_t<std::uint8_t> decisions(static_cast<py::ssize_t>(votes.size()));
   for (std::size_t i = 0; i < votes.size(); ++i)
     decisions.mutable_data()[i] = static_cast<std::uint8_t>(votes[i]);
-  return py::make_tuple(decisions, synth::Score(votes, scene.frame(frame)));
+  return py::make_tuple(decisions, testing::Score(votes, scene.frame(frame)));
 }
 
 void bind_score(py::module_& module) {
-  using synth::Score;
+  using testing::Score;
   py::class_<Score>(module, "Score", "Votes compared with the truth. Features in between are not counted.")
       .def(py::init<>())
       .def_readonly("dynamic_count", &Score::dynamic_count)
@@ -223,10 +223,10 @@ void bind_exact_frame(py::module_& module) {
           "label", [](const ExactFrame& f) { return copy_of(f.label); },
           "(n,) int32: 0 static background, k: mover k, moving or not")
       .def_property_readonly(
-          "dynamic", [](const ExactFrame& f) { return truth_is(f, synth::Truth::Dynamic); },
+          "dynamic", [](const ExactFrame& f) { return truth_is(f, testing::Truth::Dynamic); },
           "(n,) bool: moved more than 10 mm and 1 px over the last frames")
       .def_property_readonly(
-          "static", [](const ExactFrame& f) { return truth_is(f, synth::Truth::Static); },
+          "static", [](const ExactFrame& f) { return truth_is(f, testing::Truth::Static); },
           "(n,) bool: did not move at all")
       .def_property_readonly(
           "mismatched",

@@ -3,7 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <cmath>
-#include <dynfilter/core/camera_file.hpp>
+#include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/detectors/detections.hpp>
 #include <utility>
 

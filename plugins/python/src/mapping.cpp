@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/stl.h>
 
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/mapping/static_map.hpp>
 #include <memory>
 #include <string>

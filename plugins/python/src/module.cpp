@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/stl.h>
 
-#include <dynfilter/core/near_miss.hpp>
+#include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/version.hpp>
 #include <string>
 

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>

@@ -4,7 +4,7 @@
 #include <pybind11/pybind11.h>
 
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <exception>
 #include <memory>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 
 namespace dynfilter::python {

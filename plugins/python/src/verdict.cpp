@@ -4,8 +4,8 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <dynfilter/adapters/draw_verdict.hpp>
-#include <dynfilter/adapters/host_mask.hpp>
+#include <dynfilter/hosts/draw_verdict.hpp>
+#include <dynfilter/hosts/host_mask.hpp>
 #include <string>
 
 #include "arguments.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/correspondence/grid_motion_statistics.hpp>
+#include <dynfilter/filters/detail/grid_motion_statistics.hpp>
 
 std::size_t matches_of(const std::vector<cv::Point2f>& points) {
   dynfilter::GridMotionStatistics statistics;

@@ -8,7 +8,7 @@
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {

@@ -4,7 +4,7 @@
 #include <dynfilter/correspondence/descriptor_match_params.hpp>
 
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 
 namespace dynfilter {
 

@@ -4,7 +4,7 @@
 #include <dynfilter/correspondence/flow.hpp>
 
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/video/tracking.hpp>

@@ -4,7 +4,7 @@
 #include <dynfilter/correspondence/flow_params.hpp>
 
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 
 namespace dynfilter {
 

@@ -4,7 +4,7 @@
 #include <dynfilter/evidence/frame_evidence.hpp>
 
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/evidence/history.hpp>
 
 namespace dynfilter {

@@ -7,14 +7,14 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/motion_proposal.hpp>
-#include <dynfilter/geometry/patch_relief.hpp>
+#include <dynfilter/motion/motion_proposal.hpp>
+#include <dynfilter/motion/patch_relief.hpp>
 #include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>

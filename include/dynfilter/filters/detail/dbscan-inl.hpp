@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/numbers.hpp>
+#include <dynfilter/config/numbers.hpp>
 
 namespace dynfilter {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/rigid_motion_options.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>

@@ -5,8 +5,8 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/keyframe/pose_change.hpp>
 #include <dynfilter/keyframe/vertex_cover_selector.hpp>
 

@@ -5,7 +5,7 @@
 
 #include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <utility>
 
 namespace dynfilter {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/keyframe/bridges.hpp>
 #include <dynfilter/keyframe/covisibility.hpp>
 #include <limits>

@@ -5,7 +5,7 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 
 namespace dynfilter::mapping {
 

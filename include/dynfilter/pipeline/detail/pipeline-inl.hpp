@@ -14,8 +14,8 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>

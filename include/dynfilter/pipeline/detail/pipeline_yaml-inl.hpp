@@ -5,10 +5,10 @@
 
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/registry.hpp>
-#include <dynfilter/core/yaml.hpp>
+#include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/registry.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>

@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/near_miss.hpp>
-#include <dynfilter/core/parameters.hpp>
-#include <dynfilter/core/registry.hpp>
+#include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <filesystem>

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/near_miss.hpp>
+#include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/pipeline/stage.hpp>
 #include <memory>
 

@@ -5,7 +5,7 @@
 
 #include <chrono>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/semantic/simulated_runner.hpp>
 #include <utility>
 

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <dynfilter/cluster/depth_split.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/semantic/merged_masks.hpp>
 
 namespace dynfilter {

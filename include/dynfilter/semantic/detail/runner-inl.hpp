@@ -8,8 +8,8 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/numbers.hpp>
-#include <dynfilter/core/parameters.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/printable_text.hpp>
 #include <exception>
 #include <optional>

@@ -3,7 +3,7 @@
 
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/detectors/class_list.hpp>
 #include <dynfilter/detectors/decode_boxes.hpp>
 #include <dynfilter/detectors/decode_masks.hpp>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/detectors/detections.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>

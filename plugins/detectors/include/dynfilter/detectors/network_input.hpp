@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/detectors/input_fit.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>

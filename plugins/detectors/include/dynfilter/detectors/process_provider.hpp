@@ -2,7 +2,7 @@
 #pragma once
 
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/field_table.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/detectors/child_process.hpp>
 #include <dynfilter/detectors/message_stream.hpp>
 #include <dynfilter/detectors/process_protocol.hpp>

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/needs.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/yaml.hpp>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace dynfilter {
+
+/// Description of a filter, available without creating one.
+/// `dynfilter filters` and the docs print it.
+struct FilterCard {
+  std::string name, summary;
+  Needs needs;
+  std::vector<FieldInfo> parameters;
+};
+
+using FilterFactory = std::function<std::unique_ptr<Filter>(const YamlNode& parameters)>;
+
+/// The filters that a pipeline may name. A plain value that the caller passes in.
+/// No filter registers itself, and nothing is global.
+class Registry {
+ public:
+  struct Entry {
+    FilterCard card;
+    FilterFactory make;
+  };
+
+  /// Throws ConfigError if the name is taken.
+  void add(Entry entry);
+
+  /// F has a struct F::Params with fields(), a constructor F(Params)
+  /// and the constants F::kName and F::kSummary.
+  template <class F>
+  void add() {
+    add({{F::kName, F::kSummary, F(typename F::Params()).needs(), describe_parameters<typename F::Params>()},
+         [](const YamlNode& node) -> std::unique_ptr<Filter> {
+           return std::make_unique<F>(read_parameters<typename F::Params>(node));
+         }});
+  }
+
+  const Entry* find(const std::string& name) const;
+  std::vector<std::string> names() const;
+
+ private:
+  std::map<std::string, Entry> entries_;
+};
+
+}  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/config/detail/registry-inl.hpp>
+#endif

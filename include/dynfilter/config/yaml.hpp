@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <climits>
+#include <dynfilter/core/error.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+struct YamlValue;  // yaml_text.hpp
+
+/// A strict view of one value of a YAML text.
+/// A wrong type, a number out of range or a duplicate key throws ConfigError
+/// with the path of the node and the expected type.
+/// A plain value is a number, a flag or a word if the reader expects one and YAML 1.1 agrees, with two exceptions:
+/// - `1e5` and `-.5` are numbers, as in OpenCV and JSON. YAML 1.1 takes them for words.
+/// - `true`, `yes`, `on` and their like are words where a word is expected, and keys are always words.
+class YamlNode {
+ public:
+  /// A node for a path without a value.
+  explicit YamlNode(std::string path = "") : path_(std::move(path)) {}
+  YamlNode(const YamlValue& value, std::string path) : value_(&value), path_(std::move(path)) {}
+
+  const std::string& path() const { return path_; }
+  bool is_map() const;
+  bool is_sequence() const;
+  bool is_text() const;
+  bool is_none() const { return value_ == nullptr; }
+
+  [[noreturn]] void fail(const std::string& message) const;
+
+  /// All keys in file order, duplicates included.
+  std::vector<std::string> keys() const;
+  /// Keys that begin with `prefix` and their values, in file order.
+  /// Throws if one of these keys is duplicated.
+  std::vector<std::pair<std::string, YamlNode>> entries(const std::string& prefix = "") const;
+  std::vector<YamlNode> items() const;
+  /// Throws if this key is duplicated. Other keys are not checked.
+  std::optional<YamlNode> find(const std::string& key) const;
+
+  double real() const;
+  int integer() const;
+  /// true, false, 1 or 0, without quotes.
+  bool flag() const;
+  /// A quoted text, or a plain one that YAML 1.1 takes for no number, date or null.
+  std::string text() const;
+  std::vector<std::string> texts() const;
+
+  /// A list of numbers. A single number is read as a list of one.
+  std::vector<double> reals() const;
+  std::vector<int> integers() const;
+
+  /// The node as error messages print it.
+  std::string shown() const;
+
+ private:
+  /// True for a decimal number without quotes.
+  /// 010 is rejected because some readers take it as 8 and others as 10.
+  bool is_number() const;
+  std::string child_path(const std::string& key) const;
+
+  const YamlValue* value_ = nullptr;
+  std::string path_;
+};
+
+/// A parsed YAML text. Its nodes are valid while the document exists.
+class YamlDocument {
+ public:
+  /// Throws ConfigError naming `source` and, for a syntax error, the line.
+  static YamlDocument from_text(const std::string& text, const std::string& source = "");
+  static YamlDocument from_file(const std::string& path);
+
+  YamlNode root() const { return {*root_, ""}; }
+  const std::string& source() const { return source_; }
+
+ private:
+  std::shared_ptr<const YamlValue> root_;
+  std::string source_;
+};
+
+}  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/config/detail/yaml-inl.hpp>
+#endif

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/hosts/masked_image.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE const FieldTable<MaskedImageParams>& MaskedImageParams::fields() {
+  using P = MaskedImageParams;
+  static const FieldTable<P> table{
+      real("radius_px", &P::radius_px, "px", {0, 500},
+           "a rejected feature of octave 0 takes its surroundings with it up to here; 1.2 times more per "
+           "octave"),
+      real("keep_radius_px", &P::keep_radius_px, "px", {0, 500},
+           "a kept feature protects its surroundings up to here"),
+      real("feather_px", &P::feather_px, "px", {0, 100}, "width of the soft edge of what is painted over"),
+  };
+  return table;
+}
+
+DYNFILTER_INLINE MaskedImage::MaskedImage(const MaskedImageParams& params) : params_(params) {
+  check_parameters(params_, "masked_image");
+}
+
+DYNFILTER_INLINE const cv::Mat& MaskedImage::mask(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
+                                                  const cv::Size& size) {
+  mask_.create(size, CV_8UC1);
+  mask_.setTo(0);
+  const std::size_t n = std::min(keypoints.size(), verdict.size());
+  for (std::size_t i = 0; i < n; ++i)
+    if (!verdict.keep(i)) disc(keypoints[i], params_.radius_px, 255);
+  for (std::size_t i = 0; i < n; ++i)
+    if (verdict.keep(i)) disc(keypoints[i], params_.keep_radius_px, 0);
+  return mask_;
+}
+
+DYNFILTER_INLINE void MaskedImage::zero_depth(const cv::Mat& depth, const cv::Mat& mask, cv::Mat& out) {
+  depth.copyTo(out);
+  if (out.size() == mask.size()) out.setTo(cv::Scalar::all(0), mask);
+}
+
+DYNFILTER_INLINE void MaskedImage::paint(const cv::Mat& image, const cv::Mat& mask, cv::Mat& out) {
+  image.copyTo(out);
+  if (image.empty() || image.depth() != CV_8U || image.size() != mask.size() || cv::countNonZero(mask) == 0)
+    return;
+  smooth(image);
+  feather(mask);
+  const int channels = image.channels();
+  for (int y = 0; y < image.rows; ++y) {
+    const std::uint8_t* a = alpha_.ptr(y);
+    const std::uint8_t* s = smooth_.ptr(y);
+    std::uint8_t* o = out.ptr(y);
+    for (int x = 0; x < image.cols; ++x) {
+      if (a[x] == 0) continue;
+      for (int c = 0; c < channels; ++c) {
+        const int k = x * channels + c;
+        o[k] = static_cast<std::uint8_t>((o[k] * (255 - a[x]) + s[k] * a[x] + 127) / 255);
+      }
+    }
+  }
+}
+
+inline void MaskedImage::disc(const cv::KeyPoint& keypoint, double radius_px, int value) {
+  if (!std::isfinite(keypoint.pt.x) || !std::isfinite(keypoint.pt.y)) return;
+  const double scale = std::pow(1.2, std::clamp(keypoint.octave, 0, 16));
+  cv::circle(mask_, keypoint.pt, cvRound(radius_px * scale), cv::Scalar(value), cv::FILLED);
+}
+
+inline void MaskedImage::smooth(const cv::Mat& image) {
+  cv::resize(image, small_, cv::Size(std::max(1, image.cols / 8), std::max(1, image.rows / 8)), 0, 0,
+             cv::INTER_AREA);
+  cv::GaussianBlur(small_, small_, cv::Size(0, 0), 3);
+  cv::resize(small_, smooth_, image.size(), 0, 0, cv::INTER_LINEAR);
+}
+
+inline void MaskedImage::feather(const cv::Mat& mask) {
+  const int width = 2 * cvRound(params_.feather_px) + 1;
+  cv::dilate(mask, alpha_, cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(width, width)));
+  cv::blur(alpha_, alpha_, cv::Size(width, width));
+}
+
+}  // namespace dynfilter

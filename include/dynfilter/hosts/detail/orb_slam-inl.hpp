@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/hosts/orb_slam.hpp>
+
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/semantic/provider.hpp>
+#include <exception>
+#include <limits>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE std::unique_ptr<OrbSlam> OrbSlam::start(const std::string& settings_file, int sensor,
+                                                         Tell tell, const Registry& registry,
+                                                         const ProviderRegistry& providers) {
+  const HostSensor kind = host_sensor(sensor);
+  try {
+    auto made = std::make_unique<OrbSlam>(read_orb_slam_settings(settings_file, registry, providers), kind,
+                                          std::move(tell));
+    made->say(made->start_line());
+    return made;
+  } catch (const std::exception& error) {
+    return after_error(settings_file, kind, std::move(tell), error.what());
+  }
+}
+
+DYNFILTER_INLINE OrbSlam::OrbSlam(OrbSlamSettings settings, HostSensor sensor, Tell tell)
+    : params_(settings.params),
+      sensor_(sensor),
+      tell_(std::move(tell)),
+      pipeline_file_(std::move(settings.pipeline_file)),
+      semantics_(std::move(settings.semantics)),
+      pipeline_(configured_pipeline(settings)),
+      watch_(pipeline_) {
+  check_parameters(params_, "DynFilter");
+}
+
+DYNFILTER_INLINE void OrbSlam::reset() {
+  pipeline_.reset();
+  semantics_.reset();
+  grey_.release(), depth_.release();
+  last_id_.reset();
+  first_frame_ = true;
+}
+
+inline std::unique_ptr<OrbSlam> OrbSlam::after_error(const std::string& settings_file, HostSensor sensor,
+                                                     Tell tell, const std::string& what) {
+  const bool off = read_on_error(settings_file) == OnError::Off;
+  if (tell) tell("dynfilter: " + std::string(off ? "off, every feature is kept: " : "") + what);
+  if (!off) return nullptr;
+  OrbSlamSettings nothing;
+  nothing.params.enabled = false;
+  return std::make_unique<OrbSlam>(std::move(nothing), sensor, std::move(tell));
+}
+
+inline void OrbSlam::warn(const std::string& line) {
+  if (line.empty()) return;
+  warning_ = "dynfilter: warning: " + line;
+  say(warning_);
+}
+
+DYNFILTER_INLINE Input OrbSlam::given_inputs() const {
+  Input given = Input::GreyImage | Input::Camera | Input::Pose | Input::Descriptors | Input::MapPoints |
+                Input::Keyframes | Input::Correspondence;
+  if (sensor_ != HostSensor::Monocular) given = given | Input::Depth;
+  return given | semantic_inputs(params_);
+}
+
+DYNFILTER_INLINE int OrbSlam::min_features(bool map_exists) const {
+  if (map_exists) return params_.min_features;
+  return first_frame_ && params_.keep_first_frame ? std::numeric_limits<int>::max()
+                                                  : params_.floor_before_map(sensor_);
+}
+
+DYNFILTER_INLINE void OrbSlam::ask_detector(const FrameView& view) {
+  SemanticImage image;
+  image.frame_id = view.id;
+  image.timestamp_s = view.timestamp_s;
+  image.pixels = has_detector_image_ && !detector_image_.empty() ? detector_image_ : grey_;
+  if (!depth_.empty() && depth_.size() == image.pixels.size())
+    image.depth = depth_, image.depth_unit_m = depth_unit_m_;
+  semantics_.begin(image);
+  has_detector_image_ = false;
+  const std::string trouble = semantics_.take_trouble();
+  if (!trouble.empty()) warn("the detector failed: " + trouble);
+}
+
+DYNFILTER_INLINE void OrbSlam::note_restart(std::int64_t id) {
+  if (last_id_ && id < *last_id_) reset();
+  last_id_ = id;
+}
+
+DYNFILTER_INLINE void OrbSlam::judge(const FrameView& view, CallPoint point, int min_features) {
+  keypoints_.assign(view.keypoints.begin(), view.keypoints.end());
+  verdict_ = pipeline_.process(view, point, {min_features});
+  watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected + verdict_.report.restored);
+  warn(watch_.take_warning());
+}
+
+DYNFILTER_INLINE const Verdict& OrbSlam::nothing_judged() {
+  verdict_ = Verdict();
+  keypoints_.clear();
+  return verdict_;
+}
+
+}  // namespace dynfilter

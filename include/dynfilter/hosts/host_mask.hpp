@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <dynfilter/hosts/masked_image.hpp>
+#include <dynfilter/core/span.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+#include <vector>
+
+namespace dynfilter {
+
+/// Which pixels of its mask a host drops. docs/how-to/mask_hosts.md has the hosts.
+enum class MaskPolarity : std::uint8_t {
+  NonzeroDrops,  ///< 255 on rejected features, 0 elsewhere: OpenVINS, cuVSLAM
+  ZeroDrops,     ///< 0 on rejected features, 255 elsewhere: stella_vslam, pySLAM, Kimera-VIO
+};
+
+/// A verdict as the mask image or the depth image of a host that finds features itself.
+/// Only discs around rejected features are dropped, and no pixel of a kept feature: the host keeps at least the
+/// features that the floor kept.
+/// One object per camera stream. Buffers are kept.
+class HostMask {
+ public:
+  /// Throws ConfigError for a parameter out of range.
+  explicit HostMask(MaskPolarity polarity, const MaskedImageParams& params = MaskedImageParams())
+      : polarity_(polarity), masked_(params) {}
+
+  /// CV_8UC1 with 0 and 255. `keypoints`: the features of the verdict, in its order.
+  /// Valid until the next call. Cost: a disc per feature, about 0.3 ms for 1000.
+  const cv::Mat& image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Size& size);
+
+  /// A copy of the depth image (any type) with zero, that is no depth, on the same discs.
+  /// Valid until the next call.
+  const cv::Mat& depth(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Mat& depth);
+
+ private:
+  MaskPolarity polarity_;
+  MaskedImage masked_;
+  cv::Mat inverted_, depth_;
+};
+
+/// Ids of the rejected features, in their order. `ids`: one per feature of the verdict.
+template <class Id>
+void rejected_ids(const Verdict& verdict, const std::vector<Id>& ids, std::vector<Id>& out) {
+  out.clear();
+  for (std::size_t i = 0; i < ids.size() && i < verdict.size(); ++i)
+    if (!verdict.keep(i)) out.push_back(ids[i]);
+}
+
+/// 1: keep, 0: drop, one per feature: the status array that VINS-Fusion's reduceVector() takes.
+/// T: `uchar` there.
+template <class T>
+void keep_status(const Verdict& verdict, std::vector<T>& out) {
+  out.resize(verdict.size());
+  for (std::size_t i = 0; i < verdict.size(); ++i) out[i] = static_cast<T>(verdict.keep(i) ? 1 : 0);
+}
+
+}  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/hosts/detail/host_mask-inl.hpp>
+#endif

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/semantic/provider.hpp>
+#include <dynfilter/semantic/runner.hpp>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// Boxes and masks of one camera stream: those that the host sets, else those of a file or a detector.
+class HostSemantics {
+ public:
+  /// Null: only what is set.
+  explicit HostSemantics(std::unique_ptr<SemanticRunner> runner = nullptr) : runner_(std::move(runner)) {}
+
+  /// For the next frame. `frame_id`: the frame they were computed on, -1: the next one.
+  /// Masks are copied unless the detections are the only reference to them.
+  void set_detections(std::vector<Detection> detections, std::int64_t frame_id);
+  /// Copied.
+  void set_mask(const cv::Mat& labels, std::int64_t frame_id);
+
+  /// A new frame. Its pixels are copied where a detector needs them later.
+  void begin(const SemanticImage& image);
+
+  /// What there is for the frame begun last.
+  void add_to(FrameView& view) const;
+
+  /// Frame numbers start again: what was computed on earlier ones is dropped.
+  void reset();
+
+  /// The first error of the file or the detector, once; "" without one.
+  std::string take_trouble();
+
+ private:
+  struct Given {
+    std::optional<std::vector<Detection>> detections;
+    std::int64_t detections_frame_id = -1;
+    bool has_mask = false;  ///< false: `mask` only keeps its memory
+    MaskInput mask;
+
+    void clear() { detections.reset(), has_mask = false; }
+  };
+
+  std::unique_ptr<SemanticRunner> runner_;
+  Given now_, next_;
+  SemanticRunner::Result result_;
+  bool told_ = false;
+};
+
+}  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/hosts/detail/host_semantics-inl.hpp>
+#endif

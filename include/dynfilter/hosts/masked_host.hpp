@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <dynfilter/hosts/draw_verdict.hpp>
+#include <dynfilter/hosts/host_semantics.hpp>
+#include <dynfilter/hosts/input_watch.hpp>
+#include <dynfilter/hosts/masked_image.hpp>
+#include <dynfilter/hosts/orb_slam/host_detector.hpp>
+#include <dynfilter/hosts/orb_slam/params.hpp>
+#include <dynfilter/hosts/orb_slam/settings.hpp>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/config/registry.hpp>
+#include <dynfilter/core/verdict.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <dynfilter/semantic/provider_registry.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+
+/// For a host that cannot be patched, ORB-SLAM or other: judges corners of its own and returns the images
+/// that the host is to be given. With depth the image stays and the depth loses what is rejected; without,
+/// the image is painted over there. One camera stream, one thread.
+class MaskedHost {
+ public:
+  struct Images {
+    cv::Mat image, depth;  ///< valid until the next call; `image` may be the caller's own
+  };
+
+  /// Reads camera, depth unit (`DepthMapFactor`), pipeline and `DynFilter.` keys from a settings file as
+  /// ORB-SLAM2 and 3 have it. Throws ConfigError, and IoError for a camera that is no pinhole or not there.
+  MaskedHost(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
+             const MaskedImageParams& masking = MaskedImageParams(), const ProviderRegistry& providers = {})
+      : MaskedHost(read_orb_slam_settings(settings_file, registry, providers), settings_file,
+                   host_sensor(sensor), masking) {}
+  MaskedHost(OrbSlamSettings settings, const std::string& camera_file, HostSensor sensor,
+             const MaskedImageParams& masking = MaskedImageParams());
+
+  /// Of the next image; they go before those of `DynFilter.boxes`, `masks` and `detector`.
+  void set_detections(std::vector<Detection> detections) {
+    semantics_.set_detections(std::move(detections), -1);
+  }
+  void set_mask(const cv::Mat& labels) { semantics_.set_mask(labels, -1); }
+
+  /// `image`: 8 bits, grey or colour. `depth`: as the host takes it, CV_16U or CV_32F in units of
+  /// `1 / DepthMapFactor` metres, or empty. Cost: the corners, about 5 ms for 640x480, and the pipeline.
+  const Images& process(const cv::Mat& image, const cv::Mat& depth, double timestamp_s);
+
+  void reset();
+
+  const Verdict& verdict() const { return verdict_; }
+  const std::vector<cv::KeyPoint>& judged_keypoints() const { return keypoints_; }
+  std::string summary() const { return summary_line(verdict_.report); }
+  cv::Mat draw(const cv::Mat& image) const { return draw_verdict(image, keypoints_, verdict_); }
+
+  const Pipeline& pipeline() const { return pipeline_; }
+  /// As OrbSlam::start_line().
+  std::string start_line() const;
+  /// When an input never came in the first frames, or the detector failed: the last such line; "" without.
+  const std::string& warning() const { return warning_; }
+
+ private:
+  static constexpr int kMaxCorners = 1000;
+
+  void watch();
+
+  void to_grey(const cv::Mat& image);
+  /// Evenly spread, as the host's features are.
+  void find_corners();
+
+  void judge(const cv::Mat& image, const cv::Mat& depth, double timestamp_s);
+
+  OrbSlamParams params_;
+  HostSensor sensor_;
+  std::string pipeline_file_, warning_;
+  HostSemantics semantics_;
+  Pipeline pipeline_;
+  InputWatch watch_;
+  MaskedImage masked_;
+  Camera camera_;
+  double depth_unit_m_ = 1;
+  std::int64_t next_id_ = 0;
+  bool first_frame_ = true;
+  cv::Mat grey_, masked_depth_, painted_;
+  std::vector<cv::Point2f> corners_;
+  std::vector<cv::KeyPoint> keypoints_;
+  Verdict verdict_;
+  Images images_;
+};
+
+}  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/hosts/detail/masked_host-inl.hpp>
+#endif

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <dynfilter/hosts/orb_slam/host_pose.hpp>
+#include <dynfilter/hosts/orb_slam/traits.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <optional>
+#include <vector>
+
+namespace dynfilter::orb_slam {
+
+/// A 3x1 cv::Mat of float (version 2) or an Eigen vector (version 3).
+template <class Position>
+cv::Point3f to_point(const Position& p) {
+  if constexpr (traits::IsMatrix<Position>::value)
+    return {p.template at<float>(0), p.template at<float>(1), p.template at<float>(2)};
+  else
+    return {static_cast<float>(p(0)), static_cast<float>(p(1)), static_cast<float>(p(2))};
+}
+
+/// The host's pinhole camera; none when its matrix is not there yet.
+template <class Frame>
+std::optional<Camera> camera_of(const Frame& frame) {
+  cv::Mat_<double> K, distortion;
+  if (frame.mK.rows != 3 || frame.mK.cols != 3) return std::nullopt;
+  cv::Mat(frame.mK).convertTo(K, CV_64F);
+  Camera camera;
+  camera.fx_px = K(0, 0), camera.fy_px = K(1, 1), camera.cx_px = K(0, 2), camera.cy_px = K(1, 2);
+  if (!camera.valid()) return std::nullopt;
+  cv::Mat(frame.mDistCoef).convertTo(distortion, CV_64F);
+  const std::size_t n = std::min(distortion.total(), camera.distortion.size());
+  for (std::size_t i = 0; i < n; ++i) camera.distortion[i] = distortion(static_cast<int>(i));
+  camera.baseline_fx_px_m = frame.mbf > 0 ? static_cast<double>(frame.mbf) : 0;
+  return camera;
+}
+
+/// Ids and places of map points, -1 where there is none or the host has given it up. Buffers are kept.
+class MapPointReader {
+ public:
+  template <class MapPoint>
+  void read(const std::vector<MapPoint*>& map_points) {
+    const std::size_t n = map_points.size();
+    ids_.assign(n, -1);
+    positions_.assign(n, cv::Point3f());
+    any_ = false;
+    for (std::size_t i = 0; i < n; ++i) {
+      MapPoint* const point = map_points[i];
+      if (point == nullptr || point->isBad()) continue;
+      ids_[i] = static_cast<std::int64_t>(point->mnId);
+      positions_[i] = to_point(point->GetWorldPos());
+      any_ = true;
+    }
+  }
+  bool any() const { return any_; }
+  const std::vector<std::int64_t>& ids() const { return ids_; }
+  const std::vector<cv::Point3f>& positions() const { return positions_; }
+
+ private:
+  std::vector<std::int64_t> ids_;
+  std::vector<cv::Point3f> positions_;
+  bool any_ = false;
+};
+
+/// The covisible keyframes of a host, as views on its own arrays. Valid until the next read.
+class KeyframeReader {
+ public:
+  template <class KeyFrame>
+  Span<const KeyframeView> read(const std::vector<KeyFrame*>& keyframes, int at_most) {
+    views_.clear();
+    points_.resize(keyframes.size());
+    for (KeyFrame* const keyframe : keyframes) {
+      if (static_cast<int>(views_.size()) >= at_most) break;
+      if (keyframe == nullptr || keyframe->isBad()) continue;
+      const std::optional<Pose> T_camera_world = to_pose(keyframe->GetPose());
+      if (!T_camera_world) continue;
+      MapPointReader& points = points_[views_.size()];
+      points.read(keyframe->GetMapPointMatches());
+      views_.push_back({static_cast<std::int64_t>(keyframe->mnId), inverse(*T_camera_world),
+                        Span<const cv::KeyPoint>(keyframe->mvKeysUn), Span<const float>(keyframe->mvDepth),
+                        Span<const std::int64_t>(points.ids())});
+    }
+    return views_;
+  }
+
+ private:
+  std::vector<KeyframeView> views_;
+  std::vector<MapPointReader> points_;
+};
+
+/// Fills a FrameView from a host's Frame. Of a fisheye frame only what needs no pinhole model is filled:
+/// keypoints, depth per feature, pose and map points, so that boxes and masks judge it and geometry abstains.
+class FrameReader {
+ public:
+  /// `image` and `depth` (metres, or units of `depth_unit_m`) may be empty. Nothing is copied.
+  /// `stereo`: the frame's columns in the right image were matched there.
+  template <class Frame>
+  FrameView read(const Frame& frame, const cv::Mat& image, const cv::Mat& depth, double depth_unit_m,
+                 bool stereo) {
+    require_frame<Frame>();
+    FrameView view;
+    const std::size_t n = frame.mvKeys.size();
+    view.id = static_cast<std::int64_t>(frame.mnId);
+    view.timestamp_s = frame.mTimeStamp;
+    view.keypoints = frame.mvKeys;
+    if (frame.mvDepth.size() == n) view.depth_m = frame.mvDepth;
+    read_map_points(frame, view);
+    if (is_fisheye(frame)) return view;
+    if (frame.mvKeysUn.size() == n) view.keypoints_undistorted = frame.mvKeysUn;
+    if (static_cast<std::size_t>(frame.mDescriptors.rows) == n) view.descriptors = frame.mDescriptors;
+    view.grey = image;
+    view.depth = depth;
+    // Of an RGB-D host these columns are computed from the depth.
+    if (stereo && frame.mvuRight.size() == n) view.right_u_px = frame.mvuRight;
+    view.depth_unit_m = depth_unit_m;
+    view.camera = camera_of(frame);
+    if (view.camera) view.camera->width_px = image.cols, view.camera->height_px = image.rows;
+    return view;
+  }
+
+ private:
+  template <class Frame>
+  void read_map_points(const Frame& frame, FrameView& view) {
+    const std::size_t n = frame.mvKeys.size();
+    if (frame.mvpMapPoints.size() < n) return;
+    points_.read(frame.mvpMapPoints);
+    if (!points_.any()) return;
+    view.map_point_ids = Span<const std::int64_t>(points_.ids().data(), n);
+    view.map_points_world_m = Span<const cv::Point3f>(points_.positions().data(), n);
+  }
+
+  MapPointReader points_;
+};
+
+}  // namespace dynfilter::orb_slam

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/motion/rigid_background_scene.hpp>
+#include <opencv2/core.hpp>
+#include <tuple>
+#include <vector>
+
+namespace dynfilter {
+
+namespace detail {
+
+/// The points that a background motion is estimated from: the farthest four seeds of each cell of a 16 x 12
+/// grid. So a dense mover does not outvote its surroundings, and the work does not grow with the features.
+/// Columns of coordinates, farthest point first, padded to whole packs. Cost: O(seeds).
+class BackgroundPoints {
+ public:
+  static constexpr int kColumns = 16, kRows = 12;
+  static constexpr std::size_t kCells = static_cast<std::size_t>(kColumns) * kRows;
+
+  /// `scene` must outlive the use of this object until the next call.
+  void sample(const RigidBackgroundScene& scene) {
+    scene_ = &scene;
+    fill_cells();
+    collect();
+    lay_out();
+    set_depth_noise(scene.depth_noise);
+  }
+
+  std::size_t size() const { return features_.size(); }
+  /// size(), padded to whole packs: the length of a row of residuals.
+  std::size_t stride() const { return stride_; }
+  /// Indices of the features, farthest first.
+  const std::vector<int>& features() const { return features_; }
+  const cv::Point3f& reference_m(std::size_t k) const { return scene_->reference_m[feature(k)]; }
+  const cv::Point3f& current_m(std::size_t k) const { return scene_->current_m[feature(k)]; }
+  const cv::Point2f& pixel(std::size_t k) const { return scene_->pixels[feature(k)]; }
+  float depth_m(std::size_t k) const { return column(kDepth)[k]; }
+  float static_belief(std::size_t k) const { return scene_->static_belief[feature(k)]; }
+  bool moved_recently(std::size_t k, float mobility) const {
+    return feature(k) < scene_->mobility.size() && !(scene_->mobility[feature(k)] < mobility);
+  }
+  /// Row-major index of a cell of the grid.
+  std::size_t cell(std::size_t k) const { return cells_of_[k]; }
+
+  /// The noise of both depths, for measure().
+  void set_depth_noise(const DepthNoise& noise) {
+    float* variance = column(kVariance);
+    for (std::size_t k = 0; k < size(); ++k) {
+      const auto now = static_cast<float>(noise.sigma_m(current_m(k).z)),
+                 then = static_cast<float>(noise.sigma_m(reference_m(k).z));
+      variance[k] = now * now + then * then;
+    }
+  }
+
+  /// Squared residuals under a motion: in the image [px^2], and in depth in units of its variance.
+  /// Both rows have stride() entries.
+  void measure(const Pose& T_current_reference, float* image2_px2, float* depth2) const {
+    const Eigen::Matrix3f R = T_current_reference.R().cast<float>();
+    const Eigen::Vector3f t = T_current_reference.t().cast<float>();
+    const auto fx = static_cast<float>(scene_->camera.fx_px), fy = static_cast<float>(scene_->camera.fy_px);
+    for (std::size_t k = 0; k < stride_; k += Pack::kWidth) {
+      const Pack x = pack(kX, k), y = pack(kY, k), z = pack(kZ, k);
+      const auto moved = [&](int row) { return R(row, 0) * x + (R(row, 1) * y + R(row, 2) * z) + t(row); };
+      const Pack qz = moved(2);
+      const Pack u = fx * (moved(0) / qz - pack(kU, k)), v = fy * (moved(1) / qz - pack(kV, k));
+      const Pack deeper = qz - pack(kDepth, k);
+      where_positive(qz, u * u + v * v, kBehind_px2).store(image2_px2 + k);
+      (deeper * deeper / pack(kVariance, k)).store(depth2 + k);
+    }
+  }
+
+ private:
+  enum Column { kX, kY, kZ, kU, kV, kDepth, kVariance, kCount };  ///< x, y, z then; x/z, y/z, z now
+  static constexpr std::size_t kPerCell = 4;
+  static constexpr float kBehind_px2 = 1e9F;  ///< residual of a point behind the camera
+
+  struct Candidate {
+    float depth_m;  ///< beside the index, so that sorting does not look it up
+    int index;
+  };
+
+  static bool usable(const cv::Point3f& p) {
+    return valid_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
+  }
+  std::size_t cell_at(const cv::Point2f& px) const {
+    const auto place = [](double x, double size, int cells) {
+      const double at = x / size * cells;
+      return static_cast<std::size_t>(at > 0 ? std::min(at, cells - 1.0) : 0);  // NaN: 0
+    };
+    return place(px.y, 2 * scene_->camera.cy_px, kRows) * kColumns +
+           place(px.x, 2 * scene_->camera.cx_px, kColumns);
+  }
+
+  void fill_cells() {
+    for (auto& cell : cells_) cell.clear();
+    for (const int i : scene_->seeds) {
+      const auto k = static_cast<std::size_t>(i);
+      if (k < scene_->pixels.size() && usable(scene_->reference_m[k]) && usable(scene_->current_m[k]) &&
+          PointGrid::usable(scene_->pixels[k]))
+        cells_[cell_at(scene_->pixels[k])].push_back({scene_->current_m[k].z, i});
+    }
+  }
+  void collect() {
+    const auto farther_first = [&](const Candidate& a, const Candidate& b) { return farther(a, b); };
+    candidates_.clear();
+    for (auto& cell : cells_) {
+      if (cell.size() > kPerCell) {
+        std::partial_sort(cell.begin(), cell.begin() + kPerCell, cell.end(), farther_first);
+        cell.resize(kPerCell);
+      }
+      candidates_.insert(candidates_.end(), cell.begin(), cell.end());
+    }
+    std::sort(candidates_.begin(), candidates_.end(), farther_first);
+  }
+  /// Ties are decided by position, so that the order of the features does not matter.
+  bool farther(const Candidate& a, const Candidate& b) const {
+    if (a.depth_m != b.depth_m) return a.depth_m > b.depth_m;
+    const auto key = [&](int i) {
+      const auto k = static_cast<std::size_t>(i);
+      const cv::Point2f& now = scene_->pixels[k];
+      const cv::Point3f& then = scene_->reference_m[k];
+      return std::make_tuple(now.y, now.x, then.z, then.y, then.x, i);
+    };
+    return key(a.index) < key(b.index);
+  }
+
+  void lay_out() {
+    features_.clear();
+    cells_of_.clear();
+    for (const Candidate& candidate : candidates_) features_.push_back(candidate.index);
+    stride_ = (size() + Pack::kWidth - 1) / Pack::kWidth * Pack::kWidth;
+    columns_.assign(kCount * stride_, 1);  // padding: any point in front of the camera
+    for (std::size_t k = 0; k < size(); ++k) {
+      const cv::Point3f &p = reference_m(k), &c = current_m(k);
+      column(kX)[k] = p.x, column(kY)[k] = p.y, column(kZ)[k] = p.z;
+      column(kU)[k] = c.x / c.z, column(kV)[k] = c.y / c.z, column(kDepth)[k] = c.z;
+      cells_of_.push_back(cell_at(pixel(k)));
+    }
+  }
+
+  std::size_t feature(std::size_t k) const { return static_cast<std::size_t>(features_[k]); }
+  float* column(int c) { return columns_.data() + static_cast<std::size_t>(c) * stride_; }
+  const float* column(int c) const { return columns_.data() + static_cast<std::size_t>(c) * stride_; }
+  Pack pack(int c, std::size_t k) const { return Pack::load(column(c) + k); }
+
+  const RigidBackgroundScene* scene_ = nullptr;
+  std::array<std::vector<Candidate>, kCells> cells_;
+  std::vector<Candidate> candidates_;
+  std::vector<int> features_;
+  std::vector<std::size_t> cells_of_;
+  std::size_t stride_ = 0;
+  std::vector<float> columns_;  ///< kCount x stride_
+};
+
+}  // namespace detail
+}  // namespace dynfilter

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/motion/view_motion_search.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/portable_math.hpp>
+#include <dynfilter/geometry/sampling.hpp>
+#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/motion/view_motion.hpp>
+#include <optional>
+#include <vector>
+
+namespace dynfilter {
+
+DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
+    const std::vector<ViewPair>& pairs, const std::vector<int>& seeds, const ImageCells& cells,
+    double focal_px, const std::optional<ViewMotion>& last, bool fresh) {
+  if (static_cast<int>(seeds.size()) < options_.min_pairs) return std::nullopt;
+  fill_cells(pairs, seeds, cells);
+  if (static_cast<int>(occupied_.size()) < options_.min_cells) return std::nullopt;
+  if (stands(pairs)) return ViewMotion{{}, {}, focal_px};
+  rng_ = SampleGenerator(kSeed);
+  best_support_ = -1;
+  if (last) {
+    attempt(pairs, *last);
+    attempt(pairs, refined(*last, pairs, seeds, weights_, {1.0, 8}));
+  }
+  const int least = last ? kLeastSamples : options_.iterations;
+  const int most = last && fresh ? kLeastSamples : options_.iterations;
+  for (int k = 0; k < most && (k < least || k < samples_needed()); ++k) try_sample(pairs, focal_px, last, k);
+  polish(pairs, seeds);
+  try_twin(pairs, seeds);
+  return without_needless_baseline(pairs, seeds, focal_px);
+}
+
+inline bool ViewMotionEstimator::stands(const std::vector<ViewPair>& pairs) const {
+  double at_rest = 0;
+  for (const int index : scored_) {
+    const auto i = static_cast<std::size_t>(index);
+    if (portable::hypot(pairs[i].x - pairs[i].reference_x, pairs[i].y - pairs[i].reference_y) < kRest_px)
+      at_rest += score_weights_[i];
+  }
+  return at_rest > options_.rest_share * votes_;
+}
+
+inline double ViewMotionEstimator::samples_needed() const {
+  const double share = std::clamp(best_support_ / votes_, 1e-3, 1 - 1e-3);
+  return portable::log(kMissed) / portable::log(1 - portable::power(share, kSample));
+}
+
+inline void ViewMotionEstimator::fill_cells(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
+                                            const ImageCells& cells) {
+  in_cell_.resize(static_cast<std::size_t>(cells.count()));
+  for (auto& members : in_cell_) members.clear();
+  for (const int i : seeds) {
+    const ViewPair& p = pairs[static_cast<std::size_t>(i)];
+    in_cell_[static_cast<std::size_t>(cells.of(p.x, p.y))].push_back(i);
+  }
+  occupied_.clear();
+  scored_.clear();
+  weights_.assign(pairs.size(), 0);
+  score_weights_.assign(pairs.size(), 0);
+  votes_ = 0;
+  for (std::size_t c = 0; c < in_cell_.size(); ++c) {
+    const std::vector<int>& members = in_cell_[c];
+    if (members.empty()) continue;
+    occupied_.push_back(static_cast<int>(c));
+    const std::size_t n = members.size(), scored = std::min<std::size_t>(n, kScoredPerCell);
+    for (const int i : members) weights_[static_cast<std::size_t>(i)] = share(n);
+    for (std::size_t k = 0; k < scored; ++k) {
+      scored_.push_back(members[k * n / scored]);
+      score_weights_[static_cast<std::size_t>(scored_.back())] = share(scored);
+      votes_ += share(scored);
+    }
+  }
+}
+
+inline double ViewMotionEstimator::share(std::size_t points) {
+  return 1.0 / static_cast<double>(std::max<std::size_t>(2, points));
+}
+
+inline ViewMotion ViewMotionEstimator::refined(const ViewMotion& start, const std::vector<ViewPair>& pairs,
+                                               const std::vector<int>& which,
+                                               const std::vector<double>& weights,
+                                               const ViewMotionFit::Options& options) {
+  fit_.select(pairs, which, weights);
+  return fit_.refine(start, options);
+}
+
+inline void ViewMotionEstimator::attempt(const std::vector<ViewPair>& pairs, ViewMotion motion) {
+  const ViewFlowModel model(motion);
+  const double inverse = 1 / (options_.max_distance_px * options_.max_distance_px);
+  double forward = 0, backward = 0, left = votes_;
+  for (const int index : scored_) {
+    const auto i = static_cast<std::size_t>(index);
+    const ViewFlow flow = model(pairs[i]);
+    const double ahead = motion.has_baseline() ? std::min(0.0, flow.along_px) : flow.along_px,
+                 back = motion.has_baseline() ? std::max(0.0, flow.along_px) : flow.along_px;
+    const double across2 = flow.across_px * flow.across_px;
+    forward += score_weights_[i] * std::max(0.0, 1 - (across2 + ahead * ahead) * inverse);
+    backward += score_weights_[i] * std::max(0.0, 1 - (across2 + back * back) * inverse);
+    left -= score_weights_[i];
+    if (std::max(forward, backward) + left < best_support_ - kRounding) return;  // it cannot win any more
+  }
+  if (!(std::max(forward, backward) > best_support_)) return;
+  best_support_ = std::max(forward, backward);
+  if (backward > forward)
+    for (double& c : motion.direction) c = -c;
+  best_ = motion;
+}
+
+inline void ViewMotionEstimator::try_sample(const std::vector<ViewPair>& pairs, double focal_px,
+                                            const std::optional<ViewMotion>& last, int attempt_number) {
+  const auto cells = static_cast<std::uint32_t>(occupied_.size());
+  sample_.clear();
+  used_.clear();
+  for (int tries = 0; tries < 50 && static_cast<int>(sample_.size()) < kSample; ++tries) {
+    const int cell = occupied_[rng_.below(cells)];
+    const std::vector<int>& members = in_cell_[static_cast<std::size_t>(cell)];
+    const int i = members[rng_.below(static_cast<std::uint32_t>(members.size()))];
+    const bool cell_used = cells > 8 && std::find(used_.begin(), used_.end(), cell) != used_.end();
+    if (cell_used || std::find(sample_.begin(), sample_.end(), i) != sample_.end()) continue;
+    sample_.push_back(i);
+    used_.push_back(cell);
+  }
+  if (static_cast<int>(sample_.size()) < kSample) return;
+  ViewMotion start = last && attempt_number % 2 == 1 ? *last : start_motion(focal_px);
+  if (!start.has_baseline()) start = start_motion(focal_px);
+  attempt(pairs, refined(start, pairs, sample_, {}, {0, 6}));
+}
+
+inline ViewMotion ViewMotionEstimator::start_motion(double focal_px) {
+  static constexpr std::array<double, 3> kStarts[5] = {
+      {0, 0, 1}, {0.96, 0, 0.29}, {0, 0.96, 0.29}, {-0.96, 0, 0.29}, {0, 0, 1}};
+  ViewMotion motion;
+  motion.focal_px = focal_px;
+  motion.direction = kStarts[rng_.below(5)];
+  detail::normalise(motion.direction);
+  return motion;
+}
+
+inline void ViewMotionEstimator::polish(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds) {
+  for (const bool fine : {false, true}) {
+    const ViewFlowModel model(best_);
+    const double limit = (fine ? 2 : 3) * options_.max_distance_px;
+    inliers_.clear();
+    for (const int i : seeds)
+      if (std::abs(model(pairs[static_cast<std::size_t>(i)]).across_px) < limit) inliers_.push_back(i);
+    if (inliers_.size() < 8) return;
+    attempt(pairs, refined(best_, pairs, inliers_, weights_, {fine ? 0.3 : 1.0, 6}));
+  }
+}
+
+inline void ViewMotionEstimator::try_twin(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds) {
+  const std::optional<std::array<double, 3>> normal = plane_normal(pairs);
+  if (!normal) return;
+  const std::array<double, 3>&n = *normal, &c = best_.direction;
+  const double support = best_support_;
+  ViewMotion twin = best_;
+  twin.rotation_rad[0] += n[1] * c[2] - n[2] * c[1];
+  twin.rotation_rad[1] += n[2] * c[0] - n[0] * c[2];
+  twin.rotation_rad[2] += n[0] * c[1] - n[1] * c[0];
+  twin.direction = n;
+  detail::normalise(twin.direction);
+  attempt(pairs, refined(twin, pairs, scored_, score_weights_, {1.0, 8}));
+  if (best_support_ > support) polish(pairs, seeds);
+}
+
+inline std::optional<std::array<double, 3>> ViewMotionEstimator::plane_normal(
+    const std::vector<ViewPair>& pairs) const {
+  if (!best_.has_baseline()) return std::nullopt;
+  const ViewFlowModel model(best_);
+  double products[9] = {}, normal[3] = {};
+  for (const int index : scored_) {
+    const auto i = static_cast<std::size_t>(index);
+    const ViewFlow flow = model(pairs[i]);
+    if (!(std::abs(flow.across_px) < options_.max_distance_px)) continue;
+    const double ray[3] = {pairs[i].reference_x / best_.focal_px, pairs[i].reference_y / best_.focal_px, 1};
+    for (std::size_t r = 0; r < 3; ++r) {
+      normal[r] += score_weights_[i] * flow.inverse_depth * ray[r];
+      for (std::size_t c = 0; c < 3; ++c) products[3 * r + c] += score_weights_[i] * ray[r] * ray[c];
+    }
+  }
+  if (!detail::solve_positive_definite(products, normal, 3)) return std::nullopt;
+  if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0) return std::nullopt;
+  return std::array<double, 3>{normal[0], normal[1], normal[2]};
+}
+
+inline ViewMotion ViewMotionEstimator::without_needless_baseline(const std::vector<ViewPair>& pairs,
+                                                                 const std::vector<int>& seeds,
+                                                                 double focal_px) {
+  const double support = best_support_;
+  const ViewMotion with_baseline = best_;
+  ViewMotion rotation;
+  rotation.focal_px = focal_px;
+  rotation.rotation_rad = best_.rotation_rad;
+  rotation.direction = {};
+  best_support_ = -1;
+  attempt(pairs, refined(rotation, pairs, scored_, score_weights_, {1.0, 8}));
+  if (best_support_ < kHopeless * options_.rotation_share * support) return with_baseline;
+  best_support_ = -1;
+  attempt(pairs, rotation);
+  attempt(pairs, refined(rotation, pairs, seeds, weights_, {1.0, 8}));
+  attempt(pairs, refined(best_, pairs, seeds, weights_, {0.3, 6}));
+  const bool turn_will_do = best_support_ >= options_.rotation_share * support &&
+                            parallax_share(pairs, with_baseline) < options_.parallax_share;
+  return turn_will_do ? best_ : with_baseline;
+}
+
+inline double ViewMotionEstimator::parallax_share(const std::vector<ViewPair>& pairs,
+                                                  const ViewMotion& with_baseline) {
+  const ViewFlowModel turn(best_), baseline(with_baseline);
+  flows_.clear(), distances_.clear();
+  for (const int i : scored_) {
+    const ViewPair& p = pairs[static_cast<std::size_t>(i)];
+    if (!(turn(p).length_px() < options_.max_distance_px)) continue;
+    const ViewFlow flow = baseline(p);
+    flows_.push_back({flow.along_px, score_weights_[static_cast<std::size_t>(i)]});
+    distances_.push_back(std::abs(flow.across_px));
+  }
+  if (flows_.empty()) return 0;
+  const auto half = distances_.begin() + static_cast<std::ptrdiff_t>(distances_.size() / 2);
+  std::nth_element(distances_.begin(), half, distances_.end());
+  const double limit = std::max(kLeastParallax_px, 2 * 1.4826 * *half);
+  double sum = 0, parallax = 0;
+  for (const auto& [along, weight] : flows_) {
+    sum += weight;
+    if (along > limit) parallax += weight;
+  }
+  return parallax / sum;
+}
+
+}  // namespace dynfilter

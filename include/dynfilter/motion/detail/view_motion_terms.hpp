@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <dynfilter/core/lanes.hpp>
+#include <dynfilter/motion/view_motion.hpp>
+
+namespace dynfilter::detail {
+
+/// Residuals of ViewFlowModel and their derivatives with respect to a rotation of the rays about x, y and z
+/// (applied after the current rotation) and to a step of the direction along its two tangents.
+/// `T` is a number or a Pack of them.
+template <class T>
+class ViewMotionTerms {
+ public:
+  static constexpr float kNearest = 0.05F;  ///< [focal lengths] rays turned farther are out of view
+
+  explicit ViewMotionTerms(const ViewMotion& motion) : f_(number(motion.focal_px)) {
+    const ViewFlowModel model(motion);
+    const std::array<double, 9>& R = model.matrix();
+    for (std::size_t k = 0; k < R.size(); ++k) R_[k] = number(R[k]);
+    const auto directions = tangents(motion.direction);
+    for (std::size_t k = 0; k < 3; ++k) {
+      c_[k] = number(motion.direction[k]);
+      for (std::size_t t = 0; t < 2; ++t) tangents_[t][k] = number(directions[t][k]);
+    }
+  }
+
+  /// The distance from the epipolar line is cross / sqrt(squared). Its derivatives are by / sqrt(squared).
+  /// So the normal equations need no square root.
+  struct Across {
+    T cross, squared, by[5];
+  };
+  /// `ahead` is positive if the point is in view.
+  Across across(const T& reference_x, const T& reference_y, const T& x, const T& y, T& ahead) const {
+    const Ray q = turned(x, y, ahead);
+    const T ex = q.x - reference_x, ey = q.y - reference_y;
+    const T dx = q.x * c_[2] - f_ * c_[0], dy = q.y * c_[2] - f_ * c_[1];
+    Across out;
+    out.squared = dx * dx + dy * dy + T(1);  // see ViewFlowModel
+    out.cross = ex * dy - ey * dx;
+    const T share = out.cross / out.squared, by_dx = -(ey + share * dx), by_dy = ex - share * dy;
+    by_turn(q, dy + c_[2] * by_dx, c_[2] * by_dy - dx, out.by);
+    for (std::size_t t = 0; t < 2; ++t)
+      out.by[3 + t] = by_dx * (q.x * tangents_[t][2] - f_ * tangents_[t][0]) +
+                      by_dy * (q.y * tangents_[t][2] - f_ * tangents_[t][1]);
+    return out;
+  }
+
+  /// Without a baseline: the flow to the right and downwards.
+  struct Rest {
+    T px[2], by[2][3];
+  };
+  Rest rest(const T& reference_x, const T& reference_y, const T& x, const T& y, T& ahead) const {
+    const Ray q = turned(x, y, ahead);
+    Rest out;
+    out.px[0] = q.x - reference_x;
+    out.px[1] = q.y - reference_y;
+    by_turn(q, T(1), T(0), out.by[0]);
+    by_turn(q, T(0), T(1), out.by[1]);
+    return out;
+  }
+
+ private:
+  struct Ray {
+    T x, y;
+  };
+  static T number(double value);
+
+  Ray turned(const T& x, const T& y, T& ahead) const {
+    using std::max;
+    const T nearest = T(kNearest) * f_, z = R_[6] * x + R_[7] * y + R_[8] * f_;
+    ahead = z - nearest;
+    const T scale = f_ / max(z, nearest);
+    return {scale * (R_[0] * x + R_[1] * y + R_[2] * f_), scale * (R_[3] * x + R_[4] * y + R_[5] * f_)};
+  }
+
+  /// From derivatives with respect to q. A rotation by v moves the ray r = (q_x, q_y, f) by v x r.
+  void by_turn(const Ray& q, const T& by_qx, const T& by_qy, T* turn) const {
+    const T radial = (by_qx * q.x + by_qy * q.y) / f_;
+    turn[0] = -(q.y * radial + f_ * by_qy);
+    turn[1] = f_ * by_qx + q.x * radial;
+    turn[2] = q.x * by_qy - q.y * by_qx;
+  }
+
+  T R_[9], c_[3], tangents_[2][3], f_;
+};
+
+template <>
+inline double ViewMotionTerms<double>::number(double value) {
+  return value;
+}
+template <>
+inline Pack ViewMotionTerms<Pack>::number(double value) {
+  return {static_cast<float>(value)};
+}
+
+/// Normal equations of a motion's five degrees of freedom; three without a baseline.
+/// Rows are filled eight points at a time.
+class ViewMotionEquations {
+ public:
+  explicit ViewMotionEquations(const ViewMotion& motion);
+
+  /// Adds residuals with derivatives `by`. `weight` is of the squares.
+  template <int N>
+  void add(const Pack& residual, const Pack& weight, const Pack* by) {
+    std::size_t at = 0;
+    for (int p = 0; p < N; ++p) {
+      const Pack weighted = weight * by[p];
+      rhs_[p] += -(weighted * residual);
+      for (int q = 0; q <= p; ++q, ++at) products_[at] += weighted * by[q];
+    }
+  }
+
+  /// Solves with slight damping. False if the equations are singular.
+  bool solve(double (&step)[5]);
+
+  /// By how much the step changed the sum of weighted squares, to first order.
+  double change() const { return change_; }
+
+ private:
+  /// Converts derivatives by rotation to derivatives by the rotation vector: T^t A T, T^t b.
+  void by_rotation_vector();
+  void turn(double* first, int stride) const;
+
+  int n_;
+  std::array<std::array<double, 3>, 3> turns_;
+  Pack products_[15], rhs_[5];
+  double A_[25] = {}, b_[5] = {}, change_ = 0;
+};
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/portable_math.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
+#include <opencv2/core.hpp>
+#include <optional>
+
+namespace dynfilter {
+
+/// Nearest depths in square windows of a depth image.
+class NearestDepth {
+ public:
+  static constexpr double kLeastKnown = 0.5;  ///< share of a window that must have a depth
+
+  /// `depth`: CV_32FC1 or CV_16UC1, not copied. Any other type has no depth anywhere.
+  NearestDepth(const cv::Mat& depth, double unit_m);
+
+  /// The nearest depth [m] within `radius_px` of a pixel, in rows and columns.
+  /// None if it is `beyond_m` or nearer, if the window leaves the image,
+  /// or if less than half of it has a depth.
+  std::optional<float> around(const cv::Point2f& px, int radius_px, float beyond_m) const;
+
+ private:
+  /// Most windows hold the point's own surface: the middle row is read first, and the first depth that is
+  /// not beyond ends the search.
+  template <class T>
+  std::optional<float> of_window(const cv::Point& centre, int radius_px, float beyond_m) const;
+
+  cv::Mat depth_;
+  float unit_m_;
+};
+
+/// Log-odds [nats] that a surface was not where it is now when an earlier view looked through the place.
+///
+/// The point, put into the view by the background's motion, has the depth Z there. In the window of its
+/// positional uncertainty the view's nearest depth is Z + d with d > 0. If the surface is static, d is an
+/// error: Student t (nu = 6) with the depth noise s of both, or, for a share e of the features, a gross one.
+/// If it moved, d is the distance to what is behind, anything up to R, for a share u of the movers:
+///   odds = log(u / (R t(d / s) / s + e)) + log(share / (1 - share))
+/// Below 0 nothing is said: a mover also hides its own earlier place, and an occluder hides any place.
+/// The window's radius is three standard deviations of the match and of the depth's parallax, and 3 px for
+/// silhouettes. Space that was free is evidence in the sense of Palazzolo et al. (ReFusion, IROS 2019) and
+/// of DynaSLAM's multi-view test (Bescos et al., RA-L 2018). About 0.1 us where something is there, 0.3 us
+/// else.
+class FreeSpaceView {
+ public:
+  struct Model {
+    double moving_share = 0.05;  ///< of features that move, before anything was seen
+    double sigma_px = 1;         ///< of the point's place in the view, per axis
+    DepthNoise depth_noise{};    ///< of both depths
+  };
+
+  FreeSpaceView(const Camera& camera, const cv::Mat& depth, double unit_m, const Pose& T_view_current,
+                const Model& model)
+      : camera_(camera),
+        depth_(depth, unit_m),
+        R_(T_view_current.R()),
+        t_(T_view_current.t()),
+        model_(model),
+        prior_(portable::log(model.moving_share / (1 - model.moving_share))) {}
+
+  /// Of a point in the current camera's frame [m]. 0: the view says nothing.
+  double odds(const cv::Point3f& point_m) const;
+
+ private:
+  static constexpr double kReach = 3;           ///< standard deviations of a place
+  static constexpr double kSilhouette_px = 3;   ///< depth cameras misplace an outline by as much
+  static constexpr double kMostRadius_px = 20;  ///< a wider window is never free
+  static constexpr double kRange_m = 4;         ///< what is behind a mover: the depth of a room
+  static constexpr double kThrough = 0.5;       ///< share of movers whose place was free, measured
+  static constexpr double kGross = 0.005;       ///< share of static features with a gross error, measured
+  static constexpr double kNu = 6;              ///< tails, as of matches
+  static constexpr double kPeak = 0.3827;       ///< t density with nu = 6 at 0
+
+  cv::Point2f pixel(const Eigen::Vector3d& p) const;
+  double odds_of(double behind_m, double here_m, double there_m) const;
+
+  Camera camera_;
+  NearestDepth depth_;
+  Eigen::Matrix3d R_;
+  Eigen::Vector3d t_;
+  Model model_;
+  double prior_;
+};
+
+}  // namespace dynfilter
+
+#ifdef DYNFILTER_HEADER_ONLY
+#include <dynfilter/motion/detail/free_space-inl.hpp>
+#endif
