@@ -55,8 +55,11 @@ inline bool inside(const cv::Point2f& p, const cv::Size& size, float border_px) 
 
 }  // namespace detail
 
-}  // namespace dynfilter
+inline void Correspondences::reset(std::size_t n) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  reference_px.assign(n, {kNan, kNan});
+  found.assign(n, 0);
+  reference_index.assign(n, -1);
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/correspondence/detail/correspondences-inl.hpp>
-#endif
+}  // namespace dynfilter

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/correspondence/coarse_flow.hpp>
 #include <dynfilter/correspondence/flow_params.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
+#include <dynfilter/correspondence/parallel_ranges.hpp>
 #include <dynfilter/correspondence/small_patch.hpp>
+#include <dynfilter/correspondence/small_patch_kernels.hpp>
+#include <dynfilter/correspondence/small_patch_kernels_avx2.hpp>
 #include <dynfilter/correspondence/small_window.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -68,8 +74,60 @@ class GuidedFlow {
   detail::CoarseFlow coarse_;
 };
 
-}  // namespace dynfilter
+inline void GuidedFlow::track(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
+                              const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
+                              std::vector<std::uint8_t>& status) {
+  status.assign(from_px.size(), 0);
+  if (!from.fits(to) || !supports(params_.window_px)) return;
+  if (wide && detail::SmallPatchKernelsAvx2::available())
+    track_with<detail::SmallPatchKernelsAvx2>(from, to, check, from_px, px, status);
+  else
+    track_with<detail::SmallPatchKernels>(from, to, check, from_px, px, status);
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/correspondence/detail/guided_flow-inl.hpp>
-#endif
+template <class Kernels>
+void GuidedFlow::track_with(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
+                            const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
+                            std::vector<std::uint8_t>& status) {
+  coarse_.compute<Kernels>(from.levels(), to.levels(), params_.window_px, params_.min_eigenvalue, threads_);
+  detail::in_ranges(static_cast<int>(from_px.size()), threads_, [&](int begin, int end) {
+    detail::SmallWindow<Kernels> window(params_.window_px);
+    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
+      status[k] = track_point(from.levels(), to.levels(), check, from_px[k], window, px[k]) ? 1 : 0;
+  });
+}
+
+template <class Kernels>
+bool GuidedFlow::track_point(const Images& from, const Images& to, FlowCheck check,
+                             const cv::Point2f& from_px, detail::SmallWindow<Kernels>& window,
+                             cv::Point2f& px) const {
+  if (!window.cut(from[0], from_px) || !window.textured(params_.min_eigenvalue)) return false;
+  const detail::CoarseFlow::Around around = coarse_.around(from_px);
+  const std::array<cv::Point2f, 5> flows{px - from_px, around[0], around[1], around[2], around[3]};
+  px = from_px + most_alike(window, to[0], from_px, flows, 1);
+  if (!window.refine(to[0], params_.max_iterations, epsilon_px(), px)) return false;
+  if (check == FlowCheck::None) return true;
+  if (!alike(from, to, from_px, px, window)) return false;
+  return check == FlowCheck::Residual || returns(from, to, from_px, px, window);
+}
+
+template <class Kernels>
+bool GuidedFlow::alike(const Images& from, const Images& to, const cv::Point2f& from_px,
+                       const cv::Point2f& px, detail::SmallWindow<Kernels>& window) const {
+  const double residual = window.residual(to[0], px);
+  if (residual > params_.max_residual) return false;
+  if (residual <= kSureResidual || from.size() < 2) return true;
+  return window.cut(from[1], from_px / 2) && window.residual(to[1], px / 2) <= params_.max_residual;
+}
+
+template <class Kernels>
+bool GuidedFlow::returns(const Images& from, const Images& to, const cv::Point2f& from_px,
+                         const cv::Point2f& px, detail::SmallWindow<Kernels>& window) const {
+  cv::Point2f back = from_px;
+  return window.cut(to[0], px) && window.textured(params_.min_eigenvalue) &&
+         window.refine(from[0], kBackIterations, epsilon_px(), back) &&
+         portable::hypot(back.x - from_px.x, back.y - from_px.y) <=
+             static_cast<float>(params_.max_forward_backward_px);
+}
+
+}  // namespace dynfilter

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/limits.hpp>
+#include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
@@ -37,8 +40,50 @@ class CrowdedPlaces {
   std::vector<std::uint32_t> crowded_;
 };
 
-}  // namespace dynfilter
+inline const std::vector<std::uint32_t>& CrowdedPlaces::find(Span<const cv::KeyPoint> keypoints) {
+  places_.clear();
+  for (const cv::KeyPoint& keypoint : keypoints) places_.push_back(keypoint.pt);
+  return find(places_);
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/evidence/detail/crowded_places-inl.hpp>
-#endif
+inline const std::vector<std::uint32_t>& CrowdedPlaces::find(Span<const cv::Point2f> places) {
+  static_assert(limits::kMaxFeatures < std::size_t{1} << kIndexBits, "an index has its bits");
+  crowded_.clear();
+  if (places.size() > limits::kMaxCrowd && may_be_crowded(places)) find_exactly(places);
+  return crowded_;
+}
+
+inline std::uint64_t CrowdedPlaces::square_of(const cv::Point2f& px) {
+  const auto along = [](float at_px) {
+    return static_cast<std::int64_t>(std::floor(at_px / static_cast<float>(limits::kCrowd_px))) +
+           kSquares / 2;
+  };
+  return static_cast<std::uint64_t>(along(px.y) * kSquares + along(px.x));
+}
+
+inline bool CrowdedPlaces::may_be_crowded(Span<const cv::Point2f> places) {
+  constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15U;
+  table_.fill(0);
+  std::uint32_t most = 0;
+  for (const cv::Point2f& place : places) {
+    if (!PointGrid::usable(place)) continue;
+    std::uint32_t& count = table_[square_of(place) * kGoldenRatio >> (64 - kTableBits)];
+    most = std::max(most, ++count);
+  }
+  return most > limits::kMaxCrowd;
+}
+
+inline void CrowdedPlaces::find_exactly(Span<const cv::Point2f> places) {
+  sorted_.clear();
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (PointGrid::usable(places[i])) sorted_.push_back(square_of(places[i]) << kIndexBits | i);
+  std::sort(sorted_.begin(), sorted_.end());
+  for (std::size_t begin = 0, end = 0; begin < sorted_.size(); begin = end) {
+    while (end < sorted_.size() && sorted_[end] >> kIndexBits == sorted_[begin] >> kIndexBits) ++end;
+    if (end - begin <= limits::kMaxCrowd) continue;
+    for (std::size_t k = begin; k < end; ++k)
+      crowded_.push_back(static_cast<std::uint32_t>(sorted_[k] & ((std::uint64_t{1} << kIndexBits) - 1)));
+  }
+}
+
+}  // namespace dynfilter

@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <cstddef>
+#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/evidence/clean_frame.hpp>
 #include <dynfilter/evidence/crowded_places.hpp>
+#include <dynfilter/geometry/depth_sampler.hpp>
+#include <dynfilter/geometry/stereo_depth.hpp>
+#include <dynfilter/geometry/undistort.hpp>
+#include <limits>
+#include <opencv2/core.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
@@ -60,8 +68,73 @@ class CurrentFrame {
   bool undistorted_ready_ = false, depths_ready_ = false, points_ready_ = false;
 };
 
-}  // namespace dynfilter
+inline void CurrentFrame::begin(const FrameView& frame) {
+  frame_ = frame;
+  cleaner_.clean(frame_);
+  inputs_ = inputs_of(frame_);
+  pixels_.resize(frame_.size());
+  for (std::size_t i = 0; i < pixels_.size(); ++i) pixels_[i] = frame_.keypoints[i].pt;
+  undistorted_ready_ = depths_ready_ = points_ready_ = false;
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/evidence/detail/current_frame-inl.hpp>
-#endif
+inline const std::vector<cv::Point2f>& CurrentFrame::undistorted_pixels() {
+  if (!undistorted_ready_) fill_undistorted();
+  return undistorted_;
+}
+
+inline const std::vector<float>& CurrentFrame::depths_m() {
+  if (!depths_ready_) fill_depths();
+  return depths_m_;
+}
+
+inline const std::vector<cv::Point3f>& CurrentFrame::points_m() {
+  if (!points_ready_) {
+    points_m_.resize(size());
+    back_project(frame_.camera.value_or(Camera()), undistorted_pixels(), depths_m(), points_m_);
+    points_ready_ = true;
+  }
+  return points_m_;
+}
+
+inline cv::Size CurrentFrame::image_size_px() const {
+  if (!frame_.grey.empty()) return frame_.grey.size();
+  if (!frame_.depth.empty()) return frame_.depth.size();
+  return frame_.camera ? cv::Size(frame_.camera->width_px, frame_.camera->height_px) : cv::Size();
+}
+
+inline void CurrentFrame::fill_undistorted() {
+  undistorted_ready_ = true;
+  undistorted_.resize(size());
+  if (!frame_.keypoints_undistorted.empty()) {
+    for (std::size_t i = 0; i < size(); ++i) undistorted_[i] = frame_.keypoints_undistorted[i].pt;
+    return;
+  }
+  const Camera camera = frame_.camera.value_or(Camera());
+  undistort_points(camera, pixels_, undistorted_);
+  if (!camera.distorted()) return;
+  // A lens may draw them together.
+  for (const std::uint32_t i : crowds_.find(Span<const cv::Point2f>(undistorted_)))
+    undistorted_[i].x = undistorted_[i].y = std::numeric_limits<float>::quiet_NaN();
+}
+
+inline void CurrentFrame::fill_depths() {
+  if (is_stereo(frame_)) return fill_stereo_depths();
+  depths_m_.assign(size(), DepthSampler::kNone);
+  const DepthSampler image(frame_.depth, frame_.depth_unit_m, max_depth_edge_);
+  image.at_all(pixels_, [&](std::size_t i, float in_image) {
+    const float seen = frame_.depth.empty() ? 0.0F : in_image;
+    const float given = frame_.depth_m.empty() ? seen : frame_.depth_m[i];
+    depths_m_[i] = std::isnan(seen) ? DepthSampler::kNone : depth_within(given, max_depth_m_);
+  });
+  depths_ready_ = true;
+}
+
+inline void CurrentFrame::fill_stereo_depths() {
+  const std::vector<cv::Point2f>& undistorted = undistorted_pixels();
+  depths_m_.resize(size());
+  for (std::size_t i = 0; i < size(); ++i)
+    depths_m_[i] = stereo_depth_m(undistorted[i].x, frame_.right_u_px[i], frame_.camera->baseline_fx_px_m);
+  depths_ready_ = true;
+}
+
+}  // namespace dynfilter

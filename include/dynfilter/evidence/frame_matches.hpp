@@ -1,19 +1,33 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/limits.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/flow.hpp>
 #include <dynfilter/correspondence/flow_params.hpp>
+#include <dynfilter/correspondence/host_match.hpp>
 #include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/history.hpp>
 #include <dynfilter/evidence/matched_features.hpp>
+#include <dynfilter/evidence/reused_slots.hpp>
+#include <dynfilter/geometry/depth_sampler.hpp>
+#include <dynfilter/geometry/stereo_depth.hpp>
+#include <dynfilter/geometry/undistort.hpp>
+#include <limits>
 #include <list>
+#include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
@@ -107,8 +121,198 @@ class FrameMatches {
   bool last_asked_for_ = true, steps_shared_ = true;  ///< true if stages match with the last frame
 };
 
-}  // namespace dynfilter
+inline bool FrameMatches::begin() {
+  const std::int64_t id = current_.frame().id;
+  if (std::exchange(last_begun_id_, id) != id) steps_shared_ = std::exchange(last_asked_for_, false);
+  correspondence_ms_ = 0;
+  note_.clear();
+  detail::free_slots(matches_);
+  detail::free_slots(matched_features_);
+  return keep(history_.current(id));
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/evidence/detail/frame_matches-inl.hpp>
-#endif
+inline void FrameMatches::reset() {
+  history_.clear();
+  steps_shared_ = last_asked_for_ = true;
+}
+
+inline const Match& FrameMatches::match(const Reference& reference) {
+  const StoredFrame* stored = resolve(reference);
+  last_asked_for_ = last_asked_for_ || stored == resolve(Reference());
+  return match_stored(stored);
+}
+
+inline const MatchedFeatures& FrameMatches::matched_features(const Match& match, double max_offset_px) {
+  for (const MatchedFeatures& known : matched_features_)
+    if (known.valid && known.is_of(match, max_offset_px)) return known;
+  MatchedFeatures& matched = detail::next_slot(matched_features_);
+  matched.assign(current_.frame(), match, max_offset_px);
+  return matched;
+}
+
+inline const Match& FrameMatches::step_match() {
+  const StoredFrame* last = resolve(Reference());
+  if (steps_shared_ || !uses_flow() || is_matched(last)) return match_stored(last);
+  sparse_px_ = current_.pixels();
+  for (cv::Point2f& px : sparse_px_)
+    if (!in_sparse_cell(px)) px.x = px.y = std::numeric_limits<float>::quiet_NaN();
+  fill_match(last, step_, [&](Correspondences& out) {
+    step_flow_.track(history_.find(current_.frame().id)->pyramid, last->pyramid, sparse_px_, {}, out);
+  });
+  return step_;
+}
+
+inline bool FrameMatches::has_step() const {
+  const StoredFrame* last = resolve(Reference());
+  return last == nullptr || is_matched(last);
+}
+
+inline FlowParams FrameMatches::checked_once(FlowParams params) {
+  if (params.check == FlowCheck::ForwardBackward) params.check = FlowCheck::Residual;
+  return params;
+}
+
+inline const StoredFrame* FrameMatches::resolve(const Reference& reference) const {
+  if (uses_host_matches()) return history_.find(current_.frame().matches->reference_frame_id);
+  return reference.keyframe ? history_.keyframe() : history_.before(reference.gap_frames);
+}
+
+inline bool FrameMatches::uses_host_matches() const {
+  if (!current_.frame().matches) return false;
+  return params_.source == CorrespondenceSource::Auto || params_.source == CorrespondenceSource::Host;
+}
+
+inline bool FrameMatches::uses_flow() const {
+  const FrameView& frame = current_.frame();
+  return params_.source == CorrespondenceSource::Flow ||
+         (params_.source == CorrespondenceSource::Auto && !frame.matches && !frame.grey.empty());
+}
+
+inline bool FrameMatches::is_matched(const StoredFrame* stored) const {
+  return std::any_of(matches_.begin(), matches_.end(),
+                     [stored](const Match& match) { return match.valid && match.reference == stored; });
+}
+
+inline const Match& FrameMatches::match_stored(const StoredFrame* stored) {
+  for (const Match& known : matches_)
+    if (known.valid && known.reference == stored) return known;
+  current_.depths_m();  // before the flow evicts the depth image from the cache
+  Match& match = detail::next_slot(matches_);
+  fill_match(stored, match, [&](Correspondences& out) { correspond(*stored, out); });
+  return match;
+}
+
+inline void FrameMatches::correspond(const StoredFrame& stored, Correspondences& out) {
+  const FrameView& frame = current_.frame();
+  if (uses_host_matches() && frame.matches->reference_frame_id == stored.id)
+    host_matches(stored, out);
+  else if (uses_flow())
+    flow_.track(history_.find(frame.id)->pyramid, stored.pyramid, current_.pixels(), {}, out);
+  else
+    descriptor_matches(stored, out);
+}
+
+inline void FrameMatches::descriptor_matches(const StoredFrame& stored, Correspondences& out) {
+  const FrameView& frame = current_.frame();
+  descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {}, out);
+  if (descriptors_.crowded() > 0)
+    note_ = std::to_string(descriptors_.crowded()) + " features have more than " +
+            std::to_string(limits::kMaxWindow) + " candidates: not matched";
+}
+
+inline void FrameMatches::host_matches(const StoredFrame& stored, Correspondences& out) {
+  const std::size_t nowhere =
+      correspondences_from_host(*current_.frame().matches, stored.keypoints, current_.size(), out);
+  if (nowhere > 0)
+    note_ = std::to_string(nowhere) + " matches lead to features that frame " + std::to_string(stored.id) +
+            " does not have";
+  for (std::size_t i = 0; i < current_.size(); ++i)
+    if (std::isnan(current_.pixels()[i].x)) out.drop(i);
+}
+
+template <class Correspond>
+void FrameMatches::fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond) {
+  const auto start = std::chrono::steady_clock::now();
+  match.reference = stored;
+  match.correspondences.reset(current_.size());
+  if (stored != nullptr) correspond(match.correspondences);
+  fill_reference_geometry(match);
+  add_time_since(start);
+}
+
+inline void FrameMatches::add_time_since(std::chrono::steady_clock::time_point start) {
+  correspondence_ms_ +=
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+inline void FrameMatches::fill_reference_geometry(Match& match) {
+  const std::size_t n = current_.size();
+  const auto& px = match.correspondences.reference_px;
+  const Camera camera = match.reference != nullptr ? match.reference->camera.value_or(Camera()) : Camera();
+  match.reference_undistorted_px.resize(n);
+  undistort_points(camera, px, match.reference_undistorted_px);
+  match.reference_depth_m.assign(n, DepthSampler::kNone);
+  if (match.reference != nullptr && match.reference->stereo) {
+    fill_stereo_depths(match);
+  } else if (match.reference != nullptr) {
+    const PastFrame& stored = *match.reference;
+    const DepthSampler image(stored.depth, stored.depth_unit_m, params_.max_depth_edge);
+    image.at_all(px, [&](std::size_t i, float in_image) {
+      if (match.correspondences.found[i] == 0) return;
+      const auto index = static_cast<std::size_t>(match.correspondences.reference_index[i]);
+      const bool by_feature = match.correspondences.reference_index[i] >= 0 && index < stored.depth_m.size();
+      match.reference_depth_m[i] =
+          depth_within(by_feature ? stored.depth_m[index] : in_image, params_.max_depth_m);
+    });
+  }
+  match.reference_points_m.resize(n);
+  back_project(camera, match.reference_undistorted_px, match.reference_depth_m, match.reference_points_m);
+}
+
+/// There is no depth image: the depth is that of the reference frame's feature.
+inline void FrameMatches::fill_stereo_depths(Match& match) {
+  const PastFrame& stored = *match.reference;
+  reference_features_.find(match, MatchedFeatures::kMaxOffsetPx);
+  for (std::size_t i = 0; i < current_.size(); ++i) {
+    const auto index = static_cast<std::size_t>(reference_features_.index(i));
+    if (reference_features_.index(i) >= 0 && index < stored.depth_m.size())
+      match.reference_depth_m[i] = stored.depth_m[index];
+  }
+}
+
+inline bool FrameMatches::keep(StoredFrame& stored) {
+  const FrameView& frame = current_.frame();
+  const bool seen_before = !stored.pyramid.empty();
+  stored.timestamp_s = frame.timestamp_s;
+  stored.keypoints.assign(frame.keypoints.begin(), frame.keypoints.end());
+  if (is_stereo(frame))
+    stored.depth_m = current_.depths_m();
+  else
+    stored.depth_m.assign(frame.depth_m.begin(), frame.depth_m.end());
+  stored.stereo = is_stereo(frame);
+  stored.camera = frame.camera;
+  if (frame.pose_provenance != PoseProvenance::None) {
+    stored.T_world_camera = frame.T_world_camera;
+    stored.pose_provenance = frame.pose_provenance;
+  }
+  frame.descriptors.copyTo(stored.descriptors);
+  if (seen_before) return false;
+  if (uses_flow()) {
+    const auto start = std::chrono::steady_clock::now();
+    flow_.build(frame.grey, stored.pyramid);
+    add_time_since(start);
+  }
+  keep_depth(stored.depth);
+  stored.depth_unit_m = frame.depth_unit_m;
+  return true;
+}
+
+inline void FrameMatches::keep_depth(cv::Mat& stored) const {
+  const FrameView& frame = current_.frame();
+  if (frame.depth_handed_over && frame.depth.u != nullptr)
+    stored = frame.depth;
+  else
+    keep_copy(frame.depth, stored);
+}
+
+}  // namespace dynfilter

@@ -6,6 +6,7 @@
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/frame_matches.hpp>
 #include <list>
+#include <vector>
 
 namespace dynfilter {
 
@@ -30,8 +31,24 @@ class FrameTracks {
   std::list<Chain> all_;  ///< a list, because filters hold references
 };
 
-}  // namespace dynfilter
+inline const FeatureTracks& FrameTracks::tracks(const TrackOptions& options, CallPoint call_point) {
+  FeatureTracks& tracks = with(options, call_point);
+  if (tracks.last_id() == current_.frame().id && tracks.size() == current_.size()) return tracks;
+  static const std::vector<float> kNoDepths;
+  tracks.follow(current_.frame().id, matches_.match({}), current_.pixels(), current_.undistorted_pixels(),
+                options.use_depth ? current_.depths_m() : kNoDepths);
+  return tracks;
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/evidence/detail/frame_tracks-inl.hpp>
-#endif
+inline void FrameTracks::reset() {
+  for (Chain& chain : all_) chain.tracks.reset();
+}
+
+inline FeatureTracks& FrameTracks::with(const TrackOptions& options, CallPoint call_point) {
+  for (Chain& chain : all_)
+    if (chain.call_point == call_point && chain.tracks.options() == options) return chain.tracks;
+  all_.push_back({call_point, FeatureTracks(options)});
+  return all_.back().tracks;
+}
+
+}  // namespace dynfilter

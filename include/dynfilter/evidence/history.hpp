@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/past_frame.hpp>
 #include <memory>
@@ -54,8 +55,49 @@ class History {
   FramePtr keyframe_;
 };
 
-}  // namespace dynfilter
+inline void History::clear() {
+  for (FramePtr& frame : frames_) recycle(std::move(frame));
+  frames_.clear();
+  recycle(std::move(keyframe_));
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/evidence/detail/history-inl.hpp>
-#endif
+inline StoredFrame& History::current(std::int64_t id) {
+  if (!frames_.empty() && frames_.back()->id == id) return *frames_.back();
+  if (frames_.size() > capacity_) {
+    recycle(std::move(frames_.front()));
+    frames_.erase(frames_.begin());
+  }
+  frames_.push_back(take_spare());
+  StoredFrame& frame = *frames_.back();
+  frame.id = id;
+  frame.pyramid.clear();
+  frame.pose_provenance = PoseProvenance::None;
+  return frame;
+}
+
+inline const StoredFrame* History::before(int gap) const {
+  const auto n = static_cast<int>(frames_.size());
+  if (n < 2 || gap < 1) return nullptr;
+  return frames_[static_cast<std::size_t>(gap < n ? n - 1 - gap : 0)].get();
+}
+
+inline StoredFrame* History::find(std::int64_t id) const {
+  for (const FramePtr& frame : frames_)
+    if (frame->id == id) return frame.get();
+  return keyframe_ && keyframe_->id == id ? keyframe_.get() : nullptr;
+}
+
+inline void History::mark_keyframe() {
+  if (frames_.empty() || keyframe_ == frames_.back()) return;
+  recycle(std::move(keyframe_));
+  keyframe_ = frames_.back();
+}
+
+inline History::FramePtr History::take_spare() {
+  if (spare_.empty()) return std::make_shared<StoredFrame>();
+  FramePtr frame = std::move(spare_.back());
+  spare_.pop_back();
+  return frame;
+}
+
+}  // namespace dynfilter

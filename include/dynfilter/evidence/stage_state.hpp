@@ -2,10 +2,12 @@
 #pragma once
 
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
 #include <utility>
@@ -88,8 +90,45 @@ class StageState {
   std::vector<std::uint64_t> suspected_by_;
 };
 
-}  // namespace dynfilter
+inline void StageState::begin(const std::vector<cv::Point2f>& pixels) {
+  const std::size_t n = pixels.size();
+  flags_.judged.assign(n, 1);
+  flags_.prior.assign(n, 0);
+  flags_.seed.assign(n, 1);
+  flags_.dynamic.assign(n, 0);
+  for (std::size_t i = 0; i < n; ++i)
+    if (std::isnan(pixels[i].x)) flags_.judged[i] = flags_.seed[i] = 0;
+  collect_suspicions(false);
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/evidence/detail/stage_state-inl.hpp>
-#endif
+inline void StageState::learn(const Votes& said) {
+  const Vote* vote = said.votes().data();
+  const std::uint8_t* suspect = said.priors().data();
+  std::uint8_t *judged = flags_.judged.data(), *prior = flags_.prior.data(), *seed = flags_.seed.data(),
+               *dynamic = flags_.dynamic.data();
+  for (std::size_t i = 0; i < flags_.judged.size(); ++i) {
+    const auto rejected = static_cast<std::uint8_t>(vote[i] == Vote::Dynamic);
+    prior[i] |= suspect[i];
+    dynamic[i] |= rejected;
+    judged[i] &= rejected ^ 1;
+    seed[i] &= (rejected | suspect[i]) ^ 1;
+  }
+}
+
+inline void StageState::save() {
+  if (saves_ == saved_.size()) saved_.emplace_back();
+  saved_[saves_++] = flags_;
+}
+
+inline void StageState::keep_side(bool priors) {
+  const std::uint8_t side = priors ? 1 : 0;
+  for (std::size_t i = 0; i < flags_.judged.size(); ++i)
+    flags_.judged[i] &= static_cast<std::uint8_t>(flags_.prior[i] == side);
+}
+
+inline void StageState::collect_suspicions(bool collect) {
+  suspected_by_.assign(collect ? flags_.judged.size() : 0, 0);
+  collects_suspicions_ = collect;
+}
+
+}  // namespace dynfilter

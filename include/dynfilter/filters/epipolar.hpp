@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <dynfilter/config/field_table.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
@@ -10,7 +14,9 @@
 #include <dynfilter/geometry/epipolar_distance.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -103,8 +109,100 @@ class EpipolarFilter final : public NamedFilter<EpipolarFilter> {
   NeighbourNoise neighbour_noise_;
 };
 
-}  // namespace dynfilter
+inline const FieldTable<EpipolarParams>& EpipolarParams::fields() {
+  using P = EpipolarParams;
+  static const FieldTable<P> table{
+      real("max_distance_px", &P::max_distance_px, "px", {0, 1000},
+           "largest distance of a static feature (xi of RTS-SLAM)"),
+      choice("model", &P::model, {{"auto", EpipolarModel::Auto}, {"fundamental", EpipolarModel::Fundamental}},
+             "auto selects F, H or no model from the seeds; fundamental always uses F, as published"),
+      choice("distance", &P::distance,
+             {{"line", EpipolarDistance::Line}, {"sampson", EpipolarDistance::Sampson}},
+             "line is the distance from the epipolar line (eq. 4); sampson is the first-order distance in "
+             "both images"),
+      flag("measured_noise", &P::measured_noise,
+           "raises max_distance_px in frames whose matches have more than 1/3 px of noise, in proportion "
+           "to it"),
+      integer("min_seeds", &P::min_seeds, "features", {7, 100000},
+              "with this many seeds or fewer, and with suspects, the model is fitted on all features (N_th)"),
+      flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
+      integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
+  };
+  return table;
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/filters/detail/epipolar-inl.hpp>
-#endif
+inline EpipolarFilter::EpipolarFilter(Params params) : params_(params) {
+  check_parameters(params_, kName);
+}
+
+inline void EpipolarFilter::apply(const Evidence& evidence, Votes& votes) {
+  const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+  if (match.reference == nullptr) return votes.note("no earlier frame");
+  if (!collect_seeds(evidence, match)) return votes.note("model: none, too few seeds");
+  const TwoViewModel& model = evidence.two_view(match, seeds_);
+  note_model(model, votes);
+  const bool by_model = params_.model == EpipolarModel::Auto && params_.distance == EpipolarDistance::Line;
+  const bool by_line = !by_model || model.kind == TwoViewKind::Fundamental;
+  limit_px_ = params_.max_distance_px;
+  if (params_.measured_noise && evidence.count_judged() > 0)
+    limit_px_ *= noise_factor(evidence, match, model, by_line, votes);
+  if (by_model)
+    judge_by_model(evidence, match, model, votes);
+  else if (has_fundamental(model))
+    judge_by_fundamental(evidence, match, model, votes);
+}
+
+inline bool EpipolarFilter::collect_seeds(const Evidence& evidence, const Match& match) {
+  evidence.collect_seeds(match, false, seeds_);
+  if (static_cast<int>(seeds_.size()) > params_.min_seeds) return true;
+  if (!evidence.any_prior()) return false;
+  evidence.collect_seeds(match, true, seeds_);
+  return static_cast<int>(seeds_.size()) > params_.min_seeds;
+}
+
+inline void EpipolarFilter::note_model(const TwoViewModel& model, Votes& votes) {
+  votes.note("model: ", to_string(model.kind), " (", to_string(model.reason), "), ", model.inliers, " of ",
+             model.seeds, " seeds");
+}
+
+inline double EpipolarFilter::noise_factor(const Evidence& evidence, const Match& match,
+                                           const TwoViewModel& model, bool by_line, Votes& votes) {
+  misses_.clear();
+  for (const int seed : seeds_) {
+    const auto i = static_cast<std::size_t>(seed);
+    const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
+    const cv::Point2f miss_px =
+        by_line ? across_line_px(model, then, now) : beside_point_px(model, then, now);
+    if (std::isfinite(miss_px.x + miss_px.y)) misses_.push_back({evidence.pixels()[i], 1, miss_px, 1});
+  }
+  const std::optional<double> noise_px =
+      neighbour_noise_.whole_scale(misses_, kNeighbours_px, by_line ? MissAxes::One : MissAxes::Two);
+  if (!noise_px) votes.note("noise: not measured, too few neighbours");
+  return std::max(1.0, noise_px.value_or(0) / kUsualNoise_px);
+}
+
+inline void EpipolarFilter::judge_by_model(const Evidence& evidence, const Match& match,
+                                           const TwoViewModel& model, Votes& votes) const {
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    if (!evidence.judged(i) || !match.found(i)) continue;
+    const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
+    const TwoViewVerdict verdict = judge(model, then, now, limit_px_);
+    if (verdict == TwoViewVerdict::CannotSay) continue;
+    votes.cast(i, verdict == TwoViewVerdict::Inconsistent ? Vote::Dynamic : Vote::Static,
+               suspicion(distance_px(model, then, now), limit_px_));
+  }
+}
+
+inline void EpipolarFilter::judge_by_fundamental(const Evidence& evidence, const Match& match,
+                                                 const TwoViewModel& model, Votes& votes) const {
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    if (!evidence.judged(i) || !match.found(i)) continue;
+    const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
+    const double d = params_.distance == EpipolarDistance::Line ? epipolar_distance_px(model.F, then, now)
+                                                                : sampson_distance_px(model.F, then, now);
+    if (std::isnan(d)) continue;
+    votes.cast(i, d > limit_px_ ? Vote::Dynamic : Vote::Static, suspicion(d, limit_px_));
+  }
+}
+
+}  // namespace dynfilter

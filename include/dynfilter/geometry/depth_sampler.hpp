@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <utility>
 
 namespace dynfilter {
 
@@ -65,8 +69,78 @@ class DepthSampler {
   float unit_m_, max_edge_share_;
 };
 
-}  // namespace dynfilter
+inline DepthSampler::DepthSampler(const cv::Mat& depth, double unit_m, double max_edge_share)
+    : depth_(depth),
+      unit_m_(static_cast<float>(unit_m)),
+      max_edge_share_(static_cast<float>(max_edge_share)) {
+  if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/geometry/detail/depth_sampler-inl.hpp>
-#endif
+inline float DepthSampler::at(const cv::Point2f& px) const {
+  return depth_.type() == CV_32FC1 ? at_of<float>(px) : at_of<std::uint16_t>(px);
+}
+
+inline void DepthSampler::fetch(const cv::Point2f& px) const {
+  if (!(px.x >= 0) || !(px.y >= kEdgeRadiusPx) || !(px.x < static_cast<float>(depth_.cols)) ||
+      !(px.y < static_cast<float>(depth_.rows - kEdgeRadiusPx)))
+    return;
+  const std::size_t x = static_cast<std::size_t>(px.x) * depth_.elemSize();
+  for (const int dy : {-kEdgeRadiusPx, 0, kEdgeRadiusPx})
+    __builtin_prefetch(depth_.ptr(static_cast<int>(px.y) + dy) + x);
+}
+
+template <class T>
+float DepthSampler::at_of(const cv::Point2f& px) const {
+  if (depth_.empty() || !(px.x >= -0.5F) || !(px.y >= -0.5F)) return kNone;
+  if (!(px.x < static_cast<float>(depth_.cols)) || !(px.y < static_cast<float>(depth_.rows))) return kNone;
+  const int x = std::min(cvRound(px.x), depth_.cols - 1), y = std::min(cvRound(px.y), depth_.rows - 1);
+  const auto inside = [](int at, int size) {
+    return at >= kRingRadiusPx && at < size - kRingRadiusPx;  // the ring needs no bounds checks
+  };
+  return inside(x, depth_.cols) && inside(y, depth_.rows) ? at_pixel<T, true>(x, y)
+                                                          : at_pixel<T, false>(x, y);
+}
+
+template <class T, bool kInside>
+float DepthSampler::at_pixel(int x, int y) const {
+  const float centre = read<T, kInside>(x, y, 0, 0);
+  return valid_depth(centre) ? unless_edge<T, kInside>(x, y, centre) : from_around<T, kInside>(x, y);
+}
+
+template <class T, bool kInside>
+float DepthSampler::unless_edge(int x, int y, float centre) const {
+  const float limit = max_edge_share_ * centre;
+  bool edge = false;
+  for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    const float other = read<T, kInside>(x, y, dx * kEdgeRadiusPx, dy * kEdgeRadiusPx);
+    edge |= valid_depth(other) && std::abs(other - centre) > limit;
+  }
+  return edge ? kNone : centre;
+}
+
+template <class T, bool kInside>
+float DepthSampler::from_around(int x, int y) const {
+  float sum = 0, nearest = std::numeric_limits<float>::infinity(), farthest = 0;
+  int known = 0;
+  constexpr std::pair<int, int> kRing[] = {{-2, 0}, {2, 0}, {0, -2}, {0, 2}, {-3, -3}, {3, -3},
+                                           {-3, 3}, {3, 3}, {-4, 0}, {4, 0}, {0, -4},  {0, 4}};
+  for (const auto& [dx, dy] : kRing) {
+    const float z = read<T, kInside>(x, y, dx, dy);
+    if (!valid_depth(z)) continue;
+    sum += z;
+    nearest = std::min(nearest, z);
+    farthest = std::max(farthest, z);
+    ++known;
+  }
+  if (known < 5 || farthest - nearest > 0.5F * max_edge_share_ * nearest) return kNone;
+  return sum / static_cast<float>(known);
+}
+
+template <class T, bool kInside>
+float DepthSampler::read(int x0, int y0, int dx, int dy) const {
+  const int x = x0 + dx, y = y0 + dy;
+  if (!kInside && (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows)) return kNone;
+  return static_cast<float>(depth_.ptr<T>(y)[x]) * unit_m_;
+}
+
+}  // namespace dynfilter

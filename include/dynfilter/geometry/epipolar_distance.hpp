@@ -86,8 +86,13 @@ inline cv::Point2d transfer(const Matrix9& H, cv::Point2f p) {
   return {(H[0] * p.x + H[1] * p.y + H[2]) / w, (H[3] * p.x + H[4] * p.y + H[5]) / w};
 }
 
-}  // namespace dynfilter
+namespace detail {
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/geometry/detail/epipolar_distance-inl.hpp>
-#endif
+inline Eigen::Matrix3d camera_matrix(const Camera& camera) {
+  Eigen::Matrix3d K;
+  K << camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1;
+  return K;
+}
+
+}  // namespace detail
+}  // namespace dynfilter

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/hosts/masked_image.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/hosts/masked_image.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
@@ -57,8 +58,18 @@ void keep_status(const Verdict& verdict, std::vector<T>& out) {
   for (std::size_t i = 0; i < verdict.size(); ++i) out[i] = static_cast<T>(verdict.keep(i) ? 1 : 0);
 }
 
-}  // namespace dynfilter
+inline const cv::Mat& HostMask::image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
+                                      const cv::Size& size) {
+  const cv::Mat& mask = masked_.mask(keypoints, verdict, size);
+  if (polarity_ == MaskPolarity::NonzeroDrops) return mask;
+  cv::bitwise_not(mask, inverted_);
+  return inverted_;
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/hosts/detail/host_mask-inl.hpp>
-#endif
+inline const cv::Mat& HostMask::depth(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
+                                      const cv::Mat& depth) {
+  MaskedImage::zero_depth(depth, masked_.mask(keypoints, verdict, depth.size()), depth_);
+  return depth_;
+}
+
+}  // namespace dynfilter

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/error.hpp>
+#include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/config/yaml.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/keyframe/pose_change.hpp>
 #include <dynfilter/keyframe/selector.hpp>
 #include <dynfilter/keyframe/vertex_cover_selector.hpp>
@@ -18,8 +20,21 @@ std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name
 /// The same with the parameters of a YAML map, or the defaults without one.
 std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name, const YamlNode& node);
 
-}  // namespace dynfilter
+inline std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name) {
+  if (name == PoseChangeSelector::kName) return std::make_unique<PoseChangeSelector>();
+  if (name == VertexCoverSelector::kName) return std::make_unique<VertexCoverSelector>();
+  throw ConfigError(
+      "", unknown_name("keyframe selector", name, {PoseChangeSelector::kName, VertexCoverSelector::kName}));
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/keyframe/detail/make_selector-inl.hpp>
-#endif
+inline std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name,
+                                                                const YamlNode& node) {
+  if (node.is_none()) return make_keyframe_selector(name);
+  if (name == PoseChangeSelector::kName)
+    return std::make_unique<PoseChangeSelector>(read_parameters<PoseChangeParams>(node));
+  if (name == VertexCoverSelector::kName)
+    return std::make_unique<VertexCoverSelector>(read_parameters<VertexCoverParams>(node));
+  return make_keyframe_selector(name);
+}
+
+}  // namespace dynfilter

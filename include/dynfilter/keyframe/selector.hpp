@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <optional>
 #include <string>
@@ -53,8 +55,18 @@ class KeyframeSelector {
   std::optional<std::pair<std::int64_t, double>> newest_;
 };
 
-}  // namespace dynfilter
+inline std::vector<SelectedFrame> KeyframeSelector::add(const FrameSummary& frame) {
+  if (!is_rigid(frame.T_world_camera)) return ++left_out_.bad_pose, std::vector<SelectedFrame>();
+  if (!std::isfinite(frame.timestamp_s) || (newest_ && !newer(frame)))
+    return ++left_out_.not_newer, std::vector<SelectedFrame>();
+  newest_ = std::make_pair(frame.id, frame.timestamp_s);
+  return choose(frame);
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/keyframe/detail/selector-inl.hpp>
-#endif
+inline void KeyframeSelector::reset() {
+  left_out_ = LeftOut();
+  newest_.reset();
+  forget();
+}
+
+}  // namespace dynfilter

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/mapping/map_params.hpp>
+#include <dynfilter/mapping/voxel_key.hpp>
 #include <dynfilter/mapping/voxel_map.hpp>
 #include <vector>
 
@@ -43,6 +44,52 @@ class Carving {
 
 }  // namespace dynfilter::mapping
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/mapping/detail/carving-inl.hpp>
-#endif
+namespace dynfilter::mapping {
+
+inline Carving::Carving(const VoxelMap& map, const CarveParams& params)
+    : map_(map), params_(params), gone_(map.size(), 0) {
+  if (!params.enabled) return;
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t i = 0; i < map.size(); ++i) {
+    gone_[i] = seen_through(map.votes()[i]) ? 1 : 0;
+    if (gone_[i] != 0) open.push_back(i);
+  }
+  if (params.spread_max_seen > 0) spread(open);
+}
+
+inline bool Carving::seen_through(const VoxelVotes& v) const {
+  const int through = v.through + v.old_through;
+  return through >= params_.min_views && seen(v) < params_.seen_per_through * through;
+}
+
+inline void Carving::spread(std::vector<std::uint32_t>& open) {
+  for (std::size_t next = 0; next < open.size(); ++next)
+    for_each_neighbour(open[next], [&](std::uint32_t i) {
+      if (gone_[i] != 0 || seen(map_.votes()[i]) > params_.spread_max_seen || !outnumbered(i)) return;
+      gone_[i] = 1;
+      open.push_back(i);
+    });
+}
+
+inline bool Carving::outnumbered(std::uint32_t i) const {
+  int all = 0, gone = 0;
+  for_each_neighbour(i, [&](std::uint32_t j) {
+    ++all;
+    gone += gone_[j];
+  });
+  return gone > 0 && gone >= params_.spread_share * all;
+}
+
+template <class F>
+void Carving::for_each_neighbour(std::uint32_t i, const F& f) const {
+  const std::uint64_t key = map_.keys()[i];
+  const std::int32_t x = VoxelKey::axis(key, 0), y = VoxelKey::axis(key, 1), z = VoxelKey::axis(key, 2);
+  for (std::int32_t dz = -kReach; dz <= kReach; ++dz)
+    for (std::int32_t dy = -kReach; dy <= kReach; ++dy)
+      for (std::int32_t dx = -kReach; dx <= kReach; ++dx) {
+        const std::uint32_t j = map_.find(VoxelKey::pack(x + dx, y + dy, z + dz, VoxelKey::label(key)));
+        if (j != VoxelMap::kNone && j != i) f(j);
+      }
+}
+
+}  // namespace dynfilter::mapping

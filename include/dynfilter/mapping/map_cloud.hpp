@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/mapping/map_frame.hpp>
+#include <dynfilter/mapping/voxel_key.hpp>
 #include <dynfilter/mapping/voxel_map.hpp>
 #include <vector>
 
@@ -67,6 +68,37 @@ class SourceCollector {
 
 }  // namespace dynfilter::mapping
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/mapping/detail/map_cloud-inl.hpp>
-#endif
+namespace dynfilter::mapping {
+
+inline void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& order, double unit_m,
+                         MapCloud& cloud) {
+  for (const std::uint32_t i : order) {
+    const Voxel& v = map.voxels()[i];
+    const auto coordinate = [&](std::size_t a) { return static_cast<float>(voxel_units(v, a) * unit_m); };
+    const auto mean = [&](std::size_t c) {
+      return static_cast<std::uint8_t>((v.colour[c] + v.points / 2) / v.points);
+    };
+    cloud.points_m.emplace_back(coordinate(0), coordinate(1), coordinate(2));
+    cloud.colours.emplace_back(mean(0), mean(1), mean(2));
+    cloud.classes.push_back(VoxelKey::label(map.keys()[i]));
+  }
+}
+
+inline std::vector<std::uint32_t> SourceCollector::places(const VoxelMap& map,
+                                                          const std::vector<std::uint32_t>& order,
+                                                          std::size_t begin) {
+  std::vector<std::uint32_t> place(map.size(), kHidden);
+  for (const std::uint32_t i : order) place[i] = static_cast<std::uint32_t>(begin++);
+  return place;
+}
+
+inline void SourceCollector::add(const VoxelMap& map, const std::vector<std::uint32_t>& place,
+                                 const std::vector<WorldPoint>& points, std::uint32_t keyframe) {
+  for (const WorldPoint& p : points) {
+    const std::uint32_t i = map.find(map.key_of(p));
+    if (i != VoxelMap::kNone && place[i] != kHidden)
+      pairs_.push_back(std::uint64_t{place[i]} << 32 | keyframe);
+  }
+}
+
+}  // namespace dynfilter::mapping

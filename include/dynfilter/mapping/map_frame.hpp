@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
@@ -88,6 +91,15 @@ cv::Rect pixels_of(const cv::Rect2f& box, cv::Size size);
 
 }  // namespace dynfilter::mapping
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/mapping/detail/map_frame-inl.hpp>
-#endif
+namespace dynfilter::mapping {
+
+inline cv::Rect pixels_of(const cv::Rect2f& box, cv::Size size) {
+  if (!(box.width > 0 && box.height > 0 && std::abs(box.x) < 1e6F && std::abs(box.y) < 1e6F)) return {};
+  const cv::Point from(std::max(0, cvFloor(box.x)), std::max(0, cvFloor(box.y)));
+  const cv::Point to(cvCeil(std::min(box.x + box.width, static_cast<float>(size.width))),
+                     cvCeil(std::min(box.y + box.height, static_cast<float>(size.height))));
+  if (to.x <= from.x || to.y <= from.y) return {};
+  return cv::Rect(from, to) & cv::Rect(cv::Point(), size);
+}
+
+}  // namespace dynfilter::mapping

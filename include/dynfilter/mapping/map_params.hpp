@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/config/field_table.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/config/field_table.hpp>
 #include <string>
 #include <vector>
 
@@ -85,6 +86,113 @@ void check_mapping(const MappingParams& p, const std::string& path = "mapping");
 
 }  // namespace dynfilter::mapping
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/mapping/detail/map_params-inl.hpp>
-#endif
+namespace dynfilter::mapping {
+
+inline const FieldTable<CutParams>& CutParams::fields() {
+  using P = CutParams;
+  static const FieldTable<P> table{
+      choice("moving_boxes", &P::boxes,
+             {{"ignore", BoxCut::Ignore}, {"foreground", BoxCut::Foreground}, {"all", BoxCut::All}},
+             "what is removed for boxes of moving classes without a mask"),
+      words("moving_classes", &P::moving_classes, "names of the detection classes that may move"),
+      real("cluster_eps_m", &P::cluster_eps_m, "m", {0.001, 100},
+           "radius of the neighbourhood in which dynamic features form a cluster"),
+      integer("cluster_min_points", &P::cluster_min_points, "", {1, 1000},
+              "smallest number of dynamic features that makes a moving object"),
+      real("grow_reach_m", &P::grow_reach_m, "m", {0, 100},
+           "largest distance of an object's pixels from its features; 0: no limit"),
+      integer("band_px", &P::band_px, "px", {0, 100},
+              "width of the rim around moving objects that is also removed"),
+      real("max_step_share", &P::max_step_share, "of the depth", {0, 10},
+           "depth step to the next pixel, beyond the noise, that counts as a depth jump; 0: no detection"),
+      integer("edge_px", &P::edge_px, "px", {0, 20},
+              "width of the rim that is removed on both sides of a depth jump"),
+  };
+  return table;
+}
+
+inline const FieldTable<CarveParams>& CarveParams::fields() {
+  using P = CarveParams;
+  static const FieldTable<P> table{
+      flag("carve", &P::enabled, "remove points that other keyframes see through"),
+      real("carve_margin_m", &P::margin_m, "m", {0, 100},
+           "smallest distance between a point and the surface behind it that is seen through it"),
+      real("carve_noise_sigmas", &P::noise_sigmas, "", {0, 100},
+           "standard deviations of the depth noise that are added to the margin"),
+      integer("carve_min_views", &P::min_views, "", {1, 1000},
+              "smallest number of keyframes that must see through a point"),
+      real("seen_per_through", &P::seen_per_through, "", {0, 1e6},
+           "a point is hidden if fewer keyframes see its surface than this times those that see through it"),
+      integer("spread_max_seen", &P::spread_max_seen, "", {0, 65535},
+              "largest number of observations of a point that is removed with its neighbours; 0: no such "
+              "removal"),
+      real("spread_share", &P::spread_share, "", {0, 1},
+           "smallest share of removed neighbours within two voxels that removes such a point"),
+  };
+  return table;
+}
+
+inline const FieldTable<OutlierParams>& OutlierParams::fields() {
+  using P = OutlierParams;
+  static const FieldTable<P> table{
+      flag("outliers", &P::enabled, "remove isolated voxels"),
+      integer("outlier_neighbours", &P::neighbours, "", {1, 64},
+              "number of nearest neighbours whose distance is averaged"),
+      real("outlier_sigmas", &P::sigmas, "", {0, 1000},
+           "a voxel is isolated if its mean distance exceeds the mean of all voxels by this many standard "
+           "deviations"),
+  };
+  return table;
+}
+
+inline const FieldTable<RegistrationParams>& RegistrationParams::fields() {
+  using P = RegistrationParams;
+  static const FieldTable<P> table{
+      flag("register_keyframes", &P::enabled, "align each keyframe with the map before fusion"),
+      real("max_correction_m", &P::max_correction_m, "m", {0, 10},
+           "largest correction of the position that is accepted"),
+      real("max_correction_deg", &P::max_correction_deg, "deg", {0, 90},
+           "largest correction of the rotation that is accepted"),
+      integer("registration_min_points", &P::min_points, "", {20, 2000},
+              "smallest number of point pairs; with fewer, the keyframe is not aligned"),
+  };
+  return table;
+}
+
+inline const FieldTable<MappingParams>& MappingParams::fields() {
+  using P = MappingParams;
+  static const FieldTable<P> table = [] {
+    FieldTable<P> t{
+        real("leaf_m", &P::leaf_m, "m", {0.001, 10}, "edge of a voxel"),
+        integer("max_voxels", &P::max_voxels, "", {1000, 100000000},
+                "largest number of voxels; beyond it, the leaf doubles"),
+        real("max_keyframe_mb", &P::max_keyframe_mb, "MB", {0, 1e6},
+             "memory for keyframes that can be removed or moved; beyond it, the oldest become permanent"),
+        real("min_depth_m", &P::min_depth_m, "m", {0, 1000}, "smallest depth that is used"),
+        real("max_depth_m", &P::max_depth_m, "m", {0.01, 1000}, "largest depth that is used"),
+        words("key_classes", &P::key_classes, "classes of static objects that are kept at full density"),
+        integer("key_divisor", &P::key_divisor, "", {1, 64},
+                "power of two that divides leaf_m in key regions"),
+        integer("key_window", &P::key_window, "frames", {0, 1000},
+                "frames before and after a keyframe that refine its key regions (N_w)"),
+    };
+    include_fields(t, &P::cut);
+    include_fields(t, &P::carve);
+    include_fields(t, &P::outliers);
+    include_fields(t, &P::registration);
+    return t;
+  }();
+  return table;
+}
+
+inline void check_mapping(const MappingParams& p, const std::string& path) {
+  check_parameters(p, path);
+  if (p.min_depth_m >= p.max_depth_m)
+    throw ConfigError(path + ".max_depth_m", "expected more than min_depth_m");
+  if (p.leaf_m > p.max_depth_m)
+    throw ConfigError(path + ".leaf_m", "expected at most max_depth_m: the scene would be one voxel");
+  if ((p.key_divisor & (p.key_divisor - 1)) != 0)
+    throw ConfigError(path + ".key_divisor", "expected a power of two: 1, 2, 4, ... 64");
+}
+
+}  // namespace dynfilter::mapping

@@ -8,14 +8,19 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/static_map.hpp>
+#include <exception>
 #include <functional>
+#include <memory>
 #include <mutex>
+#include <opencv2/core.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace dynfilter::mapping {
@@ -94,6 +99,129 @@ class MappingThread {
 
 }  // namespace dynfilter::mapping
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/mapping/detail/mapping_thread-inl.hpp>
-#endif
+namespace dynfilter::mapping {
+
+inline MappingThread::~MappingThread() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stop_ = true;
+    wake_.notify_all();
+  }
+  worker_.join();
+}
+
+inline void MappingThread::remove(std::int64_t id) {
+  push([id](StaticMap& map, MappingThreadStatus&) { map.remove(id); });
+}
+
+inline void MappingThread::move(std::int64_t id, const Pose& T_world_camera) {
+  push([id, T_world_camera](StaticMap& map, MappingThreadStatus&) { map.move(id, T_world_camera); });
+}
+
+inline void MappingThread::finish() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
+}
+
+inline MapCloud MappingThread::cloud() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
+  return map_.cloud();
+}
+
+inline MapSources MappingThread::sources() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
+  return map_.sources();
+}
+
+inline MapState MappingThread::state() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
+  return map_.state();
+}
+
+inline MappingThreadStatus MappingThread::status() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return status_;
+}
+
+inline MappingThread::OwnedFrame::OwnedFrame(const MapFrame& from)
+    : frame(from),
+      moving_px(from.moving_px.begin(), from.moving_px.end()),
+      still_px(from.still_px.begin(), from.still_px.end()),
+      detections(from.detections.begin(), from.detections.end()) {
+  for (cv::Mat* image : {&frame.depth, &frame.bgr, &frame.moving_mask, &frame.classes})
+    *image = image->clone();
+  for (Detection& detection : detections) detection.mask = detection.mask.clone();
+  frame.moving_px = moving_px;
+  frame.still_px = still_px;
+  frame.detections = detections;
+}
+
+inline bool MappingThread::submit(const MapFrame& frame, bool keyframe) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_.submitted += keyframe ? 1 : 0;
+    if (frames_waiting_ >= capacity_) {
+      ++(keyframe ? status_.dropped : status_.dropped_neighbours);
+      return false;
+    }
+    ++frames_waiting_;
+  }
+  const auto owned = std::make_shared<OwnedFrame>(frame);
+  push([this, owned, keyframe](StaticMap& map, MappingThreadStatus& done) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      --frames_waiting_;
+    }
+    if (!keyframe) {
+      map.observe(owned->frame);
+      return;
+    }
+    const MapReport report = map.add(owned->frame);
+    ++(report.used ? done.fused : done.skipped);
+    if (!report.used) done.last_note = report.note;
+    done.pixels = report.pixels;
+    done.left_pixels = report.pixels - report.cut_pixels - report.edge_pixels;
+    done.fused_ms = report.used ? report.time_ms : 0;
+  });
+  return true;
+}
+
+inline void MappingThread::push(Job job) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  jobs_.push_back(std::move(job));
+  wake_.notify_all();
+}
+
+inline void MappingThread::work() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  for (;;) {
+    wake_.wait(lock, [&] { return stop_ || !jobs_.empty(); });
+    if (stop_) return;
+    Job job = std::move(jobs_.front());
+    jobs_.pop_front();
+    busy_ = true;
+    lock.unlock();
+    MappingThreadStatus done;
+    try {
+      job(map_, done);
+    } catch (const std::exception& error) {  // mostly out of memory; the tracker continues
+      ++done.skipped;
+      done.last_note = error.what();
+    }
+    job = nullptr;
+    lock.lock();
+    busy_ = false;
+    status_.fused += done.fused;
+    status_.skipped += done.skipped;
+    status_.pixels += done.pixels;
+    status_.left_pixels += done.left_pixels;
+    status_.fused_ms += done.fused_ms;
+    if (done.skipped > 0) status_.last_note = done.last_note;
+    if (jobs_.empty()) idle_.notify_all();
+  }
+}
+
+}  // namespace dynfilter::mapping

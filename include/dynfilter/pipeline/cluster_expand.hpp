@@ -5,14 +5,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/cluster/depth_growth.hpp>
-#include <dynfilter/pipeline/detail/neighbour_counts.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/append_text.hpp>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
+#include <dynfilter/pipeline/detail/neighbour_counts.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
@@ -86,8 +90,97 @@ class ClusterExpandStage final : public Combinator {
   std::vector<cv::Point3f> flat_;
 };
 
-}  // namespace dynfilter
+inline const FieldTable<ClusterExpandParams>& ClusterExpandParams::fields() {
+  using P = ClusterExpandParams;
+  static const FieldTable<P> table{
+      choice("space", &P::space,
+             {{"points", ExpandSpace::Points}, {"image", ExpandSpace::Image}, {"depth", ExpandSpace::Depth}},
+             "points uses neighbours in 3-D, image neighbours in pixels, depth grows over the depth image"),
+      real("radius_m", &P::radius_m, "m", {1e-3, 10}, "radius of the neighbourhood, for space points"),
+      real("radius_px", &P::radius_px, "px", {1, 1000}, "radius of the neighbourhood, for space image"),
+      integer("min_neighbours", &P::min_neighbours, "features", {1, 1000},
+              "smallest number of dynamic neighbours, for points and image"),
+      real("min_share", &P::min_share, "", {0, 1},
+           "smallest share of dynamic neighbours among those that are not unknown, for points and image"),
+      integer("rounds", &P::rounds, "", {1, 100},
+              "how often newly added features are grown again, for points and image"),
+      real("max_step_share", &P::max_step_share, "", {0, 1},
+           "relative depth step between neighbouring pixels that counts as an edge, for depth"),
+      real("max_reach_m", &P::max_reach_m, "m", {0, 100},
+           "largest 3-D distance from a dynamic feature, for depth; 0: no limit"),
+  };
+  return table;
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/pipeline/detail/cluster_expand-inl.hpp>
-#endif
+inline ClusterExpandStage::ClusterExpandStage(std::string path, Stages children, Params params)
+    : Combinator(kName, std::move(path), std::move(children)),
+      params_(params),
+      growth_({params.max_step_share, params.max_reach_m}) {
+  check_parameters(params_, this->path());
+}
+
+inline Needs ClusterExpandStage::needs() const {
+  Needs all = Combinator::needs();
+  if (params_.space != ExpandSpace::Image) all.optional = all.optional | Input::Depth | Input::Camera;
+  return all;
+}
+
+inline void ClusterExpandStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
+                                       Judgement& out) {
+  children_[0]->judge(evidence, reports, out);
+  const std::size_t before = out.votes.count(Vote::Dynamic);
+  if (before == 0) return;
+  if (params_.space == ExpandSpace::Depth)
+    grow_over_depth(evidence, own_reason(self), out);
+  else
+    grow_by_neighbours(evidence, own_reason(self), out);
+  append_text(reports[self].note, out.votes.count(Vote::Dynamic) - before, " features added");
+}
+
+inline void ClusterExpandStage::grow_over_depth(const FrameEvidence& evidence, std::uint64_t reason,
+                                                Judgement& out) {
+  const FrameView& frame = evidence.frame();
+  seeds_px_.clear();
+  for (std::size_t i = 0; i < evidence.size(); ++i)
+    if (out.votes[i] == Vote::Dynamic) seeds_px_.push_back(evidence.pixels()[i]);
+  growth_.grow(frame.depth, frame.depth_unit_m, frame.camera.value_or(Camera()), seeds_px_, grown_);
+  for (std::size_t i = 0; i < evidence.size(); ++i)
+    if (out.votes[i] != Vote::Dynamic && evidence.judged(i) && is_grown(evidence.pixels()[i]))
+      add(i, reason, out);
+}
+
+inline bool ClusterExpandStage::is_grown(const cv::Point2f& px) const {
+  if (!(px.x >= -0.5F && px.y >= -0.5F && px.x < static_cast<float>(grown_.cols) &&
+        px.y < static_cast<float>(grown_.rows)))
+    return false;
+  const int x = std::min(cvRound(px.x), grown_.cols - 1), y = std::min(cvRound(px.y), grown_.rows - 1);
+  return grown_.at<std::uint8_t>(y, x) != 0;
+}
+
+inline void ClusterExpandStage::grow_by_neighbours(FrameEvidence& evidence, std::uint64_t reason,
+                                                   Judgement& out) {
+  const Span<const cv::Point3f> places = this->places(evidence);
+  neighbours_.build(places);
+  for (int round = 0; round < params_.rounds; ++round) {
+    neighbours_.mark([&](std::uint32_t i) { return marks(out.votes[i]); });
+    bool grew = false;
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (out.votes[i] == Vote::Dynamic || !evidence.judged(i)) continue;
+      const NeighbourCounts::Counts around = neighbours_.around(places[i], radius());
+      const int dynamic = around.first, known = around.second - marks(out.votes[i]).second;  // not itself
+      if (dynamic < params_.min_neighbours || dynamic < params_.min_share * known) continue;
+      add(i, reason, out);
+      grew = true;
+    }
+    if (!grew) return;
+  }
+}
+
+inline Span<const cv::Point3f> ClusterExpandStage::places(const FrameEvidence& evidence) {
+  if (params_.space == ExpandSpace::Points) return evidence.points_m();
+  flat_.clear();
+  for (const cv::Point2f& px : evidence.pixels()) flat_.emplace_back(px.x, px.y, 0.0F);
+  return flat_;
+}
+
+}  // namespace dynfilter

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/needs.hpp>
@@ -37,8 +38,29 @@ class Combinator : public Stage {
   Judgement child_;  ///< buffer for the result of one child
 };
 
-}  // namespace dynfilter
+inline Needs Combinator::needs() const {
+  Needs all;
+  for (const auto& child : children_) {
+    const Needs needs = child->needs();
+    all.optional = all.optional | needs.required | needs.optional;
+    all.history_frames = std::max(all.history_frames, needs.history_frames);
+  }
+  return all;
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/pipeline/detail/combinator-inl.hpp>
-#endif
+inline void Combinator::reset() {
+  for (auto& child : children_) child->reset();
+}
+
+inline void Combinator::for_each(const std::function<void(const Stage&, int)>& visit, int depth) const {
+  visit(*this, depth);
+  for (const auto& child : children_) child->for_each(visit, depth + 1);
+}
+
+inline void Combinator::set(Judgement& out, std::size_t i, Vote vote, float suspicion,
+                            std::uint64_t reasons) {
+  out.votes.cast(i, vote, suspicion);
+  out.reasons[i] = vote == Vote::Dynamic ? reasons : 0;
+}
+
+}  // namespace dynfilter

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
 #include <optional>
 
@@ -29,8 +31,24 @@ class Initialisation {
   std::optional<std::int64_t> last_frame_;
 };
 
-}  // namespace dynfilter
+inline void Initialisation::apply(Verdict& verdict) {
+  verdict.report.wait_for_keyframe = false;
+  if (params_.max_frames == 0 || started_) return;
+  if (last_frame_ != verdict.report.frame_id) {
+    last_frame_ = verdict.report.frame_id;
+    ++waited_;
+  }
+  if (waited_ > params_.max_frames) return;
+  std::size_t judged = 0, dynamic = 0;
+  for (std::size_t i = 0; i < verdict.size(); ++i) {
+    const bool moves = verdict.decision[i] == Vote::Dynamic || verdict.restored[i] != 0;
+    dynamic += moves ? 1U : 0U;
+    judged += moves || verdict.decision[i] == Vote::Static ? 1U : 0U;
+  }
+  verdict.report.wait_for_keyframe =
+      judged == 0 || static_cast<double>(dynamic) > params_.max_dynamic_share * static_cast<double>(judged);
+  if (verdict.report.wait_for_keyframe)
+    verdict.report.notes.push_back("initialisation: the first keyframe is delayed");
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/pipeline/detail/initialisation-inl.hpp>
-#endif
+}  // namespace dynfilter

@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/append_text.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
-#include <dynfilter/pipeline/detail/object_regions.hpp>
+#include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
+#include <dynfilter/pipeline/detail/object_regions.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
+#include <dynfilter/pipeline/stage.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -71,8 +76,75 @@ class ObjectVoteStage final : public Combinator {
   std::vector<float> share_;
 };
 
-}  // namespace dynfilter
+inline const FieldTable<ObjectVoteParams>& ObjectVoteParams::fields() {
+  using P = ObjectVoteParams;
+  static const FieldTable<P> table = [] {
+    FieldTable<P> all;
+    include_fields(all, &P::region);
+    all.push_back(integer("min_count", &P::min_count, "features", {1, 100000},
+                          "smallest number of votes that judge an object"));
+    all.push_back(
+        real("min_share", &P::min_share, "", {0, 1},
+             "smallest share of dynamic votes, unknown ones excluded, that makes an object dynamic"));
+    all.push_back(choice("others", &P::others, {{"keep", OtherFeatures::Keep}, {"drop", OtherFeatures::Drop}},
+                         "for features of no object, keep uses the stage's vote and drop makes it unknown"));
+    return all;
+  }();
+  return table;
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/pipeline/detail/object_vote-inl.hpp>
-#endif
+inline ObjectVoteStage::ObjectVoteStage(std::string path, Stages children, Params params)
+    : Combinator(kName, std::move(path), std::move(children)), params_(std::move(params)) {
+  check_parameters(params_, this->path());
+}
+
+inline Needs ObjectVoteStage::needs() const {
+  Needs all = Combinator::needs();
+  all.optional = all.optional | ObjectRegions::input(params_.region) | Input::Depth | Input::Correspondence;
+  all.history_frames =
+      std::max(all.history_frames, LateResult::history_frames(params_.region.max_age_frames));
+  return all;
+}
+
+inline void ObjectVoteStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
+                                    Judgement& out) {
+  children_[0]->judge(evidence, reports, out);
+  found_.reset(0);
+  verdict_.assign(evidence.size(), Vote::Unknown);
+  share_.assign(evidence.size(), 0);
+  Judge judge(*this, out.votes);
+  regions_.find(evidence, params_.region, found_, judge);
+  join_notes(reports[self].note, evidence.take_match_note(), found_.notes());
+  if (judge.objects > 0)
+    append_text(reports[self].note, reports[self].note.empty() ? "" : "; ", judge.moving, " of ",
+                judge.objects, " objects move");
+  for (std::size_t i = 0; i < evidence.size(); ++i) follow(i, own_reason(self), out);
+}
+
+inline bool ObjectVoteStage::judge(const ObjectRegion& object, const Votes& votes) {
+  int dynamic = 0, fixed = 0;
+  for (const std::size_t i : object.near) {
+    dynamic += votes[i] == Vote::Dynamic ? 1 : 0;
+    fixed += votes[i] == Vote::Static ? 1 : 0;
+  }
+  const Vote vote = vote_object(dynamic, fixed, params_.min_count, params_.min_share);
+  const float share =
+      dynamic + fixed > 0 ? static_cast<float>(dynamic) / static_cast<float>(dynamic + fixed) : 0;
+  if (vote == Vote::Unknown) return false;
+  for (const std::size_t i : object.inside) {
+    if (verdict_[i] != Vote::Dynamic) verdict_[i] = vote;
+    share_[i] = std::max(share_[i], share);
+  }
+  return vote == Vote::Dynamic;
+}
+
+inline void ObjectVoteStage::follow(std::size_t i, std::uint64_t reason, Judgement& out) const {
+  if (verdict_[i] == Vote::Dynamic)
+    set(out, i, Vote::Dynamic, 0.5F + 0.5F * share_[i], out.reasons[i] | reason);
+  else if (verdict_[i] == Vote::Static)
+    set(out, i, Vote::Static, 0.5F * share_[i], 0);
+  else if (params_.others == OtherFeatures::Drop)
+    set(out, i, Vote::Unknown, Votes::kNoIdea, 0);
+}
+
+}  // namespace dynfilter

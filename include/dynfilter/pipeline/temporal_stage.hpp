@@ -1,17 +1,25 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/frame_ids.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/portable_math.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
+#include <iterator>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -67,8 +75,81 @@ class TemporalStage final : public Combinator {
   std::unordered_map<std::int64_t, Point> points_;
 };
 
-}  // namespace dynfilter
+inline const FieldTable<TemporalParams>& TemporalParams::fields() {
+  using P = TemporalParams;
+  static const FieldTable<P> table{
+      real("reliability", &P::reliability, "", {0.5, 0.999}, "probability that the stage's vote is right"),
+      real("memory", &P::memory, "", {0, 1},
+           "share of the log-odds that is kept to the next frame; 1: no forgetting"),
+      real("threshold", &P::threshold, "", {0.01, 0.99}, "dynamic above this belief, static below"),
+      integer("forget_frames", &P::forget_frames, "frames", {1, 1000000},
+              "frames without an observation after which a map point is forgotten"),
+  };
+  return table;
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/pipeline/detail/temporal_stage-inl.hpp>
-#endif
+inline TemporalStage::TemporalStage(std::string path, Stages children, Params params)
+    : Combinator(kName, std::move(path), std::move(children)), params_(params) {
+  check_parameters(params_, this->path());
+}
+
+inline Needs TemporalStage::needs() const {
+  Needs all = Combinator::needs();
+  all.optional = all.optional | Input::MapPoints | Input::Correspondence;
+  all.history_frames = std::max(all.history_frames, 1);
+  return all;
+}
+
+inline void TemporalStage::reset() {
+  Combinator::reset();
+  points_.clear();
+  odds_.clear();
+}
+
+inline void TemporalStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
+                                  Judgement& out) {
+  children_[0]->judge(evidence, reports, child_);
+  out.votes.add_priors(child_.votes);
+  recall(evidence);
+  const double step = log_odds(params_.reliability), limit = log_odds(params_.threshold);
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    const Vote said = child_.votes[i];
+    odds_[i] += said == Vote::Dynamic ? step : said == Vote::Static ? -step : 0;
+    odds_[i] = std::clamp(odds_[i], -kMostLogOdds, kMostLogOdds);
+    if (odds_[i] == 0) continue;
+    const Vote vote = odds_[i] > limit + kRounding   ? Vote::Dynamic
+                      : odds_[i] < limit - kRounding ? Vote::Static
+                                                     : Vote::Unknown;
+    const auto belief = static_cast<float>(1 / (1 + portable::exp(-odds_[i])));
+    set(out, i, vote, belief, said == Vote::Dynamic ? child_.reasons[i] : own_reason(self));
+  }
+  remember(evidence);
+}
+
+inline void TemporalStage::recall(FrameEvidence& evidence) {
+  std::swap(odds_, last_odds_);
+  odds_.assign(evidence.size(), 0);
+  if (!evidence.frame().map_point_ids.empty()) {
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      const auto known = points_.find(evidence.frame().map_point_ids[i]);
+      if (known != points_.end()) odds_[i] = params_.memory * known->second.odds;
+    }
+    return;
+  }
+  const FeatureTracks& tracks = evidence.tracks(TrackOptions());
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    const auto from = static_cast<std::size_t>(tracks.previous(i));
+    if (tracks.previous(i) >= 0 && from < last_odds_.size()) odds_[i] = params_.memory * last_odds_[from];
+  }
+}
+
+inline void TemporalStage::remember(const FrameEvidence& evidence) {
+  const FrameView& frame = evidence.frame();
+  for (std::size_t i = 0; i < frame.map_point_ids.size(); ++i)
+    if (frame.map_point_ids[i] >= 0 && odds_[i] != 0) points_[frame.map_point_ids[i]] = {odds_[i], frame.id};
+  if (frame.id % 32 != 0) return;
+  for (auto it = points_.begin(); it != points_.end();)
+    it = id_gap(frame.id, it->second.seen) > params_.forget_frames ? points_.erase(it) : std::next(it);
+}
+
+}  // namespace dynfilter

@@ -7,6 +7,7 @@
 #include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
@@ -52,6 +53,25 @@ struct ExactFrame {
 
 }  // namespace dynfilter::testing
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/testing/detail/exact_scene_frame-inl.hpp>
-#endif
+namespace dynfilter::testing {
+
+inline FrameView ExactFrame::view() const {
+  FrameView view;
+  view.id = id;
+  view.timestamp_s = timestamp_s;
+  view.keypoints = keypoints;
+  view.keypoints_undistorted = keypoints_undistorted;
+  view.descriptors = descriptors;
+  view.depth_m = depth_m;
+  view.right_u_px = right_u_px;
+  view.camera = camera;
+  if (pose_provenance != PoseProvenance::None) view.T_world_camera = T_world_camera;
+  view.pose_provenance = pose_provenance;
+  view.map_point_ids = map_point_ids;
+  view.map_points_world_m = map_points_world_m;
+  if (reference_frame_id >= 0) view.matches = HostMatches{reference_frame_id, reference_index};
+  if (detections) view.detections = DetectionInput{detections_frame_id, *detections};
+  return view;
+}
+
+}  // namespace dynfilter::testing
