@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/frame_ids.hpp>
+#include <dynfilter/core/frame_view.hpp>
 
 #include "doctest/doctest.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/correspondence/host_match.hpp>
+#include <dynfilter/correspondence/correspondences.hpp>
 #include <limits>
 
 #include "doctest/doctest.h"

@@ -5,7 +5,6 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/correspondence/match.hpp>
-#include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/evidence/history.hpp>
@@ -157,7 +156,8 @@ TEST_CASE("a depth image gives no depth on silhouettes and fills holes inside of
 }
 
 TEST_CASE("references: k frames back, the oldest when there are fewer, the last keyframe, a frame by id") {
-  const testing::ExactScene scene = testing::preset(testing::Preset::Rigid).without_matches().with_descriptors();
+  const testing::ExactScene scene =
+      testing::preset(testing::Preset::Rigid).without_matches().with_descriptors();
   FrameEvidence evidence;
   evidence.set_history(3);
   const auto reference_id = [&](const Reference& reference) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/facade/dynfilter.h>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>

@@ -8,7 +8,6 @@
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/background_motion.hpp>
 #include <dynfilter/testing/exact_scene.hpp>
-#include <dynfilter/testing/exact_scene_camera.hpp>
 #include <dynfilter/testing/exact_scene_frame.hpp>
 #include <dynfilter/testing/exact_scene_motion.hpp>
 #include <dynfilter/testing/exact_scene_presets.hpp>

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/votes.hpp>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/hosts/host_semantics.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/hosts/host_semantics.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 #include <vector>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/detectors/host_providers.hpp>
 #include <dynfilter/hosts/masked_host.hpp>
 #include <dynfilter/hosts/orb_slam.hpp>
-#include <dynfilter/hosts/orb_slam/host_detector.hpp>
-#include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/detectors/host_providers.hpp>
+#include <dynfilter/hosts/orb_slam/settings.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
@@ -13,9 +13,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "doctest/doctest.h"
 #include "hosts/host_stand_ins.hpp"
 #include "hosts/settings_folder.hpp"
-#include "doctest/doctest.h"
 
 namespace host_start_test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/keyframe/bridges.hpp>
+#include <dynfilter/keyframe/graph.hpp>
 #include <dynfilter/keyframe/vertex_cover.hpp>
 
 #include "doctest/doctest.h"

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/random.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/pipeline/detail/mask_components.hpp>
 #include <dynfilter/evidence/mask_lookup.hpp>
 #include <dynfilter/pipeline/compose.hpp>
+#include <dynfilter/pipeline/detail/object_regions.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <limits>
 #include <opencv2/imgproc.hpp>

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/config/registry.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One hand-made case for each rule of each published preset.
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/random.hpp>

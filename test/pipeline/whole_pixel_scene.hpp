@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/random.hpp>
 #include <opencv2/core.hpp>

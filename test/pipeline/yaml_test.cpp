@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <cstdlib>
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/registry.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/config/yaml.hpp>
-#include <dynfilter/correspondence/descriptor_match_params.hpp>
 #include <dynfilter/correspondence/flow_params.hpp>
-#include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>

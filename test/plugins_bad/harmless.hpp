@@ -2,7 +2,7 @@
 #pragma once
 
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/plugin/register.hpp>
+#include <dynfilter/plugin/export.hpp>
 #include <string>
 
 namespace bad {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A correct plugin with a provider of boxes and no filter.
-#include <dynfilter/plugin/register.hpp>
+#include <dynfilter/plugin/export.hpp>
 
 namespace {
 

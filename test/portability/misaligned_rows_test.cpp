@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <dynfilter/geometry/detail/rigid_least_squares.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
-#include <dynfilter/geometry/detail/rigid_score_avx2.hpp>
+#include <dynfilter/geometry/detail/rigid_sums_avx2.hpp>
 #include <vector>
 
 #include "doctest/doctest.h"

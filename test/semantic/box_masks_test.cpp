@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <dynfilter/semantic/box_masks.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
-#include <dynfilter/semantic/merged_masks.hpp>
 #include <limits>
 
 #include "doctest/doctest.h"

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <functional>
 #include <limits>

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <filesystem>

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/random.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/random.hpp>
 #include <map>

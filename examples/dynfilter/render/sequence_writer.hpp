@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/config/camera_file.hpp>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <filesystem>
 #include <functional>
 #include <opencv2/core/mat.hpp>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>

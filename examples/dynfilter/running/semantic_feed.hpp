@@ -2,7 +2,6 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/semantic/provider.hpp>

@@ -1,16 +1,36 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace dynfilter {
+
+/// One detected object, in pixels of the distorted image.
+struct Detection {
+  cv::Rect2f box;          ///< x and y of the top left corner, width, height [px]
+  int class_id = -1;       ///< class number of the detector; -1: unknown
+  std::string class_name;  ///< e.g. "person"; filters select classes by name
+  float score = 1.0F;      ///< confidence in [0, 1]
+  int track_id = -1;       ///< -1: not tracked
+  cv::Mat mask;            ///< CV_8UC1 instance mask of the whole image, 0: outside; empty: no mask
+};
+
+/// Names of the classes that move by themselves, as common detectors spell them.
+inline std::vector<std::string> moving_classes() {
+  return {"person",   "bird",  "cat",   "dog",     "horse",     "sheep",    "cow",
+          "elephant", "bear",  "zebra", "giraffe", "car",       "bicycle",  "motorcycle",
+          "bus",      "train", "truck", "boat",    "aeroplane", "airplane", "motorbike"};
+}
 
 /// Matches that the host already has.
 /// Each current feature has the index of its match in the reference frame.
@@ -111,6 +131,14 @@ inline bool is_stereo(const FrameView& frame) {
 /// False for NaN, negative and infinite columns of FrameView::right_u_px.
 inline bool valid_right(float right_u_px) {
   return right_u_px >= 0 && std::isfinite(right_u_px);
+}
+
+/// `later` - `earlier`, or the nearest number that there is: a host's ids may be any numbers.
+constexpr std::int64_t id_gap(std::int64_t later, std::int64_t earlier) {
+  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  const auto a = static_cast<std::uint64_t>(later), b = static_cast<std::uint64_t>(earlier);
+  return later >= earlier ? static_cast<std::int64_t>(std::min(a - b, kMost))
+                          : -static_cast<std::int64_t>(std::min(b - a, kMost));
 }
 
 }  // namespace dynfilter

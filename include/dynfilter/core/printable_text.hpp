@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <charconv>
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace dynfilter {
 
@@ -104,6 +106,24 @@ inline std::string one_bounded_line(const std::string& text, std::size_t most) {
   while (head > 0 && is_utf8_continuation(text[head])) --head;
   while (tail < text.size() && is_utf8_continuation(text[tail])) ++tail;
   return without_controls(text.substr(0, head) + std::string(kDots) + text.substr(tail));
+}
+
+}  // namespace dynfilter
+
+namespace dynfilter {
+
+/// Appends texts and integers. Allocates nothing but the room of `to`.
+template <class... Parts>
+void append_text(std::string& to, const Parts&... parts) {
+  const auto append = [&to](const auto& part) {
+    if constexpr (std::is_integral_v<std::decay_t<decltype(part)>>) {
+      char digits[24];  // a 64-bit integer with its sign
+      to.append(digits, std::to_chars(digits, digits + sizeof(digits), part).ptr);
+    } else {
+      to += part;
+    }
+  };
+  (append(parts), ...);
 }
 
 }  // namespace dynfilter

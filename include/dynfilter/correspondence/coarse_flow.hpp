@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/correspondence/parallel_ranges.hpp>
+#include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/small_window.hpp>
 #include <limits>
 #include <opencv2/core.hpp>

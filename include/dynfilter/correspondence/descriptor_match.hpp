@@ -7,7 +7,7 @@
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
-#include <dynfilter/correspondence/descriptor_match_params.hpp>
+#include <dynfilter/correspondence/flow_params.hpp>
 #include <limits>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dynfilter/config/field_table.hpp>
+#include <dynfilter/config/parameters.hpp>
 
 namespace dynfilter {
 
@@ -39,6 +40,32 @@ struct FlowParams {
   static FlowParams guided();
 
   static const FieldTable<FlowParams>& fields();
+};
+
+struct DescriptorMatchParams {
+  double search_radius_px = 50;
+  int max_octave_difference = 1;
+  int max_distance_bits = 64;
+  double max_ratio = 0.9;
+  bool mutual = true;
+
+  static const FieldTable<DescriptorMatchParams>& fields();
+};
+
+/// Source of correspondences.
+/// Auto uses the host's matches if it provides them, else flow on the grey image, else descriptors.
+enum class CorrespondenceSource { Auto, Host, Flow, Descriptors };
+
+/// Where correspondences come from, and which depths count.
+struct CorrespondenceParams {
+  CorrespondenceSource source = CorrespondenceSource::Auto;
+  double max_depth_m = 8.0;
+  double max_depth_edge = 0.06;
+  int threads = 1;
+  FlowParams flow;
+  DescriptorMatchParams descriptors;
+
+  static const FieldTable<CorrespondenceParams>& fields();
 };
 
 }  // namespace dynfilter

@@ -8,8 +8,6 @@
 #include <dynfilter/correspondence/coarse_flow.hpp>
 #include <dynfilter/correspondence/flow_params.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
-#include <dynfilter/correspondence/parallel_ranges.hpp>
-#include <dynfilter/correspondence/small_patch.hpp>
 #include <dynfilter/correspondence/small_patch_kernels.hpp>
 #include <dynfilter/correspondence/small_patch_kernels_avx2.hpp>
 #include <dynfilter/correspondence/small_window.hpp>

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/correspondence/parallel_ranges.hpp>
-#include <dynfilter/correspondence/patch.hpp>
+#include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/patch_kernels.hpp>
 #include <dynfilter/correspondence/patch_kernels_avx2.hpp>
 #include <opencv2/core.hpp>

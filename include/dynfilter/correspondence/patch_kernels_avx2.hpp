@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/correspondence/patch.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter::detail {

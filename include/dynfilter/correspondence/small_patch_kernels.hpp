@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/correspondence/short_vector.hpp>
-#include <dynfilter/correspondence/small_patch.hpp>
+#include <dynfilter/correspondence/small_window.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter::detail {

@@ -7,7 +7,7 @@
 #if defined(DYNFILTER_X86)
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/correspondence/small_patch.hpp>
+#include <dynfilter/correspondence/small_window.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter::detail {

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/point_grid.hpp>

@@ -9,8 +9,8 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/evidence/clean_frame.hpp>
 #include <dynfilter/evidence/crowded_places.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
-#include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <limits>
 #include <opencv2/core.hpp>

@@ -3,14 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/correspondence/match.hpp>
-#include <dynfilter/correspondence/past_frame.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/matched_features.hpp>
 #include <opencv2/core.hpp>

@@ -4,15 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/correspondence/flow_params.hpp>
 #include <dynfilter/correspondence/match.hpp>
-#include <dynfilter/correspondence/past_frame.hpp>
-#include <dynfilter/evidence/correspondence_params.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>

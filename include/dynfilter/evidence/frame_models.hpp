@@ -6,9 +6,9 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
-#include <dynfilter/evidence/reused_slots.hpp>
+#include <dynfilter/evidence/feature_tracks.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
-#include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/two_view.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <list>

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
-#include <dynfilter/correspondence/past_frame.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <memory>
 #include <utility>
 #include <vector>

@@ -3,8 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>

@@ -7,7 +7,6 @@
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/match.hpp>
-#include <dynfilter/correspondence/past_frame.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/match.hpp>

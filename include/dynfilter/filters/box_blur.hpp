@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>

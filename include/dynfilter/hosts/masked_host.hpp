@@ -2,18 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <dynfilter/config/registry.hpp>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/hosts/draw_verdict.hpp>
 #include <dynfilter/hosts/host_semantics.hpp>
 #include <dynfilter/hosts/input_watch.hpp>
 #include <dynfilter/hosts/masked_image.hpp>
-#include <dynfilter/hosts/orb_slam/host_detector.hpp>
-#include <dynfilter/hosts/orb_slam/params.hpp>
 #include <dynfilter/hosts/orb_slam/settings.hpp>
-#include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/config/registry.hpp>
-#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>

@@ -7,10 +7,8 @@
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/frame_ids.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/keyframe/bridges.hpp>
-#include <dynfilter/keyframe/covisibility.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/keyframe/graph.hpp>
 #include <dynfilter/keyframe/selector.hpp>

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/span.hpp>

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/late/motion_history.hpp>
 #include <limits>

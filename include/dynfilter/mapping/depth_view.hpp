@@ -12,9 +12,9 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
-#include <dynfilter/mapping/key_list.hpp>
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/voxel_key.hpp>
+#include <dynfilter/mapping/voxel_map.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
@@ -302,6 +302,48 @@ inline DYNFILTER_AS_CALLER void DepthView::judge(std::size_t n, double leaf_m, P
     voxels.through[k] = static_cast<std::uint16_t>(through);
     voxels.seen[k] = static_cast<std::uint16_t>(static_cast<int>(block.low > 0) & at_surface & (through ^ 1));
   }
+}
+
+}  // namespace dynfilter::mapping
+
+namespace dynfilter::mapping {
+
+/// Adds (sign 1) or removes (-1) what a view says of the voxels from index `begin`: a surface seen, or seen through.
+void add_votes(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, std::size_t begin,
+               double leaf_m, int sign);
+
+/// Moves a view's votes to the permanent counters, from which nothing is removed.
+void make_votes_permanent(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, double leaf_m);
+
+}  // namespace dynfilter::mapping
+
+namespace dynfilter::mapping {
+
+namespace detail {
+
+inline void make_vote_permanent(std::uint16_t& live, std::uint16_t& old, int vote) {
+  live = static_cast<std::uint16_t>(live - vote);
+  old = static_cast<std::uint16_t>(std::min(65535, old + vote));
+}
+
+}  // namespace detail
+
+inline void add_votes(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, std::size_t begin,
+                      double leaf_m, int sign) {
+  std::vector<VoxelVotes>& votes = map.votes();
+  view.visit(map.key_list(), begin, leaf_m, T_world_camera, [&](std::size_t i, int seen, int through) {
+    votes[i].seen = static_cast<std::uint16_t>(votes[i].seen + sign * seen);
+    votes[i].through = static_cast<std::uint16_t>(votes[i].through + sign * through);
+  });
+}
+
+inline void make_votes_permanent(VoxelMap& map, const DepthView& view, const Pose& T_world_camera,
+                                 double leaf_m) {
+  std::vector<VoxelVotes>& votes = map.votes();
+  view.visit(map.key_list(), 0, leaf_m, T_world_camera, [&](std::size_t i, int seen, int through) {
+    detail::make_vote_permanent(votes[i].seen, votes[i].old_seen, seen);
+    detail::make_vote_permanent(votes[i].through, votes[i].old_through, through);
+  });
 }
 
 }  // namespace dynfilter::mapping

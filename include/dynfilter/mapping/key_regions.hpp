@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <opencv2/core.hpp>

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>

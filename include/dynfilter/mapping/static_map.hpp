@@ -19,7 +19,6 @@
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/registration.hpp>
 #include <dynfilter/mapping/shown_voxels.hpp>
-#include <dynfilter/mapping/view_votes.hpp>
 #include <dynfilter/mapping/voxel_grid.hpp>
 #include <dynfilter/mapping/voxel_map.hpp>
 #include <memory>

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/mapping/key_list.hpp>
 #include <dynfilter/mapping/voxel_key.hpp>
 #include <utility>
 #include <vector>

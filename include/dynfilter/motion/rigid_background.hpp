@@ -2,9 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <dynfilter/motion/motion_proposal.hpp>
-#include <dynfilter/motion/rigid_background_scene.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/motion/rigid_background_scene.hpp>
 #include <memory>
 #include <vector>
 

@@ -5,6 +5,7 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
 
@@ -25,6 +26,17 @@ struct RigidBackgroundScene {
   DepthNoise depth_noise{};                        ///< of the sensor
   /// Whole error of a static match over the noise that neighbours do not share.
   double noise_ratio = 1.5;
+};
+
+/// One rigid motion that some of the points follow.
+struct MotionProposal {
+  enum class From { Expected, Predicted, Support };
+  From from = From::Support;
+  RigidMotion motion;
+  double sigma_px = 0;  ///< noise that it was fitted with
+  double area = 0;      ///< share of the visible surface that it explains best
+  double order = 0.5;   ///< share of the neighbouring points of other motions that are nearer
+  double score = 0;     ///< log-probability of being the background, up to a constant
 };
 
 }  // namespace dynfilter

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <dynfilter/cluster/depth_growth.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/append_text.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
@@ -12,7 +12,6 @@
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <dynfilter/pipeline/stage.hpp>
-#include <dynfilter/pipeline/stage_reports.hpp>
 #include <string>
 #include <utility>
 #include <vector>

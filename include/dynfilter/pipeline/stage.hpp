@@ -4,16 +4,15 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
-#include <dynfilter/pipeline/stage_reports.hpp>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -22,6 +21,34 @@
 #include <vector>
 
 namespace dynfilter {
+
+/// The reports of one call of a pipeline, in the order of its file.
+/// Reports of an earlier call give the memory of their texts.
+class StageReports {
+ public:
+  explicit StageReports(std::vector<StageReport>& list) : list_(list) {}
+
+  /// An empty report. Its index is size() before the call.
+  StageReport& add(const std::string& name, const std::string& path) {
+    if (used_ == list_.size()) list_.emplace_back();
+    StageReport& report = list_[used_++];
+    report.name = name;
+    report.path = path;
+    report.note.clear();
+    report.skipped = report.failed = false;
+    report.judged = report.dynamic = report.unknown = report.prior = 0;
+    report.time_ms = 0;
+    return report;
+  }
+  std::size_t size() const { return used_; }
+  StageReport& operator[](std::size_t k) { return list_[k]; }
+  /// Removes what is left of the earlier call.
+  void finish() { list_.resize(used_); }
+
+ private:
+  std::vector<StageReport>& list_;
+  std::size_t used_ = 0;
+};
 
 /// A node of a pipeline: a filter, or a combinator of nodes.
 /// judge() implements what all nodes share.

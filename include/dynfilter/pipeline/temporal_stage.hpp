@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/portable_math.hpp>

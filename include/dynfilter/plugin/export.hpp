@@ -1,8 +1,51 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <cstring>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/plugin/abi.hpp>
-#include <dynfilter/plugin/register.hpp>
+#include <dynfilter/semantic/provider_registry.hpp>
+#include <exception>
+
+namespace dynfilter::detail {
+
+inline void copy_message(const char* text, char* out, std::size_t out_bytes) noexcept {
+  if (out == nullptr || out_bytes == 0) return;
+  std::strncpy(out, text, out_bytes - 1);
+  out[out_bytes - 1] = '\0';
+}
+
+/// No exception leaves a plugin. Errors are returned as text.
+template <class... Added, class R>
+int register_in(R* registry, char* error, std::size_t error_bytes) noexcept {
+  try {
+    (registry->template add<Added>(), ...);
+    return 0;
+  } catch (const std::exception& e) {
+    copy_message(e.what(), error, error_bytes);
+  } catch (...) {
+    copy_message("something that is no std::exception was thrown", error, error_bytes);
+  }
+  return 1;
+}
+
+}  // namespace dynfilter::detail
+
+/// A plugin has its tag and at least one of these two functions.
+/// plugin/export.hpp generates them.
+#define DYNFILTER_REGISTER_FILTERS(...)                                               \
+  extern "C" __attribute__((visibility("default"))) int dynfilter_plugin_register(    \
+      dynfilter::Registry* registry, char* error, std::size_t error_bytes) noexcept { \
+    return dynfilter::detail::register_in<__VA_ARGS__>(registry, error, error_bytes); \
+  }                                                                                   \
+  static_assert(true, "takes the semicolon")
+#define DYNFILTER_REGISTER_PROVIDERS(...)                                                     \
+  extern "C" __attribute__((visibility("default"))) int dynfilter_plugin_register_providers(  \
+      dynfilter::ProviderRegistry* registry, char* error, std::size_t error_bytes) noexcept { \
+    return dynfilter::detail::register_in<__VA_ARGS__>(registry, error, error_bytes);         \
+  }                                                                                           \
+  static_assert(true, "takes the semicolon")
 
 /// The function that every plugin has.
 #define DYNFILTER_PLUGIN_TAG()                                               \

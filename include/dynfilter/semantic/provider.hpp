@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>

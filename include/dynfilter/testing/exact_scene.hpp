@@ -8,12 +8,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/random.hpp>
-#include <dynfilter/testing/exact_scene_camera.hpp>
 #include <dynfilter/testing/exact_scene_frame.hpp>
 #include <dynfilter/testing/exact_scene_motion.hpp>
 #include <limits>

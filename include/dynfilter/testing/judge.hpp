@@ -8,7 +8,7 @@
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/evidence/correspondence_params.hpp>
+#include <dynfilter/correspondence/flow_params.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/testing/exact_scene.hpp>
 #include <dynfilter/testing/exact_scene_frame.hpp>

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/semantic/merged_masks.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/semantic/box_masks.hpp>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <utility>

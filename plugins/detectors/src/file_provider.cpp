@@ -2,11 +2,11 @@
 #include <dynfilter/detectors/file_provider.hpp>
 
 #include <cmath>
-#include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 #include <iterator>
 #include <opencv2/core.hpp>

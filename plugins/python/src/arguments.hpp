@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>

@@ -3,9 +3,9 @@
 
 #include <dynfilter/core/needs.hpp>
 
-#include <dynfilter/core/append_text.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <utility>
 
 namespace dynfilter {

@@ -3,8 +3,8 @@
 
 #include <dynfilter/correspondence/flow_params.hpp>
 
-#include <dynfilter/core/inline.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/inline.hpp>
 
 namespace dynfilter {
 
@@ -43,6 +43,42 @@ DYNFILTER_INLINE const FieldTable<FlowParams>& FlowParams::fields() {
            "largest distance from the start after tracking back, for check forward_backward"),
       integer("border_px", &FlowParams::border_px, "px", {0, 1000},
               "smallest distance from the image border, in both frames"),
+  };
+  return table;
+}
+
+DYNFILTER_INLINE const FieldTable<DescriptorMatchParams>& DescriptorMatchParams::fields() {
+  using P = DescriptorMatchParams;
+  static const FieldTable<P> table{
+      real("search_radius_px", &P::search_radius_px, "px", {0.5, 10000},
+           "radius around the expected position that is searched"),
+      integer("max_octave_difference", &P::max_octave_difference, "", {0, 100},
+              "largest octave difference of the two features"),
+      integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536},
+              "largest Hamming distance of a match"),
+      real("max_ratio", &P::max_ratio, "", {0, 1}, "largest ratio of the best to the second-best distance"),
+      flag("mutual", &P::mutual, "accept only matches that are the best in both directions"),
+  };
+  return table;
+}
+
+DYNFILTER_INLINE const FieldTable<CorrespondenceParams>& CorrespondenceParams::fields() {
+  using P = CorrespondenceParams;
+  static const FieldTable<P> table{
+      choice("source", &P::source,
+             {{"auto", CorrespondenceSource::Auto},
+              {"host", CorrespondenceSource::Host},
+              {"flow", CorrespondenceSource::Flow},
+              {"descriptors", CorrespondenceSource::Descriptors}},
+             "source of correspondences; auto uses the host's matches, else flow, else descriptors"),
+      real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000},
+           "largest depth that is used; larger depths count as no depth"),
+      real("max_depth_edge", &P::max_depth_edge, "", {0, 10},
+           "largest relative depth difference to neighbouring pixels; beyond it, a pixel has no depth"),
+      integer("threads", &P::threads, "", {1, 64},
+              "how many of OpenCV's threads the guided flow may use; results do not depend on it"),
+      group("flow", &P::flow, "parameters of pyramidal Lucas-Kanade flow"),
+      group("descriptors", &P::descriptors, "parameters of windowed descriptor matching"),
   };
   return table;
 }

@@ -4,7 +4,6 @@
 #include <dynfilter/evidence/semantic_input.hpp>
 
 #include <cmath>
-#include <dynfilter/core/frame_ids.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <opencv2/core.hpp>

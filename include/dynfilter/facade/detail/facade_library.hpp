@@ -5,7 +5,6 @@
 
 #include <dlfcn.h>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>

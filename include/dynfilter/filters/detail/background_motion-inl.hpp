@@ -4,19 +4,18 @@
 #include <dynfilter/filters/background_motion.hpp>
 
 #include <Eigen/Geometry>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
-#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/correspondence/past_frame.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/motion/motion_proposal.hpp>
-#include <dynfilter/motion/patch_relief.hpp>
-#include <dynfilter/geometry/stereo_depth.hpp>
 #include <dynfilter/geometry/undistort.hpp>
+#include <dynfilter/motion/patch_relief.hpp>
+#include <dynfilter/motion/rigid_background_scene.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 

@@ -9,7 +9,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/correspondence/past_frame.hpp>
+#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
 

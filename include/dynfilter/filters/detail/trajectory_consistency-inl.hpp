@@ -5,13 +5,13 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/geometry/rigid_motion_options.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
-#include <dynfilter/geometry/stereo_depth.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {

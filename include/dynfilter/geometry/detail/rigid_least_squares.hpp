@@ -7,7 +7,7 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
 #include <dynfilter/geometry/detail/rigid_sums_avx2.hpp>
-#include <dynfilter/geometry/rigid_motion_options.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 
 namespace dynfilter {

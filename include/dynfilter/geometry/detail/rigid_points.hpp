@@ -10,8 +10,8 @@
 #include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/detail/rigid_score_avx2.hpp>
-#include <dynfilter/geometry/rigid_motion_options.hpp>
+#include <dynfilter/geometry/detail/rigid_sums_avx2.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <opencv2/core.hpp>
 #include <vector>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/hosts/orb_slam/host_detector.hpp>
-#include <dynfilter/hosts/orb_slam/params.hpp>
-#include <dynfilter/core/error.hpp>
+#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/registry.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/needs.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/presets.hpp>
@@ -12,6 +12,43 @@
 #include <dynfilter/semantic/runner.hpp>
 #include <memory>
 #include <string>
+#include <vector>
+
+namespace dynfilter {
+
+enum class HostSensor { Monocular, Stereo, RgbD };
+
+/// System::eSensor of both versions as a number: 0 one camera, 1 two, 2 RGB-D; 3 to 5 the same with inertia.
+HostSensor host_sensor(int sensor);
+
+/// How a verdict is handed to an ORB-SLAM host. In its settings file each has `DynFilter.` before it.
+/// What happens when the settings cannot be used (OrbSlam::start).
+enum class OnError {
+  Stop,  ///< the host gets no OrbSlam, and ends
+  Off    ///< the host runs as if nothing had been added
+};
+
+/// How a verdict is handed to an ORB-SLAM host, and where boxes and masks come from. In its settings file
+/// each has `DynFilter.` before it.
+struct OrbSlamParams {
+  bool enabled = true;
+  OnError on_error = OnError::Stop;
+  bool keep_first_frame = true;
+  int min_features_before_map = -1;
+  int min_features = 100;
+  int covisible_keyframes = 5;
+  std::vector<std::string> plugins;
+  std::string boxes, masks;
+  std::string detector;
+  std::string network_dir;
+  std::string detector_mode = "async";
+
+  static const FieldTable<OrbSlamParams>& fields();
+
+  int floor_before_map(HostSensor sensor) const;
+};
+
+}  // namespace dynfilter
 
 namespace dynfilter {
 
@@ -42,6 +79,22 @@ OrbSlamSettings read_orb_slam_settings(const std::string& file, const Registry& 
 
 /// What the file says of `DynFilter.on_error`, whatever else is wrong with it. Never throws.
 OnError read_on_error(const std::string& file) noexcept;
+
+}  // namespace dynfilter
+
+namespace dynfilter {
+
+/// What boxes and masks the settings promise, before any came. Of a detector both: which of them it makes is
+/// seen later.
+Input semantic_inputs(const OrbSlamParams& params);
+
+namespace orb_slam::detail {
+
+/// The runner of `boxes` and `masks`, or of `detector`; null without any of them.
+std::unique_ptr<SemanticRunner> make_semantics(const OrbSlamParams& params, const std::string& settings_file,
+                                               const ProviderRegistry& providers);
+
+}  // namespace orb_slam::detail
 
 }  // namespace dynfilter
 

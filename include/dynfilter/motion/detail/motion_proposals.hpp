@@ -7,12 +7,11 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/motion/detail/background_points.hpp>
-#include <dynfilter/motion/motion_proposal.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
-#include <dynfilter/motion/rigid_background_scene.hpp>
 #include <dynfilter/geometry/rigid_misses.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/motion/detail/background_points.hpp>
+#include <dynfilter/motion/rigid_background_scene.hpp>
 #include <optional>
 #include <vector>
 

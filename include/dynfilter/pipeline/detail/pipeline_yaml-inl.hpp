@@ -3,13 +3,13 @@
 
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/inline.hpp>
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/config/registry.hpp>
 #include <dynfilter/config/yaml.hpp>
-#include <dynfilter/evidence/correspondence_params.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/correspondence/flow_params.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>

@@ -4,12 +4,11 @@
 #include <dynfilter/semantic/runner.hpp>
 
 #include <cstddef>
-#include <dynfilter/core/detection.hpp>
+#include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/config/numbers.hpp>
-#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/printable_text.hpp>
 #include <exception>
 #include <optional>

@@ -3,8 +3,8 @@
 
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <filesystem>
 #include <vector>
 

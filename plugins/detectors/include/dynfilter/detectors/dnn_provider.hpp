@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/detection.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/field_table.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/detectors/class_list.hpp>
 #include <dynfilter/detectors/decode_boxes.hpp>
 #include <dynfilter/detectors/decode_masks.hpp>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/core/detection.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/detectors/message_stream.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <opencv2/core/mat.hpp>
