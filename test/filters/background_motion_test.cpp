@@ -56,7 +56,7 @@ class Player {
     if (edit) edit(frame);
     evidence.begin(frame.view(), CallPoint::BeforePose);
     for (std::size_t i = 0; i < frame.size(); ++i)
-      if (is_prior && is_prior(frame, i)) evidence.stages().mark_prior(i);
+      if (is_prior && is_prior(frame, i)) evidence.earlier_votes().mark_prior(i);
     votes.reset(frame.size());
     if (without(filter.needs().required, evidence.inputs()) == Input::None) filter.apply(evidence, votes);
     note = votes.notes();

@@ -47,7 +47,7 @@ struct Cloud {
     Votes votes;
     votes.reset(frame.size());
     for (const std::size_t i : dynamic) votes.cast(i, Vote::Dynamic);
-    evidence.stages().learn(votes);
+    evidence.earlier_votes().learn(votes);
     votes.reset(frame.size());
     filter.apply(evidence, votes);
     return votes;

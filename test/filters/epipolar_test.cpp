@@ -228,7 +228,7 @@ TEST_CASE(
       const testing::ExactFrame frame = scene.frame(k);
       evidence.begin(frame.view(), CallPoint::BeforePose);
       for (std::size_t i = 0; i < frame.size(); ++i)
-        if (is_suspect(i)) evidence.stages().mark_prior(i);
+        if (is_suspect(i)) evidence.earlier_votes().mark_prior(i);
       votes.reset(frame.size());
       filter.apply(evidence, votes);
       note = votes.notes();

@@ -71,7 +71,7 @@ class Behind {
     Votes earlier, votes;
     earlier.reset(features_), votes.reset(features_);
     for (const std::size_t i : dynamic) earlier.cast(i, Vote::Dynamic);
-    evidence_.stages().learn(earlier);
+    evidence_.earlier_votes().learn(earlier);
     filter_.apply(evidence_, votes);
     evidence_.end(false);
     return votes;

@@ -12,6 +12,7 @@
 #include <dynfilter/correspondence/flow_params.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
+#include <dynfilter/evidence/earlier_votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/frame_matches.hpp>
@@ -20,7 +21,6 @@
 #include <dynfilter/evidence/history.hpp>
 #include <dynfilter/evidence/late_results.hpp>
 #include <dynfilter/evidence/matched_features.hpp>
-#include <dynfilter/evidence/stage_state.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <opencv2/core/mat.hpp>
@@ -62,8 +62,9 @@ class FrameEvidence final : public Evidence {
   void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance);
 
   /// For combinators.
-  StageState& stages() { return stages_; }
-  const StageState& stages() const { return stages_; }
+  EarlierVotes& earlier_votes() { return earlier_votes_; }
+  /// Milliseconds since some moment. Null: correspondence_ms() stays 0.
+  void set_clock(double (*clock_ms)()) { matches_.set_clock(clock_ms); }
   double correspondence_ms() const { return matches_.correspondence_ms(); }
   /// Inputs that were present but unusable, e.g. "depth_m cannot be used: wrong size or type".
   const std::vector<std::string>& input_notes() const { return current_.notes(); }
@@ -85,10 +86,10 @@ class FrameEvidence final : public Evidence {
   using Evidence::judged;
   using Evidence::prior;
   using Evidence::seed;
-  Span<const std::uint8_t> judged() const override { return stages_.judged(); }
-  Span<const std::uint8_t> prior() const override { return stages_.prior(); }
-  Span<const std::uint8_t> seed() const override { return stages_.seed(); }
-  Span<const std::uint8_t> called_dynamic() const override { return stages_.called_dynamic(); }
+  Span<const std::uint8_t> judged() const override { return earlier_votes_.judged(); }
+  Span<const std::uint8_t> prior() const override { return earlier_votes_.prior(); }
+  Span<const std::uint8_t> seed() const override { return earlier_votes_.seed(); }
+  Span<const std::uint8_t> called_dynamic() const override { return earlier_votes_.called_dynamic(); }
 
   const Match& match(const Reference& reference) const override { return matches_.match(reference); }
   const Match& match_with(std::int64_t frame_id) const override { return matches_.match_with(frame_id); }
@@ -122,7 +123,7 @@ class FrameEvidence final : public Evidence {
 
   CorrespondenceParams params_;
   CallPoint call_point_ = CallPoint::BeforePose;
-  StageState stages_;
+  EarlierVotes earlier_votes_;
   // Computed on first use, which a reader of evidence does not see as a change.
   mutable CurrentFrame current_;
   mutable FrameMatches matches_;
@@ -142,7 +143,7 @@ inline FrameEvidence::FrameEvidence(const CorrespondenceParams& params)
 inline void FrameEvidence::begin(const FrameView& frame, CallPoint call_point) {
   call_point_ = call_point;
   current_.begin(frame);
-  stages_.begin(current_.pixels());
+  earlier_votes_.begin(current_.pixels());
   models_.begin();
   late_.begin(matches_.begin());
 }
@@ -169,7 +170,7 @@ inline void FrameEvidence::update_pose(std::int64_t frame_id, const Pose& T_worl
 
 inline void FrameEvidence::collect_seeds(const Match& match, bool all, std::vector<int>& seeds) const {
   seeds.clear();
-  const Span<const std::uint8_t> seed = stages_.seed();
+  const Span<const std::uint8_t> seed = earlier_votes_.seed();
   for (std::size_t i = 0; i < size(); ++i)
     if (match.found(i) && (all || seed[i] != 0)) seeds.push_back(static_cast<int>(i));
 }

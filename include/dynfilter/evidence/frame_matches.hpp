@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -63,6 +62,7 @@ class FrameMatches {
   bool has_step() const;
 
   double correspondence_ms() const { return correspondence_ms_; }
+  void set_clock(double (*clock_ms)()) { now_ms_ = clock_ms; }
   /// What was odd about the host's matches. Empty: nothing.
   std::string take_note() { return std::exchange(note_, {}); }
 
@@ -90,7 +90,7 @@ class FrameMatches {
 
   template <class Correspond>
   void fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond);
-  void add_time_since(std::chrono::steady_clock::time_point start);
+  double now_ms() const { return now_ms_ != nullptr ? now_ms_() : 0; }
 
   void fill_reference_geometry(Match& match);
   void fill_stereo_depths(Match& match);
@@ -114,6 +114,7 @@ class FrameMatches {
   std::vector<cv::Point2f> sparse_px_;
   std::string note_;
   double correspondence_ms_ = 0;
+  double (*now_ms_)() = nullptr;
   std::int64_t last_begun_id_ = -1;
   bool last_asked_for_ = true, steps_shared_ = true;  ///< true if stages match with the last frame
 };
@@ -229,17 +230,12 @@ inline void FrameMatches::host_matches(const StoredFrame& stored, Correspondence
 
 template <class Correspond>
 void FrameMatches::fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start_ms = now_ms();
   match.reference = stored;
   match.correspondences.reset(current_.size());
   if (stored != nullptr) correspond(match.correspondences);
   fill_reference_geometry(match);
-  add_time_since(start);
-}
-
-inline void FrameMatches::add_time_since(std::chrono::steady_clock::time_point start) {
-  correspondence_ms_ +=
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  correspondence_ms_ += now_ms() - start_ms;
 }
 
 inline void FrameMatches::fill_reference_geometry(Match& match) {
@@ -295,9 +291,9 @@ inline bool FrameMatches::keep(StoredFrame& stored) {
   frame.descriptors.copyTo(stored.descriptors);
   if (seen_before) return false;
   if (uses_flow()) {
-    const auto start = std::chrono::steady_clock::now();
+    const double start_ms = now_ms();
     flow_.build(frame.grey, stored.pyramid);
-    add_time_since(start);
+    correspondence_ms_ += now_ms() - start_ms;
   }
   keep_depth(stored.depth);
   stored.depth_unit_m = frame.depth_unit_m;

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/earlier_votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
-#include <dynfilter/evidence/stage_state.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <string>
@@ -90,7 +90,7 @@ class StrictStage final : public Combinator {
 
 inline void SequenceStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t,
                                   Judgement& out) {
-  const StageState::Scope scope(evidence.stages());
+  const EarlierVotes::Scope scope(evidence.earlier_votes());
   for (auto& child : children_) {
     child->judge(evidence, reports, child_);
     for (std::size_t i = 0; i < evidence.size(); ++i) {
@@ -102,7 +102,7 @@ inline void SequenceStage::decide(FrameEvidence& evidence, StageReports& reports
       set(out, i, vote_then(out.votes[i], said), suspicion, out.reasons[i] | child_.reasons[i]);
     }
     out.votes.add_priors(child_.votes);
-    evidence.stages().learn(child_.votes);
+    evidence.earlier_votes().learn(child_.votes);
   }
 }
 
@@ -124,7 +124,7 @@ inline void AnyStage::decide(FrameEvidence& evidence, StageReports& reports, std
 }
 
 inline void AllStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) {
-  const StageState::Scope scope(evidence.stages());
+  const EarlierVotes::Scope scope(evidence.earlier_votes());
   bool first = true;
   for (auto& child : children_) {
     child->judge(evidence, reports, child_);
@@ -137,8 +137,8 @@ inline void AllStage::decide(FrameEvidence& evidence, StageReports& reports, std
       const float suspicion =
           first ? child_.votes.suspicion(i) : std::min(out.votes.suspicion(i), child_.votes.suspicion(i));
       set(out, i, vote, suspicion, out.reasons[i] | child_.reasons[i]);
-      if (said == Vote::Dynamic || child_.votes.prior(i)) evidence.stages().mark_prior(i);
-      if (vote == Vote::Static) evidence.stages().excuse(i);
+      if (said == Vote::Dynamic || child_.votes.prior(i)) evidence.earlier_votes().mark_prior(i);
+      if (vote == Vote::Static) evidence.earlier_votes().exclude(i);
     }
     first = false;
   }
@@ -154,12 +154,12 @@ inline void NotStage::decide(FrameEvidence& evidence, StageReports& reports, std
 
 inline void StrictStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                 Judgement& out) {
-  const std::size_t skipped = evidence.stages().late_skips();
+  const std::size_t skipped = reports.late_skips();
   children_[0]->judge(evidence, reports, child_);
   out.votes.add_priors(child_.votes);
   const std::uint64_t reason = own_reason(self);
   // A lack of time is no reason to reject.
-  const bool complete = evidence.stages().late_skips() == skipped;
+  const bool complete = reports.late_skips() == skipped;
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const bool said = child_.votes[i] == Vote::Dynamic;
     set(out, i, complete ? vote_strict(child_.votes[i]) : child_.votes[i], child_.votes.suspicion(i),

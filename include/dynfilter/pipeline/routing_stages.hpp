@@ -7,8 +7,8 @@
 #include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
+#include <dynfilter/evidence/earlier_votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
-#include <dynfilter/evidence/stage_state.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <dynfilter/pipeline/stage.hpp>
@@ -92,9 +92,9 @@ inline void GateStage::decide(FrameEvidence& evidence, StageReports& reports, st
   out.votes.add_priors(gate_.votes);
   for (std::size_t branch = 1; branch < children_.size(); ++branch) {
     const Vote wanted = branch == 1 ? Vote::Dynamic : Vote::Static;
-    const StageState::Scope scope(evidence.stages());
+    const EarlierVotes::Scope scope(evidence.earlier_votes());
     for (std::size_t i = 0; i < evidence.size(); ++i)
-      if (gate_.votes[i] != wanted) evidence.stages().excuse(i);
+      if (gate_.votes[i] != wanted) evidence.earlier_votes().exclude(i);
     children_[branch]->judge(evidence, reports, child_);
     out.votes.add_priors(child_.votes);
     for (std::size_t i = 0; i < evidence.size(); ++i)
@@ -107,8 +107,8 @@ inline void ByRegionStage::decide(FrameEvidence& evidence, StageReports& reports
                                   Judgement& out) {
   for (std::size_t side = 0; side < 2; ++side) {
     const bool inside = side == 0;
-    const StageState::Scope scope(evidence.stages());
-    evidence.stages().keep_side(inside);
+    const EarlierVotes::Scope scope(evidence.earlier_votes());
+    evidence.earlier_votes().keep_side(inside);
     children_[side]->judge(evidence, reports, child_);
     out.votes.add_priors(child_.votes);
     for (std::size_t i = 0; i < evidence.size(); ++i)

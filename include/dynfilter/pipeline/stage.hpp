@@ -16,17 +16,22 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace dynfilter {
 
-/// The reports of one call of a pipeline, in the order of its file.
-/// Reports of an earlier call give the memory of their texts.
+/// The reports of one call of a pipeline, in the order of its file, and what its stages share beside votes: the time that
+/// is left, and who suspects a feature. Reports of an earlier call give the memory of their texts.
 class StageReports {
  public:
-  explicit StageReports(std::vector<StageReport>& list) : list_(list) {}
+  using Clock = std::chrono::steady_clock;
+
+  /// `deadline`: the time after which no further filter starts; nullopt: never.
+  StageReports(std::vector<StageReport>& list, std::optional<Clock::time_point> deadline)
+      : list_(list), deadline_(deadline) {}
 
   /// An empty report. Its index is size() before the call.
   StageReport& add(const std::string& name, const std::string& path) {
@@ -45,9 +50,28 @@ class StageReports {
   /// Removes what is left of the earlier call.
   void finish() { list_.resize(used_); }
 
+  bool is_late() const { return deadline_ && Clock::now() > *deadline_; }
+  /// Stage `k` ended late.
+  void ended_late(std::size_t k) { late_at_ = late_at_.value_or(k); }
+  void skipped_late() { ++late_skips_; }
+  /// The first stage that ended late.
+  std::optional<std::size_t> late_at() const { return late_at_; }
+  std::size_t late_skips() const { return late_skips_; }
+
+  /// From now on, notes which semantic stages suspect a feature, whatever becomes of it in the pipeline.
+  void collect_suspicions(std::size_t features) { suspected_by_.emplace(features, 0); }
+  bool collects_suspicions() const { return suspected_by_.has_value(); }
+  void suspect(std::size_t i, std::uint64_t stages) { (*suspected_by_)[i] |= stages; }
+  /// Bit k: stage k. 0 unless they are collected.
+  std::uint64_t suspected_by(std::size_t i) const { return suspected_by_ ? (*suspected_by_)[i] : 0; }
+
  private:
   std::vector<StageReport>& list_;
   std::size_t used_ = 0;
+  std::optional<Clock::time_point> deadline_;
+  std::optional<std::size_t> late_at_;
+  std::size_t late_skips_ = 0;
+  std::optional<std::vector<std::uint64_t>> suspected_by_;
 };
 
 /// A node of a pipeline: a filter, or a combinator of nodes.
@@ -105,7 +129,8 @@ class FilterStage final : public Stage {
  private:
   static Needs needs_of(const Filter& filter);
   bool is_semantic() const { return (needs_.required & (Input::Detections | Input::Mask)) != Input::None; }
-  static void tell_suspicions(FrameEvidence& evidence, const Votes& votes, std::uint64_t reason);
+  static void note_suspicions(const FrameEvidence& evidence, const Votes& votes, std::uint64_t reason,
+                              StageReports& reports);
 
   Needs needs_;  ///< a filter says it once
   std::unique_ptr<Filter> filter_;
@@ -185,28 +210,28 @@ inline void FilterStage::reset() {
 
 inline void FilterStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                 Judgement& out) {
-  if (evidence.stages().is_late()) {
-    evidence.stages().skipped_late();
+  if (reports.is_late()) {
+    reports.skipped_late();
     reports[self].skipped = true;
     reports[self].note = "skipped: over the time budget";
     return;
   }
   if (!reset_fault_.empty()) throw Error("reset: " + reset_fault_);
   filter_->apply(evidence, out.votes);
-  if (evidence.stages().is_late()) evidence.stages().ended_late(self);
+  if (reports.is_late()) reports.ended_late(self);
   join_notes(reports[self].note, evidence.take_match_note(), out.votes.notes());
   if (out.votes.size() != evidence.size()) throw Error("the filter changed the number of votes");
   if (self >= 64) return;
   const std::uint64_t reason = std::uint64_t{1} << self;
   for (std::size_t i = 0; i < evidence.size(); ++i)
     out.reasons[i] = out.votes[i] == Vote::Dynamic ? reason : 0;
-  if (evidence.stages().collects_suspicions() && is_semantic()) tell_suspicions(evidence, out.votes, reason);
+  if (reports.collects_suspicions() && is_semantic()) note_suspicions(evidence, out.votes, reason, reports);
 }
 
-inline void FilterStage::tell_suspicions(FrameEvidence& evidence, const Votes& votes, std::uint64_t reason) {
+inline void FilterStage::note_suspicions(const FrameEvidence& evidence, const Votes& votes,
+                                         std::uint64_t reason, StageReports& reports) {
   for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (evidence.judged(i) && (votes.prior(i) || votes[i] == Vote::Dynamic))
-      evidence.stages().suspect(i, reason);
+    if (evidence.judged(i) && (votes.prior(i) || votes[i] == Vote::Dynamic)) reports.suspect(i, reason);
 }
 
 }  // namespace dynfilter

@@ -48,27 +48,29 @@ class Pipeline::Impl {
     check_parameters(config_.params, "pipeline");
     check_parameters(config_.floor, "floor");
     check_parameters(config_.initialisation, "initialisation");
+    evidence_.set_clock(&now_ms);
     evidence_.set_history(needs().history_frames);
     evidence_.set_semantics((needs().optional & (Input::Detections | Input::Mask)) != Input::None);
   }
 
   const Verdict& process(const FrameView& frame, CallPoint call_point, const HostLimits& limits) {
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = StageReports::Clock::now();
     begin(frame, call_point);
-    evidence_.stages().set_deadline(deadline_after(start));
     if (Stage* root = stage_at(call_point)) {
-      StageReports reports(verdict_.report.stages);
+      StageReports reports(verdict_.report.stages, deadline_after(start));
+      if (frame.id == first_id_ && config_.params.first_frame_suspects == FirstFrameSuspects::Reject)
+        reports.collect_suspicions(frame.size());
       root->judge(evidence_, reports, judgement_);
       reports.finish();
-      note_budget();
+      note_budget(reports);
       take_verdict();
-      if (evidence_.stages().collects_suspicions()) reject_suspects();
+      if (reports.collects_suspicions()) reject_suspects(reports);
       floor_.apply(evidence_.frame(), limits.min_features, verdict_);
       initialisation_.apply(verdict_);
     }
     finish(call_point);
     verdict_.report.total_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        std::chrono::duration<double, std::milli>(StageReports::Clock::now() - start).count();
     return verdict_;
   }
 
@@ -104,6 +106,10 @@ class Pipeline::Impl {
   static constexpr std::array<CallPoint, 3> kCallPoints{CallPoint::BeforePose, CallPoint::AfterPose,
                                                         CallPoint::AtKeyframe};
 
+  static double now_ms() {
+    return std::chrono::duration<double, std::milli>(StageReports::Clock::now().time_since_epoch()).count();
+  }
+
   /// An empty verdict; its memory is that of the last one.
   void begin(const FrameView& frame, CallPoint call_point) {
     begin_report(frame.id, call_point);
@@ -115,8 +121,6 @@ class Pipeline::Impl {
     last_id_ = frame.id;
     last_timestamp_s_ = frame.timestamp_s;
     evidence_.begin(frame, call_point);
-    evidence_.stages().collect_suspicions(config_.params.first_frame_suspects == FirstFrameSuspects::Reject &&
-                                          frame.id == first_id_);
     for (const std::string& note : evidence_.input_notes()) verdict_.report.notes.push_back(note);
     const std::size_t n = frame.size();
     verdict_.report.features = n;
@@ -143,14 +147,14 @@ class Pipeline::Impl {
   }
   std::vector<StageReport>& reports_of(CallPoint point) { return reports_[static_cast<std::size_t>(point)]; }
 
-  std::optional<StageState::Clock::time_point> deadline_after(StageState::Clock::time_point start) const {
+  std::optional<StageReports::Clock::time_point> deadline_after(StageReports::Clock::time_point start) const {
     if (!(config_.params.budget_ms > 0)) return std::nullopt;
     const std::chrono::duration<double, std::milli> budget(config_.params.budget_ms);
-    return start + std::chrono::duration_cast<StageState::Clock::duration>(budget);
+    return start + std::chrono::duration_cast<StageReports::Clock::duration>(budget);
   }
-  void note_budget() {
-    const std::optional<std::size_t> at = evidence_.stages().late_at();
-    const std::size_t skips = evidence_.stages().late_skips();
+  void note_budget(const StageReports& reports) {
+    const std::optional<std::size_t> at = reports.late_at();
+    const std::size_t skips = reports.late_skips();
     if (!at && skips == 0) return;
     std::string note = "over the time budget of " + number_text(config_.params.budget_ms) + " ms";
     if (at) append_text(note, " at `", verdict_.report.stages[*at].name, "`");
@@ -168,10 +172,10 @@ class Pipeline::Impl {
   }
 
   /// The reasons are the stages that suspect it.
-  void reject_suspects() {
+  void reject_suspects(const StageReports& reports) {
     std::size_t rejected = 0;
     for (std::size_t i = 0; i < verdict_.size(); ++i) {
-      const std::uint64_t suspected_by = evidence_.stages().suspected_by(i);
+      const std::uint64_t suspected_by = reports.suspected_by(i);
       if (verdict_.decision[i] != Vote::Unknown || suspected_by == 0) continue;
       verdict_.decision[i] = Vote::Dynamic;
       verdict_.reasons[i] = suspected_by;
