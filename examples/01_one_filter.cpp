@@ -7,7 +7,8 @@
 
 int main() {
   using namespace dynfilter;
-  const testing::ExactScene scene = testing::preset(testing::Preset::General).pixel_noise(0.3).depth_noise(0.0014);
+  const testing::ExactScene scene =
+      testing::preset(testing::Preset::General).pixel_noise(0.3).depth_noise(0.0014);
   TrajectoryConsistencyFilter filter;
   const testing::Score score(testing::judge(filter, scene, 8), scene.frame(8));
   std::printf("%s: recall %.2f, static kept %.2f\n", filter.name().c_str(), score.recall(),

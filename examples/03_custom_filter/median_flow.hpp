@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/core/filter.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/filter.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <string>
 #include <vector>

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/filter.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/version.hpp>
 #include <exception>

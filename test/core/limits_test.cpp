@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/limits.hpp>
 #include <dynfilter/config/yaml_text.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <fstream>
 #include <sstream>
 #include <string>

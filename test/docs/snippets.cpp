@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The C++ of the pages, with the variables that a reader has.
 #include <cstdint>
-#include <dynfilter/hosts/host_mask.hpp>
-#include <dynfilter/hosts/orb_slam.hpp>
 #include <dynfilter/detectors/dnn_provider.hpp>
 #include <dynfilter/dynfilter.hpp>
+#include <dynfilter/hosts/host_mask.hpp>
+#include <dynfilter/hosts/orb_slam.hpp>
 #include <dynfilter/keyframe/make_selector.hpp>
 #include <dynfilter/mapping/cloud_picture.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>

@@ -174,9 +174,9 @@ TEST_CASE("edges are told from motion by the patch, a single pixel takes them fo
 
 TEST_CASE("without its own depth image a view is asked through its keypoints") {
   const testing::ExactScene scene = testing::ExactScene()
-                                      .points(3000)
-                                      .camera_motion(CameraStep::None)
-                                      .mover(MovingBox(60).at({0, 0, 1.6}).moving({0.12, 0, 0}));
+                                        .points(3000)
+                                        .camera_motion(CameraStep::None)
+                                        .mover(MovingBox(60).at({0, 0, 1.6}).moving({0.12, 0, 0}));
   DepthConsistencyParams params = params_for(DepthPrediction::View);
   params.gap_frames = 3;
   const Score s = score(testing::ExactScene(scene).gap(3), params, 3);

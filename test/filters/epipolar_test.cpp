@@ -72,11 +72,12 @@ TEST_CASE("blurred matches make a static scene dynamic by a fixed limit, not by 
 
 // Limit: 3 times 2.1 px = 6.4 px. At 2.5 m the mover's 0.1 m per frame across the lines are 21 px.
 TEST_CASE("a mover well above the measured noise is still found") {
-  const testing::ExactScene scene = testing::ExactScene()
-                                      .points(800)
-                                      .pixel_noise(1.5)
-                                      .camera_motion(testing::CameraStep::Sideways)
-                                      .mover(testing::MovingBox(100).at({-0.3, -0.5, 2.5}).moving({0, 0.1, 0}));
+  const testing::ExactScene scene =
+      testing::ExactScene()
+          .points(800)
+          .pixel_noise(1.5)
+          .camera_motion(testing::CameraStep::Sideways)
+          .mover(testing::MovingBox(100).at({-0.3, -0.5, 2.5}).moving({0, 0.1, 0}));
   const Score s = score(scene, measured(), 4);
   REQUIRE(s.dynamic_count >= 50);
   CHECK(s.recall() >= 0.95);
@@ -177,7 +178,7 @@ TEST_CASE("motion along the epipolar line is what it cannot see: the card says s
 
 TEST_CASE("the order of features does not matter") {
   const testing::ExactScene a = testing::preset(Preset::General).order(1),
-                          b = testing::preset(Preset::General).order(7);
+                            b = testing::preset(Preset::General).order(7);
   EpipolarFilter filter;
   const Votes va = judge(filter, a, 8), vb = judge(filter, b, 8);
   const auto fa = a.frame(8), fb = b.frame(8);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/motion/moving_odds.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/sampling.hpp>
+#include <dynfilter/motion/moving_odds.hpp>
 #include <vector>
 
 #include "doctest/doctest.h"

@@ -2,8 +2,6 @@
 // Compiled with -mavx: a program with this flag and a library without it agree on public types, because Eigen aligns none
 // of their members more strictly.
 #include <cstddef>
-#include <dynfilter/hosts/masked_host.hpp>
-#include <dynfilter/hosts/orb_slam.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
@@ -12,15 +10,17 @@
 #include <dynfilter/filters/epipolar.hpp>
 #include <dynfilter/filters/flow_consistency.hpp>
 #include <dynfilter/filters/trajectory_consistency.hpp>
-#include <dynfilter/motion/free_space.hpp>
-#include <dynfilter/motion/rigid_background.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
-#include <dynfilter/motion/static_miss.hpp>
 #include <dynfilter/geometry/two_view.hpp>
+#include <dynfilter/hosts/masked_host.hpp>
+#include <dynfilter/hosts/orb_slam.hpp>
 #include <dynfilter/keyframe/vertex_cover_selector.hpp>
 #include <dynfilter/mapping/point_block.hpp>
 #include <dynfilter/mapping/static_map.hpp>
+#include <dynfilter/motion/free_space.hpp>
+#include <dynfilter/motion/rigid_background.hpp>
+#include <dynfilter/motion/static_miss.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/testing/exact_scene.hpp>
 

@@ -32,9 +32,9 @@
 #include <type_traits>
 #include <vector>
 
+#include "doctest/doctest.h"
 #include "hosts/host_stand_ins.hpp"
 #include "hosts/settings_folder.hpp"
-#include "doctest/doctest.h"
 #include "support/layered_scene.hpp"
 
 namespace host_contents_test {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/hosts/host_mask.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
+#include <dynfilter/hosts/host_mask.hpp>
 #include <opencv2/core.hpp>
 
-#include "hosts/mask_host_stand_ins.hpp"
 #include "doctest/doctest.h"
+#include "hosts/mask_host_stand_ins.hpp"
 
 namespace host_mask_test {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/hosts/masked_image.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
+#include <dynfilter/hosts/masked_image.hpp>
 #include <limits>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>

@@ -13,10 +13,10 @@
 #include <random>
 #include <set>
 
-#include "hosts/host_stand_ins.hpp"
-#include "hosts/settings_folder.hpp"
 #include "doctest/doctest.h"
 #include "fuzz/lent_memory.hpp"
+#include "hosts/host_stand_ins.hpp"
+#include "hosts/settings_folder.hpp"
 
 namespace orb_slam_test {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/config/camera_file.hpp>
-#include <dynfilter/core/limits.hpp>
 #include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/detectors/detections.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 #include <fstream>

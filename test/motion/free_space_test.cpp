@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <dynfilter/motion/free_space.hpp>
 #include <dynfilter/geometry/undistort.hpp>
+#include <dynfilter/motion/free_space.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <optional>

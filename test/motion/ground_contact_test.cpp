@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <cstddef>
+#include <dynfilter/geometry/image_neighbours.hpp>
 #include <dynfilter/motion/flow_groups.hpp>
 #include <dynfilter/motion/ground_contact.hpp>
-#include <dynfilter/geometry/image_neighbours.hpp>
 #include <optional>
 #include <vector>
 

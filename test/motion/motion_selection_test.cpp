@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/motion/detail/motion_selection.hpp>
 #include <dynfilter/geometry/sampling.hpp>
+#include <dynfilter/motion/detail/motion_selection.hpp>
 #include <numeric>
 #include <vector>
 

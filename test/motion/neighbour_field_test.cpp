@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/motion/neighbour_field.hpp>
 #include <dynfilter/geometry/sampling.hpp>
+#include <dynfilter/motion/neighbour_field.hpp>
 #include <limits>
 #include <vector>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/filters/detail/sequential_homographies.hpp>
 #include <dynfilter/motion/detail/view_motion_terms.hpp>
 #include <dynfilter/motion/flow_groups.hpp>
 #include <dynfilter/motion/ground_plane.hpp>
-#include <dynfilter/filters/detail/sequential_homographies.hpp>
 #include <dynfilter/motion/view_motion_search.hpp>
 #include <numeric>
 

@@ -23,11 +23,11 @@ const std::filesystem::path kFolder = std::filesystem::path(DYNFILTER_SOURCE_DIR
 Verdict last_verdict(const std::filesystem::path& file) {
   Pipeline pipeline(pipeline_from_file(file.string(), builtin_filters()));
   const testing::ExactScene scene = testing::preset(testing::Preset::General)
-                                      .pixel_noise(0.3)
-                                      .with_poses()
-                                      .with_detections()
-                                      .with_descriptors()
-                                      .with_map_points();
+                                        .pixel_noise(0.3)
+                                        .with_poses()
+                                        .with_detections()
+                                        .with_descriptors()
+                                        .with_map_points();
   Verdict verdict;
   for (int k = 0; k < 8; ++k) verdict = pipeline.before_pose(scene.frame(k).view());
   return verdict;

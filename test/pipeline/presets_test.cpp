@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/config/registry.hpp>
+#include <dynfilter/config/yaml.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
@@ -135,9 +135,9 @@ TEST_CASE("dynfilter: movers are found without boxes, and what stands still in a
     for (const bool moves : {false, true}) {
       testing::ExactScene scene =
           testing::ExactScene().pixel_noise(0.1).depth_noise(0.001).mover(testing::MovingBox(60)
-                                                                            .at({-0.3, -0.35, 2.5})
-                                                                            .moving({0.02, 0.033, 0.01})
-                                                                            .still_until(moves ? 0 : 99));
+                                                                              .at({-0.3, -0.35, 2.5})
+                                                                              .moving({0.02, 0.033, 0.01})
+                                                                              .still_until(moves ? 0 : 99));
       if (boxes) scene.with_detections();
       Pipeline pipeline = load("dynfilter");
       for (int k = 0; k < 8; ++k) {

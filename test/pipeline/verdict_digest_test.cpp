@@ -64,14 +64,14 @@ Digests computed() {
     if (entry.path().extension() != ".yaml" || name == "oracle") continue;
     for (const testing::Preset preset : testing::all_presets()) {
       const testing::ExactScene scene = testing::preset(preset)
-                                          .pixel_noise(0.3)
-                                          .depth_noise(0.0014)
-                                          .mismatches(0.03)
-                                          .missing_depth(0.05)
-                                          .with_poses()
-                                          .with_detections()
-                                          .with_descriptors()
-                                          .with_map_points();
+                                            .pixel_noise(0.3)
+                                            .depth_noise(0.0014)
+                                            .mismatches(0.03)
+                                            .missing_depth(0.05)
+                                            .with_poses()
+                                            .with_detections()
+                                            .with_descriptors()
+                                            .with_map_points();
       digests[name + " " + to_string(preset)] =
           digest_of(entry.path(), [&](int k) { return scene.frame(k); });
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <cstdlib>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/registry.hpp>
 #include <dynfilter/config/yaml.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/plugin/abi.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>

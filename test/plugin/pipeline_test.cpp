@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 namespace {
 
 std::vector<Verdict> verdicts_of(const std::string& yaml, const Registry& registry, int frames) {
-  const testing::ExactScene scene = testing::preset(testing::Preset::General).pixel_noise(0.3).with_detections();
+  const testing::ExactScene scene =
+      testing::preset(testing::Preset::General).pixel_noise(0.3).with_detections();
   Pipeline pipeline(pipeline_from_text(yaml, registry));
   std::vector<Verdict> verdicts;
   for (int k = 0; k < frames; ++k) {

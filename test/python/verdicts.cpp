@@ -76,14 +76,15 @@ int main(int argc, char** argv) {
   render::SequenceRenderer renderer(options);
   std::vector<render::RenderedFrame> frames;
   for (int k = 0; k < kRenderedFrames; ++k) frames.push_back(renderer.frame(k));
-  const testing::ExactScene noisy = testing::preset(testing::Preset::General).pixel_noise(0.5).depth_noise(0.0014);
+  const testing::ExactScene noisy =
+      testing::preset(testing::Preset::General).pixel_noise(0.5).depth_noise(0.0014);
   const testing::ExactScene full = testing::preset(testing::Preset::SeveralMovers)
-                                     .pixel_noise(0.3)
-                                     .mismatches(0.05)
-                                     .with_poses()
-                                     .with_detections(1)
-                                     .with_descriptors()
-                                     .with_map_points();
+                                       .pixel_noise(0.3)
+                                       .mismatches(0.05)
+                                       .with_poses()
+                                       .with_detections(1)
+                                       .with_descriptors()
+                                       .with_map_points();
   for (int i = 1; i < argc; ++i) {
     judge_exact(argv[i], "noisy", noisy);
     judge_exact(argv[i], "full", full);

@@ -2,9 +2,9 @@
 #include "pipelines.hpp"
 
 #include <algorithm>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>

@@ -77,8 +77,9 @@ TEST_CASE("A wrong filter does not") {
 TEST_CASE("What nobody can tell is not counted") {
   PictureMotion filter;
   // 1 mm a frame: 5 mm in five frames, but 0.2 px in each.
-  const ExactScene scene =
-      ExactScene().camera_motion(testing::CameraStep::None).mover(testing::MovingBox(50).moving({0.001, 0, 0}));
+  const ExactScene scene = ExactScene()
+                               .camera_motion(testing::CameraStep::None)
+                               .mover(testing::MovingBox(50).moving({0.001, 0, 0}));
   const Score score(testing::judge(filter, scene, 7), scene.frame(7));
   CHECK(score.dynamic_count == 0);
   CHECK(score.recall() == 1);

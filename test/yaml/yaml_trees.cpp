@@ -2,10 +2,10 @@
 // Reads documents from stdin, each as `BYTES\n` and its bytes, and prints what YamlText makes of each in a line of JSON:
 //   {"error": "..."}, or a tree of {"map": [[KEY, TREE], ...]}, {"list": [TREE, ...]}, {"quoted": TEXT} and
 //   {"plain": TEXT} with "number", "integer", "flag" and "word" for the readers of YamlNode that accept it.
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/yaml.hpp>
 #include <dynfilter/config/yaml_text.hpp>
+#include <dynfilter/core/error.hpp>
 #include <iostream>
 #include <string>
 

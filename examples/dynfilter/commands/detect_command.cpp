@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/numbers.hpp>
-#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 
 #include <CLI/CLI.hpp>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/config/registry.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/needs.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

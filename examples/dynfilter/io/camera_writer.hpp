@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/config/camera_file.hpp>
+#include <dynfilter/core/camera.hpp>
 #include <filesystem>
 
 #include "io/camera_writer.hpp"

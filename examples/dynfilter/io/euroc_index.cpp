@@ -2,9 +2,9 @@
 #include "io/euroc_index.hpp"
 
 #include <cmath>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/config/yaml.hpp>
+#include <dynfilter/core/error.hpp>
 #include <system_error>
 #include <utility>
 

@@ -3,8 +3,8 @@
 
 #include <array>
 #include <cstdio>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/core/error.hpp>
 #include <map>
 #include <system_error>
 

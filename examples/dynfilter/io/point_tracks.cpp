@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/core/error.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <optional>

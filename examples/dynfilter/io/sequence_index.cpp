@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/core/error.hpp>
 #include <system_error>
 
 namespace dynfilter::io::detail {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/config/text_lines.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>

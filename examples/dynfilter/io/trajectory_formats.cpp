@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <dynfilter/config/numbers.hpp>
+#include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/config/text_lines.hpp>
 #include <string>
 #include <utility>
 

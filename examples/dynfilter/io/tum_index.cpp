@@ -2,8 +2,8 @@
 #include "io/tum_index.hpp"
 
 #include <cmath>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/core/error.hpp>
 #include <optional>
 #include <system_error>
 

@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/keyframe/make_selector.hpp>
 #include <dynfilter/keyframe/pose_change.hpp>

@@ -3,8 +3,8 @@
 
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/core/error.hpp>
 #include <utility>
 
 #include "render/person.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "command_registry.hpp"
 
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/registry.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/detectors/dnn_provider.hpp>
 #include <dynfilter/detectors/file_provider.hpp>
 #include <dynfilter/detectors/process_provider.hpp>

@@ -3,12 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/config/registry.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>

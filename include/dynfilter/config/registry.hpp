@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/config/yaml.hpp>
 #include <functional>
 #include <map>
 #include <memory>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/numbers.hpp>
+#include <dynfilter/core/error.hpp>
 #include <filesystem>
 #include <fstream>
 #include <string>

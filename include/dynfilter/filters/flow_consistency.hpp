@@ -3,17 +3,17 @@
 
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/motion/expiring.hpp>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
-#include <dynfilter/motion/neighbour_field.hpp>
+#include <dynfilter/geometry/image_neighbours.hpp>
+#include <dynfilter/motion/expiring.hpp>
 #include <dynfilter/motion/flow_groups.hpp>
 #include <dynfilter/motion/ground_contact.hpp>
-#include <dynfilter/geometry/image_neighbours.hpp>
+#include <dynfilter/motion/neighbour_field.hpp>
 #include <dynfilter/motion/view_motion.hpp>
 #include <dynfilter/motion/view_motion_search.hpp>
 #include <opencv2/core.hpp>

@@ -4,11 +4,11 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/config/registry.hpp>
+#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view.hpp>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/field_table.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <memory>
 #include <string>

@@ -2,9 +2,9 @@
 #include <dynfilter/detectors/class_list.hpp>
 
 #include <algorithm>
+#include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/config/text_lines.hpp>
 #include <utility>
 
 namespace dynfilter {

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <dynfilter/config/text_lines.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/config/text_lines.hpp>
 #include <map>
 #include <opencv2/core.hpp>
 #include <string>

@@ -2,9 +2,9 @@
 #include <dynfilter/detectors/network_files.hpp>
 
 #include <algorithm>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/text_lines.hpp>
+#include <dynfilter/core/error.hpp>
 #include <map>
 #include <sstream>
 

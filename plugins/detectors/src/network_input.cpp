@@ -3,8 +3,8 @@
 
 #include <array>
 #include <cstdint>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/error.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>

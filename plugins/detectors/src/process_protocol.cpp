@@ -3,8 +3,8 @@
 
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/core/limits.hpp>
 #include <dynfilter/config/numbers.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/printable_text.hpp>
 #include <exception>
 #include <istream>

@@ -4,9 +4,9 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/error.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>

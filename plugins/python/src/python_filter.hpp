@@ -3,8 +3,8 @@
 
 #include <pybind11/pybind11.h>
 
-#include <dynfilter/core/filter.hpp>
 #include <dynfilter/config/registry.hpp>
+#include <dynfilter/core/filter.hpp>
 #include <exception>
 #include <memory>
 #include <string>

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cstring>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/inline.hpp>
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/numbers.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/inline.hpp>
 
 namespace dynfilter {
 

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/core/inline.hpp>
 #include <dynfilter/config/numbers.hpp>
-#include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/config/yaml_text.hpp>
+#include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/printable_text.hpp>
 #include <fstream>
 #include <initializer_list>
 #include <ios>

@@ -5,10 +5,10 @@
 
 #include <cmath>
 #include <cstring>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/config/parameters.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/inline.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/inline.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 

@@ -3,8 +3,8 @@
 
 #include <dynfilter/hosts/orb_slam.hpp>
 
-#include <dynfilter/core/inline.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/inline.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <exception>
 #include <limits>

@@ -3,8 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/hosts/orb_slam/traits.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <dynfilter/hosts/orb_slam/traits.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>

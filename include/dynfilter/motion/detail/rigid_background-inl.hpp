@@ -14,10 +14,10 @@
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
 #include <dynfilter/motion/detail/motion_proposals.hpp>
 #include <dynfilter/motion/detail/motion_selection.hpp>
-#include <dynfilter/geometry/rigid_motion.hpp>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <utility>

@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/lanes.hpp>
-#include <dynfilter/motion/detail/view_motion_terms.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/motion/detail/view_motion_terms.hpp>
 #include <numeric>
 #include <vector>
 

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/inline.hpp>
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/config/registry.hpp>
+#include <dynfilter/core/error.hpp>
+#include <dynfilter/core/inline.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <filesystem>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/field_table.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/detectors/detections.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>

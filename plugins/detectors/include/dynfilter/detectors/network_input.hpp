@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/field_table.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/detectors/input_fit.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/config/field_table.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/detectors/child_process.hpp>
 #include <dynfilter/detectors/message_stream.hpp>
 #include <dynfilter/detectors/process_protocol.hpp>
