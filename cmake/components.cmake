@@ -124,16 +124,16 @@ if(NOT DYNFILTER_AVX2)
 endif()
 dynfilter_component(config COMPONENTS core)
 dynfilter_component(correspondence COMPONENTS config OPENCV video)
-dynfilter_component(geometry COMPONENTS config)
-dynfilter_component(cluster COMPONENTS config WITHOUT cluster/flann_neighbours)
+dynfilter_component(geometry COMPONENTS core)
+dynfilter_component(cluster COMPONENTS core WITHOUT cluster/flann_neighbours)
 # Only cluster/flann_neighbours.hpp needs FLANN, and no filter includes it.
 if(FLANN_FOUND)
   dynfilter_component(flann COMPONENTS cluster LINK FLANN::FLANN HEADERS cluster/flann_neighbours)
 endif()
 dynfilter_component(late COMPONENTS correspondence geometry)
 dynfilter_component(evidence COMPONENTS late cluster)
-dynfilter_component(motion COMPONENTS evidence)
-dynfilter_component(filters COMPONENTS motion)
+dynfilter_component(motion COMPONENTS geometry)
+dynfilter_component(filters COMPONENTS evidence motion)
 dynfilter_component(pipeline COMPONENTS filters)
 # Pipelines that come with dynfilter are found by their names. Programs of a build tree find those of the source tree.
 # Packaged programs must not name a folder of the machine that built them.
@@ -145,7 +145,7 @@ set(DYNFILTER_PIPELINES_DEFINITION
   "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${DYNFILTER_BUILD_DATA}/pipelines\">"
   "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
 target_compile_definitions(dynfilter_pipeline INTERFACE ${DYNFILTER_PIPELINES_DEFINITION})
-dynfilter_component(keyframe COMPONENTS core)
+dynfilter_component(keyframe COMPONENTS config)
 dynfilter_component(plugin COMPONENTS evidence LINK ${CMAKE_DL_LIBS})
 set(corner_modules imgproc)
 if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has moved to

@@ -6,7 +6,6 @@
 #include <dynfilter/hosts/host_mask.hpp>
 #include <dynfilter/hosts/orb_slam.hpp>
 #include <dynfilter/keyframe/make_selector.hpp>
-#include <dynfilter/mapping/cloud_picture.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <dynfilter/mapping/static_map.hpp>
 #include <dynfilter/plugin/export.hpp>

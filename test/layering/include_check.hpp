@@ -32,11 +32,11 @@ inline const Rooms& rooms() {
       {"core", {}},
       {"config", {"core"}},
       {"correspondence", basics},
-      {"geometry", basics},
-      {"cluster", basics},
+      {"geometry", {"core"}},
+      {"cluster", {"core"}},
       {"late", and_also(basics, {"correspondence", "geometry"})},
       {"evidence", and_also(measures, {"late"})},
-      {"motion", evidence},
+      {"motion", and_also(basics, {"geometry"})},
       {"filters", and_also(evidence, {"motion"})},
       {"pipeline", judges},
       {"semantic", measures},
@@ -46,7 +46,7 @@ inline const Rooms& rooms() {
       {"hosts", and_also(pipelines, {"semantic", "plugin"})},
       {"facade", {}},                                      // C++11 and C: not even core/
       {"facade/detail", and_also(pipelines, {"facade"})},  // sources of the shared library
-      {"testing", {"core", "evidence"}},
+      {"testing", {"core", "correspondence", "evidence"}},
       {"", and_also(pipelines, {"plugin"})},
   };
   return table;

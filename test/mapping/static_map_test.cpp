@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/mapping/carving.hpp>
-#include <dynfilter/mapping/cloud_picture.hpp>
 #include <dynfilter/mapping/map_cloud.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <dynfilter/mapping/outliers.hpp>
@@ -12,6 +11,7 @@
 #include <map>
 #include <random>
 #include <vector>
+#include "io/cloud_picture.hpp"
 
 #include "doctest/doctest.h"
 #include "support/parameter_tables.hpp"

@@ -9,7 +9,7 @@
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 
-#include <dynfilter/pipeline/combinators.hpp>
+#include <dynfilter/pipeline/combinator_table.hpp>
 #include <memory>
 #include <stdexcept>
 #include <string>

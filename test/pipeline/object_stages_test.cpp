@@ -12,7 +12,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include <dynfilter/pipeline/combinators.hpp>
+#include <dynfilter/pipeline/combinator_table.hpp>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"

@@ -10,11 +10,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/mapping/cloud_picture.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
+#include "io/cloud_picture.hpp"
 
 namespace dynfilter::command {
 

@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/mapping/cloud_picture.hpp>
 #include <map>
 #include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
+#include "io/cloud_picture.hpp"
 
 #include "eval/ate.hpp"
 #include "io/association.hpp"

@@ -31,10 +31,6 @@ struct CameraFile {
 /// Other keys are ignored. Throws IoError.
 CameraFile read_camera(const std::filesystem::path& path);
 
-}  // namespace dynfilter::io
-
-namespace dynfilter::io {
-
 namespace detail {
 
 /// Reads only the flat `key: value` lines at the left margin. The rest of the file is ignored.

@@ -108,10 +108,6 @@ inline std::string one_bounded_line(const std::string& text, std::size_t most) {
   return without_controls(text.substr(0, head) + std::string(kDots) + text.substr(tail));
 }
 
-}  // namespace dynfilter
-
-namespace dynfilter {
-
 /// Appends texts and integers. Allocates nothing but the room of `to`.
 template <class... Parts>
 void append_text(std::string& to, const Parts&... parts) {

@@ -65,10 +65,6 @@ inline void Correspondences::reset(std::size_t n) {
   reference_index.assign(n, -1);
 }
 
-}  // namespace dynfilter
-
-namespace dynfilter {
-
 /// Converts the host's matches.
 /// `current_count` is the number of features of the current frame.
 /// `reference_keypoints` are the distorted keypoints of frame `matches.reference_frame_id`.

@@ -8,8 +8,8 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
-#include <dynfilter/correspondence/flow_params.hpp>
 #include <dynfilter/correspondence/guided_flow.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/lucas_kanade.hpp>

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/correspondence/coarse_flow.hpp>
-#include <dynfilter/correspondence/flow_params.hpp>
+#include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/small_patch_kernels.hpp>
 #include <dynfilter/correspondence/small_patch_kernels_avx2.hpp>

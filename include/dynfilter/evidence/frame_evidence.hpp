@@ -9,7 +9,7 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/correspondence/flow_params.hpp>
+#include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/earlier_votes.hpp>

@@ -9,10 +9,10 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/flow.hpp>
-#include <dynfilter/correspondence/flow_params.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>

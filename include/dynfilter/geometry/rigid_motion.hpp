@@ -51,10 +51,6 @@ struct RigidMotionOptions {
   std::uint64_t seed = 1;
 };
 
-}  // namespace dynfilter
-
-namespace dynfilter {
-
 namespace detail {
 class RigidMotionSearch;
 }

@@ -16,10 +16,6 @@ bool solve_positive_definite(double* A, double* b, int n, double min_pivot_share
 /// False under the condition of solve_positive_definite().
 bool invert_positive_definite(const double* A, double* inverse, int n);
 
-}  // namespace dynfilter::detail
-
-namespace dynfilter::detail {
-
 inline bool solve_positive_definite(double* A, double* b, int n, double min_pivot_share) {
   double largest = 0;
   for (int i = 0; i < n; ++i) largest = std::fmax(largest, A[i * n + i]);

@@ -101,10 +101,6 @@ inline bool connected_within(const Graph& graph, const VertexSet& set) {
   return true;
 }
 
-}  // namespace dynfilter
-
-namespace dynfilter {
-
 /// Adds vertices until any two vertices of `set` that the graph connects
 /// are connected within `set`.
 /// Uses shortest paths from the part with the lowest vertex of each component to the next part

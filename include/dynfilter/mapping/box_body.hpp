@@ -34,10 +34,6 @@ class DepthJump {
         quadratic_per_m_ = 3 * static_cast<float>(DepthNoise().quadratic_per_m);
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 /// The pixels of the object in a detector's box, from depth only.
 ///
 /// The nearer side of the box (nearer_surface_m) is divided into parts at depth jumps.
@@ -104,10 +100,6 @@ class BoxBody {
   std::vector<std::uint32_t> part_;  ///< of each pixel
   std::vector<Part> parts_;
 };
-
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
 
 inline void BoxBody::run(const cv::Mat& depth_m, const cv::Rect& box, cv::Mat& body) {
   const cv::Mat depth = depth_m(box);

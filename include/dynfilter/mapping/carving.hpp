@@ -42,10 +42,6 @@ class Carving {
   std::vector<std::uint8_t> gone_;
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline Carving::Carving(const VoxelMap& map, const CarveParams& params)
     : map_(map), params_(params), gone_(map.size(), 0) {
   if (!params.enabled) return;

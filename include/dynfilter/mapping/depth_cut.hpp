@@ -98,10 +98,6 @@ class DepthCut {
   std::size_t pixels_ = 0, cut_pixels_ = 0, edge_pixels_ = 0;
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline void DepthCut::run(const cv::Mat& depth_m, const MapFrame& frame, float max_depth_m) {
   moving_.create(depth_m.size(), CV_8UC1);
   moving_.setTo(0);

@@ -100,10 +100,6 @@ DYNFILTER_AS_CALLER inline void read_points(const cv::Mat& depth, float unit_m, 
 bool back_project_depth(const cv::Mat& depth, double unit_m, const PixelRays& rays, DepthRange range,
                         DepthPoints& out);
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline void PixelRays::set(const Camera& camera, cv::Size size) {
   if (camera == camera_ && size == size_) return;
   camera_ = camera;

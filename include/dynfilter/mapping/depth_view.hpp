@@ -130,10 +130,6 @@ class DepthView {
   std::vector<Block> blocks_ = std::vector<Block>(1);  ///< plus one block for voxels out of view
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline void DepthView::build(const cv::Mat& depth_m, const cv::Mat& moving, const Camera& camera,
                              const CarveParams& params) {
   camera_ = camera;
@@ -304,20 +300,12 @@ inline DYNFILTER_AS_CALLER void DepthView::judge(std::size_t n, double leaf_m, P
   }
 }
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 /// Adds (sign 1) or removes (-1) what a view says of the voxels from index `begin`: a surface seen, or seen through.
 void add_votes(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, std::size_t begin,
                double leaf_m, int sign);
 
 /// Moves a view's votes to the permanent counters, from which nothing is removed.
 void make_votes_permanent(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, double leaf_m);
-
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
 
 namespace detail {
 

@@ -42,10 +42,6 @@ class KeyRegions {
   cv::Rect area_;
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline bool KeyRegions::any(Span<const Detection> detections) const {
   return std::any_of(detections.begin(), detections.end(),
                      [&](const Detection& d) { return label_of(d) > 0; });

@@ -66,10 +66,6 @@ class SourceCollector {
   std::vector<std::uint64_t> pairs_;  ///< place << 32 | keyframe
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& order, double unit_m,
                          MapCloud& cloud) {
   for (const std::uint32_t i : order) {

@@ -84,10 +84,6 @@ struct MappingParams {
 /// Throws ConfigError with the parameter, also for combinations that are invalid.
 void check_mapping(const MappingParams& p, const std::string& path = "mapping");
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline const FieldTable<CutParams>& CutParams::fields() {
   using P = CutParams;
   static const FieldTable<P> table{

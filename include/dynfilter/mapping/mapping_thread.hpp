@@ -97,10 +97,6 @@ class MappingThread {
   std::thread worker_;  ///< last member, because it uses all others
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline MappingThread::~MappingThread() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -56,10 +56,6 @@ class OutlierFilter {
   std::vector<std::array<float, 3>> within_;
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline void OutlierFilter::run(const VoxelMap& map, std::vector<std::uint32_t>& order) {
   if (!params_.enabled || order.size() <= static_cast<std::size_t>(params_.neighbours)) return;
   read(map, order);

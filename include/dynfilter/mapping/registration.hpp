@@ -83,10 +83,6 @@ class MapRegistration {
   std::vector<Pair> pairs_;
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline std::optional<Pose> MapRegistration::run(const VoxelMap& map, double unit_m,
                                                 const std::vector<VoxelPoint>& cloud,
                                                 const Pose& T_world_camera) {

@@ -22,10 +22,6 @@ struct ShownVoxels {
 /// Without coarse voxels where fine voxels of key objects exist.
 ShownVoxels shown_voxels(const VoxelMap& map, const VoxelMap& key_map, const MappingParams& params);
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 namespace detail {
 
 inline int log2_of(int power) {

@@ -177,10 +177,6 @@ class StaticMap {
   std::int64_t last_added_ = -1, frames_seen_ = 0, frames_since_key_ = 0;
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline StaticMap::StaticMap(const MappingParams& params)
     : params_((check_mapping(params), params)),
       cut_(params.cut),

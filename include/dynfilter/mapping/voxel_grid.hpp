@@ -163,10 +163,6 @@ class VoxelGrid {
   detail::KeyedBlock keyed_;
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 namespace detail {
 
 inline void FourSums::add(std::uint64_t summand) {

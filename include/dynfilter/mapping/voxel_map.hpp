@@ -115,10 +115,6 @@ class VoxelMap {
   std::vector<std::uint32_t> table_;  ///< index + 1, 0: free
 };
 
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
 inline VoxelMap::VoxelMap(int level) : level_(level) {
   resize_table(10);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/pipeline/combinators.hpp>
+#include <dynfilter/pipeline/cluster_expand.hpp>
 #include <dynfilter/pipeline/depth_layers.hpp>
 #include <dynfilter/pipeline/logic_stages.hpp>
 #include <dynfilter/pipeline/object_vote.hpp>

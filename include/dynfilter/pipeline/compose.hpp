@@ -50,7 +50,7 @@ std::vector<StagePtr> stages(S&&... members) {
 
 }  // namespace detail
 
-/// The combinators of pipeline/combinators.hpp with these stages as children.
+/// The combinators of pipeline/combinator_table.hpp with these stages as children.
 /// `negate` is `not` in YAML; `condition` and `otherwise` are `if` and `else`.
 template <class... S>
 StagePtr sequence(S&&... members) {

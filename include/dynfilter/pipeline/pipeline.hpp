@@ -6,7 +6,7 @@
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/correspondence/flow_params.hpp>
+#include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
 #include <memory>
 #include <string>

@@ -142,10 +142,6 @@ class ExactScene {
        with_map_points_ = false, with_matches_ = true;
 };
 
-}  // namespace dynfilter::testing
-
-namespace dynfilter::testing {
-
 inline Random ExactScene::random(Purpose purpose, int frame, std::uint64_t point) const {
   const auto place = mix_bits(static_cast<std::uint64_t>(purpose)) + static_cast<std::uint64_t>(frame);
   return Random(seed_, mix_bits(mix_bits(place) + point));

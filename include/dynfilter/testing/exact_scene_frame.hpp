@@ -33,10 +33,6 @@ inline bool in_image(const Camera& camera, const cv::Point2d& px) {
   return px.x >= 0 && px.y >= 0 && px.x <= camera.width_px - 1 && px.y <= camera.height_px - 1;
 }
 
-}  // namespace dynfilter::testing
-
-namespace dynfilter::testing {
-
 inline cv::Point2d project(const Camera& camera, const Eigen::Vector3d& point_m) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   if (!(point_m.z() > 1e-6)) return {kNan, kNan};
@@ -51,10 +47,6 @@ inline cv::Point2d distort(const Camera& camera, const cv::Point2d& px) {
   return {camera.fx_px * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + camera.cx_px,
           camera.fy_px * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + camera.cy_px};
 }
-
-}  // namespace dynfilter::testing
-
-namespace dynfilter::testing {
 
 /// Truth of a feature, as all figures of this project define it.
 /// Dynamic: its point moved more than 10 mm over the last frames
@@ -91,10 +83,6 @@ struct ExactFrame {
 
   FrameView view() const;
 };
-
-}  // namespace dynfilter::testing
-
-namespace dynfilter::testing {
 
 inline FrameView ExactFrame::view() const {
   FrameView view;

@@ -66,10 +66,6 @@ class MovingBox {
   std::string class_name_ = "person";
 };
 
-}  // namespace dynfilter::testing
-
-namespace dynfilter::testing {
-
 inline Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d& turn_rad) {
   return [=](int frame) {
     const double angle = turn_rad.norm() * frame;

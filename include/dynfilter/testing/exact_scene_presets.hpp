@@ -38,10 +38,6 @@ ExactScene majority(int still_until);
 /// The scene of a preset. It can be modified: `preset(Preset::Planar).pixel_noise(0.5)`.
 ExactScene preset(Preset preset);
 
-}  // namespace dynfilter::testing
-
-namespace dynfilter::testing {
-
 inline const std::vector<Preset>& all_presets() {
   static const std::vector<Preset> presets{Preset::General,        Preset::Rigid,    Preset::Planar,
                                            Preset::PureRotation,   Preset::NoMotion, Preset::SmallBaseline,

@@ -8,7 +8,7 @@
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/correspondence/flow_params.hpp>
+#include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/testing/exact_scene.hpp>
 #include <dynfilter/testing/exact_scene_frame.hpp>
@@ -53,10 +53,6 @@ struct Score {
  private:
   static double share(int part, int of) { return of > 0 ? static_cast<double>(part) / of : 1; }
 };
-
-}  // namespace dynfilter::testing
-
-namespace dynfilter::testing {
 
 inline Votes judge(Filter& filter, const ExactScene& scene, int frame, const CorrespondenceParams& params) {
   const Needs needs = filter.needs();

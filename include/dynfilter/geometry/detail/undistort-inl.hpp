@@ -44,10 +44,6 @@ DYNFILTER_INLINE cv::Point2d undistort_normalised(const std::array<double, 5>& k
 }
 
 }  // namespace detail
-}  // namespace dynfilter
-
-namespace dynfilter {
-
 DYNFILTER_INLINE cv::Point2f undistort_point(const Camera& camera, cv::Point2f distorted_px) {
   if (!camera.distorted()) return distorted_px;
   const cv::Point2d n =

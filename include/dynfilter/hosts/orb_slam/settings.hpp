@@ -48,10 +48,6 @@ struct OrbSlamParams {
   int floor_before_map(HostSensor sensor) const;
 };
 
-}  // namespace dynfilter
-
-namespace dynfilter {
-
 struct OrbSlamSettings {
   OrbSlamParams params;
   PipelineConfig pipeline;
@@ -79,10 +75,6 @@ OrbSlamSettings read_orb_slam_settings(const std::string& file, const Registry& 
 
 /// What the file says of `DynFilter.on_error`, whatever else is wrong with it. Never throws.
 OnError read_on_error(const std::string& file) noexcept;
-
-}  // namespace dynfilter
-
-namespace dynfilter {
 
 /// What boxes and masks the settings promise, before any came. Of a detector both: which of them it makes is
 /// seen later.

@@ -9,7 +9,7 @@
 #include <dynfilter/config/yaml.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/correspondence/flow_params.hpp>
+#include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>

@@ -58,10 +58,6 @@ DYNFILTER_INLINE int OrbSlamParams::floor_before_map(HostSensor sensor) const {
   return sensor == HostSensor::Monocular ? 250 : 550;
 }
 
-}  // namespace dynfilter
-
-namespace dynfilter {
-
 DYNFILTER_INLINE PipelineConfig configured_pipeline(OrbSlamSettings& settings) {
   PipelineConfig config = std::move(settings.pipeline);
   if (!settings.params.keep_first_frame) config.params.first_frame_suspects = FirstFrameSuspects::Reject;
@@ -203,10 +199,6 @@ DYNFILTER_INLINE OnError read_on_error(const std::string& file) noexcept {
     return OnError::Stop;
   }
 }
-
-}  // namespace dynfilter
-
-namespace dynfilter {
 
 DYNFILTER_INLINE Input semantic_inputs(const OrbSlamParams& params) {
   const auto if_named = [](const std::string& name, Input input) {

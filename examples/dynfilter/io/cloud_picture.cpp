@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#pragma once
+#include "io/cloud_picture.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <opencv2/core.hpp>
@@ -17,45 +16,8 @@
 
 namespace dynfilter::mapping {
 
-/// Renders a cloud from a camera, CV_8UC3 on dark grey.
-/// Every point is a square with the projected size of `leaf_m`, and the nearest point wins.
-/// Distortion is neglected.
 cv::Mat render_cloud(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
-                     const Pose& T_world_camera);
-
-/// Rotates the camera about its centre until its y axis points straight down.
-/// Floors, ceilings and desks concentrate the heights of a cloud at few values.
-/// This concentration is strongest if the pose is level.
-/// `T_world_camera` may be tilted by at most 44 degrees and must have little roll.
-/// Cost: sorts the points.
-Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera);
-
-/// The points at most `above_m` above a level pose: a room without its ceiling.
-MapCloud without_ceiling(const MapCloud& cloud, const Pose& T_world_level, double above_m = 0.5);
-
-/// An oblique view from behind and above a level pose.
-/// It is as close as the middle 96 % of the cloud per axis allows.
-Pose overview_pose(const MapCloud& cloud, const Pose& T_world_level, const Camera& camera, cv::Size size);
-
-/// The room from above: its points without the ceiling, and where they are seen from.
-struct Overview {
-  MapCloud cloud;
-  Pose T_world_camera;
-};
-
-/// `T_world_first`: some camera that saw the cloud, upright.
-Overview overview_of(const MapCloud& cloud, const Camera& camera, cv::Size size, const Pose& T_world_first);
-
-/// The picture of the overview.
-cv::Mat render_overview(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
-                        const Pose& T_world_first);
-
-}  // namespace dynfilter::mapping
-
-namespace dynfilter::mapping {
-
-inline cv::Mat render_cloud(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
-                            const Pose& T_world_camera) {
+                     const Pose& T_world_camera) {
   cv::Mat picture(size, CV_8UC3, cv::Scalar(40, 40, 40)), depth(size, CV_32FC1, cv::Scalar(1e9));
   const Pose T = inverse(T_world_camera);
   const Eigen::Matrix3d R = T.R();
@@ -82,7 +44,7 @@ inline cv::Mat render_cloud(const MapCloud& cloud, double leaf_m, const Camera& 
   return picture;
 }
 
-inline Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera) {
+Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera) {
   const Pose T = inverse(T_world_camera);
   // One point per 10 cm: key objects are much denser than the rest, and a screen is upright.
   std::vector<std::array<int, 3>> cells;
@@ -119,7 +81,7 @@ inline Pose level_pose(const MapCloud& cloud, const Pose& T_world_camera) {
   return T_world_camera * Pose::from(turn, Eigen::Vector3d::Zero());
 }
 
-inline MapCloud without_ceiling(const MapCloud& cloud, const Pose& T_world_level, double above_m) {
+MapCloud without_ceiling(const MapCloud& cloud, const Pose& T_world_level, double above_m) {
   MapCloud low;
   const Eigen::Vector3d down = T_world_level.R().col(1);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -132,8 +94,7 @@ inline MapCloud without_ceiling(const MapCloud& cloud, const Pose& T_world_level
   return low;
 }
 
-inline Pose overview_pose(const MapCloud& cloud, const Pose& T_world_level, const Camera& camera,
-                          cv::Size size) {
+Pose overview_pose(const MapCloud& cloud, const Pose& T_world_level, const Camera& camera, cv::Size size) {
   if (cloud.size() == 0) return T_world_level;
   const Pose T = inverse(T_world_level);
   std::vector<double> axes[3];
@@ -164,8 +125,7 @@ inline Pose overview_pose(const MapCloud& cloud, const Pose& T_world_level, cons
   return T_world_level * Pose::from(turn, centre - turn.col(2) * back_m);
 }
 
-inline Overview overview_of(const MapCloud& cloud, const Camera& camera, cv::Size size,
-                            const Pose& T_world_first) {
+Overview overview_of(const MapCloud& cloud, const Camera& camera, cv::Size size, const Pose& T_world_first) {
   const Pose level = level_pose(cloud, T_world_first);
   MapCloud low = without_ceiling(cloud, level);
   if (2 * low.size() < cloud.size()) low = cloud;  // a shelf, a staircase: no room with a ceiling
@@ -173,8 +133,8 @@ inline Overview overview_of(const MapCloud& cloud, const Camera& camera, cv::Siz
   return {std::move(low), pose};
 }
 
-inline cv::Mat render_overview(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
-                               const Pose& T_world_first) {
+cv::Mat render_overview(const MapCloud& cloud, double leaf_m, const Camera& camera, cv::Size size,
+                        const Pose& T_world_first) {
   const Overview above = overview_of(cloud, camera, size, T_world_first);
   return render_cloud(above.cloud, leaf_m, camera, size, above.T_world_camera);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/mapping/cloud_picture.hpp>
+#include "io/cloud_picture.hpp"
 
 #include "doctest/doctest.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/correspondence/flow_params.hpp>
+#include <dynfilter/correspondence/correspondence_params.hpp>
 
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/inline.hpp>

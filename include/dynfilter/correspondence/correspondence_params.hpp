@@ -71,5 +71,5 @@ struct CorrespondenceParams {
 }  // namespace dynfilter
 
 #ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/correspondence/detail/flow_params-inl.hpp>
+#include <dynfilter/correspondence/detail/correspondence_params-inl.hpp>
 #endif
