@@ -154,9 +154,9 @@ if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has move
     list(APPEND corner_modules features)
   endif()
 endif()
-dynfilter_component(semantic COMPONENTS cluster OPENCV imgproc LINK Threads::Threads)
+dynfilter_component(semantic COMPONENTS config cluster OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(hosts COMPONENTS pipeline semantic plugin OPENCV ${corner_modules})
-dynfilter_component(mapping COMPONENTS cluster geometry OPENCV imgproc LINK Threads::Threads)
+dynfilter_component(mapping COMPONENTS config cluster geometry OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(testing COMPONENTS evidence)
 
 include(cmake/detectors.cmake)

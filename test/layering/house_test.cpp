@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <cstdlib>
+#include <fstream>
 #include <string>
 
 #include "doctest/doctest.h"
@@ -41,6 +43,18 @@ TEST_CASE("small units are part of their neighbours") {
   };
   for (const std::string& fault : faults_of_small_units(house_at(kHeaders), 40, exceptions))
     FAIL_CHECK(fault);
+}
+
+TEST_CASE("CONTRIBUTING has the table of rooms and what each may include") {
+  const std::filesystem::path file = std::filesystem::path(DYNFILTER_SOURCE_DIR) / "CONTRIBUTING.md";
+  const std::string text = read_text(file), begin = "<!-- rooms -->\n", end = "<!-- end of rooms -->";
+  REQUIRE(contains(text, begin));
+  const std::size_t from = text.find(begin) + begin.size(), to = text.find(end, from);
+  REQUIRE(to != std::string::npos);
+  if (std::getenv("DYNFILTER_UPDATE_DOCS") != nullptr)
+    std::ofstream(file) << text.substr(0, from) + table_of_rooms() + text.substr(to);
+  else
+    CHECK(text.substr(from, to - from) == table_of_rooms());
 }
 
 TEST_CASE("what the toolkit consists of is counted") {

@@ -57,6 +57,19 @@ inline const std::map<std::string, std::set<std::string>>& allowed_folders() {
   return table;
 }
 
+/// The same for CONTRIBUTING.md.
+inline std::string table_of_rooms() {
+  std::string text = "| folder | may include |\n|---|---|\n";
+  for (const auto& [folder, below] : rooms()) {
+    std::string names;
+    for (const auto& [other, unused] : rooms())
+      if (below.count(other) != 0) names += (names.empty() ? "`" : " `") + other + "`";
+    text += "| " + (folder.empty() ? "`dynfilter.hpp`" : "`" + folder + "`") + " | " +
+            (names.empty() ? "no other folder" : names) + " |\n";
+  }
+  return text;
+}
+
 /// External headers that only these folders may include.
 inline const std::map<std::string, std::string>& gatekeepers() {
   static const std::map<std::string, std::string> table{
