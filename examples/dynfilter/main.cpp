@@ -25,7 +25,7 @@ namespace {
 
 using namespace dynfilter::command;
 
-int complain(std::string message, int exit_code) {
+int print_error(std::string message, int exit_code) {
   while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) message.pop_back();
   std::replace(message.begin(), message.end(), '\n', ' ');
   // It may quote a file or another program.
@@ -108,7 +108,7 @@ int dispatch(int argc, char** argv) {
     const std::string hint = pipeline ? "`dynfilter presets` lists the names"
                              : known  ? "`dynfilter help " + words.front() + "` explains"
                                       : "`dynfilter help` lists them";
-    return complain(what + " (" + hint + ")", kBadInput);
+    return print_error(what + " (" + hint + ")", kBadInput);
   }
   return action();
 }
@@ -123,7 +123,7 @@ void occupy_closed_streams() {
 }
 
 [[noreturn]] void end_by(int signal) {
-  complain(std::string("stopped by ") + ::strsignal(signal) + ": what was incomplete is removed", kFailed);
+  print_error(std::string("stopped by ") + ::strsignal(signal) + ": what was incomplete is removed", kFailed);
   std::fflush(stdout);
   Interruption::end_by(signal);
 }
@@ -133,12 +133,12 @@ int run(int argc, char** argv) {
     return dispatch(argc, argv);
   } catch (const dynfilter::Error& error) {
     if (Interruption::noted() != 0) end_by(Interruption::noted());  // it ended the wait for an answer
-    return complain(error.what(), kBadInput);
+    return print_error(error.what(), kBadInput);
   } catch (const Interrupted& interrupted) {
     end_by(interrupted.signal);
   } catch (const std::exception& error) {
     if (std::ferror(stdout) != 0) return kFailed;  // main() reports it
-    return complain(std::string("internal error: ") + error.what(), kFailed);
+    return print_error(std::string("internal error: ") + error.what(), kFailed);
   }
 }
 
@@ -149,5 +149,5 @@ int main(int argc, char** argv) {
   const int exit_code = run(argc, argv);
   std::cout.flush();
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout) return exit_code;
-  return complain("standard output cannot be written: it is closed, or its device is full", kFailed);
+  return print_error("standard output cannot be written: it is closed, or its device is full", kFailed);
 }

@@ -504,8 +504,8 @@ TEST_CASE("background_motion: without a match, a surface in space that was free 
 
 namespace {
 
-/// A camera that goes 1 cm a frame to the right before a wall at 4 m, with a panel at 2 m in front of its left part. Twelve
-/// features on the panel, 4 px from its border, go down by `slide_px` a frame.
+/// A camera that moves 1 cm a frame to the right before a wall at 4 m. A panel at 2 m is in front of its left
+/// part. Twelve features on the panel, 4 px from its border, go down by `slide_px` a frame.
 struct BorderScene {
   double slide_px = 0;
   bool with_image = true;

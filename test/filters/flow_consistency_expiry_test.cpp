@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What flow_consistency carries from frame to frame, and that none of it outlives its premise by a second: each case
-// shows the premise, takes it away, and expects neutral votes.
+// What flow_consistency carries from frame to frame does not outlive its premise by a second. Each case shows
+// the premise, takes it away, and expects neutral votes.
 #include <algorithm>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>

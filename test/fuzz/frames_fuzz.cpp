@@ -120,8 +120,9 @@ void same(const Verdict& a, const Verdict& b, const std::vector<std::size_t>& pl
   }
 }
 
-/// These fit a model to samples that they draw from the features by index, with a fixed seed. In another order of the
-/// features the same numbers draw other samples: the model, and with it a vote near the limit, may be another one.
+/// These fit a model to samples that they draw from the features by index, with a fixed seed. In another
+/// order of the features the same numbers draw other samples. The model may then change, and with it a vote
+/// near the limit.
 bool draws_samples(const Verdict& verdict) {
   constexpr const char* kSamplers[] = {"epipolar", "depth_consistency", "trajectory_consistency",
                                        "multi_model"};

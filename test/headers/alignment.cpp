@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compiled with -mavx: a program with this flag and a library without it agree on public types, because Eigen aligns none
-// of their members more strictly.
+// Compiled with -mavx. A program with this flag and a library without it agree on public types, because Eigen
+// aligns none of their members more strictly.
 #include <cstddef>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/verdict.hpp>

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-// Stand-ins for the types of ORB-SLAM2 and ORB-SLAM3: the members that a fork's code may touch, under the
-// hosts' names, and nothing that ours would need beside them.
+// Stand-ins for the types of ORB-SLAM2 and ORB-SLAM3. They have the members that a fork's code may touch,
+// under the hosts' names, and nothing else.
 
 namespace host {
 

@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-/// What hosts do with a mask or a depth image, as their sources say (docs/how-to/mask_hosts.md): the calls and
-/// members of the same names, without the rest. Written from scratch.
+/// What hosts do with a mask or a depth image, as their sources say (docs/how-to/mask_hosts.md). Calls and
+/// members have the same names. Written from scratch.
 namespace stand_ins {
 
 using Points = std::vector<cv::Point2f>;

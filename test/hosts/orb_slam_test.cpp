@@ -30,8 +30,8 @@ cv::Mat_<float> camera_matrix() {
   return (cv::Mat_<float>(3, 3) << 500, 0, 320, 0, 500, 240, 0, 0, 1);
 }
 
-/// Feature i: class_id i, at a place of its own (the first one on the right edge, outside the grid), depth
-/// 1 + i / 100 m, every fourth without; map points on the even ones; every third an outlier.
+/// Feature i has class_id i, a place of its own and depth 1 + i / 100 m. The first one is on the right edge,
+/// outside the grid. Every fourth has no depth. The even ones have map points, and every third is an outlier.
 template <class Frame>
 struct Host {
   using MapPoint = orb_slam::MapPointOf<Frame>;
@@ -414,8 +414,8 @@ TEST_CASE_TEMPLATE("a keyframe: map points at another depth than the covisible k
     host.frame.mTcw = keyframe.Tcw = cv::Mat::eye(4, 4, CV_32F);
   else
     host.frame.SetPose({});
-  // At the keyframe's place the map point of feature i lies where the feature sees it, but those of 6 and 10
-  // lie 20 % farther: |1.2 - 1| / 1.2 = 0.17 > 0.08.
+  // At the keyframe's place the map point of feature i is where the feature sees it. The points of 6 and 10
+  // are 20 % farther: |1.2 - 1| / 1.2 = 0.17 > 0.08.
   for (int i = 0; i < 40; ++i) {
     const float z = Host<Frame>::depth_of(i) * (i == 6 || i == 10 ? 1.2F : 1.0F);
     auto& world = host.points[static_cast<std::size_t>(i)].world;

@@ -28,8 +28,8 @@ struct Outcome {
   std::size_t allocated = 0;
 };
 
-/// Reads the image, and checks what holds of all: the size is told before it is decoded and then kept,
-/// and memory is within the bound for that size.
+/// Reads the image, and checks what holds for all. The size is known before decoding and does not change.
+/// Memory is within the bound for that size.
 Outcome read(const Bytes& bytes, ImageAs as) {
   Outcome outcome;
   cv::Size told, decoded_at;

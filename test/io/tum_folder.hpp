@@ -46,8 +46,8 @@ inline std::string stamp(double timestamp_s) {
   return out.str();
 }
 
-/// Writes n tiny frames (16x12, a tenth of a second apart from 100 s on, depth 3 ms after colour) in the
-/// layout of TUM, no associations.txt. Depth of frame i is 5000 + i everywhere.
+/// Writes n tiny frames in the layout of TUM, without associations.txt. They have 16x12 pixels and are 0.1 s
+/// apart from 100 s on, depth 3 ms after colour. Depth of frame i is 5000 + i everywhere.
 inline void write_tum_folder(const std::filesystem::path& folder, int n) {
   std::filesystem::create_directories(folder / "rgb");
   std::filesystem::create_directories(folder / "depth");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The terms of the background's score, with scenes in which each follows from geometry: parts of constant depth that are
-// shifted sideways, four points in each cell of the estimator's grid, no noise.
+// The terms of the background's score, with scenes in which each follows from geometry. Parts of constant
+// depth are shifted sideways, with four points in each cell of the estimator's grid and no noise.
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/motion/rigid_background.hpp>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "doctest/doctest.h"
-#include "rigid_scene.hpp"
+#include "geometry/rigid_scene.hpp"
 
 namespace background_score_test {
 
@@ -223,8 +223,8 @@ double distance_of(RigidBackgroundEstimator& estimator, const Cells& cells, cons
 
 }  // namespace
 
-// The unit is twice the usual distance u, at least 0.15 px. u starts at 3 px and moves by a fifth of the way to
-// each frame's distance, of which at most 6 px count.
+// The unit is twice the usual distance u, at least 0.15 px. u starts at 3 px and moves by a fifth of the way
+// to each frame's distance, of which at most 6 px count.
 TEST_CASE("the usual distance from the expected motion is learned") {
   const Pose camera = shift(0.02);
   Cells cells;

@@ -65,16 +65,16 @@ TEST_CASE("expiring mean: the weighted mean of all observations, beside half a o
   CHECK(mean.value() == doctest::Approx((keep * keep * values + 9) / (keep * keep * weights + 1)));
 }
 
-TEST_CASE("expiring mean: neutral a second after the last observation, whatever was observed or lent") {
-  ExpiringMean observed, lent;
+TEST_CASE("expiring mean: neutral a second after the last observation, whatever was observed or inferred") {
+  ExpiringMean observed, inferred;
   for (int k = 0; k < 60; ++k) observed.pass(kFrame_s), observed.observe(6, 0.5);
   CHECK(observed.value() > 5.9);
-  CHECK_FALSE(observed.lent());
-  lent.lend(observed.value(), observed.since_s());
-  CHECK(lent.value() == observed.value());
-  CHECK(lent.lent());
-  pass_frames(observed, 1), pass_frames(lent, 1);
-  for (const ExpiringMean* mean : {&observed, &lent}) {
+  CHECK_FALSE(observed.inferred());
+  inferred.infer(observed.value(), observed.since_s());
+  CHECK(inferred.value() == observed.value());
+  CHECK(inferred.inferred());
+  pass_frames(observed, 1), pass_frames(inferred, 1);
+  for (const ExpiringMean* mean : {&observed, &inferred}) {
     CHECK(mean->value() == 0);
     CHECK_FALSE(mean->known());
   }

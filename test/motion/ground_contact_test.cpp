@@ -16,8 +16,8 @@ using namespace dynfilter;
 namespace {
 
 /// A camera 1.65 m above a flat road that drives one step of 1 m along its axis: f = 700 px, 1200 x 380 px.
-/// A point at (x, y, z) [m] right of, below and ahead of the camera has the pixel f (x, y) / z and the inverse
-/// depth step / z.
+/// A point at (x, y, z) [m] right of, below and ahead of the camera has the pixel f (x, y) / z. Its inverse
+/// depth is step / z.
 class Road {
  public:
   static constexpr double kFocal_px = 700, kCamera_m = 1.65;

@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include "doctest/doctest.h"
-#include "rigid_scene.hpp"
+#include "geometry/rigid_scene.hpp"
 
 namespace patch_relief_test {
 

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "doctest/doctest.h"
-#include "rigid_scene.hpp"
+#include "geometry/rigid_scene.hpp"
 
 namespace rigid_background_test {
 
@@ -107,9 +107,9 @@ Parts crowd(const Pose& camera, const Pose& mover) {
 
 }  // namespace
 
-// The camera stands, the mover goes 20 mm sideways at 2 m: 5.4 px. A camera that goes 40 mm and turns by
-// 10 mrad shifts what is at 2 m by the same 5.4 px and what is at 4 m by none; at 3.4 m to 4.8 m it misses by
-// 0.9 px at most. Misses below the fit's 0.3 px would be taken for one motion.
+// The camera stands, the mover goes 20 mm sideways at 2 m: 5.4 px. A camera moves 40 mm and turns by 10 mrad.
+// It shifts points at 2 m by the same 5.4 px, and points at 4 m by none. At 3.4 m to 4.8 m it misses by 0.9
+// px at most. Misses below the fit's 0.3 px would be taken for one motion.
 TEST_CASE("one motion that explains background and mover to a pixel loses against the two that are true") {
   for (const std::uint64_t seed : {1, 2, 3}) {
     Parts parts(seed);
@@ -238,14 +238,14 @@ void check_jump(const std::function<void(Parts&)>& add_others) {
 
 }  // namespace
 
-// The jump lies so far from what is expected that its log(1 + d^2) costs more than covering the entire view
-// is worth; six points that go on as expected must not win by that.
+// The jump is so far from the expected motion that its log(1 + d^2) costs more than the entire view gains.
+// Six points that move on as expected must not win by that.
 TEST_CASE("a jump of the camera is not refused for the sake of a handful of points") {
   check_jump([](Parts& parts) { parts.add(6, {0, 0, 640, 480}, 3.9, 4, shift(0.01)); });
 }
 
-// Nor by the mismatches that are nearer to them than to the true motion: 10 to 39 mm up or down, 1.3 to 5 px
-// away from what is expected and 5 px and more from the truth.
+// Nor by the mismatches that are nearer to them than to the true motion. These are 10 to 39 mm up or down,
+// 1.3 to 5 px from the expected motion and 5 px and more from the truth.
 TEST_CASE("a jump of the camera is not refused for the sake of points that nobody explains") {
   check_jump([](Parts& parts) {
     parts.add(6, {0, 0, 640, 480}, 3.9, 4, shift(0.01));

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "doctest/doctest.h"
-#include "rigid_scene.hpp"
+#include "geometry/rigid_scene.hpp"
 
 namespace static_miss_test {
 

@@ -19,8 +19,8 @@ namespace {
 constexpr double kFocal = 700;
 constexpr ImageCells kCells{1240, 380, 12, 6};
 
-/// Where a point at (x, y) px of the reference view, at depth z, is after the camera moved by t and turned by
-/// a small angle about the vertical axis.
+/// Position of a point that was at (x, y) px and depth z. The camera moved by t and turned by a small angle
+/// about the vertical axis.
 ViewPair seen(double x, double y, double z, double tx, double ty, double tz, double turn) {
   const double X = x / kFocal * z - tx, Y = y / kFocal * z - ty, Z = z - tz;
   const double c = std::cos(turn), s = std::sin(turn);

@@ -31,8 +31,8 @@ double between(std::mt19937& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random()) / 4294967295.0;
 }
 
-/// A step along a plane: then its points are in front of both cameras for one of the two motions only that
-/// a homography allows (Faugeras and Lustman 1988).
+/// A step along a plane. Of the two motions that a homography allows, only one has its points in front of
+/// both cameras (Faugeras and Lustman 1988).
 Eigen::Isometry3d beside() {
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
   T_world_camera.linear() = Eigen::AngleAxisd(0.03, Eigen::Vector3d::UnitX()).toRotationMatrix();

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A host may free or overwrite all memory of a frame after the call. Every preset and every filter judges the same
-// stream three times: from memory that stays as it is, from memory that is filled with zeros and freed after each call,
-// and from cv::Mats that the host fills with ones and uses again. The verdicts must be equal, bit for bit.
+// A host may free or overwrite all memory of a frame after the call. Every preset and every filter judges the
+// same stream three times. The first memory stays as it is. The second is filled with zeros and freed after
+// each call. The third are cv::Mats that the host fills with ones and uses again. The verdicts must be equal,
+// bit for bit.
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>

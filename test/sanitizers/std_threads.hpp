@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-/// cv::parallel_for_ with threads of the standard library. The thread sanitizer does not see how OpenCV's own, which are
-/// not compiled with it, wait for each other, and would call every result of theirs a race.
+/// cv::parallel_for_ with threads of the standard library. OpenCV's own are not compiled with the thread
+/// sanitizer. It does not see how they wait for each other, and would call every result of theirs a race.
 class StdThreads final : public cv::parallel::ParallelForAPI {
  public:
   void parallel_for(int tasks, FN_parallel_for_body_cb_t body, void* data) override {

@@ -179,7 +179,8 @@ TEST_CASE("score maps: the largest class of each pixel; one map is foreground or
 }
 
 TEST_CASE("prototype masks follow their edge between prototype pixels") {
-  // One prototype of 2 x 2 for an input of 8 x 8: -1 on the left, 1 on the right, 0 half-way at x = 4.
+  // One prototype of 2 x 2 for an input of 8 x 8. It is -1 on the left, 1 on the right and 0 half-way at x =
+  // 4.
   PrototypeMasks masks(tensor({1, 1, 2, 2}, {-1, 1, -1, 1}));
   const InputFit fit = InputFit::of({16, 16}, {8, 8}, ImageFit::Stretch);
   const cv::Mat right = masks.mask({1}, {2, 4, 12, 8}, fit);

@@ -463,7 +463,7 @@ int compare(CompareOptions& options) {
   print_rows_as(options, rows);
   std::vector<Summary> summaries;
   for (const Row& row : rows) summaries.push_back(row.summary);
-  return complain_of_failures(summaries);
+  return print_failures(summaries);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ void print_map_text(const Summary& s) {
 
 int run_map(const RunOptions& options, bool json) {
   const Summary summary = run_and_print(options, json, print_map_text);
-  if (!summary.failure.empty()) return complain_of_failures({summary});
+  if (!summary.failure.empty()) return print_failures({summary});
   if (summary.map->points > 0) return kDone;
   fmt::print(stderr, "dynfilter: the map is empty\n");
   return kFailed;

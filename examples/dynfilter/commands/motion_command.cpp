@@ -277,7 +277,7 @@ void print_text(const std::vector<Clip>& clips, bool wide) {
 }
 
 // The figures of a pipeline whose stages were all skipped mean nothing.
-int complain_if_idle(const std::vector<Clip>& clips, const std::string& pipeline) {
+int print_if_idle(const std::vector<Clip>& clips, const std::string& pipeline) {
   const StageTotals stages = stages_of(clips);
   const std::vector<std::string> reasons = stages.reasons();
   const bool lacks_camera = std::any_of(reasons.begin(), reasons.end(), [](const std::string& reason) {
@@ -316,7 +316,7 @@ int run_motion(const MotionOptions& options) {
     }
   }
   options.json ? print_json(clips, options.pipeline) : print_text(clips, options.wide);
-  return complain_if_idle(clips, options.pipeline);
+  return print_if_idle(clips, options.pipeline);
 }
 
 }  // namespace

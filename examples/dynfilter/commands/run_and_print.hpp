@@ -24,7 +24,7 @@ inline void print_notes(const std::vector<std::string>& notes, bool wide = false
 }
 
 /// Says on stderr which runs failed and why, a line each, and returns the exit code.
-inline int complain_of_failures(const std::vector<Summary>& summaries) {
+inline int print_failures(const std::vector<Summary>& summaries) {
   ExitCode code = kDone;
   for (const Summary& s : summaries) {
     std::string why = s.tracked_frames == 0 ? "no frame could be tracked" : "";

@@ -54,7 +54,7 @@ void print_text(const Summary& s, const std::string& out, bool wide) {
 int run(const RunOptions& options, bool json, bool wide) {
   const Summary summary =
       run_and_print(options, json, [&](const Summary& s) { print_text(s, options.out, wide); });
-  return complain_of_failures({summary});
+  return print_failures({summary});
 }
 
 }  // namespace

@@ -17,8 +17,8 @@ enum class OtherEntries { Keep, Remove };
 ///
 /// commit() replaces an existing folder by one rename, after the new one is on the disk.
 /// A reader or a power cut sees the old results or the new ones.
-/// Entries are replaced one after the other if the folder is a mount point or the working directory,
-/// or if its file system cannot exchange two folders.
+/// Entries are replaced one after the other if the folder is a mount point or the working directory. The same
+/// holds if its file system cannot exchange two folders.
 class AtomicFolder {
  public:
   /// Throws IoError if `folder` is an existing file, its parent is not writable, or another writer has it.

@@ -50,9 +50,9 @@ struct SequenceFrame {
 class Sequence {
  public:
   /// Reads the lists, not the images.
-  /// Throws IoError with one line that names the file. Causes are a missing folder or an unknown layout,
-  /// lists that are missing, empty or out of order,
-  /// a TUM folder without any depth, and an unknown camera.
+  /// Throws IoError with one line that names the file. Causes are a missing folder, an unknown layout, and
+  /// lists that are missing, empty or out of order. Others are a TUM folder without any depth and an unknown
+  /// camera.
   static Sequence open(const std::filesystem::path& folder, const SequenceOptions& options = {});
 
   std::size_t size() const { return index_.frames.size(); }

@@ -22,9 +22,9 @@ namespace dynfilter::odometry {
 
 /// The first map of a mono camera, from two views.
 /// An essential matrix and a homography are fitted to the same matches. The one that explains more is
-/// taken apart into motions, and the motion with most points in front of both cameras wins
-/// (Mur-Artal et al., T-RO 2015, sec. IV). Nothing is started if two motions do nearly as well, or if the
-/// points have little parallax. Deterministic: OpenCV's RANSAC has a fixed seed.
+/// decomposed into motions. The motion with most points in front of both cameras wins (Mur-Artal et al., T-RO
+/// 2015, sec. IV). Nothing is started if two motions do nearly as well, or if the points have little
+/// parallax. Deterministic: OpenCV's RANSAC has a fixed seed.
 class TwoViewStart {
  public:
   struct Point {

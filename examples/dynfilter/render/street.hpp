@@ -14,7 +14,7 @@
 
 namespace dynfilter::render {
 
-/// A street of a town along y, with or without a crossing: two lanes, parked cars on both sides,
+/// A street of a town along y, with or without a crossing. It has two lanes, parked cars on both sides,
 /// pavements with trees, lamps and signs, and houses. Traffic keeps to the right. z up, metres.
 class Street : public Surroundings {
  public:

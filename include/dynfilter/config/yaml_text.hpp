@@ -27,7 +27,7 @@ struct YamlValue {
 /// Reads the part of YAML that settings files use, in time linear in the text length.
 /// What it accepts has the meaning that YAML 1.1 (PyYAML) gives it; the rest is an error with line and column.
 /// Accepts maps and lists by indentation or in brackets, plain and quoted values on one line, and comments.
-/// Errors are anchors, aliases, merge keys, tags, block texts (`|`, `>`), texts over several lines,
+/// Errors are anchors, aliases, merge keys, tags, block texts (`|`, `>`) and texts over several lines. So are
 /// keys without a value, a second document, control characters and Unicode line breaks.
 /// Line breaks are LF, CR LF and CR.
 ///

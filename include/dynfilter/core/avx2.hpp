@@ -9,8 +9,8 @@
 #include <cstdint>
 
 /// Loads and stores of whole AVX2 registers. No other file has any of its own (test/layering).
-/// Every address is allowed: on processors with AVX2 this costs nothing where data happens to be aligned, and no
-/// compiler can lose an alignment that is never stated.
+/// Every address is allowed, because no compiler can lose an alignment that is never stated. On processors
+/// with AVX2 it costs nothing where data is aligned.
 namespace dynfilter::detail::avx2 {
 
 DYNFILTER_AVX2 inline __m256 load(const float* from) {

@@ -22,8 +22,8 @@ class SparseCells {
     return static_cast<Key>(static_cast<std::uint32_t>(row)) << 32U | static_cast<std::uint32_t>(column);
   }
 
-  /// Puts the indices of the points into `entries`, by cell, then by index, and the first entry of each occupied
-  /// cell into `begin`, with the end of the last.
+  /// Puts the indices of the points into `entries`, by cell, then by index. `begin` gets the first entry of
+  /// each occupied cell, and the end of the last.
   void build(const std::vector<Key>& cell_of_point, std::vector<std::int32_t>& entries,
              std::vector<std::int32_t>& begin) {
     sorted_.clear();

@@ -68,8 +68,8 @@ class DescriptorMatcher {
 
   /// `expected_px` is the expected position of each current feature in the reference frame.
   /// NaN means unknown. If the array is empty, the current positions are expected.
-  /// Nothing is found if descriptors are missing or differ in length, and for a feature with more than
-  /// limits::kMaxWindow candidates in the cells around its window.
+  /// Nothing is found if descriptors are missing or differ in length. A feature with more than
+  /// limits::kMaxWindow candidates in the cells around its window has no match.
   void match(const DescribedFeatures& current, const DescribedFeatures& reference,
              Span<const cv::Point2f> expected_px, Correspondences& out);
 

@@ -75,8 +75,8 @@ class FrameCleaner {
   Dropped clean_places(Span<const cv::KeyPoint>& given, std::vector<cv::KeyPoint>& own);
 
   void clean_boxes(FrameView& frame);
-  static bool sound(const Detection& detection);
-  static bool sound_box(const cv::Rect2f& box);
+  static bool is_usable(const Detection& detection);
+  static bool is_usable_box(const cv::Rect2f& box);
   /// Clips a box that reaches far beyond the image, so that its part in the image remains.
   static cv::Rect2f clipped(const cv::Rect2f& box);
   /// The box as filters may use it, or nullopt.
@@ -84,7 +84,7 @@ class FrameCleaner {
   /// Keeps `most` boxes with the highest scores in kept_, in the order given.
   void keep_best(Span<const Detection> given, std::size_t most);
 
-  static bool sound(const Camera& camera);
+  static bool is_usable(const Camera& camera);
 
   std::vector<std::string> notes_;
   CrowdedPlaces crowds_;
@@ -100,7 +100,7 @@ inline void FrameCleaner::clean(FrameView& frame) {
   drop_odd_images(frame);
   if (clean_count(frame)) clean_places(frame);
   clean_boxes(frame);
-  drop(frame.camera && !sound(*frame.camera), "camera cannot be used: not finite or out of range",
+  drop(frame.camera && !is_usable(*frame.camera), "camera cannot be used: not finite or out of range",
        frame.camera);
   drop_empty(frame);
   if (frame.pose_provenance != PoseProvenance::None && !is_rigid(frame.T_world_camera)) {
@@ -242,10 +242,10 @@ inline FrameCleaner::Dropped FrameCleaner::clean_places(Span<const cv::KeyPoint>
 inline void FrameCleaner::clean_boxes(FrameView& frame) {
   if (!frame.detections) return;
   Span<const Detection>& given = frame.detections->detections;
-  const auto is_sound = [](const Detection& box) { return sound(box); };
+  const auto usable = [](const Detection& box) { return is_usable(box); };
   const std::size_t most =
       std::min(limits::kMaxBoxes, limits::kMaxBoxFeaturePairs / std::max<std::size_t>(1, frame.size()));
-  if (given.size() <= most && std::all_of(given.begin(), given.end(), is_sound)) return;
+  if (given.size() <= most && std::all_of(given.begin(), given.end(), usable)) return;
   keep_best(given, most);
   if (kept_.empty()) return frame.detections.reset();  // nothing is known, which is not "nothing was found"
   detections_.clear();
@@ -277,18 +277,18 @@ inline void FrameCleaner::keep_best(Span<const Detection> given, std::size_t mos
 
 inline std::optional<cv::Rect2f> FrameCleaner::usable_box(const Detection& detection) {
   if (!(detection.score >= 0 && detection.score <= 1)) return std::nullopt;
-  if (sound_box(detection.box)) return detection.box;
+  if (is_usable_box(detection.box)) return detection.box;
   const cv::Rect2f box = clipped(detection.box);
-  if (!sound_box(box)) return std::nullopt;
+  if (!is_usable_box(box)) return std::nullopt;
   return box;
 }
 
-inline bool FrameCleaner::sound(const Detection& detection) {
-  return sound_box(detection.box) && detection.score >= 0 && detection.score <= 1 &&
+inline bool FrameCleaner::is_usable(const Detection& detection) {
+  return is_usable_box(detection.box) && detection.score >= 0 && detection.score <= 1 &&
          (detection.mask.empty() || detection.mask.type() == CV_8UC1);
 }
 
-inline bool FrameCleaner::sound_box(const cv::Rect2f& box) {
+inline bool FrameCleaner::is_usable_box(const cv::Rect2f& box) {
   return box.width > 0 && box.height > 0 && PointGrid::usable(box.tl()) && PointGrid::usable(box.br());
 }
 
@@ -301,7 +301,7 @@ inline cv::Rect2f FrameCleaner::clipped(const cv::Rect2f& box) {
   return {x, y, within(box.x + box.width) - x, within(box.y + box.height) - y};
 }
 
-inline bool FrameCleaner::sound(const Camera& camera) {
+inline bool FrameCleaner::is_usable(const Camera& camera) {
   const auto within = [](double value, double least) { return value >= least && value <= 1e6; };
   const bool only_size = camera.fx_px == 0 && camera.fy_px == 0 && !camera.distorted();
   // No image has a focal length below one pixel.

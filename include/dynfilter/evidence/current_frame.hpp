@@ -20,8 +20,7 @@
 
 namespace dynfilter {
 
-/// The frame as it came in, checked, and what is measured at each of its features alone: pixels, depths and
-/// 3-D points, computed on first use.
+/// The frame as it came in, checked. Pixels, depths and 3-D points of each feature are computed on first use.
 class CurrentFrame {
  public:
   /// Depths beyond `max_depth_m` do not count, but for those of a stereo pair. `max_depth_edge`: see DepthSampler.

@@ -55,8 +55,8 @@ class FrameMatches {
 
   const MatchedFeatures& matched_features(const Match& match, double max_offset_px);
 
-  /// The match with the last frame for late results: that of the stages if they compute one, otherwise a
-  /// sparse one at a sixth of the cost.
+  /// The match with the last frame for late results. It is that of the stages if they compute one, otherwise
+  /// a sparse one at a sixth of the cost.
   const Match& step_match();
   /// A match with the last frame costs nothing more, because there is one, or no such frame.
   bool has_step() const;

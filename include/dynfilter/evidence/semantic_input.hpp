@@ -47,7 +47,7 @@ struct DetectionFilter {
 
   /// Also false for boxes that are empty, inverted or not finite,
   /// and for scores that are not finite.
-  bool wants(const Detection& detection) const;
+  bool accepts(const Detection& detection) const;
 };
 
 /// Boxes or masks of the current frame or of an older one.

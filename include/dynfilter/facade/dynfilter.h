@@ -19,8 +19,9 @@
 extern "C" {
 #endif
 
-/* Grows when anything here changes its layout. Compare with dynfilter_abi_version(). */
-#define DYNFILTER_ABI_VERSION 2
+/* 1 in 0.1.0, the first release. A release that changes a layout here increments it.
+   Compare it with dynfilter_abi_version(). */
+#define DYNFILTER_ABI_VERSION 1
 
 typedef struct dynfilter_filter dynfilter_filter;
 

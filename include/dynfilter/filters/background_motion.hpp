@@ -109,8 +109,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr float kNoiseReach_px = 30;
   // Features without evidence: how far their neighbourhood reaches, and the belief they must exceed [nats].
   // Without a depth they may lie on another surface than their neighbours.
-  static constexpr float kUnseenReach = 2.5F, kUnseenDoubt = 0;
-  static constexpr float kBlindReach = 1.5F, kBlindDoubt = 0.6F;
+  static constexpr float kUnseenReach = 2.5F, kUnseenLimit = 0;
+  static constexpr float kBlindReach = 1.5F, kBlindLimit = 0.6F;
   static constexpr float kMobilityReach = 1.2F;  ///< features that appear take mobility from as far
   static constexpr float kBlindTrust = 0.3F;     ///< of neighbours, for a feature without depth
   static constexpr float kOwnWeight = 0.5F;      ///< of zero evidence in the mean over neighbours
@@ -140,7 +140,9 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   void recall(const Evidence& evidence, const Match& match);
 
   /// What was judged against a background that may be the wrong one must not decide the next choice.
-  float sure() const { return static_cast<float>(std::max(0.0, 2 * estimator_.confidence() - 1)); }
+  float confidence_weight() const {
+    return static_cast<float>(std::max(0.0, 2 * estimator_.confidence() - 1));
+  }
 
   /// A feature without a past takes that of the features around the place where it was.
   float mobility_around(const Evidence& evidence, const Match& match, std::size_t i) const;
@@ -172,7 +174,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
     bool in_space() const { return axes == StaticMiss::Axes::Space; }
     /// Says for standing still, too. A mover that keeps to its epipolar line, as most on a road, does not miss
     /// the line.
-    bool tells() const { return axes == StaticMiss::Axes::Space || axes == StaticMiss::Axes::Image; }
+    bool can_show_rest() const { return axes == StaticMiss::Axes::Space || axes == StaticMiss::Axes::Image; }
   };
   void measure_misses(const Evidence& evidence, const Match& match);
   void measure(const Evidence& evidence, std::size_t i, int gap, const SeenPoint& then, Measured& out,
@@ -236,15 +238,15 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
 
   /// What a feature with evidence must exceed: the odds against motion in this frame. A world where hardly
   /// anything moves is left alone; where most features move, the slightest evidence counts.
-  void set_certainty();
+  void set_rest_log_odds();
   /// A detector's word is enough beside any evidence.
-  float certainty(const Evidence& evidence, std::size_t i) const {
-    return evidence.prior(i) ? 0 : certainty_;
+  float limit_with_evidence(const Evidence& evidence, std::size_t i) const {
+    return evidence.prior(i) ? 0 : rest_log_odds_;
   }
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
   /// suspects it can look at; without one the neighbours must speak for motion. Structured light has holes
   /// beside near surfaces, on what is behind them.
-  float doubt(const Evidence& evidence, std::size_t i) const;
+  float limit_without_evidence(const Evidence& evidence, std::size_t i) const;
 
   Params params_;
   const FeatureTracks* tracks_ = nullptr;  ///< of the current frame
@@ -258,7 +260,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   double step_ratio_ = kFirstStepRatio, track_ratio_ = kFirstTrackRatio;
   double least_confidence_ = kLeastConfidence;
   bool first_choice_ = true;
-  float certainty_ = 0;                      ///< [nats]
+  float rest_log_odds_ = 0;                  ///< [nats]
   double step_scale_ = 1, track_scale_ = 1;  ///< of chained_noise_px(), in this frame
   DepthNoise sensor_;                        ///< of this frame's depths
   bool judges_directions_ = false;           ///< features without depth have evidence of their own

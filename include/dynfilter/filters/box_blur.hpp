@@ -130,7 +130,7 @@ inline void BoxBlurFilter::collect(const Evidence& evidence, const LateResult& l
   inside_.clear();
   const cv::Rect2d image(0, 0, evidence.frame().grey.cols, evidence.frame().grey.rows);
   for (const Detection& detection : late.detections()) {
-    if (!wanted_.wants(detection)) continue;
+    if (!wanted_.accepts(detection)) continue;
     Box box;
     const cv::Rect2f now = features_in_box(evidence, detection.box, 0, late, scratch_, inside_box_);
     box.place = cv::Rect(cv::Rect2d(now) & image);

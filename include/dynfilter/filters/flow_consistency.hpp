@@ -115,8 +115,9 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   static constexpr double kUntrackedReach = 0.075;  ///< neighbourhood of a feature without a track
   static constexpr float kOwnWeight = 0.5F;         ///< of no excess in the mean over neighbours
   static constexpr std::size_t kGroup = 4;          ///< smallest number of points
-  /// What moves along its line seems to be nearer or farther than it is. Static things are seldom nearer than a
-  /// fifth of the middle of the scene, movers often seem to be: a walker is faster than a camera in the hand.
+  /// What moves along its line seems to be nearer or farther than it is. Static things are seldom nearer than
+  /// a fifth of the middle of the scene. Movers often seem to be, because a walker is faster than a camera in
+  /// the hand.
   static constexpr double kNearest = 5;
   static constexpr std::size_t kLeastCells = 9;  ///< that tell the middle of the scene
 
@@ -130,7 +131,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   /// and the gap for the ground. Longest first.
   void choose_gaps();
 
-  bool somebody_needs(int gap) const;
+  bool needs_gap(int gap) const;
 
   /// Estimates the camera's motion over the gap, and each flow relative to it.
   /// False if there is no motion.
@@ -189,16 +190,16 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   /// long: with this time constant, the share is reached after 0.4 s.
   static constexpr double kDrives = 0.8, kDriveMemory_s = 0.25;
   /// Tracks too young to be compared with the ground take over what similar neighbours have, in as many steps.
-  static constexpr int kLendingSteps = 3;
-  static constexpr std::size_t kLenders = 2;
+  static constexpr int kInferenceSteps = 3;
+  static constexpr std::size_t kInferenceNeighbours = 2;
 
   /// Only a camera that drives forward has its horizon in the image and ground below it.
   bool find_focus();
   bool drives() const { return ahead_.value() >= kDrives; }
 
   void weigh_ground();
-  void lend_ground();
-  void lend_ground_once();
+  void infer_ground_distances();
+  void infer_ground_distances_once();
 
   void spread(const Evidence& evidence);
   /// Mean excess of the neighbours, near ones first: a body has features whose tracks have just begun.
@@ -230,7 +231,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   std::vector<GroundedPoint> grounded_;
   std::vector<int> seeds_, counts_;
   std::vector<bool> judged_, compared_;
-  std::vector<std::size_t> lent_;
+  std::vector<std::size_t> inferred_;
   NeighbourPlaces neighbours_;
   NeighbourPlaces::Field excess_around_;
   std::vector<float> excess_, depths_m_;  ///< over the limit, in standard deviations; depths: unknown

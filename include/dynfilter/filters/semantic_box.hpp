@@ -92,7 +92,7 @@ inline void SemanticBoxFilter::apply(const Evidence& evidence, Votes& votes) {
   const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes);
   if (!late.usable()) return;
   for (const Detection& detection : late.detections())
-    if (wanted_.wants(detection)) judge(evidence, detection, late, votes);
+    if (wanted_.accepts(detection)) judge(evidence, detection, late, votes);
 }
 
 inline void SemanticBoxFilter::judge(const Evidence& evidence, const Detection& detection,

@@ -127,7 +127,7 @@ inline void SemanticMaskFilter::judge_instances(const Evidence& evidence, Votes&
   if (!any) return votes.note("the detections have no masks");
   clear(evidence, late, votes);
   for (const Detection& detection : late.detections()) {
-    if (!filter.wants(detection)) continue;
+    if (!filter.accepts(detection)) continue;
     const MaskLookup mask(detection.mask, image_size(evidence.frame()));
     if (!mask.empty())
       judge(evidence, mask, late, detection.score, votes);

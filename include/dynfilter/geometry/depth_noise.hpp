@@ -37,8 +37,8 @@ struct DepthNoise {
   DepthNoise scaled(double factor) const { return {factor * base_m, factor * quadratic_per_m, offset_m}; }
 };
 
-/// A smaller disparity is no depth: its error is a fifth of it with twice the usual noise, and the mean of
-/// 1 / disparity is 4 % too large. The feature is a direction then.
+/// A smaller disparity is no depth. With twice the usual noise its error is a fifth of it, and the mean of 1
+/// / disparity is 4 % too large. The feature is a direction then.
 constexpr float kLeastDisparity_px = 10 * static_cast<float>(DepthNoise::kDisparity_px);
 
 /// Depth [m] of a feature at the undistorted column `left_u_px`. NaN without a match and for small disparities.

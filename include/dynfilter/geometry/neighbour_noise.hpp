@@ -28,9 +28,8 @@ struct Miss {
 };
 
 /// Noise of matches from the differences between neighbours' misses. Neighbours on one surface share the
-/// error of the motion, of the calibration and of the clock, and also the motion of the object they are on;
-/// what differs between them is the noise of each. So the estimate needs neither the right motion nor a
-/// majority of static points.
+/// errors of motion, calibration and clock, and the motion of their object. What differs between them is the
+/// noise of each. So the estimate needs neither the right motion nor a majority of static points.
 ///
 /// The squared difference of two misses with variance s^2 per axis is exponential with mean 4 s^2, so its
 /// median is 4 s^2 ln 2. On one axis its median is 0.4549 times 2 s^2 (chi-square, one degree of freedom).

@@ -9,8 +9,8 @@
 
 namespace dynfilter {
 
-/// A colour copy of a grey or colour image with a ring per feature: green kept, red rejected, yellow rejected
-/// but brought back by the floor.
+/// A colour copy of a grey or colour image with a ring per feature. Green is kept, red rejected, yellow
+/// rejected but restored by the floor.
 cv::Mat draw_verdict(const cv::Mat& image, Span<const cv::KeyPoint> keypoints, const Verdict& verdict);
 
 /// One line for a log: "frame 12: 1003 features, 210 rejected, 0 restored; background_motion 210; notes".

@@ -36,7 +36,7 @@ class HostSemantics {
   void reset();
 
   /// The first error of the file or the detector, once; "" without one.
-  std::string take_trouble();
+  std::string take_error();
 
  private:
   struct Given {

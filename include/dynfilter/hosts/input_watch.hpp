@@ -16,10 +16,10 @@ namespace dynfilter {
 
 class Stage;
 
-/// Which inputs a pipeline uses and which a host gives: for one line at start, and for one warning
-/// when something that it needs never came.
-/// Not needed are an input of a `first_available` member while a later member judges, and boxes or masks that
-/// are marked as suspects only, unless `by_region` routes suspects.
+/// Which inputs a pipeline uses and which a host gives. It makes one line at start, and one warning if a
+/// needed input never came.
+/// An input of a `first_available` member is not needed while a later member judges. Boxes or masks that only
+/// mark suspects are needed only if `by_region` routes suspects.
 class InputWatch {
  public:
   static constexpr int kPatience = 30;  ///< frames

@@ -23,9 +23,9 @@
 
 namespace dynfilter {
 
-/// For a host that cannot be patched, ORB-SLAM or other: judges corners of its own and returns the images
-/// that the host is to be given. With depth the image stays and the depth loses what is rejected; without,
-/// the image is painted over there. One camera stream, one thread.
+/// For a host that cannot be patched, ORB-SLAM or other. Judges corners of its own and returns the images for
+/// the host. With depth the image stays and the depth loses what is rejected; without, the image is painted
+/// over there. One camera stream, one thread.
 class MaskedHost {
  public:
   struct Images {

@@ -41,12 +41,12 @@ namespace dynfilter {
 class OrbSlam {
  public:
   /// Receives one line for the host's log, called from the thread of the call that has something to say.
-  using Tell = std::function<void(const std::string& line)>;
+  using LineSink = std::function<void(const std::string& line)>;
 
   /// For the host's constructor. Tells start_line(), later a warning when an input never came or a detector
   /// fails. Never throws: of settings that cannot be used it tells the error and, as `DynFilter.on_error`
   /// says, returns null or one that lets every feature through. `sensor`: the host's System::eSensor.
-  static std::unique_ptr<OrbSlam> start(const std::string& settings_file, int sensor, Tell tell,
+  static std::unique_ptr<OrbSlam> start(const std::string& settings_file, int sensor, LineSink sink,
                                         const Registry& registry = builtin_filters(),
                                         const ProviderRegistry& providers = {});
 
@@ -54,7 +54,7 @@ class OrbSlam {
   OrbSlam(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
           const ProviderRegistry& providers = {})
       : OrbSlam(read_orb_slam_settings(settings_file, registry, providers), host_sensor(sensor)) {}
-  OrbSlam(OrbSlamSettings settings, HostSensor sensor, Tell tell = nullptr);
+  OrbSlam(OrbSlamSettings settings, HostSensor sensor, LineSink sink = nullptr);
 
   // ---- what a detector or a segmenter found, for all call points of the next frame
   /// `frame_id`: the host's mnId of the frame they were computed on, or -1 for the next one. An empty list
@@ -82,10 +82,9 @@ class OrbSlam {
   }
 
   /// B: in GrabImage..., after the Frame is made and before Track(). `grey`: CV_8UC1. `depth`: CV_32FC1 in
-  /// metres or CV_16UC1 with `depth_unit_m`; empty for one camera or two; with
-  /// std::move() it is handed over and, if nobody else has its memory, kept without a copy. `map_exists`: the
-  /// host is past its initialisation (`mState >= OK`). `pose`: orb_slam::predicted_pose(mVelocity,
-  /// mLastFrame), or nothing.
+  /// metres or CV_16UC1 with `depth_unit_m`, empty for one camera or two. With std::move() it is handed over,
+  /// and kept without a copy if its memory has no other owner. `map_exists`: the host is past its
+  /// initialisation (`mState >= OK`). `pose`: orb_slam::predicted_pose(mVelocity, mLastFrame), or nothing.
   template <class Frame>
   const Verdict& before_tracking(Frame& frame, const cv::Mat& grey, cv::Mat depth, bool map_exists,
                                  const orb_slam::HostPose& pose = {}) {
@@ -148,10 +147,10 @@ class OrbSlam {
   void set_depth_unit_m(double depth_unit_m) { depth_unit_m_ = depth_unit_m; }
 
  private:
-  static std::unique_ptr<OrbSlam> after_error(const std::string& settings_file, HostSensor sensor, Tell tell,
-                                              const std::string& what);
-  void say(const std::string& line) const {
-    if (tell_) tell_(line);
+  static std::unique_ptr<OrbSlam> after_error(const std::string& settings_file, HostSensor sensor,
+                                              LineSink sink, const std::string& what);
+  void print(const std::string& line) const {
+    if (sink_) sink_(line);
   }
   void warn(const std::string& line);
   /// As far as it is known before the first frame.
@@ -176,7 +175,7 @@ class OrbSlam {
       pipeline_.update_pose(pose.last_frame_id, pose.last_T_world_camera, PoseProvenance::Estimated);
     if (pose.has_prediction)
       view.T_world_camera = pose.predicted_T_world_camera, view.pose_provenance = PoseProvenance::Predicted;
-    ask_detector(view);
+    submit_to_detector(view);
     semantics_.add_to(view);
     judge(view, CallPoint::BeforePose, min_features(map_exists));
     first_frame_ = false;
@@ -192,7 +191,7 @@ class OrbSlam {
       keep_copy(depth, depth_);
   }
 
-  void ask_detector(const FrameView& view);
+  void submit_to_detector(const FrameView& view);
 
   /// Frame numbers that start again are another run.
   void note_restart(std::int64_t id);
@@ -215,7 +214,7 @@ class OrbSlam {
 
   OrbSlamParams params_;
   HostSensor sensor_;
-  Tell tell_;
+  LineSink sink_;
   std::string pipeline_file_, warning_;
   HostSemantics semantics_;
   Pipeline pipeline_;

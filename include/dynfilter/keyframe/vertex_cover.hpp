@@ -121,7 +121,7 @@ class CoverSearch {
 
   /// Takes v if it dominates a neighbour u, because some smallest cover contains v.
   /// This includes every u of degree one.
-  bool takes_one_surely(State& state, std::size_t v) {
+  bool take_if_dominating(State& state, std::size_t v) {
     for (std::size_t u = n_; u-- > 0;) {
       if (!has(state.alive.data(), u) || !has(row(v), u) || !dominated(state.alive, u, v)) continue;
       take(state, v);
@@ -138,7 +138,7 @@ class CoverSearch {
         if (degree(state.alive, v) == 0)
           clear(state.alive.data(), v);
         else
-          changed = takes_one_surely(state, v) || changed;
+          changed = take_if_dominating(state, v) || changed;
       }
     }
   }

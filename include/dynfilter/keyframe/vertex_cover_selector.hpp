@@ -90,7 +90,7 @@ class VertexCoverSelector final : public KeyframeSelector {
   /// The anchor is already selected, so its edges need no cover.
   VertexSet cover(const Graph& graph, std::vector<std::optional<KeyframeReason>>& why);
 
-  bool still_good(const Graph& graph, const VertexSet& set) const {
+  bool is_connected_cover(const Graph& graph, const VertexSet& set) const {
     return is_vertex_cover(graph, set) && connected_within(graph, set);
   }
 
@@ -257,7 +257,7 @@ inline std::optional<VertexCoverSelector::Vertex> VertexCoverSelector::cleaner(
     VertexSet other = set;
     other[v] = 0, other[u] = 1;
     const std::size_t shared = shared_points(vertex[u]->points, vertex[v]->points);
-    if (shared > best_shared && still_good(graph, other)) best = u, best_shared = shared;
+    if (shared > best_shared && is_connected_cover(graph, other)) best = u, best_shared = shared;
   }
   return best;
 }

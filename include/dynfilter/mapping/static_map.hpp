@@ -124,7 +124,7 @@ class StaticMap {
   }
   Keyframe* find(std::int64_t id);
 
-  static std::string why_not(const MapFrame& frame);
+  static std::string skip_reason(const MapFrame& frame);
 
   /// Depths in metres, 0: no depth.
   /// Depths beyond max_depth_m are kept, because they prove free space in front of them.
@@ -189,7 +189,7 @@ inline MapReport StaticMap::add(const MapFrame& frame) {
   const auto start = std::chrono::steady_clock::now();
   MapReport report;
   report.T_world_camera = frame.T_world_camera;
-  report.note = why_not(frame);
+  report.note = skip_reason(frame);
   if (report.note.empty() && find(frame.id) != nullptr)
     report.note = "the map already has a keyframe with this id";
   if (report.note.empty()) {
@@ -206,7 +206,7 @@ inline MapReport StaticMap::observe(const MapFrame& frame) {
   report.T_world_camera = frame.T_world_camera;
   ++frames_since_key_;
   if (params_.key_window == 0 || !key_regions_.any(frame.detections)) return report;
-  report.note = why_not(frame);
+  report.note = skip_reason(frame);
   if (!report.note.empty()) return report;
   read_depth(frame);
   Neighbour neighbour{frames_seen_ + frames_since_key_, frame.T_world_camera, {}};
@@ -302,7 +302,7 @@ inline StaticMap::Keyframe* StaticMap::find(std::int64_t id) {
   return nullptr;
 }
 
-inline std::string StaticMap::why_not(const MapFrame& frame) {
+inline std::string StaticMap::skip_reason(const MapFrame& frame) {
   if (frame.depth.empty()) return "no depth image";
   if (frame.depth.type() != CV_16UC1 && frame.depth.type() != CV_32FC1)
     return "the depth image is neither CV_16UC1 nor CV_32FC1";

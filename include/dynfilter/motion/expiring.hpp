@@ -69,12 +69,12 @@ class ExpiringMean {
     mean_.confirm(mean);
   }
   /// Takes over the mean of others: `since_s` ago, the first of them was confirmed for the last time.
-  void lend(double value, double since_s) { mean_.infer({value, RecentMean::kPriorWeight}, since_s); }
+  void infer(double value, double since_s) { mean_.infer({value, RecentMean::kPriorWeight}, since_s); }
   void reset() { mean_.reset(); }
 
   double value() const { return mean_.value() ? mean_.value()->value : 0; }
   bool known() const { return mean_.value().has_value(); }
-  bool lent() const { return known() && !mean_.value()->observed(); }
+  bool inferred() const { return known() && !mean_.value()->observed(); }
   double since_s() const { return mean_.since_s(); }
 
  private:

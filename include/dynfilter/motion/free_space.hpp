@@ -38,14 +38,14 @@ class NearestDepth {
 ///
 /// The point, put into the view by the background's motion, has the depth Z there. In the window of its
 /// positional uncertainty the view's nearest depth is Z + d with d > 0. If the surface is static, d is an
-/// error: Student t (nu = 6) with the depth noise s of both, or, for a share e of the features, a gross one.
+/// error. It is Student t (nu = 6) with the depth noise s of both. For a share e of the features it is a
+/// gross error.
 /// If it moved, d is the distance to what is behind, anything up to R, for a share u of the movers:
 ///   odds = log(u / (R t(d / s) / s + e)) + log(share / (1 - share))
 /// Below 0 nothing is said: a mover also hides its own earlier place, and an occluder hides any place.
 /// The window's radius is three standard deviations of the match and of the depth's parallax, and 3 px for
-/// silhouettes. Space that was free is evidence in the sense of Palazzolo et al. (ReFusion, IROS 2019) and
-/// of DynaSLAM's multi-view test (Bescos et al., RA-L 2018). About 0.1 us where something is there, 0.3 us
-/// else.
+/// silhouettes. Free space is evidence as in ReFusion (Palazzolo et al., IROS 2019) and DynaSLAM's multi-view
+/// test (Bescos et al., RA-L 2018). About 0.1 us where something is there, 0.3 us else.
 class FreeSpaceView {
  public:
   struct Model {

@@ -95,7 +95,7 @@ class GroundContact {
   std::optional<double> farther(std::size_t k);
   bool ground_seen_at(double below_px) const;
   /// The lower part of a body that seems to be beneath the ground speaks for all of it.
-  void raise(const Members& group);
+  void extend_sunken_part(const Members& group);
 
   std::optional<double> nearer(const Members& group);
   /// The lower end of the group, its extent, and its ratio to the ground.

@@ -28,9 +28,9 @@ struct MovingOddsInput {
 /// Log-odds [nats] that a feature moves rather than stands still.
 ///
 /// Static: the miss has a Student t density with nu = 6 and the stated noise. Moving at a speed of standard
-/// deviation v: the variance of each axis grows by (v elapsed)^2, in pixels or metres. With c the static
-/// chi2, c_v the chi2 under the wider density, n axes of which m are in the image, and a, b the ratios of the
-/// added to the static variance in the image and in depth:
+/// deviation v: the variance of each axis grows by (v elapsed)^2, in pixels or metres. Of the n axes m are in
+/// the image. c is the static chi2, c_v the chi2 under the wider density. a and b are the ratios of the added
+/// to the static variance in the image and in depth.
 ///   odds_v = (nu + n) / 2 (log(1 + c / nu) - log(1 + c_v / nu)) - m log(1 + a) / 2 - log(1 + b) / 2
 ///   odds   = log(mean of exp(odds_v) over both speeds) + log(share / (1 - share))
 /// Where the noise is larger than anything a mover could do in that time, a and b vanish and nothing is said:

@@ -41,8 +41,8 @@ class PatchRelief {
   double unit_m_;
 };
 
-/// How far a static point at `px` (undistorted, current frame) shifts in the image under the motion when its
-/// inverse depth changes by `relief_per_m`: f |t_xy - x t_z| relief, to first order [px].
+/// Shift in the image [px] of a static point at `px` (undistorted, current frame) when its inverse depth
+/// changes by `relief_per_m`. To first order it is f |t_xy - x t_z| relief.
 double relief_shift_px(const Camera& camera, const Pose& T_current_reference, const cv::Point2f& px,
                        double relief_per_m);
 

@@ -35,10 +35,10 @@ struct StaticMiss {
 ///
 /// Space: RigidResidualModel. Image: the point is put into the other frame;
 ///   chi2 = r^T S^-1 r,  S = su^2 I + g g^T,  g = d(u, v)/dz sigma_z(z),
-/// with the frame whose depth is known as the one that predicts. Line: the ray of the reference feature lies in
-/// the current image on the points pi(R x + rho t) with the inverse depth rho in [0, 1 / kNearest_m]. The
-/// nearest of them is triangulated linearly; chi2 is the squared distance from it over su^2. Far points do not
-/// move with t, so their whole miss counts.
+/// with the frame whose depth is known as the one that predicts. Line: the ray of the reference feature has
+/// the image points pi(R x + rho t), with the inverse depth rho in [0, 1 / kNearest_m]. The nearest of them
+/// is triangulated linearly; chi2 is the squared distance from it over su^2. Far points do not move with t,
+/// so their whole miss counts.
 class StaticMissModel {
  public:
   StaticMissModel(const Camera& camera, const Pose& T_current_reference, const RigidResidualNoise& noise)

@@ -34,16 +34,16 @@ struct ViewMotionOptions {
   /// A turn alone is taken where it has this share of the support, unless more than `parallax_share` of what
   /// it explains flows as parallax does.
   double rotation_share = 0.7, parallax_share = 0.4;
-  /// A camera stands if this share of the votes does not flow at all: far points alone are fewer, and a car
-  /// ahead is one of many cells.
+  /// A camera is still if this share of the votes does not flow. Far points alone are fewer, and a car ahead
+  /// is one of many cells.
   double rest_share = 0.2;
 };
 
-/// The camera's motion from the flow of points of which many may move: the motion whose inliers **cover most
+/// The camera's motion from the flow of points of which many may move. The motion whose inliers **cover most
 /// of the image** wins, not the one with most inliers. Each of the image's cells has one vote, which its
-/// points share; a car with 80 % of the points on a third of the image loses. RANSAC over cells, Gauss-Newton
-/// on samples of six points from different cells (Torr and Zisserman's truncated quadratic as support), the
-/// last frame's motion as one hypothesis more. Points must flow as in front of both cameras. Where a rotation
+/// points share. A car with 80 % of the points on a third of the image loses. RANSAC over cells, Gauss-Newton
+/// on samples of six points from different cells, Torr and Zisserman's truncated quadratic as support. The
+/// last frame's motion is one more hypothesis. Points must flow as in front of both cameras. Where a rotation
 /// is supported as well, there is no baseline. Cost: about 0.5 ms for 1000 points. Deterministic; `pairs` in
 /// another order may give another motion within the noise, so bring them in an order of their own.
 class ViewMotionEstimator {
@@ -101,10 +101,10 @@ class ViewMotionEstimator {
                                        double focal_px);
 
   /// Nothing flows but what moves itself.
-  bool stands(const std::vector<ViewPair>& pairs) const;
+  bool is_still(const std::vector<ViewPair>& pairs) const;
 
-  /// Of what the rotation in best_ explains, the share that flows as parallax does, by more than twice the
-  /// noise: that of the distances to the epipolar lines. Noise seldom does.
+  /// Share of what the rotation in best_ explains that flows as parallax does, by more than twice the noise.
+  /// The noise is that of the distances to the epipolar lines and seldom flows so.
   double parallax_share(const std::vector<ViewPair>& pairs, const ViewMotion& with_baseline);
 
   Options options_;

@@ -26,13 +26,13 @@ struct PresetFolders {
 namespace detail {
 
 /// Adds a folder of pipelines that come with dynfilter. A compiled library does not know where it was installed
-/// to: each file that includes this header tells what its CMake target names, before main().
-bool tell_built_in_presets(const char* folder);
+/// to: each file that includes this header adds what its CMake target names, before main().
+bool add_built_in_presets(const char* folder);
 #if defined(DYNFILTER_PIPELINES_DIR) && !defined(DYNFILTER_LIBRARY)
-[[maybe_unused]] static const bool kToldBuiltInPresets = tell_built_in_presets(DYNFILTER_PIPELINES_DIR);
+[[maybe_unused]] static const bool kAddedBuiltInPresets = add_built_in_presets(DYNFILTER_PIPELINES_DIR);
 #endif
 
-/// The folders told: installed pipelines, or those of the source tree.
+/// The folders added: installed pipelines, or those of the source tree.
 std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind);
 
 }  // namespace detail

@@ -60,8 +60,8 @@ class ByRegionStage final : public Combinator {
 ///
 /// Each frame is decided anew, without a memory of the member that judged the last one. An input may be
 /// missing in one frame only (depth at half the rate of the images), and waiting would leave frames unjudged.
-/// A member that did not run in the last frame is reset before its next turn, because its tracks and motions
-/// end at an older frame. Members that take turns therefore judge as at the start of a stream.
+/// A member that did not run in the last frame is reset before its next turn. Its tracks and motions end at
+/// an older frame. Members that take turns therefore judge as at the start of a stream.
 /// A member that is called and abstains keeps its memory, so it is not thrown back by its own doubt.
 class FirstAvailableStage final : public Combinator {
  public:
@@ -81,10 +81,10 @@ class FirstAvailableStage final : public Combinator {
  private:
   static void rest(const Stage& member, StageReports& reports);
   /// Appends "background_motion skipped: no depth" or "... abstained on the whole frame".
-  static void add_why_not(const StageReport& member, std::string& text);
+  static void add_skip_reason(const StageReport& member, std::string& text);
 
   std::vector<std::uint8_t> rested_;  ///< members that did not run in the last frame
-  std::string why_not_;
+  std::string skip_reasons_;
 };
 
 inline void GateStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) {
@@ -125,7 +125,7 @@ inline void FirstAvailableStage::reset() {
 inline void FirstAvailableStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                         Judgement& out) {
   const Stage* judge = nullptr;
-  why_not_.clear();
+  skip_reasons_.clear();
   for (std::size_t k = 0; k < children_.size(); ++k) {
     Stage& member = *children_[k];
     if (judge != nullptr) {
@@ -142,14 +142,14 @@ inline void FirstAvailableStage::decide(FrameEvidence& evidence, StageReports& r
     if (reports[place].has_judged())
       judge = &member;
     else
-      add_why_not(reports[place], why_not_);
+      add_skip_reason(reports[place], skip_reasons_);
   }
-  if (why_not_.empty()) return;
+  if (skip_reasons_.empty()) return;
   std::string& note = reports[self].note;
   if (judge != nullptr)
-    append_text(note, "judged by ", judge->name(), " (", why_not_, ")");
+    append_text(note, "judged by ", judge->name(), " (", skip_reasons_, ")");
   else
-    append_text(note, "no member judged (", why_not_, ")");
+    append_text(note, "no member judged (", skip_reasons_, ")");
 }
 
 inline void FirstAvailableStage::rest(const Stage& member, StageReports& reports) {
@@ -158,7 +158,7 @@ inline void FirstAvailableStage::rest(const Stage& member, StageReports& reports
   report.note = "skipped: an earlier member judged";
 }
 
-inline void FirstAvailableStage::add_why_not(const StageReport& member, std::string& text) {
+inline void FirstAvailableStage::add_skip_reason(const StageReport& member, std::string& text) {
   append_text(text, text.empty() ? "" : ", ", member.name, " ");
   if (member.skipped)
     text += member.note;  // "skipped: no depth"

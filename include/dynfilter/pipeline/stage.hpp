@@ -103,7 +103,7 @@ class Stage {
  private:
   void run(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out);
   static void fail(StageReport& report, const std::string& what, std::size_t n, Judgement& out);
-  static void drop_unasked(const FrameEvidence& evidence, Judgement& out);
+  static void drop_not_judged(const FrameEvidence& evidence, Judgement& out);
 
   std::string name_, path_;
 };
@@ -145,7 +145,7 @@ inline void Stage::judge(FrameEvidence& evidence, StageReports& reports, Judgeme
   run(evidence, reports, self, out);
   StageReport& report = reports[self];
   report.judged = evidence.count_judged();
-  if (report.judged < evidence.size()) drop_unasked(evidence, out);
+  if (report.judged < evidence.size()) drop_not_judged(evidence, out);
   report.dynamic = out.votes.count(Vote::Dynamic);
   report.unknown = out.votes.count(Vote::Unknown) - (out.votes.size() - report.judged);
   report.prior = out.votes.count_prior();
@@ -176,7 +176,7 @@ inline void Stage::fail(StageReport& report, const std::string& what, std::size_
   out.reset(n);
 }
 
-inline void Stage::drop_unasked(const FrameEvidence& evidence, Judgement& out) {
+inline void Stage::drop_not_judged(const FrameEvidence& evidence, Judgement& out) {
   const Span<const std::uint8_t> judged = evidence.judged();
   out.votes.keep_only(judged);
   for (std::size_t i = 0; i < judged.size(); ++i) out.reasons[i] = judged[i] != 0 ? out.reasons[i] : 0;

@@ -18,8 +18,9 @@
 
 namespace dynfilter {
 
-/// Grows by one whenever a boundary type or the meaning of a call changes, even where no size does.
-inline constexpr std::uint32_t kAbiNumber = 4;
+/// 1 in 0.1.0, the first release. A release that changes a boundary type or the meaning of a call increments it,
+/// even where no size changes.
+inline constexpr std::uint32_t kAbiNumber = 1;
 
 /// What the host and a plugin must agree on before they call each other's C++ code.
 /// Plain 32-bit numbers are readable regardless of how the other side was built.

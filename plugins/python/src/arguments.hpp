@@ -96,8 +96,8 @@ class Keypoints {
 py::dtype keypoint_type();
 
 Pose pose_of(const std::string& argument, py::handle value);  ///< from a (4, 4) matrix
-/// The camera unchanged if it is one of a real image: focal lengths above 0, the principal point above 0
-/// and inside the image, if its size is known.
+/// The camera unchanged if it is one of a real image. Focal lengths and principal point are above 0, the
+/// latter inside the image if its size is known.
 const Camera& checked_camera(const std::string& argument, const Camera& camera);
 /// A dynfilter.Camera or an upper triangular (3, 3) matrix without skew.
 Camera camera_of(const std::string& argument, py::handle value);

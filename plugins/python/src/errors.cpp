@@ -14,11 +14,11 @@ py::object error_class(const char* name) {
   return py::module_::import("dynfilter.errors").attr(name);
 }
 
-void raise(const char* name, const std::exception& error) {
+void set_error(const char* name, const std::exception& error) {
   PyErr_SetString(error_class(name).ptr(), error.what());
 }
 
-void raise_config_error(const ConfigError& error) {
+void set_config_error(const ConfigError& error) {
   const py::object type = error_class("ConfigError");
   const py::object raised = type(error.what());
   raised.attr("path") = error.path();
@@ -32,13 +32,13 @@ void bind_errors(py::module_& /*module*/) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const ConfigError& error) {
-      raise_config_error(error);
+      set_config_error(error);
     } catch (const PluginError& error) {
-      raise("PluginError", error);
+      set_error("PluginError", error);
     } catch (const IoError& error) {
-      raise("IoError", error);
+      set_error("IoError", error);
     } catch (const Error& error) {
-      raise("Error", error);
+      set_error("Error", error);
     }
   });
 }

@@ -159,7 +159,7 @@ py::tuple judged(py::handle filter, const ExactScene& scene, int frame) {
   try {
     votes = testing::judge(*judged, scene, frame);
   } catch (const std::exception&) {
-    link->raise();
+    link->rethrow_error();
     throw;
   }
   py::array_t<std::uint8_t> decisions(static_cast<py::ssize_t>(votes.size()));

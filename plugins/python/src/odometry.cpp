@@ -70,7 +70,7 @@ class Odometry {
     }
     labels_->labels = cv::Mat();
     ++frames_;
-    link_->raise();
+    link_->rethrow_error();
     take_verdict(track);
     return track;
   }

@@ -114,7 +114,7 @@ class PyPipeline {
       result->keep.resize(result->verdict.size());
       for (std::size_t i = 0; i < result->keep.size(); ++i) result->keep[i] = result->verdict.keep(i) ? 1 : 0;
     }
-    link_->raise();
+    link_->rethrow_error();
     return result;
   }
 

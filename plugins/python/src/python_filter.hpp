@@ -22,7 +22,7 @@ struct FilterLink {
   std::exception_ptr error;
 
   /// Throws it.
-  void raise() {
+  void rethrow_error() {
     if (error) std::rethrow_exception(std::exchange(error, nullptr));
   }
 };

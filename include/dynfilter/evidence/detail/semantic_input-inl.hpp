@@ -10,7 +10,7 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE bool DetectionFilter::wants(const Detection& detection) const {
+DYNFILTER_INLINE bool DetectionFilter::accepts(const Detection& detection) const {
   const cv::Rect2f& box = detection.box;
   if (!(box.width > 0) || !(box.height > 0) || !std::isfinite(box.x + box.width) ||
       !std::isfinite(box.y + box.height) || !(static_cast<double>(detection.score) >= min_score))

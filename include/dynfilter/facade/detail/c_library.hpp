@@ -26,7 +26,7 @@ struct dynfilter_filter {  // NOLINT(readability-identifier-naming): a C name
 namespace {
 
 /// What cannot be read safely of a frame: the name of the member and what was expected; "" if nothing.
-std::string complaint(const dynfilter_frame& frame) {
+std::string fault_of(const dynfilter_frame& frame) {
   const auto needs = [](const char* array, const char* count) {
     return std::string(array) + " is NULL, but " + count + " is not 0";
   };
@@ -148,7 +148,7 @@ int fail(dynfilter_filter* filter, const char* why) noexcept {
   return 1;
 }
 
-void tell(char* error, std::size_t error_size, const std::string& why) {
+void copy_error(char* error, std::size_t error_size, const std::string& why) {
   if (error == nullptr || error_size == 0) return;
   const std::size_t n = std::min(why.size(), error_size - 1);
   std::memcpy(error, why.data(), n);
@@ -158,16 +158,16 @@ void tell(char* error, std::size_t error_size, const std::string& why) {
 template <class Load>
 dynfilter_filter* create(const char* source, char* error, std::size_t error_size, const Load& load) noexcept {
   if (source == nullptr) {
-    tell(error, error_size, "expected a text, got NULL");
+    copy_error(error, error_size, "expected a text, got NULL");
     return nullptr;
   }
   auto* made = new (std::nothrow) dynfilter_filter;
   if (made == nullptr) return nullptr;
   try {
     if (load(made->filter, source)) return made;
-    tell(error, error_size, made->filter.error());
+    copy_error(error, error_size, made->filter.error());
   } catch (...) {
-    tell(error, error_size, "out of memory");
+    copy_error(error, error_size, "out of memory");
   }
   delete made;
   return nullptr;
@@ -217,7 +217,7 @@ int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, in
         "the frame's struct_size differs: call dynfilter_frame_init, or another version was compiled in");
   if (call_point < 0 || call_point > 2) return fail(filter, "unknown call point");
   try {
-    const std::string wrong = complaint(*frame);
+    const std::string wrong = fault_of(*frame);
     if (!wrong.empty()) return fail(filter, wrong.c_str());
     fill(*frame, filter->frame);
     const bool done =

@@ -86,7 +86,7 @@ inline void BackgroundMotionFilter::judge(const Evidence& evidence, const Match&
   measure_noise(evidence);
   weigh_misses(evidence);
   add_neighbours(evidence);
-  set_certainty();
+  set_rest_log_odds();
   find_cores(evidence);
   if (estimator_.confidence() < least_confidence_) return abstain(evidence, votes);
   for (std::size_t i = 0; i < evidence.size(); ++i)
@@ -131,7 +131,7 @@ inline void BackgroundMotionFilter::recall(const Evidence& evidence, const Match
     if (known) remembered_[i] = last_belief_[from];
     mobility_[i] = known ? last_mobility_[from] : mobility_around(evidence, match, i);
     const float still = 1 - mobility_[i];
-    static_belief_[i] = still * still / (1 + portable::exp(sure() * remembered_[i] / 2));
+    static_belief_[i] = still * still / (1 + portable::exp(confidence_weight() * remembered_[i] / 2));
   }
   belief_.assign(n, 0);
 }
@@ -156,7 +156,7 @@ inline float BackgroundMotionFilter::reach_m(double least_m, float depth_m) cons
 inline void BackgroundMotionFilter::remember_mobility(const Evidence& evidence) {
   const auto kept = static_cast<float>(portable::exp(-elapsed_s(1) / params_.mobility_s));
   for (std::size_t i = 0; i < evidence.size(); ++i) {
-    const float now = belief_[i] > 0 ? sure() * (1 - portable::exp(-belief_[i])) : 0.0F;
+    const float now = belief_[i] > 0 ? confidence_weight() * (1 - portable::exp(-belief_[i])) : 0.0F;
     mobility_[i] = std::max(kept * mobility_[i], now);
   }
   places_.lay_out(
@@ -317,8 +317,8 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
     own_[i] = kept * remembered_[i];
     const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
     const float now = matched ? odds_of_match(evidence, i, odds) : space_odds(evidence.points_m()[i]);
-    const bool tells = step_[i].tells() || track_[i].tells();
-    if (std::isnan(now) || (now <= 0 && !tells)) continue;
+    const bool can_show_rest = step_[i].can_show_rest() || track_[i].can_show_rest();
+    if (std::isnan(now) || (now <= 0 && !can_show_rest)) continue;
     seen_[i] = 1;
     own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
   }
@@ -438,23 +438,24 @@ inline bool BackgroundMotionFilter::supported(const Evidence& evidence, std::siz
 }
 
 inline void BackgroundMotionFilter::cast(const Evidence& evidence, std::size_t i, Votes& votes) const {
-  const float limit = seen_[i] != 0 ? certainty(evidence, i) : doubt(evidence, i);
+  const float limit = seen_[i] != 0 ? limit_with_evidence(evidence, i) : limit_without_evidence(evidence, i);
   if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score(i));
   const bool supported = evidence.prior(i) || near_core(evidence, i);
   votes.cast(i, supported ? Vote::Dynamic : Vote::Unknown, score(i));
 }
 
-inline void BackgroundMotionFilter::set_certainty() {
+inline void BackgroundMotionFilter::set_rest_log_odds() {
   double moving = 0, all = 0;
   for (std::size_t i = 0; i < belief_.size(); ++i)
     if (seen_[i] != 0) moving += belief_[i] > 0 ? 1 : 0, all += 1;
   const double share = std::clamp(all > 0 ? moving / all : 0.0, params_.moving_share, 0.5);
-  certainty_ = static_cast<float>(portable::log((1 - share) / share));
+  rest_log_odds_ = static_cast<float>(portable::log((1 - share) / share));
 }
 
-inline float BackgroundMotionFilter::doubt(const Evidence& evidence, std::size_t i) const {
+inline float BackgroundMotionFilter::limit_without_evidence(const Evidence& evidence, std::size_t i) const {
   const bool blind = std::isnan(evidence.depths_m()[i]);
-  if (!evidence.prior(i)) return blind ? kBlindDoubt + (judges_directions_ ? 0 : certainty_) : kUnseenDoubt;
+  if (!evidence.prior(i))
+    return blind ? kBlindLimit + (judges_directions_ ? 0 : rest_log_odds_) : kUnseenLimit;
   return blind ? static_cast<float>(params_.prior_suspicion) : 0.0F;
 }
 

@@ -51,12 +51,12 @@ DYNFILTER_INLINE void FlowConsistencyFilter::apply(const Evidence& evidence, Vot
   choose_gaps();
   sort_features();
   for (const int gap : gaps_) {
-    if (!somebody_needs(gap) || !measure(evidence, gap, votes)) continue;
+    if (!needs_gap(gap) || !measure(evidence, gap, votes)) continue;
     group();
     weigh_flows();
     weigh_groups();
     if (gap == ground_gap_) weigh_ground();
-    if (gap < ground_gap_ && gap == gaps_.back()) lend_ground();
+    if (gap < ground_gap_ && gap == gaps_.back()) infer_ground_distances();
   }
   vote(evidence, votes);
 }
@@ -130,7 +130,7 @@ inline void FlowConsistencyFilter::choose_gaps() {
   gaps_.erase(std::unique(gaps_.begin(), gaps_.end()), gaps_.end());
 }
 
-inline bool FlowConsistencyFilter::somebody_needs(int gap) const {
+inline bool FlowConsistencyFilter::needs_gap(int gap) const {
   if (gap == gaps_.front() || gap == ground_gap_) return true;
   for (std::size_t i = 0; i < tracks_->size(); ++i)
     if (!judged_[i] && tracks_->length(i) >= gap) return true;
@@ -343,20 +343,20 @@ inline void FlowConsistencyFilter::weigh_ground() {
     ExpiringMean& off_ground = evidence_of(k).off_ground;
     if (sigmas[k])
       off_ground.observe(*sigmas[k], params_.memory_s);
-    else if (off_ground.lent())
+    else if (off_ground.inferred())
       off_ground.reset();
   }
 }
 
-inline void FlowConsistencyFilter::lend_ground() {
+inline void FlowConsistencyFilter::infer_ground_distances() {
   compared_.resize(points_.size());
   for (std::size_t k = 0; k < points_.size(); ++k)
     compared_[k] = tracks_->length(static_cast<std::size_t>(points_[k].feature)) >= ground_gap_;
-  for (int step = 0; step < kLendingSteps; ++step) lend_ground_once();
+  for (int step = 0; step < kInferenceSteps; ++step) infer_ground_distances_once();
 }
 
-inline void FlowConsistencyFilter::lend_ground_once() {
-  lent_.clear();
+inline void FlowConsistencyFilter::infer_ground_distances_once() {
+  inferred_.clear();
   for (std::size_t k = 0; k < points_.size(); ++k) {
     if (compared_[k]) continue;
     values_.clear();
@@ -367,11 +367,11 @@ inline void FlowConsistencyFilter::lend_ground_once() {
       values_.push_back(off_ground.value());
       if (off_ground.known()) since_s = std::max(since_s, off_ground.since_s());
     }
-    if (values_.size() < kLenders) continue;
-    evidence_of(k).off_ground.lend(averaged_median_in_place(values_), since_s);
-    lent_.push_back(k);
+    if (values_.size() < kInferenceNeighbours) continue;
+    evidence_of(k).off_ground.infer(averaged_median_in_place(values_), since_s);
+    inferred_.push_back(k);
   }
-  for (const std::size_t k : lent_) compared_[k] = true;
+  for (const std::size_t k : inferred_) compared_[k] = true;
 }
 
 inline void FlowConsistencyFilter::spread(const Evidence& evidence) {

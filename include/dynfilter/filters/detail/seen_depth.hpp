@@ -51,7 +51,7 @@ class SeenDepth {
     if (!(px.x >= -0.5F && px.y >= -0.5F && px.x < 1e5F && px.y < 1e5F)) return SeenThere::Nothing;
     Tally tally{limit, 1e9};
     const auto add = [&](float z_m) { tally.add(deviation(static_cast<double>(z_m))); };
-    const int wanted = image_.empty() ? ask_keypoints(px, add) : ask_image(px, patch_px, add);
+    const int wanted = image_.empty() ? sample_keypoints(px, add) : sample_image(px, patch_px, add);
     smallest = tally.smallest;
     return tally.verdict(wanted);
   }
@@ -70,7 +70,7 @@ class SeenDepth {
   /// Both return how many depths an answer requires: half of the patch, or two keypoints.
   /// A single keypoint may be on the other side of an edge.
   template <class Add>
-  int ask_image(const cv::Point2f& px, int patch_px, const Add& add) const {
+  int sample_image(const cv::Point2f& px, int patch_px, const Add& add) const {
     const int x = cvRound(px.x), y = cvRound(px.y);
     const int x0 = std::max(x - patch_px, 0), x1 = std::min(x + patch_px, image_.cols - 1);
     const int y0 = std::max(y - patch_px, 0), y1 = std::min(y + patch_px, image_.rows - 1);
@@ -85,7 +85,7 @@ class SeenDepth {
     return (side * side + 1) / 2;
   }
   template <class Add>
-  int ask_keypoints(const cv::Point2f& px, const Add& add) const {
+  int sample_keypoints(const cv::Point2f& px, const Add& add) const {
     if (!grid_.empty())
       grid_.around(px, kKeypointRadiusPx, [&](std::int32_t k) {
         const auto index = static_cast<std::size_t>(k);

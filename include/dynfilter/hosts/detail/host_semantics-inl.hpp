@@ -43,7 +43,7 @@ DYNFILTER_INLINE void HostSemantics::reset() {
   if (runner_) runner_->reset();
 }
 
-DYNFILTER_INLINE std::string HostSemantics::take_trouble() {
+DYNFILTER_INLINE std::string HostSemantics::take_error() {
   if (!runner_ || told_) return "";
   const RunnerStatus status = runner_->status();
   if (status.failed == 0 && !status.abandoned) return "";

@@ -67,9 +67,9 @@ DYNFILTER_INLINE std::string MaskedHost::start_line() const {
 
 inline void MaskedHost::watch() {
   watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected + verdict_.report.restored);
-  const std::string missing = watch_.take_warning(), trouble = semantics_.take_trouble();
+  const std::string missing = watch_.take_warning(), error = semantics_.take_error();
   if (!missing.empty()) warning_ = "dynfilter: warning: " + missing;
-  if (!trouble.empty()) warning_ = "dynfilter: warning: the detector failed: " + trouble;
+  if (!error.empty()) warning_ = "dynfilter: warning: the detector failed: " + error;
 }
 
 inline void MaskedHost::to_grey(const cv::Mat& image) {

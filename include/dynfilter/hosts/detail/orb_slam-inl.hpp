@@ -12,23 +12,23 @@
 namespace dynfilter {
 
 DYNFILTER_INLINE std::unique_ptr<OrbSlam> OrbSlam::start(const std::string& settings_file, int sensor,
-                                                         Tell tell, const Registry& registry,
+                                                         LineSink sink, const Registry& registry,
                                                          const ProviderRegistry& providers) {
   const HostSensor kind = host_sensor(sensor);
   try {
     auto made = std::make_unique<OrbSlam>(read_orb_slam_settings(settings_file, registry, providers), kind,
-                                          std::move(tell));
-    made->say(made->start_line());
+                                          std::move(sink));
+    made->print(made->start_line());
     return made;
   } catch (const std::exception& error) {
-    return after_error(settings_file, kind, std::move(tell), error.what());
+    return after_error(settings_file, kind, std::move(sink), error.what());
   }
 }
 
-DYNFILTER_INLINE OrbSlam::OrbSlam(OrbSlamSettings settings, HostSensor sensor, Tell tell)
+DYNFILTER_INLINE OrbSlam::OrbSlam(OrbSlamSettings settings, HostSensor sensor, LineSink sink)
     : params_(settings.params),
       sensor_(sensor),
-      tell_(std::move(tell)),
+      sink_(std::move(sink)),
       pipeline_file_(std::move(settings.pipeline_file)),
       semantics_(std::move(settings.semantics)),
       pipeline_(configured_pipeline(settings)),
@@ -45,19 +45,19 @@ DYNFILTER_INLINE void OrbSlam::reset() {
 }
 
 inline std::unique_ptr<OrbSlam> OrbSlam::after_error(const std::string& settings_file, HostSensor sensor,
-                                                     Tell tell, const std::string& what) {
+                                                     LineSink sink, const std::string& what) {
   const bool off = read_on_error(settings_file) == OnError::Off;
-  if (tell) tell("dynfilter: " + std::string(off ? "off, every feature is kept: " : "") + what);
+  if (sink) sink("dynfilter: " + std::string(off ? "off, every feature is kept: " : "") + what);
   if (!off) return nullptr;
   OrbSlamSettings nothing;
   nothing.params.enabled = false;
-  return std::make_unique<OrbSlam>(std::move(nothing), sensor, std::move(tell));
+  return std::make_unique<OrbSlam>(std::move(nothing), sensor, std::move(sink));
 }
 
 inline void OrbSlam::warn(const std::string& line) {
   if (line.empty()) return;
   warning_ = "dynfilter: warning: " + line;
-  say(warning_);
+  print(warning_);
 }
 
 DYNFILTER_INLINE Input OrbSlam::given_inputs() const {
@@ -73,7 +73,7 @@ DYNFILTER_INLINE int OrbSlam::min_features(bool map_exists) const {
                                                   : params_.floor_before_map(sensor_);
 }
 
-DYNFILTER_INLINE void OrbSlam::ask_detector(const FrameView& view) {
+DYNFILTER_INLINE void OrbSlam::submit_to_detector(const FrameView& view) {
   SemanticImage image;
   image.frame_id = view.id;
   image.timestamp_s = view.timestamp_s;
@@ -82,8 +82,8 @@ DYNFILTER_INLINE void OrbSlam::ask_detector(const FrameView& view) {
     image.depth = depth_, image.depth_unit_m = depth_unit_m_;
   semantics_.begin(image);
   has_detector_image_ = false;
-  const std::string trouble = semantics_.take_trouble();
-  if (!trouble.empty()) warn("the detector failed: " + trouble);
+  const std::string error = semantics_.take_error();
+  if (!error.empty()) warn("the detector failed: " + error);
 }
 
 DYNFILTER_INLINE void OrbSlam::note_restart(std::int64_t id) {

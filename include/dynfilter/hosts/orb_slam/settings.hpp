@@ -65,8 +65,8 @@ std::string find_pipeline(const std::string& name, const std::string& settings_f
 
 }  // namespace orb_slam::detail
 
-/// Reads a host's own settings file: the `DynFilter.` keys, and the pipeline from its `pipeline` node, or
-/// from the file or the installed pipeline that `DynFilter.pipeline` names, else the default.
+/// Reads the `DynFilter.` keys of a host's own settings file. The pipeline is the file's `pipeline` node, or
+/// the file or installed pipeline that `DynFilter.pipeline` names, or the default.
 /// Loads the plugins, and opens the file of boxes or starts the detector, that the keys name. Whatever else
 /// the file holds is the host's, keys that repeat included; only keys that nearly are ours are errors. Throws
 /// ConfigError.

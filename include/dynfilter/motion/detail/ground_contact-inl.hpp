@@ -28,7 +28,7 @@ DYNFILTER_INLINE const std::vector<std::optional<double>>& GroundContact::compar
     const Members& group = groups.group(g);
     if (group.size() < kGroup) continue;
     const std::optional<double> above = nearer(group);
-    raise(group);
+    extend_sunken_part(group);
     if (!above) continue;
     for (const int m : group) {
       std::optional<double>& sigmas = sigmas_[static_cast<std::size_t>(m)];
@@ -86,7 +86,7 @@ inline bool GroundContact::ground_seen_at(double below_px) const {
   return to - from >= static_cast<std::ptrdiff_t>(kGroup);
 }
 
-inline void GroundContact::raise(const Members& group) {
+inline void GroundContact::extend_sunken_part(const Members& group) {
   values_.clear();
   double left_px = 0, right_px = 0, foot_px = 0, height_px = 0;
   for (const int m : group) {

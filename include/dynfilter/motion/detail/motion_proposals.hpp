@@ -163,7 +163,7 @@ class MotionProposals {
     propose_rest();
   }
 
-  /// The far points: a small background is rarely drawn among all points while movers fill the view, and a
+  /// The far points. While movers fill the view, a small background is rarely drawn among all points. A
   /// motion between theirs and its own has more support. Not where a motion is expected: the depth of far
   /// points is poor, and a poor fit would win by its depth order.
   void propose_far() {

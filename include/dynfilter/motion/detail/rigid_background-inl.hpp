@@ -187,7 +187,7 @@ class RigidBackgroundSearch {
   /// Points come farthest first: of a pair, only the first can be behind.
   void measure_orders() {
     if (selected_.size() < 2) return;
-    tell_apart();
+    find_distinct_motions();
     pixels_.clear();
     for (std::size_t k = 0; k < points(); ++k) pixels_.push_back(points_.pixel(k));
     grid_.build(Span<const cv::Point2f>(pixels_), static_cast<float>(kNeighbour_px));
@@ -249,7 +249,7 @@ class RigidBackgroundSearch {
   }
   /// Motions that differ by no more than the noise share their points by chance, so their depth order means
   /// nothing.
-  void tell_apart() {
+  void find_distinct_motions() {
     const std::size_t n = selected_.size();
     distinct_.assign(n * n, 0);
     for (std::size_t a = 0; a < n; ++a)

@@ -24,7 +24,7 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
   if (static_cast<int>(seeds.size()) < options_.min_pairs) return std::nullopt;
   fill_cells(pairs, seeds, cells);
   if (static_cast<int>(occupied_.size()) < options_.min_cells) return std::nullopt;
-  if (stands(pairs)) return ViewMotion{{}, {}, focal_px};
+  if (is_still(pairs)) return ViewMotion{{}, {}, focal_px};
   rng_ = SampleGenerator(kSeed);
   best_support_ = -1;
   if (last) {
@@ -39,7 +39,7 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
   return without_needless_baseline(pairs, seeds, focal_px);
 }
 
-inline bool ViewMotionEstimator::stands(const std::vector<ViewPair>& pairs) const {
+inline bool ViewMotionEstimator::is_still(const std::vector<ViewPair>& pairs) const {
   double at_rest = 0;
   for (const int index : scored_) {
     const auto i = static_cast<std::size_t>(index);

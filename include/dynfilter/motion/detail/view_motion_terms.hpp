@@ -9,8 +9,8 @@
 
 namespace dynfilter::detail {
 
-/// Residuals of ViewFlowModel and their derivatives with respect to a rotation of the rays about x, y and z
-/// (applied after the current rotation) and to a step of the direction along its two tangents.
+/// Residuals of ViewFlowModel and their derivatives. The variables are a rotation of the rays about x, y and
+/// z, and a step of the direction along its two tangents. The rotation is applied after the current one.
 /// `T` is a number or a Pack of them.
 template <class T>
 class ViewMotionTerms {

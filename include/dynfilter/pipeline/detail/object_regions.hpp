@@ -250,7 +250,7 @@ inline void ObjectRegions::find_detections(const Evidence& evidence, const Objec
   wanted_.except_classes = params.except_classes;
   wanted_.min_score = params.min_score;
   for (const Detection& detection : late.detections()) {
-    if (!wanted_.wants(detection)) continue;
+    if (!wanted_.accepts(detection)) continue;
     if (params.objects == ObjectSource::Boxes)
       find_box(evidence, detection.box, params, late, object_);
     else

@@ -22,19 +22,19 @@ namespace dynfilter {
 
 namespace detail {
 
-inline std::vector<std::filesystem::path>& told_presets() {
+inline std::vector<std::filesystem::path>& built_in_folders() {
   static std::vector<std::filesystem::path> folders;
   return folders;
 }
 
-DYNFILTER_INLINE bool tell_built_in_presets(const char* folder) {
-  std::vector<std::filesystem::path>& told = told_presets();
-  if (std::find(told.begin(), told.end(), folder) == told.end()) told.emplace_back(folder);
+DYNFILTER_INLINE bool add_built_in_presets(const char* folder) {
+  std::vector<std::filesystem::path>& folders = built_in_folders();
+  if (std::find(folders.begin(), folders.end(), folder) == folders.end()) folders.emplace_back(folder);
   return true;
 }
 
 DYNFILTER_INLINE std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind) {
-  if (std::string(kind.folder) == kPipelinePresets.folder) return told_presets();
+  if (std::string(kind.folder) == kPipelinePresets.folder) return built_in_folders();
   return {};
 }
 

@@ -41,9 +41,8 @@ void write_image(MessageStream& stream, const SemanticImage& image);
 
 void read_image(MessageStream& stream, SemanticImage& image);
 
-/// Writes `result ID` if the result has a frame id,
-/// `detections N` with N lines `CLASS_ID SCORE X1 Y1 X2 Y2 CLASS NAME`,
-/// and `labels WIDTH HEIGHT` with the rows. Each part is optional. Ends with `end`.
+/// Writes `result ID` if the result has a frame id, `detections N` with N lines `CLASS_ID SCORE X1 Y1 X2 Y2
+/// CLASS NAME`, and `labels WIDTH HEIGHT` with the rows. Each part is optional. Ends with `end`.
 void write_result(MessageStream& stream, const std::optional<SemanticResult>& result);
 
 /// Control characters of the class name become `?`.
