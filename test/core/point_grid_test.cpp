@@ -5,9 +5,11 @@
 #include <dynfilter/core/point_grid.hpp>
 #include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "doctest/doctest.h"
+#include "support/time_limit.hpp"
 
 namespace point_grid_test {
 
@@ -34,6 +36,51 @@ std::vector<std::int32_t> visited(const PointGrid& grid, const cv::Point2f& cent
   std::vector<std::int32_t> found;
   grid.around(centre, radius_px, [&](std::int32_t i) { found.push_back(i); });
   return found;
+}
+
+using Points = std::vector<cv::Point2d>;
+
+std::vector<int> nearest_of_all(const Points& points, const cv::Point2d& at,
+                                const PointGrid::Nearest& wanted) {
+  std::vector<std::pair<double, int>> all;
+  for (std::size_t j = 0; j < points.size(); ++j) {
+    const double dx = points[j].x - at.x, dy = points[j].y - at.y, squared = dx * dx + dy * dy;
+    if (static_cast<int>(j) != wanted.self && squared <= wanted.radius_px * wanted.radius_px &&
+        squared >= wanted.least_px * wanted.least_px)
+      all.emplace_back(squared, static_cast<int>(j));
+  }
+  std::sort(all.begin(), all.end());
+  std::vector<int> nearest;
+  for (std::size_t j = 0; j < std::min<std::size_t>(static_cast<std::size_t>(wanted.count), all.size()); ++j)
+    nearest.push_back(all[j].second);
+  return nearest;
+}
+
+Points square(std::size_t n, double side_px, unsigned seed) {
+  std::mt19937 random(seed);
+  Points points(n);
+  for (cv::Point2d& p : points) {
+    p.x = 100 + side_px * static_cast<double>(random() % 4096U) / 4096;
+    p.y = 50 + side_px * static_cast<double>(random() % 4096U) / 4096;
+  }
+  return points;
+}
+
+void check_nearest(const Points& points, double radius_px, double least_px) {
+  PointGrid grid;
+  grid.build_for_nearest(Span<const cv::Point2d>(points), static_cast<float>(radius_px / 2));
+  std::vector<int> found;
+  int wrong = 0;
+  const auto check = [&](const cv::Point2d& at, int self) {
+    const PointGrid::Nearest wanted{6, radius_px, least_px, self};
+    grid.nearest(at, wanted, found);
+    wrong += found == nearest_of_all(points, at, wanted) ? 0 : 1;
+  };
+  for (std::size_t i = 0; i < points.size(); i += 7) check(points[i], static_cast<int>(i));
+  for (const cv::Point2d& at :
+       {cv::Point2d(0, 0), cv::Point2d(-5e3, 80), cv::Point2d(120, 400), cv::Point2d(5e5, 5e5)})
+    check(at, -1);
+  CHECK(wrong == 0);
 }
 
 /// Checks that every usable point in the circle is visited and no point twice.
@@ -154,6 +201,46 @@ TEST_CASE("every usable point is an entry of one cell, and ranges name the same 
                  grid.entries().begin() + static_cast<std::ptrdiff_t>(end));
   });
   CHECK(found == visited(grid, {150, 150}, 40));
+}
+
+TEST_CASE("the nearest are those of a full search, however dense the points are") {
+  for (const double side_px : {20.0, 300.0, 3000.0})
+    for (const double least_px : {0.0, 8.0})
+      for (const double radius_px : {0.0, 15.0, 60.0, 2000.0}) {
+        Points points = square(700, side_px, 3);
+        points.push_back(points[0]);  // twice the same
+        check_nearest(points, radius_px, least_px);
+        points.emplace_back(-9e5, 9e5);
+        points.emplace_back(9e5, -9e5);
+        check_nearest(points, radius_px, least_px);
+      }
+}
+
+TEST_CASE("the nearest are told apart by less than a float resolves") {
+  Points points;
+  for (int i = 0; i < 40; ++i) points.emplace_back(3e5 + 1e-4 * ((7 * i) % 40), 50);
+  check_nearest(points, 1, 0);
+  for (cv::Point2d& p : points) std::swap(p.x, p.y);
+  check_nearest(points, 1, 0);
+}
+
+TEST_CASE("of points that are as near, those with the smaller index come first") {
+  Points points;
+  for (int i = 0; i < 400; ++i) points.emplace_back(10 * ((7 * i) % 20), 10 * (i / 20));
+  std::shuffle(points.begin(), points.end(), std::mt19937(8));
+  check_nearest(points, 15, 0);
+  check_nearest(points, 90, 8);
+}
+
+TEST_CASE("a radius around everything takes no more time than a small one") {
+  const Points points = square(100'000, 320, 4);
+  PointGrid grid;
+  std::vector<int> found;
+  CHECK(dynfilter_test::seconds([&] {
+          grid.build_for_nearest(Span<const cv::Point2d>(points), 500);
+          for (std::size_t i = 0; i < points.size(); ++i)
+            grid.nearest(points[i], {6, 1000, 8, static_cast<int>(i)}, found);
+        }) < dynfilter_test::kMost_s);
 }
 
 TEST_CASE("keypoints are places too") {

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/motion/moving_odds.hpp>
+#include <optional>
+#include <tuple>
 #include <vector>
 
 #include "doctest/doctest.h"
@@ -11,6 +16,56 @@
 namespace neighbour_noise_test {
 
 using namespace dynfilter;
+
+namespace {
+
+/// The same by a full search: of each miss the nearest at least 3 px away with a depth within 10 %, of equals the first
+/// by row, then by column.
+double scale_of_all(const std::vector<Miss>& misses, float reach_px) {
+  std::vector<float> differences;
+  for (const Miss& miss : misses) {
+    std::optional<std::tuple<float, float, float, std::size_t>> best;
+    for (std::size_t j = 0; j < misses.size(); ++j) {
+      const cv::Point2f& place = misses[j].place_px;
+      const float dx = place.x - miss.place_px.x, dy = place.y - miss.place_px.y, apart2 = dx * dx + dy * dy;
+      if (apart2 > reach_px * reach_px || apart2 < 9) continue;
+      if (std::abs(misses[j].depth_m - miss.depth_m) > 0.1F * miss.depth_m) continue;
+      const auto found = std::make_tuple(apart2, place.y, place.x, j);
+      best = best ? std::min(*best, found) : found;
+    }
+    if (!best) continue;
+    const cv::Point2f d = miss.miss_px - misses[std::get<3>(*best)].miss_px;
+    differences.push_back(d.dot(d) / 2);
+  }
+  return std::sqrt(static_cast<double>(median_in_place(differences)) / (2 * std::log(2.0)));
+}
+
+}  // namespace
+
+TEST_CASE("the noise is that of a full search, also of points in rows and columns and in one place") {
+  for (const double spacing_px : {0.0, 1.0, 4.0, 16.0})
+    for (const double side_px : {60.0, 640.0}) {
+      SampleGenerator rng(11);
+      std::vector<Miss> misses;
+      const auto draw = [&] { return static_cast<float>(rng.normal()); };
+      const auto along = [&] {
+        const double at = rng.uniform(0, side_px);
+        return static_cast<float>(spacing_px > 0 ? spacing_px * std::round(at / spacing_px) : at);
+      };
+      for (int i = 0; i < 900; ++i) {
+        const float x = along(), y = along(), error_px = draw();
+        misses.push_back({{x, y}, static_cast<float>(rng.uniform(1, 3)), {error_px, draw()}, 1});
+      }
+      for (const float reach_px : {5.0F, 20.0F, 40.0F, 500.0F}) {
+        CAPTURE(spacing_px);
+        CAPTURE(side_px);
+        CAPTURE(reach_px);
+        NeighbourNoise estimator;
+        const std::optional<double> scale = estimator.scale(misses, reach_px);
+        if (scale) CHECK(*scale == doctest::Approx(scale_of_all(misses, reach_px)).epsilon(1e-9));
+      }
+    }
+}
 
 // A shift that all neighbours share does not count as noise, nor does its sign.
 TEST_CASE("neighbours' differences show the noise, whatever they share") {

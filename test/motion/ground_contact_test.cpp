@@ -43,8 +43,8 @@ class Road {
 
   /// Median of the standard deviations of some points; nullopt: most cannot be compared.
   std::vector<std::optional<double>> compare() {
-    std::vector<ImageNeighbours::Point> places;
-    for (const GroundedPoint& p : points_) places.push_back({p.x_px, p.y_px});
+    std::vector<cv::Point2d> places;
+    for (const GroundedPoint& p : points_) places.emplace_back(p.x_px, p.y_px);
     groups_.build(places, 60, 6, 8, [&](std::size_t i, std::size_t j) {
       const GroundedPoint &p = points_[i], &q = points_[j];
       const double apart = std::abs(p.at.inverse_depth - q.at.inverse_depth) * (p.line_px + q.line_px) / 2;

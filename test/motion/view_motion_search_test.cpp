@@ -17,7 +17,7 @@ using namespace dynfilter;
 namespace {
 
 constexpr double kFocal = 700;
-constexpr ImageCells kCells{1240, 380, 12, 6};
+constexpr ImageCells<double> kCells{1240, 380, 12, 6, 0.5};
 
 /// Position of a point that was at (x, y) px and depth z. The camera moved by t and turned by a small angle
 /// about the vertical axis.
@@ -225,39 +225,14 @@ TEST_CASE("the ground is the lowest plane with support, also with a tilted horiz
   CHECK_FALSE(finder.find({}, {}));
 }
 
-TEST_CASE("nearest neighbours are those of the all-pairs search") {
-  SampleGenerator rng(5);
-  std::vector<ImageNeighbours::Point> points;
-  for (int i = 0; i < 300; ++i) points.push_back({rng.uniform(0, 640), rng.uniform(0, 480)});
-  points.push_back(points[0]);  // twice the same
-  ImageNeighbours grid;
-  for (const double radius : {0.0, 15.0, 60.0, 2000.0}) {
-    grid.build(points, radius);
-    std::vector<int> found;
-    for (std::size_t i = 0; i < points.size(); i += 7) {
-      grid.nearest(points[i].x, points[i].y, static_cast<int>(i), 6, found);
-      std::vector<std::pair<double, int>> twin;
-      for (std::size_t j = 0; j < points.size(); ++j) {
-        const double dx = points[j].x - points[i].x, dy = points[j].y - points[i].y;
-        if (j != i && dx * dx + dy * dy <= radius * radius)
-          twin.emplace_back(dx * dx + dy * dy, static_cast<int>(j));
-      }
-      std::sort(twin.begin(), twin.end());
-      twin.resize(std::min<std::size_t>(6, twin.size()));
-      REQUIRE(found.size() == twin.size());
-      for (std::size_t k = 0; k < found.size(); ++k) CHECK(found[k] == twin[k].second);
-    }
-  }
-}
-
 std::vector<int> list(Span<const int> members) {
   return {members.begin(), members.end()};
 }
 
 TEST_CASE("groups are what chains of like neighbours hold together") {
-  std::vector<ImageNeighbours::Point> points;
-  for (int i = 0; i < 10; ++i) points.push_back({10.0 * i, 0});    // a chain
-  for (int i = 0; i < 10; ++i) points.push_back({10.0 * i, 500});  // another, far away
+  std::vector<cv::Point2d> points;
+  for (int i = 0; i < 10; ++i) points.emplace_back(10.0 * i, 0);    // a chain
+  for (int i = 0; i < 10; ++i) points.emplace_back(10.0 * i, 500);  // another, far away
   FlowGroups groups;
   groups.build(points, 30, 4, 0, [](std::size_t i, std::size_t j) { return (i == 4) == (j == 4); });
   // The fifth point is like no other: it is alone, and its neighbours reach each other past it.
@@ -281,8 +256,7 @@ TEST_CASE("a camera stands while traffic fills most of the view") {
     seeds.push_back(static_cast<int>(pairs.size()));
     pairs.push_back({x, y, x + flow + noise, y + noise});
   }
-  ImageCells cells;
-  cells.width_px = 1200, cells.height_px = 360;
+  const ImageCells<double> cells{1200, 360, 12, 6, 0.5};
   ViewMotionEstimator estimator;
   const auto found = estimator.estimate(pairs, seeds, cells, 700, std::nullopt);
   REQUIRE(found.has_value());
@@ -296,9 +270,9 @@ TEST_CASE("a camera stands while traffic fills most of the view") {
 }
 
 TEST_CASE("points of one patch are not each other's neighbours") {
-  std::vector<ImageNeighbours::Point> points;
-  for (int i = 0; i < 5; ++i) points.push_back({1.0 * i, 0});  // one corner
-  points.push_back({20, 0});
+  std::vector<cv::Point2d> points;
+  for (int i = 0; i < 5; ++i) points.emplace_back(1.0 * i, 0);  // one corner
+  points.emplace_back(20, 0);
   FlowGroups groups;
   groups.build(points, 30, 4, 8, [](std::size_t i, std::size_t j) { return (i < 5) == (j < 5); });
   CHECK(groups.size() == 6);

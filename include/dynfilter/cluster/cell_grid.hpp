@@ -7,15 +7,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/cluster/clusters.hpp>
+#include <dynfilter/core/cells.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
+#include <limits>
+#include <numeric>
 #include <opencv2/core/types.hpp>
 #include <utility>
 #include <vector>
 
 namespace dynfilter::detail {
 
-/// Points sorted into the cubes of a uniform grid.
+/// Points sorted into the cubes of a uniform grid: the neighbours of all points in one pass. Searches around single
+/// places in an image are those of PointGrid (core/point_grid.hpp).
 /// Stores only occupied cells, sorted by key (z, y, x).
 /// A row of neighbouring cells is therefore one contiguous run of points.
 /// A pass over all cells finds the neighbouring rows by advancing pointers, without hashing.
@@ -28,12 +33,17 @@ class CellGrid {
 
   /// Skips points that are not finite. `reach` is the neighbour distance in cells.
   /// Throws Error if several hundred thousand points are all far apart relative to `cell_m`.
-  void build(Span<const cv::Point3f> points, double cell_m, int reach);
+  void build(Span<const cv::Point3f> points, double cell_m, int reach) {
+    reach_ = reach;
+    collect(points);
+    place(points, cell_m);
+    sort(points);
+  }
 
   std::size_t points() const { return index_.size(); }
-  std::size_t cells() const { return keys_.size(); }
+  std::size_t cells() const { return cells_.size(); }
   /// Points of a cell, as positions in the sorted arrays.
-  Run cell(std::size_t c) const { return {begin_[c], begin_[c + 1]}; }
+  Run cell(std::size_t c) const { return {cells_.starts()[c], cells_.starts()[c + 1]}; }
   cv::Point3f at(std::size_t place) const { return {x_[place], y_[place], z_[place]}; }
   std::uint32_t index(std::size_t place) const { return index_[place]; }
 
@@ -79,20 +89,24 @@ class CellGrid {
     }
     /// Call with increasing c.
     void move_to(std::size_t c) {
-      const std::int64_t key = grid_.keys_[c];
-      const auto cells = static_cast<std::uint32_t>(grid_.keys_.size());
-      const std::int64_t* keys = grid_.keys_.data();
+      const auto cells = static_cast<std::uint32_t>(grid_.cells());
+      const CellLists::Key* keys = grid_.cells_.keys().data();
+      const auto at = [keys](std::size_t cell) { return static_cast<std::int64_t>(keys[cell]); };
+      const std::int64_t key = at(c);
       for (std::size_t r = 0; r < size_; ++r) {
         Row& row = rows_[r];
-        while (row.begin < cells && keys[row.begin] < key + row.first) ++row.begin;
+        while (row.begin < cells && at(row.begin) < key + row.first) ++row.begin;
         row.end = std::max(row.end, row.begin);
-        while (row.end < cells && keys[row.end] <= key + row.last) ++row.end;
+        while (row.end < cells && at(row.end) <= key + row.last) ++row.end;
       }
     }
     std::size_t size() const { return size_; }
     /// Row 0 is the row of the cell itself.
     Run cells(std::size_t r) const { return {rows_[r].begin, rows_[r].end}; }
-    Run points(std::size_t r) const { return {grid_.begin_[rows_[r].begin], grid_.begin_[rows_[r].end]}; }
+    Run points(std::size_t r) const {
+      const std::vector<std::uint32_t>& starts = grid_.cells_.starts();
+      return {starts[rows_[r].begin], starts[rows_[r].end]};
+    }
 
    private:
     struct Row {
@@ -161,29 +175,82 @@ class CellGrid {
     return true;
   }
 
-  void collect(Span<const cv::Point3f> points);
+  void collect(Span<const cv::Point3f> points) {
+    index_.clear();
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (finite(points[i])) index_.push_back(static_cast<std::uint32_t>(i));
+  }
 
-  /// Computes cell coordinates from 0 and their keys.
+  /// Computes cell coordinates from 0.
   /// `reach` empty cells separate consecutive rows.
-  void place(Span<const cv::Point3f> points, double cell_m);
+  void place(Span<const cv::Point3f> points, double cell_m) {
+    const double per_m = 1 / cell_m;
+    std::array<double, 3> extent{}, lows{};
+    const float cv::Point3f::*axes[] = {&cv::Point3f::x, &cv::Point3f::y, &cv::Point3f::z};
+    for (std::size_t a = 0; a < 3; ++a) {
+      std::vector<double>& cells = coordinates_[a];
+      cells.resize(index_.size());
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      for (std::size_t k = 0; k < index_.size(); ++k) {
+        cells[k] = floor_of(static_cast<double>(points[index_[k]].*axes[a]) * per_m);
+        low = std::min(low, cells[k]);
+        high = std::max(high, cells[k]);
+      }
+      extent[a] = index_.empty() ? 1.0 : high - low + 1 + reach_;
+      lows[a] = low;
+    }
+    const bool wide = key_bits(extent) + key_bits({static_cast<double>(index_.size() + 1), 1, 1}) > 63;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (wide)
+        extent[a] = close_gaps(coordinates_[a]) + 1 + reach_;
+      else
+        for (double& cell : coordinates_[a]) cell -= lows[a];
+    }
+    if (key_bits(extent) > 62) throw Error("the points are too far apart for clusters of this size");
+    stride_y_ = static_cast<std::int64_t>(extent[0]);
+    stride_z_ = stride_y_ * static_cast<std::int64_t>(extent[1]);
+  }
 
   /// Without SSE4.1, std::floor is a function call.
-  static double floor_of(double v);
-  static int key_bits(const std::array<double, 3>& extent);
-  int index_bits() const {
-    return static_cast<int>(portable::log2(static_cast<double>(index_.size() + 1))) + 1;
+  static double floor_of(double v) {
+    if (!(std::abs(v) < 4e15)) return std::floor(v);
+    const auto whole = static_cast<double>(static_cast<std::int64_t>(v));
+    return whole > v ? whole - 1 : whole;
+  }
+  static int key_bits(const std::array<double, 3>& extent) {
+    const double bits = portable::log2(extent[0]) + portable::log2(extent[1]) + portable::log2(extent[2]);
+    return bits > 1000 ? 1000 : static_cast<int>(bits) + 1;
   }
 
   /// Shrinks empty stretches that are longer than the reach, which keeps all neighbourhoods.
   /// Returns the largest coordinate.
-  double close_gaps(std::vector<double>& coordinates);
+  double close_gaps(std::vector<double>& coordinates) {
+    std::vector<std::size_t> order(coordinates.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return coordinates[a] < coordinates[b]; });
+    double before = coordinates[order[0]], closed = 0;
+    for (const std::size_t k : order) {
+      closed += std::min(coordinates[k] - before, static_cast<double>(reach_ + 1));
+      before = coordinates[k];
+      coordinates[k] = closed;
+    }
+    return closed;
+  }
 
-  /// Sorts by key. Points of one cell keep their order.
-  void sort();
-  void sort_wide();
-  void radix_pass(int shift, int digit);
-
-  void fill(Span<const cv::Point3f> points);
+  void sort(Span<const cv::Point3f> points) {
+    const std::size_t n = index_.size();
+    cells_.build_occupied(n, [&](std::size_t k) {
+      return static_cast<CellLists::Key>(static_cast<std::int64_t>(coordinates_[2][k]) * stride_z_ +
+                                         static_cast<std::int64_t>(coordinates_[1][k]) * stride_y_ +
+                                         static_cast<std::int64_t>(coordinates_[0][k]));
+    });
+    x_.resize(n), y_.resize(n), z_.resize(n), unsorted_.swap(index_), index_.resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::uint32_t i = unsorted_[static_cast<std::size_t>(cells_.entries()[k])];
+      x_[k] = points[i].x, y_[k] = points[i].y, z_[k] = points[i].z, index_[k] = i;
+    }
+  }
 
   void swap(std::uint32_t a, std::uint32_t b) {
     std::swap(x_[a], x_[b]);
@@ -192,21 +259,12 @@ class CellGrid {
     std::swap(index_[a], index_[b]);
   }
 
-  int reach_ = 1, key_bits_ = 0;
+  int reach_ = 1;
   std::int64_t stride_y_ = 0, stride_z_ = 0;
-  std::vector<std::int64_t> keys_;
-  std::vector<std::uint32_t> begin_;  ///< cells() + 1 entries
+  CellLists cells_;
   std::vector<float> x_, y_, z_;
-  std::vector<std::uint32_t> index_;
-
+  std::vector<std::uint32_t> index_, unsorted_;
   std::array<std::vector<double>, 3> coordinates_;
-  std::vector<std::int64_t> key_of_;
-  std::vector<std::uint32_t> order_, unsorted_, counts_;
-  std::vector<std::uint64_t> packed_, swapped_;
 };
 
 }  // namespace dynfilter::detail
-
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/cluster/detail/cell_grid-inl.hpp>
-#endif

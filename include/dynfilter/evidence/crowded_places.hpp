@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
@@ -26,7 +27,7 @@ class CrowdedPlaces {
   const std::vector<std::uint32_t>& find(Span<const cv::KeyPoint> keypoints);
 
  private:
-  static constexpr int kTableBits = 12, kIndexBits = 20;
+  static constexpr int kTableBits = 12;
   static constexpr std::int64_t kSquares = 1 << 18;  ///< more than there are between -1e6 and 1e6 px
 
   static std::uint64_t square_of(const cv::Point2f& px);
@@ -36,7 +37,7 @@ class CrowdedPlaces {
 
   std::array<std::uint32_t, std::size_t{1} << kTableBits> table_{};
   std::vector<cv::Point2f> places_;
-  std::vector<std::uint64_t> sorted_;  ///< square and index
+  CellLists squares_;
   std::vector<std::uint32_t> crowded_;
 };
 
@@ -47,7 +48,6 @@ inline const std::vector<std::uint32_t>& CrowdedPlaces::find(Span<const cv::KeyP
 }
 
 inline const std::vector<std::uint32_t>& CrowdedPlaces::find(Span<const cv::Point2f> places) {
-  static_assert(limits::kMaxFeatures < std::size_t{1} << kIndexBits, "an index has its bits");
   crowded_.clear();
   if (places.size() > limits::kMaxCrowd && may_be_crowded(places)) find_exactly(places);
   return crowded_;
@@ -74,16 +74,12 @@ inline bool CrowdedPlaces::may_be_crowded(Span<const cv::Point2f> places) {
 }
 
 inline void CrowdedPlaces::find_exactly(Span<const cv::Point2f> places) {
-  sorted_.clear();
-  for (std::size_t i = 0; i < places.size(); ++i)
-    if (PointGrid::usable(places[i])) sorted_.push_back(square_of(places[i]) << kIndexBits | i);
-  std::sort(sorted_.begin(), sorted_.end());
-  for (std::size_t begin = 0, end = 0; begin < sorted_.size(); begin = end) {
-    while (end < sorted_.size() && sorted_[end] >> kIndexBits == sorted_[begin] >> kIndexBits) ++end;
-    if (end - begin <= limits::kMaxCrowd) continue;
-    for (std::size_t k = begin; k < end; ++k)
-      crowded_.push_back(static_cast<std::uint32_t>(sorted_[k] & ((std::uint64_t{1} << kIndexBits) - 1)));
-  }
+  squares_.build_occupied(places.size(), [&](std::size_t i) {
+    return PointGrid::usable(places[i]) ? square_of(places[i]) : CellLists::kNoCell;
+  });
+  for (std::size_t square = 0; square < squares_.size(); ++square)
+    if (squares_[square].size() > limits::kMaxCrowd)
+      crowded_.insert(crowded_.end(), squares_[square].begin(), squares_[square].end());
 }
 
 }  // namespace dynfilter

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
-#include <dynfilter/geometry/image_neighbours.hpp>
 #include <dynfilter/motion/expiring.hpp>
 #include <dynfilter/motion/flow_groups.hpp>
 #include <dynfilter/motion/ground_contact.hpp>
@@ -90,7 +90,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
     ViewMotion over(double other_s) const;
   };
   struct PlacedFeature {
-    ImageNeighbours::Point now;
+    cv::Point2d now;
     std::size_t feature;
   };
   /// A feature that can be judged over the current gap.
@@ -145,7 +145,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
 
   /// False for NaN and for positions outside any image.
   static bool within(const cv::Point2f& px) { return std::abs(px.x) < 1e5F && std::abs(px.y) < 1e5F; }
-  ImageNeighbours::Point centred(const cv::Point2f& px) const {
+  cv::Point2d centred(const cv::Point2f& px) const {
     return {static_cast<double>(px.x) - centre_.x, (static_cast<double>(px.y) - centre_.y) * y_scale_};
   }
 
@@ -220,14 +220,14 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   double gap_s_ = 0, passed_s_ = 0, noise_px_ = 0;
 
   cv::Size2d extent_;
-  ImageCells cells_;
+  ImageCells<double> cells_{0, 0, 12, 6, 0.5};  ///< of positions from the middle
   cv::Point2d centre_, focus_;
   double focal_px_ = 1, y_scale_ = 1;
   std::vector<TrackEvidence> evidence_, last_evidence_;
   std::vector<PlacedFeature> order_;
   std::vector<Point> points_;
   std::vector<ViewPair> pairs_;
-  std::vector<ImageNeighbours::Point> places_;
+  std::vector<cv::Point2d> places_;
   std::vector<GroundedPoint> grounded_;
   std::vector<int> seeds_, counts_;
   std::vector<bool> judged_, compared_;
@@ -235,8 +235,8 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   NeighbourPlaces neighbours_;
   NeighbourPlaces::Field excess_around_;
   std::vector<float> excess_, depths_m_;  ///< over the limit, in standard deviations; depths: unknown
-  std::vector<double> suspicion_, values_, along_;
-  std::vector<std::vector<double>> in_cell_;
+  std::vector<double> suspicion_, values_, along_, inverse_depths_;
+  CellLists in_cell_;
 };
 
 }  // namespace dynfilter

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
@@ -51,38 +50,22 @@ class NeighbourNoise {
   std::optional<double> whole_scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two);
 
  private:
-  static constexpr float kMinApart_px = 3;  ///< nearer ones are nearly the same patch
-  static constexpr float kLeastReach_px = 2 * kMinApart_px;
-  static constexpr float kSameSurface = 0.1F;  ///< depths that differ by no more than this share
+  static constexpr float kMinApart_px = 3;       ///< nearer ones are nearly the same patch
+  static constexpr float kSameSurface = 0.1F;    ///< depths that differ by no more than this share
+  static constexpr double kRounding = 1 + 1e-6;  ///< of distances
 
   static double median_chi2(MissAxes axes) { return axes == MissAxes::One ? 0.4549 : 2 * portable::log(2.0); }
 
-  using Four = detail::Lanes<4>::Float;
-  using Mask = detail::Lanes<4>::Int;
-  static constexpr std::size_t kLanes = 4;
-  static constexpr Four kLane{0, 1, 2, 3};
-
-  static constexpr double kCrowd = 256,
-                          kFew = 16;  ///< neighbours within reach that are many, and that are enough
-
-  /// Sorts the misses into cells of the first radius to search. It is the reach, or less where that crowds them.
-  void sort_into_cells(Span<const Miss> misses, float reach_px);
-  /// One array per number, sorted by grid cell, so that nearest() reads four at once.
-  void lay_out(Span<const Miss> misses);
-  static Four load(const std::vector<float>& column, std::size_t at);
-
-  /// Index of the nearest neighbour on the same surface; -1: none.
-  int nearest(Span<const Miss> misses, std::size_t k, float reach_px) const;
-  int nearest_within(Span<const Miss> misses, std::size_t k, float reach_px) const;
-  /// The same, one after the other, where equal distances occurred: the position decides.
-  int nearest_of_equals(Span<const Miss> misses, std::size_t k, float reach_px) const;
+  /// Sorts the misses by cell, so that near ones are read together.
+  void sort_by_place(Span<const Miss> misses, float reach_px);
+  /// The nearest neighbour on the same surface; null: none.
+  const Miss* nearest(const Miss& miss, float reach_px) const;
   /// By place, so that the order of the points does not matter.
   static bool before(const Miss& a, const Miss& b);
   void compare(const Miss& a, const Miss& b);
 
   PointGrid grid_;
-  float first_reach_px_ = 0;
-  std::vector<float> x_, y_, depth_m_;  ///< sorted by grid cell
+  std::vector<Miss> by_place_;
   std::vector<cv::Point2f> places_;
   std::vector<float> differences_;
 };

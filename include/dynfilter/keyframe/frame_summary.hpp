@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/keyframe/graph.hpp>
 #include <opencv2/core.hpp>
@@ -114,14 +115,13 @@ inline std::size_t shared_points(const std::vector<std::int64_t>& a, const std::
 }
 
 inline double occupied_share(const FrameSummary& frame, int columns, int rows) {
-  if (frame.image_px.width <= 0 || frame.image_px.height <= 0) return 0;
-  std::vector<std::uint8_t> cells(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0);
-  for (const cv::Point2f& p : frame.pixels) {
-    const double x = static_cast<double>(p.x) / frame.image_px.width * columns;
-    const double y = static_cast<double>(p.y) / frame.image_px.height * rows;
-    if (!(x >= 0 && x < columns && y >= 0 && y < rows)) continue;
-    cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] = 1;
-  }
+  const cv::Size2f size = frame.image_px;
+  if (size.width <= 0 || size.height <= 0) return 0;
+  const ImageCells<double> grid{size.width, size.height, columns, rows};
+  std::vector<std::uint8_t> cells(static_cast<std::size_t>(grid.count()), 0);
+  for (const cv::Point2f& p : frame.pixels)
+    if (p.x >= 0 && p.x < size.width && p.y >= 0 && p.y < size.height)
+      cells[static_cast<std::size_t>(grid.of(p.x, p.y))] = 1;
   return static_cast<double>(std::count(cells.begin(), cells.end(), std::uint8_t{1})) /
          static_cast<double>(cells.size());
 }

@@ -2,8 +2,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <dynfilter/cluster/clusters.hpp>
+#include <dynfilter/core/cells.hpp>
+#include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/image_neighbours.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -18,26 +22,24 @@ class FlowGroups {
  public:
   /// `alike(i, j)` returns whether two flows are similar. It must be symmetric.
   template <class Alike>
-  void build(const std::vector<ImageNeighbours::Point>& points, double radius_px, int neighbours,
-             double least_px, const Alike& alike) {
-    const std::size_t n = points.size();
-    grid_.build(points, radius_px);
+  void build(const std::vector<cv::Point2d>& points, double radius_px, int neighbours, double least_px,
+             const Alike& alike) {
+    grid_.build_for_nearest(Span<const cv::Point2d>(points), static_cast<float>(radius_px / 2));
     near_.clear();
     linked_.clear();
-    parent_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<int>(i);
-    for (std::size_t i = 0; i < n; ++i) {
-      grid_.nearest(points[i].x, points[i].y, static_cast<int>(i), neighbours, nearest_, least_px);
+    sets_.reset(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      grid_.nearest(points[i], {neighbours, radius_px, least_px, static_cast<int>(i)}, nearest_);
       for (const int j : nearest_) {
         near_.push(j);
         if (!alike(i, static_cast<std::size_t>(j))) continue;
         linked_.push(j);
-        join(static_cast<int>(i), j);
+        sets_.unite(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
       }
       near_.end_list();
       linked_.end_list();
     }
-    collect();
+    collect(points.size());
   }
 
   /// The nearest points of i, and those of them with similar flow.
@@ -54,11 +56,6 @@ class FlowGroups {
     void clear() { entries_.clear(), ends_.clear(); }
     void push(int entry) { entries_.push_back(entry); }
     void end_list() { ends_.push_back(entries_.size()); }
-    /// Lists of these lengths, filled by put().
-    void lay_out(const std::vector<int>& lengths);
-    void put(std::size_t list, int entry) { entries_[ends_[list]++] = entry; }
-
-    std::size_t size() const { return ends_.size(); }
     Span<const int> operator[](std::size_t list) const {
       const std::size_t begin = list == 0 ? 0 : ends_[list - 1];
       return {entries_.data() + begin, ends_[list] - begin};
@@ -69,17 +66,22 @@ class FlowGroups {
     std::vector<std::size_t> ends_;
   };
 
-  int root(int i);
-  void join(int a, int b);
-  void collect();
+  void collect(std::size_t points) {
+    std::size_t groups = 0;
+    number_.resize(points);  // the root of a set is its first point, and so comes before the others
+    for (std::size_t i = 0; i < points; ++i) {
+      const std::size_t root = sets_.find(static_cast<std::uint32_t>(i));
+      number_[i] = root == i ? groups++ : number_[root];
+    }
+    members_.build(groups, points, [&](std::size_t i) { return number_[i]; });
+  }
 
-  ImageNeighbours grid_;
-  Lists near_, linked_, members_;
-  std::vector<int> nearest_, parent_, number_, counts_;
+  PointGrid grid_;
+  detail::DisjointSets sets_;
+  Lists near_, linked_;
+  CellLists members_;  ///< by the group's number
+  std::vector<int> nearest_;
+  std::vector<std::size_t> number_;
 };
 
 }  // namespace dynfilter
-
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/motion/detail/flow_groups-inl.hpp>
-#endif

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/cells.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/motion/view_motion.hpp>
 #include <dynfilter/motion/view_motion_fit.hpp>
@@ -13,19 +13,6 @@
 #include <vector>
 
 namespace dynfilter {
-
-/// The image divided into cells, about its middle.
-struct ImageCells {
-  double width_px = 0, height_px = 0;
-  int columns = 12, rows = 6;
-
-  int count() const { return columns * rows; }
-  int of(double x, double y) const {
-    const int column = static_cast<int>((x / width_px + 0.5) * columns),
-              row = static_cast<int>((y / height_px + 0.5) * rows);
-    return std::clamp(row, 0, rows - 1) * columns + std::clamp(column, 0, columns - 1);
-  }
-};
 
 struct ViewMotionOptions {
   double max_distance_px = 1.0;       ///< of an inlier to its epipolar line
@@ -55,7 +42,7 @@ class ViewMotionEstimator {
   /// From the pairs that may carry it (`seeds`). `last`: of the frame before, or of this one (`fresh`) over
   /// another gap: then fewer samples will do.
   std::optional<ViewMotion> estimate(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
-                                     const ImageCells& cells, double focal_px,
+                                     const ImageCells<double>& cells, double focal_px,
                                      const std::optional<ViewMotion>& last, bool fresh = false);
 
  private:
@@ -70,7 +57,8 @@ class ViewMotionEstimator {
   /// RANSAC's stopping rule for the best support so far.
   double samples_needed() const;
 
-  void fill_cells(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds, const ImageCells& cells);
+  void fill_cells(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
+                  const ImageCells<double>& cells);
   /// A cell with one point has half a vote: it may be an outlier.
   static double share(std::size_t points);
 
@@ -81,8 +69,8 @@ class ViewMotionEstimator {
   /// Keeps the motion, with the sign of its direction, if it is supported better.
   void attempt(const std::vector<ViewPair>& pairs, ViewMotion motion);
 
-  void try_sample(const std::vector<ViewPair>& pairs, double focal_px, const std::optional<ViewMotion>& last,
-                  int attempt_number);
+  void try_sample(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds, double focal_px,
+                  const std::optional<ViewMotion>& last, int attempt_number);
 
   /// Forwards twice as often as to either side, up or down.
   ViewMotion start_motion(double focal_px);
@@ -112,7 +100,7 @@ class ViewMotionEstimator {
   SampleGenerator rng_{kSeed};
   ViewMotion best_;
   double best_support_ = -1, votes_ = 0;
-  std::vector<std::vector<int>> in_cell_;
+  CellLists in_cell_;  ///< seeds
   std::vector<int> occupied_, scored_, sample_, used_, inliers_;
   std::vector<double> weights_, score_weights_, distances_;
   std::vector<std::pair<double, double>> flows_;  ///< along, weight

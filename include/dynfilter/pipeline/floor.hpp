@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
@@ -40,13 +41,16 @@ class Floor {
 
   /// The grid covers the image if its size is known, else the extent of the features.
   void lay_grid(const FrameView& frame);
-  std::size_t cell_of(const FrameView& frame, std::size_t i) const;
+  std::size_t cell_of(const FrameView& frame, std::size_t i) const {
+    const cv::Point2f& pt = frame.keypoints[i].pt;
+    return static_cast<std::size_t>(grid_.of(pt.x, pt.y));
+  }
   static void restore(Verdict& verdict, std::size_t i);
 
   FloorParams params_;
   std::vector<std::size_t> ranked_;
   std::vector<std::uint8_t> occupied_, covered_;
-  float width_px_ = 0, height_px_ = 0;
+  ImageCells<float> grid_;
 };
 
 inline void Floor::apply(const FrameView& frame, int host_min_features, Verdict& verdict) {
@@ -94,11 +98,9 @@ inline void Floor::raise_count(const FrameView& frame, int host_min_features, Ve
 
 inline void Floor::raise_coverage(const FrameView& frame, Verdict& verdict) {
   if (params_.min_grid_coverage <= 0) return;
-  const auto cells =
-      static_cast<std::size_t>(params_.grid_columns) * static_cast<std::size_t>(params_.grid_rows);
-  occupied_.assign(cells, 0);
-  covered_.assign(cells, 0);
   lay_grid(frame);
+  occupied_.assign(static_cast<std::size_t>(grid_.count()), 0);
+  covered_.assign(static_cast<std::size_t>(grid_.count()), 0);
   for (std::size_t i = 0; i < verdict.size(); ++i) {
     occupied_[cell_of(frame, i)] = 1;
     if (verdict.keep(i)) covered_[cell_of(frame, i)] = 1;
@@ -120,24 +122,13 @@ inline void Floor::raise_coverage(const FrameView& frame, Verdict& verdict) {
 }
 
 inline void Floor::lay_grid(const FrameView& frame) {
-  width_px_ = static_cast<float>(frame.grey.cols);
-  height_px_ = static_cast<float>(frame.grey.rows);
-  if (width_px_ > 0) return;
+  grid_ = {static_cast<float>(frame.grey.cols), static_cast<float>(frame.grey.rows), params_.grid_columns,
+           params_.grid_rows};
+  if (grid_.width_px > 0) return;
   for (const cv::KeyPoint& keypoint : frame.keypoints) {
-    width_px_ = std::max(width_px_, keypoint.pt.x + 1);
-    height_px_ = std::max(height_px_, keypoint.pt.y + 1);
+    grid_.width_px = std::max(grid_.width_px, keypoint.pt.x + 1);
+    grid_.height_px = std::max(grid_.height_px, keypoint.pt.y + 1);
   }
-}
-
-inline std::size_t Floor::cell_of(const FrameView& frame, std::size_t i) const {
-  const cv::Point2f& pt = frame.keypoints[i].pt;
-  const auto place = [](float x, float size, int cells) {
-    const float at = size > 0 ? x / size * static_cast<float>(cells) : 0;
-    // NaN becomes 0.
-    return static_cast<std::size_t>(at > 0 ? std::min(at, static_cast<float>(cells - 1)) : 0);
-  };
-  return place(pt.y, height_px_, params_.grid_rows) * static_cast<std::size_t>(params_.grid_columns) +
-         place(pt.x, width_px_, params_.grid_columns);
 }
 
 inline void Floor::restore(Verdict& verdict, std::size_t i) {

@@ -211,7 +211,7 @@ inline void FlowConsistencyFilter::collect_points(const Evidence& evidence, int 
   points_.clear();
   for (const auto& [now, i] : order_) {
     if (tracks_->length(i) < gap || !within(tracks_->at(i, gap))) continue;
-    const ImageNeighbours::Point then = centred(tracks_->at(i, gap));
+    const cv::Point2d then = centred(tracks_->at(i, gap));
     points_.push_back({static_cast<int>(i), {then.x, then.y, now.x, now.y}, {}, 0, evidence.seed(i)});
   }
   const auto before = [](const Point& p, const Point& q) {
@@ -225,7 +225,7 @@ inline void FlowConsistencyFilter::collect_points(const Evidence& evidence, int 
 
 inline void FlowConsistencyFilter::group() {
   places_.clear();
-  for (const Point& p : points_) places_.push_back({p.pair.x, p.pair.y});
+  for (const Point& p : points_) places_.emplace_back(p.pair.x, p.pair.y);
   groups_.build(places_, kReach * cells_.width_px, kNeighbours, kOnePatch_px,
                 [&](std::size_t i, std::size_t j) {
                   const Point &p = points_[i], &q = points_[j];
@@ -248,19 +248,21 @@ inline double FlowConsistencyFilter::measured_noise_px() {
 }
 
 inline double FlowConsistencyFilter::middle_inverse_depth() {
-  in_cell_.resize(static_cast<std::size_t>(cells_.count()));
-  for (std::vector<double>& cell : in_cell_) {
-    cell.clear();
-    cell.reserve(tracks_->size());  // no allocation later, whichever cell the points gather in
-  }
-  for (std::size_t k = 0; k < points_.size(); ++k) {
+  in_cell_.build(static_cast<std::size_t>(cells_.count()), points_.size(), [&](std::size_t k) {
     const Point& p = points_[k];
-    if (std::abs(p.flow.across_px) < params_.limit * noise_px_ && evidence_of(k).flow.value() < params_.limit)
-      in_cell_[static_cast<std::size_t>(cells_.of(p.pair.x, p.pair.y))].push_back(p.flow.inverse_depth);
-  }
+    const bool agrees =
+        std::abs(p.flow.across_px) < params_.limit * noise_px_ && evidence_of(k).flow.value() < params_.limit;
+    return agrees ? static_cast<CellLists::Key>(cells_.of(p.pair.x, p.pair.y)) : CellLists::kNoCell;
+  });
   values_.clear();
-  for (std::vector<double>& cell : in_cell_)
-    if (!cell.empty()) values_.push_back(averaged_median_in_place(cell));
+  inverse_depths_.reserve(tracks_->size());  // no allocation later, whichever cell the points gather in
+  for (std::size_t c = 0; c < in_cell_.size(); ++c) {
+    if (in_cell_[c].empty()) continue;
+    inverse_depths_.clear();
+    for (const std::int32_t k : in_cell_[c])
+      inverse_depths_.push_back(points_[static_cast<std::size_t>(k)].flow.inverse_depth);
+    values_.push_back(averaged_median_in_place(inverse_depths_));
+  }
   return motion_->motion.has_baseline() && values_.size() >= kLeastCells
              ? std::max(0.0, averaged_median_in_place(values_))
              : std::numeric_limits<double>::infinity();

@@ -9,7 +9,6 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
-#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
@@ -116,6 +115,7 @@ class GridMotionStatistics {
   std::vector<std::uint32_t> index_, sorted_index_;
   std::vector<cv::Point2f> first_, second_;  ///< in units of the image size
   std::vector<cv::Point2f> sorted_first_, sorted_second_;
+  CellLists by_cell_;
   std::array<std::vector<std::uint16_t>, 4> left_cell_;
   std::vector<std::uint16_t> right_cell_;
   std::size_t columns_ = 0;
@@ -202,16 +202,13 @@ inline void GridMotionStatistics::sort_by_cell() {
     return static_cast<std::size_t>(p.y * size) * static_cast<std::size_t>(cells_) +
            static_cast<std::size_t>(p.x * size);
   };
-  const std::size_t n = index_.size();
-  in_cell_.assign(square(cells_) + 1, 0);
-  for (const cv::Point2f& p : first_) ++in_cell_[cell(p) + 1];
-  std::partial_sum(in_cell_.begin(), in_cell_.end(), in_cell_.begin());
-  sorted_index_.resize(n), sorted_first_.resize(n), sorted_second_.resize(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t place = in_cell_[cell(first_[k])]++;
-    sorted_index_[place] = index_[k];
-    sorted_first_[place] = first_[k];
-    sorted_second_[place] = second_[k];
+  by_cell_.build(square(cells_), index_.size(), [&](std::size_t k) { return cell(first_[k]); });
+  sorted_index_.clear(), sorted_first_.clear(), sorted_second_.clear();
+  for (const std::int32_t entry : by_cell_.entries()) {
+    const auto k = static_cast<std::size_t>(entry);
+    sorted_index_.push_back(index_[k]);
+    sorted_first_.push_back(first_[k]);
+    sorted_second_.push_back(second_[k]);
   }
   index_.swap(sorted_index_), first_.swap(sorted_first_), second_.swap(sorted_second_);
 }

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/geometry/image_neighbours.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -77,6 +78,9 @@ class SequentialHomographies {
 
   double squared_distance(const Homography& h, const ImageMatch& m) const;
 
+  /// Within which the matches of a sample are: a quarter of the extent from the middle.
+  double neighbourhood_px() const { return 0.25 * scale_px_; }
+
   bool next_model();
 
   void try_sample();
@@ -102,8 +106,8 @@ class SequentialHomographies {
   double centre_x_ = 0, centre_y_ = 0, scale_px_ = 1, max_distance_px_ = 0, best_score_ = 0;
   Homography best_{};
   std::vector<Homography> models_;
-  ImageNeighbours grid_;
-  std::vector<ImageNeighbours::Point> places_;
+  PointGrid grid_;
+  std::vector<cv::Point2d> places_;
   std::vector<int> label_, left_, near_, support_;
   std::vector<double> values_;
 };
@@ -181,9 +185,9 @@ inline bool SequentialHomographies::next_model() {
   places_.clear();
   for (const int i : left_) {
     const ImageMatch& m = (*matches_)[static_cast<std::size_t>(i)];
-    places_.push_back({m.x, m.y});
+    places_.emplace_back(m.x, m.y);
   }
-  grid_.build(places_, 0.25 * scale_px_);
+  grid_.build_for_nearest(Span<const cv::Point2d>(places_), static_cast<float>(neighbourhood_px() / 2));
   best_score_ = 0;
   for (int k = 0; k < options_.iterations; ++k) try_sample();
   for (int k = 0; k < 4; ++k) grow(k < 2);
@@ -196,7 +200,7 @@ inline bool SequentialHomographies::next_model() {
 
 inline void SequentialHomographies::try_sample() {
   const auto at = rng_.below(static_cast<std::uint32_t>(left_.size()));
-  grid_.nearest(places_[at].x, places_[at].y, static_cast<int>(at), options_.neighbours, near_);
+  grid_.nearest(places_[at], {options_.neighbours, neighbourhood_px(), 0, static_cast<int>(at)}, near_);
   if (near_.size() < 2) return;
   std::uint32_t pick[2];
   sample_distinct(rng_, static_cast<std::uint32_t>(near_.size()), pick, 2);

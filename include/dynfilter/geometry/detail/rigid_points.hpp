@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
@@ -179,9 +180,7 @@ struct RigidPoints {
   /// The 8x8 cells divide the viewing directions with tangents within +-0.8.
   double spread_score(const RigidTransform& T, float limit) const {
     float cells[64] = {};
-    auto cell = [](float tangent) {
-      return std::min(7, std::max(0, static_cast<int>((tangent + 0.8F) * 5)));
-    };
+    const auto cell = [](float tangent) { return cell_along((tangent + 0.8F) * 5, 8); };
     visit_chi2(T, [&](std::size_t k, float e) {
       const float inv_z = 1 / row(kPz)[k];
       cells[8 * cell(row(kPy)[k] * inv_z) + cell(row(kPx)[k] * inv_z)] += std::max(0.0F, 1 - e / limit);

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
@@ -142,17 +143,14 @@ class TwoViewPoints {
     std::uint32_t cells[kCells];
     sample_distinct(rng, static_cast<std::uint32_t>(used_cells_), cells, size);
     for (int i = 0; i < size; ++i) {
-      const Cell& cell = cells_[cells[i]];
-      out[i] = members_[cell.begin + rng.below(cell.size)];
+      const Span<const std::int32_t> members = cells_[used_[cells[i]]];
+      out[i] = static_cast<std::uint32_t>(members[rng.below(static_cast<std::uint32_t>(members.size()))]);
     }
   }
 
  private:
   static constexpr std::size_t kWidth = Pack::kWidth;
   static constexpr int kSide = 4, kCells = kSide * kSide;
-  struct Cell {
-    std::uint32_t begin, size;
-  };
 
   static bool finite(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
   static Pack at(const std::vector<float>& v, std::size_t i) { return Pack::load(v.data() + i); }
@@ -197,25 +195,14 @@ class TwoViewPoints {
     }
   }
 
-  int cell_of(std::size_t k) const {
-    auto index = [](float a) {
-      return std::min(kSide - 1, std::max(0, static_cast<int>((a + 1.8F) / 0.9F)));
-    };
-    return index(y_[k]) * kSide + index(x_[k]);
-  }
-
   void fill_cells() {
-    std::uint32_t sizes[kCells] = {}, next[kCells];
-    for (std::size_t k = 0; k < count_; ++k) ++sizes[cell_of(k)];
+    const auto index = [](float a) { return cell_along((a + 1.8F) / 0.9F, kSide); };
+    cells_.build(kCells, count_, [&](std::size_t k) {
+      return static_cast<CellLists::Key>(index(y_[k]) * kSide + index(x_[k]));
+    });
     used_cells_ = 0;
-    std::uint32_t begin = 0;
-    for (int c = 0; c < kCells; ++c) {
-      next[c] = begin;
-      if (sizes[c] > 0) cells_[used_cells_++] = {begin, sizes[c]};
-      begin += sizes[c];
-    }
-    members_.resize(count_);
-    for (std::size_t k = 0; k < count_; ++k) members_[next[cell_of(k)]++] = static_cast<std::uint32_t>(k);
+    for (std::size_t c = 0; c < kCells; ++c)
+      if (!cells_[c].empty()) used_[used_cells_++] = c;
   }
 
   std::size_t count_ = 0;
@@ -224,8 +211,8 @@ class TwoViewPoints {
   Eigen::Vector2d center1_, center2_;
   std::vector<float> x_, y_, u_, v_;
   std::vector<int> usable_, order_;
-  std::vector<std::uint32_t> members_;
-  Cell cells_[kCells] = {};
+  CellLists cells_;
+  std::size_t used_[kCells] = {};  ///< cells with matches
 };
 
 }  // namespace dynfilter::detail

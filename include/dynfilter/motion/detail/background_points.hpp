@@ -3,9 +3,10 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/pose.hpp>
@@ -93,32 +94,33 @@ class BackgroundPoints {
     return valid_depth(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
   }
   std::size_t cell_at(const cv::Point2f& px) const {
-    const auto place = [](double x, double size, int cells) {
-      const double at = x / size * cells;
-      return static_cast<std::size_t>(at > 0 ? std::min(at, cells - 1.0) : 0);  // NaN: 0
-    };
-    return place(px.y, 2 * scene_->camera.cy_px, kRows) * kColumns +
-           place(px.x, 2 * scene_->camera.cx_px, kColumns);
+    const ImageCells<double> cells{2 * scene_->camera.cx_px, 2 * scene_->camera.cy_px, kColumns, kRows};
+    return static_cast<std::size_t>(cells.of(px.x, px.y));
   }
 
   void fill_cells() {
-    for (auto& cell : cells_) cell.clear();
-    for (const int i : scene_->seeds) {
-      const auto k = static_cast<std::size_t>(i);
-      if (k < scene_->pixels.size() && usable(scene_->reference_m[k]) && usable(scene_->current_m[k]) &&
-          PointGrid::usable(scene_->pixels[k]))
-        cells_[cell_at(scene_->pixels[k])].push_back({scene_->current_m[k].z, i});
-    }
+    cells_.build(kCells, scene_->seeds.size(), [&](std::size_t seed) {
+      const auto k = static_cast<std::size_t>(scene_->seeds[seed]);
+      return k < scene_->pixels.size() && usable(scene_->reference_m[k]) && usable(scene_->current_m[k]) &&
+                     PointGrid::usable(scene_->pixels[k])
+                 ? cell_at(scene_->pixels[k])
+                 : CellLists::kNoCell;
+    });
   }
   void collect() {
     const auto farther_first = [&](const Candidate& a, const Candidate& b) { return farther(a, b); };
     candidates_.clear();
-    for (auto& cell : cells_) {
-      if (cell.size() > kPerCell) {
-        std::partial_sort(cell.begin(), cell.begin() + kPerCell, cell.end(), farther_first);
-        cell.resize(kPerCell);
+    candidates_.reserve(scene_->seeds.size());
+    for (std::size_t c = 0; c < kCells; ++c) {
+      const std::size_t first = candidates_.size(), most = first + kPerCell;
+      for (const std::int32_t seed : cells_[c]) {
+        const int i = scene_->seeds[static_cast<std::size_t>(seed)];
+        candidates_.push_back({scene_->current_m[static_cast<std::size_t>(i)].z, i});
       }
-      candidates_.insert(candidates_.end(), cell.begin(), cell.end());
+      if (candidates_.size() <= most) continue;
+      const auto begin = candidates_.begin() + static_cast<std::ptrdiff_t>(first);
+      std::partial_sort(begin, begin + kPerCell, candidates_.end(), farther_first);
+      candidates_.resize(most);
     }
     std::sort(candidates_.begin(), candidates_.end(), farther_first);
   }
@@ -154,7 +156,7 @@ class BackgroundPoints {
   Pack pack(int c, std::size_t k) const { return Pack::load(column(c) + k); }
 
   const RigidBackgroundScene* scene_ = nullptr;
-  std::array<std::vector<Candidate>, kCells> cells_;
+  CellLists cells_;  ///< of the seeds
   std::vector<Candidate> candidates_;
   std::vector<int> features_;
   std::vector<std::size_t> cells_of_;

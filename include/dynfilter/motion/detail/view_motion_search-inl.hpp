@@ -19,7 +19,7 @@
 namespace dynfilter {
 
 DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
-    const std::vector<ViewPair>& pairs, const std::vector<int>& seeds, const ImageCells& cells,
+    const std::vector<ViewPair>& pairs, const std::vector<int>& seeds, const ImageCells<double>& cells,
     double focal_px, const std::optional<ViewMotion>& last, bool fresh) {
   if (static_cast<int>(seeds.size()) < options_.min_pairs) return std::nullopt;
   fill_cells(pairs, seeds, cells);
@@ -33,7 +33,8 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
   }
   const int least = last ? kLeastSamples : options_.iterations;
   const int most = last && fresh ? kLeastSamples : options_.iterations;
-  for (int k = 0; k < most && (k < least || k < samples_needed()); ++k) try_sample(pairs, focal_px, last, k);
+  for (int k = 0; k < most && (k < least || k < samples_needed()); ++k)
+    try_sample(pairs, seeds, focal_px, last, k);
   polish(pairs, seeds);
   try_twin(pairs, seeds);
   return without_needless_baseline(pairs, seeds, focal_px);
@@ -55,26 +56,25 @@ inline double ViewMotionEstimator::samples_needed() const {
 }
 
 inline void ViewMotionEstimator::fill_cells(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
-                                            const ImageCells& cells) {
-  in_cell_.resize(static_cast<std::size_t>(cells.count()));
-  for (auto& members : in_cell_) members.clear();
-  for (const int i : seeds) {
-    const ViewPair& p = pairs[static_cast<std::size_t>(i)];
-    in_cell_[static_cast<std::size_t>(cells.of(p.x, p.y))].push_back(i);
-  }
+                                            const ImageCells<double>& cells) {
+  in_cell_.build(static_cast<std::size_t>(cells.count()), seeds.size(), [&](std::size_t k) {
+    const ViewPair& p = pairs[static_cast<std::size_t>(seeds[k])];
+    return static_cast<CellLists::Key>(cells.of(p.x, p.y));
+  });
+  const auto seed = [&](std::int32_t k) { return seeds[static_cast<std::size_t>(k)]; };
   occupied_.clear();
   scored_.clear();
   weights_.assign(pairs.size(), 0);
   score_weights_.assign(pairs.size(), 0);
   votes_ = 0;
   for (std::size_t c = 0; c < in_cell_.size(); ++c) {
-    const std::vector<int>& members = in_cell_[c];
+    const Span<const std::int32_t> members = in_cell_[c];
     if (members.empty()) continue;
     occupied_.push_back(static_cast<int>(c));
     const std::size_t n = members.size(), scored = std::min<std::size_t>(n, kScoredPerCell);
-    for (const int i : members) weights_[static_cast<std::size_t>(i)] = share(n);
+    for (const std::int32_t k : members) weights_[static_cast<std::size_t>(seed(k))] = share(n);
     for (std::size_t k = 0; k < scored; ++k) {
-      scored_.push_back(members[k * n / scored]);
+      scored_.push_back(seed(members[k * n / scored]));
       score_weights_[static_cast<std::size_t>(scored_.back())] = share(scored);
       votes_ += share(scored);
     }
@@ -115,15 +115,17 @@ inline void ViewMotionEstimator::attempt(const std::vector<ViewPair>& pairs, Vie
   best_ = motion;
 }
 
-inline void ViewMotionEstimator::try_sample(const std::vector<ViewPair>& pairs, double focal_px,
-                                            const std::optional<ViewMotion>& last, int attempt_number) {
+inline void ViewMotionEstimator::try_sample(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
+                                            double focal_px, const std::optional<ViewMotion>& last,
+                                            int attempt_number) {
   const auto cells = static_cast<std::uint32_t>(occupied_.size());
   sample_.clear();
   used_.clear();
   for (int tries = 0; tries < 50 && static_cast<int>(sample_.size()) < kSample; ++tries) {
     const int cell = occupied_[rng_.below(cells)];
-    const std::vector<int>& members = in_cell_[static_cast<std::size_t>(cell)];
-    const int i = members[rng_.below(static_cast<std::uint32_t>(members.size()))];
+    const Span<const std::int32_t> members = in_cell_[static_cast<std::size_t>(cell)];
+    const std::int32_t member = members[rng_.below(static_cast<std::uint32_t>(members.size()))];
+    const int i = seeds[static_cast<std::size_t>(member)];
     const bool cell_used = cells > 8 && std::find(used_.begin(), used_.end(), cell) != used_.end();
     if (cell_used || std::find(sample_.begin(), sample_.end(), i) != sample_.end()) continue;
     sample_.push_back(i);
