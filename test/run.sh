@@ -4,8 +4,8 @@
 #   bash test/run.sh            everything but what only --long does; ends with a table of seconds per step
 #   bash test/run.sh --quick    only the optimized build and its tests
 #   bash test/run.sh --long     also clang-tidy over every file, more sanitizers, every compiler, fuzzing for 10 minutes
-# FUZZ_SECONDS: for how long each fuzz target runs, default 40 (--long: 600). Two of the six run at a time, so that all of
-# them take three times as long.
+# FUZZ_SECONDS: for how long each fuzz target runs, default 40 (--long: 600). Two of the seven run at a time, and beside the
+# last one the linter, so that all of them take four times as long.
 # The last line is "N passed, N failed, N skipped"; the exit code is 0 when nothing failed.
 set -u
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 2
@@ -93,11 +93,17 @@ format_check() { sources '*.hpp' '*.cpp' | xargs -r clang-format --dry-run --Wer
 tidy_check() {
   local files=build/release/test/headers/first.cpp
   [ "$mode" = long ] && files="$files $(sources 'test/*_test.cpp' 'examples/*.cpp' 'plugins/*.cpp' | grep 'cpp$')"
-  printf '%s\n' $files | xargs -P "$jobs" -n 1 clang-tidy -p build/release --quiet
+  printf '%s\n' $files | xargs -P "$jobs" -n 1 clang-tidy -p build/release --quiet >build/lint.log 2>&1 ||
+    { cat build/lint.log; false; }
 }
 
-# lint_result PROCESS: what it says is shown only if it found something.
-lint_result() { wait "$1" || { cat build/lint.log; false; }; }
+# fuzz_result PROCESS: of the target that ran beside the linter.
+fuzz_result() {
+  wait "$1"
+  local code=$?
+  cat build/fuzz_last.log
+  return $code
+}
 
 mkdir -p build
 step "packages"
@@ -119,6 +125,7 @@ if [ "$mode" != quick ]; then
   fi
   build_and_test asan-ubsan
   if [ "$mode" = long ]; then
+    build_and_test asan-ubsan-gcc
     build_and_test tsan
     build_and_test ubsan-clang
   fi
@@ -126,13 +133,16 @@ if [ "$mode" != quick ]; then
   # The same inputs for the same sources: a commit is judged by what it changed. --long looks for new ones.
   if [ "$mode" = long ]; then seconds=600; else seconds=40 DYNFILTER_FUZZ_SEED=${DYNFILTER_FUZZ_SEED:-1}; fi
   export DYNFILTER_FUZZ_SEED
-  check fuzz bash test/fuzz/run.sh "${FUZZ_SECONDS:-$seconds}"
-  step "lint, abi, compilers, format"
-  tidy_check >build/lint.log 2>&1 &  # one file takes one core: the others meanwhile
-  lint=$!
+  fuzz() { bash test/fuzz/run.sh "${FUZZ_SECONDS:-$seconds}" "$@"; }
+  check fuzz fuzz yaml frames files sequences protocol facade
+  step "fuzz facade_cxx11, lint"
+  fuzz facade_cxx11 >build/fuzz_last.log 2>&1 &  # the seventh target and the linter take one core each
+  last=$!
+  check lint tidy_check
+  check fuzz-last fuzz_result $last
+  step "abi, compilers, format"
   check abi bash test/abi/check.sh
   if [ "$mode" = long ]; then check compilers bash test/compilers.sh --all; else check compilers bash test/compilers.sh; fi
   check format format_check
-  check lint lint_result $lint
 fi
 finish
