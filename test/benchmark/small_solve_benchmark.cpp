@@ -5,7 +5,7 @@
 
 #include <Eigen/Dense>
 #include <array>
-#include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/detail/two_view_solvers.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/small_solve.hpp>

@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/lucas_kanade.hpp>
-#include <dynfilter/correspondence/patch_kernels_avx2.hpp>
-#include <dynfilter/correspondence/short_vector.hpp>
+#include <dynfilter/correspondence/patch_kernels.hpp>
 #include <limits>
 #include <opencv2/video/tracking.hpp>
-#include <random>
 
 #include "correspondence/random_texture.hpp"
 #include "doctest/doctest.h"
@@ -111,7 +110,7 @@ TEST_CASE("Flat images and wild positions are lost, not followed") {
 }
 
 TEST_CASE("Wider instructions give the same bits, in every window, at borders and on noise") {
-  if (!detail::PatchKernelsAvx2::available()) MESSAGE("no AVX2 here: both runs take the same path");
+  if (!uses_avx2()) MESSAGE("no AVX2 here: both runs take the same path");
   const cv::Size size(151, 118);
   const test::WaveTexture texture(9);
   for (int window_px = 3; window_px <= detail::Patch::kMaxWindow; ++window_px) {
@@ -157,27 +156,6 @@ TEST_CASE("Every window that it supports reads within the border, on images of a
   CHECK(LucasKanade::supports(21));
   CHECK_FALSE(LucasKanade::supports(5));
   CHECK_FALSE(LucasKanade::supports(64));
-}
-
-TEST_CASE("The vector products are those of their definition") {
-  std::mt19937 random(7);
-  for (int round = 0; round < 100; ++round) {
-    std::int16_t a[8], b[8], high[8];
-    unsigned char bytes[8];
-    for (int k = 0; k < 8; ++k) {
-      a[k] = static_cast<std::int16_t>(static_cast<int>(random() % 65535) - 32767);
-      b[k] = static_cast<std::int16_t>(static_cast<int>(random() % 65535) - 32767);
-      bytes[k] = static_cast<unsigned char>(random() % 256);
-    }
-    detail::store(high, detail::high_product(detail::load(a), detail::load(b)));
-    const detail::Int32x4 pairs = detail::pair_products(detail::load(a), detail::load(b));
-    const detail::Int16x8 loaded = detail::load_bytes(bytes);
-    for (int k = 0; k < 8; ++k) {
-      CHECK(high[k] == static_cast<int>(std::floor(a[k] * b[k] / 65536.0)));
-      CHECK(loaded[k] == bytes[k]);
-    }
-    for (int k = 0; k < 4; ++k) CHECK(pairs[k] == a[2 * k] * b[2 * k] + a[2 * k + 1] * b[2 * k + 1]);
-  }
 }
 
 }  // namespace lucas_kanade_test

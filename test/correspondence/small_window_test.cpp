@@ -2,9 +2,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/small_patch_kernels.hpp>
-#include <dynfilter/correspondence/small_patch_kernels_avx2.hpp>
 #include <dynfilter/correspondence/small_window.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -106,9 +106,8 @@ TEST_CASE("All sums of the kernels are those of a loop over the pixels, across t
     const cv::Mat from = bordered(test::noise_image(size, w, 0), a, window_px);
     const cv::Mat to = bordered(test::noise_image(size, w + 100, 0), b, window_px);
     for (const cv::Point corner : {cv::Point(20, 17), {-5, 3}, {50, 40}, {7, -6}, {-4, 42}}) {
-      check_sums<detail::SmallPatchKernels>(from, to, corner.x, corner.y, window_px);
-      if (detail::SmallPatchKernelsAvx2::available())
-        check_sums<detail::SmallPatchKernelsAvx2>(from, to, corner.x, corner.y, window_px);
+      check_sums<detail::SmallPatchKernels<8>>(from, to, corner.x, corner.y, window_px);
+      if (uses_avx2()) check_sums<detail::SmallPatchKernels<16>>(from, to, corner.x, corner.y, window_px);
     }
   }
 }
@@ -121,10 +120,9 @@ TEST_CASE("Sums of the most extreme pixels fit 32 bits") {
   cv::bitwise_not(stripes, inverted);
   ImagePyramid a, b;
   const cv::Mat from = bordered(stripes, a, 16), to = bordered(inverted, b, 16);
-  check_sums<detail::SmallPatchKernels>(from, to, 20, 20, 16);
-  check_sums<detail::SmallPatchKernels>(from.t(), to.t(), 20, 20, 16);
-  if (detail::SmallPatchKernelsAvx2::available())
-    check_sums<detail::SmallPatchKernelsAvx2>(from, to, 20, 20, 16);
+  check_sums<detail::SmallPatchKernels<8>>(from, to, 20, 20, 16);
+  check_sums<detail::SmallPatchKernels<8>>(from.t(), to.t(), 20, 20, 16);
+  if (uses_avx2()) check_sums<detail::SmallPatchKernels<16>>(from, to, 20, 20, 16);
 }
 
 TEST_CASE("A patch is found at its place, at the borders and with another exposure too") {
@@ -137,7 +135,7 @@ TEST_CASE("A patch is found at its place, at the borders and with another exposu
     texture.image(size).convertTo(dark, CV_8U, 0.7, 10);
     texture.image(size, shift).convertTo(bright, CV_8U, 0.7, 60);
     const cv::Mat from = bordered(dark, a, window_px), to = bordered(bright, b, window_px);
-    detail::SmallWindow<detail::SmallPatchKernels> window(window_px);
+    detail::SmallWindow<detail::SmallPatchKernels<8>> window(window_px);
     for (const cv::Point2f& px : test::random_points(size, 60, 12, 8)) {
       REQUIRE(window.cut(from, px));
       REQUIRE(window.textured(1e-4));
@@ -156,16 +154,16 @@ TEST_CASE("Every place is within the border or refused, on images of any size") 
     for (const cv::Size size : {cv::Size(1, 1), {5, 40}, {40, 30}}) {
       ImagePyramid a;
       const cv::Mat image = bordered(test::noise_image(size, 3, 0), a, window_px);
-      detail::SmallWindow<detail::SmallPatchKernels> window(window_px);
-      detail::SmallWindow<detail::SmallPatchKernelsAvx2> wide(window_px);
+      detail::SmallWindow<detail::SmallPatchKernels<8>> window(window_px);
+      detail::SmallWindow<detail::SmallPatchKernels<16>> wide(window_px);
       int readable = 0;
       // The sanitizers check what is read.
       for (float y = -30; y < 70; y += 0.5F)
         for (float x = -30; x < 70; x += 0.5F) {
           readable += window.cut(image, {x, y}) ? 1 : 0;
-          if (detail::SmallPatchKernelsAvx2::available()) wide.cut(image, {x, y});
+          if (uses_avx2()) wide.cut(image, {x, y});
           CHECK(window.residual(image, {x, y}) >= 0);
-          if (detail::SmallPatchKernelsAvx2::available()) CHECK(wide.residual(image, {x, y}) >= 0);
+          if (uses_avx2()) CHECK(wide.residual(image, {x, y}) >= 0);
         }
       CHECK(readable > 0);
       CHECK_FALSE(window.cut(image, {nan, 3}));
@@ -177,7 +175,7 @@ TEST_CASE("A flat patch and a straight edge have too little texture") {
   cv::Mat edge(60, 60, CV_8UC1, cv::Scalar(50));
   edge.colRange(30, 60).setTo(200);
   ImagePyramid a, b;
-  detail::SmallWindow<detail::SmallPatchKernels> window(16);
+  detail::SmallWindow<detail::SmallPatchKernels<8>> window(16);
   REQUIRE(window.cut(bordered(edge, a, 16), {30, 30}));
   CHECK_FALSE(window.textured(1e-4));
   REQUIRE(window.cut(bordered(cv::Mat(60, 60, CV_8UC1, cv::Scalar(90)), b, 16), {30, 30}));

@@ -73,9 +73,8 @@ inline std::string table_of_rooms() {
 /// External headers that only these folders may include.
 inline const std::map<std::string, std::string>& gatekeepers() {
   static const std::map<std::string, std::string> table{
-      {"flann/", "cluster"},  {"ceres/", "geometry"},   {"opencv2/dnn", "plugins"},
-      {"png.h", "plugins"},   {"jpeglib.h", "plugins"}, {"dlfcn.h", "plugin facade/detail"},
-      {"immintrin.h", "core"}};
+      {"flann/", "cluster"}, {"ceres/", "geometry"},   {"opencv2/dnn", "plugins"},
+      {"png.h", "plugins"},  {"jpeglib.h", "plugins"}, {"dlfcn.h", "plugin facade/detail"}};
   return table;
 }
 
@@ -140,7 +139,9 @@ inline bool decides(const std::string& folder) {
 }
 
 /// Code whose results or crashes depend on the processor, the compiler or the C library.
-inline std::vector<std::string> faults_of_portability(const std::string& folder, const std::string& text) {
+inline std::vector<std::string> faults_of_portability(const std::string& path, const std::string& text) {
+  const std::string folder = folder_of(path);
+  static const std::regex vectors("_mm[0-9]*_|vector_size|mmintrin|arm_neon|__builtin_ia32");
   static const std::regex aligned(
       "_mm[0-9]*_(load|store|stream)_|aligned\\s*\\(|\\baligned__|assume_aligned");
   static const std::regex inexact(
@@ -152,7 +153,9 @@ inline std::vector<std::string> faults_of_portability(const std::string& folder,
   for (std::string line; std::getline(lines, line);) {
     line = line.substr(0, line.find("//"));
     if (std::regex_search(line, aligned))
-      faults.push_back("states an alignment: use core/avx2.hpp or core/lanes.hpp: " + line);
+      faults.push_back("states an alignment: use core/simd.hpp: " + line);
+    else if (path != "core/simd.hpp" && std::regex_search(line, vectors))
+      faults.push_back("has vectors or instructions of its own: use core/simd.hpp: " + line);
     if (decides(folder) && std::regex_search(line, inexact))
       faults.push_back("takes a function whose bits depend on the processor: use core/portable_math.hpp: " +
                        line);
@@ -173,7 +176,7 @@ inline std::vector<std::string> complaints_about(const std::string& path, const 
   if (!starts_with(text, "// SPDX-License-Identifier: MIT\n#pragma once\n"))
     complain("does not begin with the licence line and #pragma once");
   for (const std::string& fault : faults_of_bodies(path, text)) complain(fault);
-  for (const std::string& fault : faults_of_portability(folder, text)) complain(fault);
+  for (const std::string& fault : faults_of_portability(path, text)) complain(fault);
   for (const std::string& name : includes_of(text)) {
     if (starts_with(name, "dynfilter/")) {
       const std::string target = folder_of(name.substr(10));

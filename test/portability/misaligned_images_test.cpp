@@ -2,11 +2,9 @@
 // The loops over pixels at every address that a row may start at: images are often parts of larger ones.
 #include <cstdint>
 #include <cstring>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/correspondence/patch_kernels.hpp>
-#include <dynfilter/correspondence/patch_kernels_avx2.hpp>
-#include <dynfilter/correspondence/short_vector.hpp>
 #include <dynfilter/correspondence/small_patch_kernels.hpp>
-#include <dynfilter/correspondence/small_patch_kernels_avx2.hpp>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -65,31 +63,15 @@ TEST_CASE("patches of images at every address are those of the scalar loop on a 
     cv::Mat shifted(kSize_px, kSize_px, CV_8UC1, memory.data() + (kRegister - past) + offset, kStep);
     image.copyTo(shifted);
     for (const int window_px : {7, 21, 63}) {
-      const Found expected = patch_of<detail::PatchKernels>(image, window_px);
-      CHECK(patch_of<detail::PatchKernels>(shifted, window_px) == expected);
-      if (detail::PatchKernelsAvx2::available())
-        CHECK(patch_of<detail::PatchKernelsAvx2>(shifted, window_px) == expected);
+      const Found expected = patch_of<detail::PatchKernels<8>>(image, window_px);
+      CHECK(patch_of<detail::PatchKernels<8>>(shifted, window_px) == expected);
+      if (uses_avx2()) CHECK(patch_of<detail::PatchKernels<16>>(shifted, window_px) == expected);
     }
     for (const int window_px : {12, 16}) {
-      const auto expected = small_patch_of<detail::SmallPatchKernels>(image, window_px);
-      CHECK(small_patch_of<detail::SmallPatchKernels>(shifted, window_px) == expected);
-      if (detail::SmallPatchKernelsAvx2::available())
-        CHECK(small_patch_of<detail::SmallPatchKernelsAvx2>(shifted, window_px) == expected);
+      const auto expected = small_patch_of<detail::SmallPatchKernels<8>>(image, window_px);
+      CHECK(small_patch_of<detail::SmallPatchKernels<8>>(shifted, window_px) == expected);
+      if (uses_avx2()) CHECK(small_patch_of<detail::SmallPatchKernels<16>>(shifted, window_px) == expected);
     }
-  }
-}
-
-TEST_CASE("short vectors are loaded and stored at every address") {
-  std::vector<unsigned char> memory(3 * kRegister);
-  for (std::size_t k = 0; k < memory.size(); ++k) memory[k] = static_cast<unsigned char>(5 * k + 1);
-  for (int offset = 0; offset < kRegister; ++offset) {
-    const detail::Int16x8 bytes = detail::load_bytes(memory.data() + offset);
-    for (int k = 0; k < 8; ++k) CHECK(bytes[k] == memory[static_cast<std::size_t>(offset + k)]);
-    if (offset % 2 != 0) continue;
-    auto* const shorts = reinterpret_cast<std::int16_t*>(memory.data() + offset);
-    std::int16_t stored[9] = {};
-    detail::store(stored + offset / 2 % 2, detail::load(shorts));
-    CHECK(std::memcmp(stored + offset / 2 % 2, shorts, 8 * sizeof(std::int16_t)) == 0);
   }
 }
 

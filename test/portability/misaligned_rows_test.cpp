@@ -1,55 +1,58 @@
 // SPDX-License-Identifier: MIT
-// The AVX2 loops over points at every address that a float may have. The heap aligns to 16 bytes, the sanitizers' heap
-// to more: neither shows a load that needs 32.
+// The loops over points with rows at every address that a float may have. The heap aligns to 16 bytes, the
+// sanitizers' heap to more: neither shows a load that needs 32.
 #include <algorithm>
-#include <cstdint>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/geometry/detail/rigid_least_squares.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
-#include <dynfilter/geometry/detail/rigid_sums_avx2.hpp>
-#include <vector>
 
 #include "doctest/doctest.h"
 #include "geometry/rigid_scene.hpp"
 
-#if defined(DYNFILTER_X86)
 namespace misaligned_rows_test {
 
 using namespace dynfilter;
 using detail::RigidPoints;
 
-TEST_CASE("rigid motion: rows at every address score and add up to the scalar loop's bits") {
-  if (!uses_avx2()) {
-    MESSAGE("no AVX2 here");
-    return;
-  }
+namespace {
+
+/// The same rows, each `more` floats further behind the one before.
+RigidPoints moved_apart(const RigidPoints& points, std::size_t more) {
+  RigidPoints out = points;
+  out.stride += more;
+  out.data.assign(out.stride * RigidPoints::kRows, 0);
+  for (int r = 0; r < RigidPoints::kRows; ++r) std::copy_n(points.row(r), points.stride, &out.at(r, 0));
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("rigid motion: rows at every address score and add up to the same bits, wide and narrow") {
+  if (!uses_avx2()) MESSAGE("no AVX2 here: both take the same path");
   const geometry_test::RigidScene scene(203, 0.3, 5, 1);
   RigidPoints points;
   points.wide = false;
   points.pack(geometry_test::camera(), {RigidResidualKind::ImageDepth, 1.0, DepthNoise()}, scene.reference,
               scene.current, scene.all());
   const detail::RigidTransform T{scene.truth.R(), scene.truth.t()};
-  detail::RigidSumsInput in{
-      nullptr, points.stride, points.count, points.image_depth, RobustLoss::Cauchy, 12.25F, {}};
-  RigidPoints::to_float(T, in.m);
-  const float score = points.block_score(in.m, 1 / 11.34F, 0, points.stride);
-  const detail::RigidNormal normal = accumulate_rigid(points, in.loss, 12.25, points.count, T);
+  float m[12];
+  RigidPoints::to_float(T, m);
+  const std::size_t end = points.stride;
+  const float score = points.block_score(m, 1 / 11.34F, 0, end);
+  const detail::RigidNormal normal = accumulate_rigid(points, RobustLoss::Cauchy, 12.25, points.count, T);
   CHECK(score > 20.0F);
-
-  constexpr std::size_t kRegister = 32 / sizeof(float);
-  std::vector<float> memory(points.data.size() + 2 * kRegister);
-  const std::size_t past = reinterpret_cast<std::uintptr_t>(memory.data()) / sizeof(float) % kRegister;
-  for (std::size_t offset = 0; offset < kRegister; ++offset) {
-    CAPTURE(offset);
-    float* rows = memory.data() + (kRegister - past) + offset;
-    std::copy(points.data.begin(), points.data.end(), rows);
-    CHECK(detail::rigid_block_score_avx2(rows, points.stride, in.m, 1 / 11.34F, 0, points.stride) == score);
-    in.rows = rows;
-    const detail::RigidNormal wide = detail::accumulate_rigid_avx2(in);
-    CHECK(wide.matrix() == normal.matrix());
-    CHECK(wide.gradient() == normal.gradient());
-    CHECK(wide.cost == normal.cost);
+  for (std::size_t more = 0; more < 32 / sizeof(float); ++more) {
+    CAPTURE(more);
+    RigidPoints apart = moved_apart(points, more);
+    for (const bool wide : {false, true}) {
+      apart.wide = wide;
+      CHECK(apart.block_score(m, 1 / 11.34F, 0, end) == score);
+      const detail::RigidNormal found = accumulate_rigid(apart, RobustLoss::Cauchy, 12.25, points.count, T);
+      CHECK(found.matrix() == normal.matrix());
+      CHECK(found.gradient() == normal.gradient());
+      CHECK(found.cost == normal.cost);
+    }
   }
 }
 
 }  // namespace misaligned_rows_test
-#endif

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -147,7 +148,7 @@ void DepthGrowth::add_seeds(const cv::Mat& depth, Span<const cv::Point2f> seeds_
 
 template <class T>
 void DepthGrowth::spread(const cv::Mat& depth, const Pixel from, cv::Mat& mask) {
-  using Four = float __attribute__((vector_size(16)));
+  using Four = detail::Float4;
   // Beyond the border, the pixel itself is used, which is already taken.
   const int xs[4] = {std::min(from.x + 1, depth.cols - 1), std::max(from.x - 1, 0), from.x, from.x};
   const int ys[4] = {from.y, from.y, std::min(from.y + 1, depth.rows - 1), std::max(from.y - 1, 0)};

@@ -11,6 +11,8 @@
 #if defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__)) && !defined(DYNFILTER_WITHOUT_AVX2)
 #define DYNFILTER_X86 1
 #define DYNFILTER_AVX2 __attribute__((target("avx2")))
+#else
+#define DYNFILTER_AVX2
 #endif
 
 /// Forces inlining, so the function is compiled for the instruction set of its caller.
@@ -55,21 +57,30 @@ inline bool uses_avx2() {
 namespace detail {
 
 #if defined(DYNFILTER_X86)
-template <class F>
-DYNFILTER_AVX2 void call_for_avx2(const F& f) {
-  f(std::integral_constant<int, 8>());
+template <class F, class... Arguments>
+DYNFILTER_AVX2 auto call_for_avx2(const F& f, Arguments... arguments) {
+  return f(arguments...);
 }
 #endif
 
-/// Calls f(std::integral_constant<int, lanes>()) with the number of 32-bit lanes:
-/// 8, compiled for AVX2, if uses_avx2(), else 4.
+/// Returns f(), compiled for AVX2 if `wide`, which requires uses_avx2().
 /// Mark the lambda `f` and all that it calls with DYNFILTER_AS_CALLER.
-template <class F>
-void call_widest(const F& f) {
+template <bool wide, class F>
+auto compiled_for(const F& f) {
 #if defined(DYNFILTER_X86)
-  if (uses_avx2()) return call_for_avx2(f);
+  if constexpr (wide) return call_for_avx2(f);
 #endif
-  f(std::integral_constant<int, 4>());
+  return f();
+}
+
+/// Returns f(std::integral_constant<int, lanes>()) with the number of 32-bit lanes:
+/// 8, compiled for AVX2, if uses_avx2() and `wide`, else 4. Mark `f` in the same way.
+template <class F>
+auto call_widest(const F& f, [[maybe_unused]] bool wide = true) {
+#if defined(DYNFILTER_X86)
+  if (wide && uses_avx2()) return call_for_avx2(f, std::integral_constant<int, 8>());
+#endif
+  return f(std::integral_constant<int, 4>());
 }
 
 }  // namespace detail

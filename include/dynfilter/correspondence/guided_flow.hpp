@@ -4,12 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/correspondence/coarse_flow.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/small_patch_kernels.hpp>
-#include <dynfilter/correspondence/small_patch_kernels_avx2.hpp>
 #include <dynfilter/correspondence/small_window.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -77,10 +77,10 @@ inline void GuidedFlow::track(const ImagePyramid& from, const ImagePyramid& to, 
                               std::vector<std::uint8_t>& status) {
   status.assign(from_px.size(), 0);
   if (!from.fits(to) || !supports(params_.window_px)) return;
-  if (wide && detail::SmallPatchKernelsAvx2::available())
-    track_with<detail::SmallPatchKernelsAvx2>(from, to, check, from_px, px, status);
+  if (wide && uses_avx2())
+    track_with<detail::SmallPatchKernels<16>>(from, to, check, from_px, px, status);
   else
-    track_with<detail::SmallPatchKernels>(from, to, check, from_px, px, status);
+    track_with<detail::SmallPatchKernels<8>>(from, to, check, from_px, px, status);
 }
 
 template <class Kernels>

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/patch_kernels.hpp>
-#include <dynfilter/correspondence/patch_kernels_avx2.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -65,10 +65,10 @@ inline void LucasKanade::track(const std::vector<cv::Mat>& from, const std::vect
   const auto count = static_cast<int>(std::min(from.size(), to.size()) / stride);
   const int top = std::min(levels, count - 1);
   if (top < 0 || !supports(window_px)) return;
-  if (wide && detail::PatchKernelsAvx2::available())
-    track_points<detail::PatchKernelsAvx2>(from, to, stride, top, from_px, to_px, status);
+  if (wide && uses_avx2())
+    track_points<detail::PatchKernels<16>>(from, to, stride, top, from_px, to_px, status);
   else
-    track_points<detail::PatchKernels>(from, to, stride, top, from_px, to_px, status);
+    track_points<detail::PatchKernels<8>>(from, to, stride, top, from_px, to_px, status);
 }
 
 template <class Kernels>

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/correspondence/short_vector.hpp>
+#include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <opencv2/core.hpp>
-#include <utility>
 
 namespace dynfilter::detail {
 
@@ -53,122 +53,182 @@ struct Corner {
   }
 };
 
-/// The three pixel loops of Lucas-Kanade, eight pixels of a row at a time.
-/// Uses instructions that every x86-64 and ARMv8 processor has.
+/// The three pixel loops of Lucas-Kanade, eight pixels of a row at a time (kLanes 8) or of two rows with AVX2 (16).
+/// Results are identical: integer sums do not depend on order, and floats are added in the same order.
+template <int kLanes>
 struct PatchKernels {
   /// Fills `patch` from the image. `corner` is one pixel left of and above the window.
   static void cut(const cv::Mat& image, const Corner& corner, int window_px, Patch& patch) {
-    const int size = window_px + 2, stride = Patch::padded(size);
-    const Int16x8 u = all(corner.u), v = all(corner.v);
-    const auto step = static_cast<std::ptrdiff_t>(image.step[0]);
-    for (int x = 0; x < stride; x += 8) {
-      const unsigned char* row = corner.in(image) + x;
-      Int16x8 upper = between_columns(row, u);
-      for (int y = 0; y < size; ++y) {
-        row += step;
-        const Int16x8 lower = between_columns(row, u);
-        store(patch.around + y * stride + x, between_rows(upper, lower, v));
-        upper = lower;
+    compiled_for<kLanes == 16>([&]() DYNFILTER_AS_CALLER {
+      const int size = window_px + 2, rows = size + size % 2;
+      const Values u = all<kLanes>(corner.u), v = all<kLanes>(corner.v);
+      for (int x = 0; x < Patch::padded(size); x += 8) {
+        Rows pixels(image, corner, x, size, u);
+        for (int y = 0; y < size; y += kRows) pixels.next(v).store(patch.around + x * rows + y * 8);
       }
-    }
-    store(patch.around + size * stride, Int16x8{});  // read with the last row, then masked
-    patch.rows = window_px + window_px % 2;
-    gradients(window_px, stride, {corner.x + 1, corner.y + 1}, image.size(), patch);
+      patch.rows = window_px + window_px % 2;
+      gradients(window_px, {corner.x + 1, corner.y + 1}, image.size(), patch);
+    });
   }
 
   /// Sums of (target - patch) times the patch's gradients.
   static cv::Point2f mismatch(const cv::Mat& image, const Corner& corner, int window_px, const Patch& patch) {
-    constexpr int kRows = 16;  // products are below 2^27, so 16 of them fit 32 bits
-    const Int16x8 u = all(corner.u), v = all(corner.v);
-    const auto step = static_cast<std::ptrdiff_t>(image.step[0]);
-    Float32x4 sum_x{}, sum_y{};
-    for (int x = 0; x < Patch::padded(window_px); x += 8) {
-      const unsigned char* row = corner.in(image) + x;
-      Int16x8 upper = between_columns(row, u);
-      for (int y0 = 0; y0 < window_px; y0 += kRows) {
-        Int32x4 part_x{}, part_y{};
-        for (int y = y0; y < std::min(y0 + kRows, window_px); ++y) {
-          row += step;
-          const Int16x8 lower = between_columns(row, u);
-          const int at = patch.at(x, y);
-          const Int16x8 off = between_rows(upper, lower, v) - load(patch.grey + at);
-          part_x += pair_products(off, load(patch.dx + at));
-          part_y += pair_products(off, load(patch.dy + at));
-          upper = lower;
+    constexpr int kRowsAtOnce = 16;  // products are below 2^27, so 16 of them fit 32 bits
+    cv::Point2f result;
+    compiled_for<kLanes == 16>([&]() DYNFILTER_AS_CALLER {
+      const Values u = all<kLanes>(corner.u), v = all<kLanes>(corner.v);
+      Float4 sum_x{}, sum_y{};
+      for (int x = 0; x < Patch::padded(window_px); x += 8) {
+        Rows rows(image, corner, x, window_px, u);
+        for (int y0 = 0; y0 < window_px; y0 += kRowsAtOnce) {
+          PairSums<kLanes> part_x{}, part_y{};
+          for (int y = y0; y < std::min(y0 + kRowsAtOnce, window_px); y += kRows) {
+            const int at = patch.at(x, y);
+            const Values off = rows.next(v) - Values::load(patch.grey + at);
+            part_x += pair_products<kLanes>(off, Values::load(patch.dx + at));
+            part_y += pair_products<kLanes>(off, Values::load(patch.dy + at));
+          }
+          sum_x += __builtin_convertvector(in_four(part_x), Float4);
+          sum_y += __builtin_convertvector(in_four(part_y), Float4);
         }
-        sum_x += to_float(part_x);
-        sum_y += to_float(part_y);
       }
-    }
-    return {sum(sum_x) * Patch::kScale, sum(sum_y) * Patch::kScale};
+      result = {sum(sum_x) * Patch::kScale, sum(sum_y) * Patch::kScale};
+    });
+    return result;
   }
 
  private:
-  /// Eight grey values interpolated between two neighbouring columns, times 64.
-  static Int16x8 between_columns(const unsigned char* row, const Int16x8& u) {
-    const Int16x8 left = load_bytes(row);
-    const Int16x8 right = load_bytes(row + 1);
-    return left * 64 + high_product((right - left) * 128, u);
-  }
-  /// Interpolates between two such rows, times 32.
-  static Int16x8 between_rows(const Int16x8& upper, const Int16x8& lower, const Int16x8& v) {
-    return (upper >> 1) + high_product(lower - upper, v);
-  }
+  using Values = Shorts<kLanes>;
+  static constexpr int kRows = kLanes / 8;
 
-  /// Contribution of one row to Scharr's operator (3 10 3).
+  DYNFILTER_AS_CALLER static float sum(const Float4& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+
+  /// Interpolated rows of a band of eight columns, from the top, kRows at a time.
+  /// Reads only `count` rows and the row below them.
+  struct Rows {
+    DYNFILTER_AS_CALLER Rows(const cv::Mat& image, const Corner& corner, int x, int count,
+                             const Values& across)
+        : u_(across),
+          step_(static_cast<std::ptrdiff_t>(image.step[0])),
+          pixels_(corner.in(image) + x),
+          last_(pixels_ + step_ * count),
+          rows_(read()) {}
+
+    /// The next rows, interpolated between image rows, times 32.
+    DYNFILTER_AS_CALLER Values next(const Values& v) {
+      const Values upper = rows_;
+      rows_ = read();
+      return (upper >> 1) + high_product<kLanes>(next_row<kLanes>(upper, rows_) - upper, v);
+    }
+
+   private:
+    /// Rows interpolated between image columns, times 64.
+    DYNFILTER_AS_CALLER Values read() {
+      const unsigned char* const upper = std::min(pixels_, last_);
+      const unsigned char* const lower = std::min(pixels_ + step_, last_);
+      pixels_ += kRows * step_;
+      const Values left = load_rows<kLanes>(upper, lower), right = load_rows<kLanes>(upper + 1, lower + 1);
+      return (left << 6) + high_product<kLanes>((right - left) << 7, u_);
+    }
+
+    Values u_;
+    std::ptrdiff_t step_;
+    const unsigned char *pixels_, *last_;
+    Values rows_;
+  };
+
+  /// Contribution of rows to Scharr's operator (3 10 3), and their middle values.
   struct Filtered {
-    Int16x8 step[Patch::kMaxBands], smooth[Patch::kMaxBands];
+    Values step[Patch::kMaxBands], smooth[Patch::kMaxBands], centre[Patch::kMaxBands];
 
-    void set(const std::int16_t* row, int width) {
-      // 3 fractional bits, so that 16 bits suffice.
-      const auto rounded = [](const std::int16_t* p) { return (load(p) + all(2)) >> 2; };
-      for (int x = 0; x < width; x += 8) {
-        const Int16x8 left = rounded(row + x), right = rounded(row + x + 2);
-        step[x / 8] = right - left;
-        smooth[x / 8] = (left + right) * all(3) + rounded(row + x + 1) * all(10);
+    /// `row` points to the first band. The next band starts `band` values later.
+    DYNFILTER_AS_CALLER void set(const std::int16_t* row, int band, int bands, int bands_around) {
+      Values here = Values::load(row), left = rounded(here);
+      for (int b = 0; b < bands; ++b) {
+        if (b + 1 < bands_around) row += band;  // otherwise these columns are masked
+        const Values next = Values::load(row), after = rounded(next);
+        const Values middle = next_columns<1, kLanes>(left, after),
+                     right = next_columns<2, kLanes>(left, after);
+        step[b] = right - left;
+        smooth[b] = (left + right) * all<kLanes>(3) + middle * all<kLanes>(10);
+        centre[b] = next_columns<1, kLanes>(here, next);
+        here = next, left = after;
       }
     }
+    /// 3 fractional bits, so that 16 bits suffice.
+    DYNFILTER_AS_CALLER static Values rounded(const Values& v) { return (v + all<kLanes>(2)) >> 2; }
   };
 
   /// Gradients outside the image are set to 0, because the border only mirrors the image.
   /// Those pixels then have no weight.
-  static void gradients(int window_px, int stride, const cv::Point& corner, const cv::Size& image,
-                        Patch& patch) {
-    Float32x4 xx{}, xy{}, yy{};
-    const int first_row = -corner.y, last_row = image.height - corner.y;
-    const int first_column = -corner.x, last_column = std::min(window_px, image.width - corner.x);
-    const int width = Patch::padded(window_px);
-    Filtered rows[3];
-    rows[0].set(patch.around, width);
-    rows[1].set(patch.around + stride, width);
-    for (int y = 0; y < window_px; ++y) {
-      const Filtered &upper = rows[y % 3], &middle = rows[(y + 1) % 3];
-      Filtered& lower = rows[(y + 2) % 3];
-      lower.set(patch.around + (y + 2) * stride, width);
-      const bool row_inside = y >= first_row && y < last_row;
-      for (int x = 0; x < width; x += 8) {
-        const int band = x / 8, at = patch.at(x, y);
-        const Int16x8 inside = row_inside ? columns(x, first_column, last_column) : Int16x8{};
-        const Int16x8 across = (upper.step[band] + lower.step[band]) * all(3) + middle.step[band] * all(10);
-        const Int16x8 along = lower.smooth[band] - upper.smooth[band];
-        const Int16x8 dx = ((across + all(4)) >> 3) & inside, dy = ((along + all(4)) >> 3) & inside;
-        store(patch.grey + at, load(patch.around + (y + 1) * stride + x + 1));
-        store(patch.dx + at, dx);
-        store(patch.dy + at, dy);
-        xx += to_float(pair_products(dx, dx));
-        xy += to_float(pair_products(dx, dy));
-        yy += to_float(pair_products(dy, dy));
+  DYNFILTER_AS_CALLER static void gradients(int window_px, const cv::Point& corner, const cv::Size& image,
+                                            Patch& patch) {
+    constexpr int kHeld = 2 / kRows + 1;  // of three rows, or of four
+    const int size = window_px + 2, band = 8 * (size + size % 2);
+    const int bands = Patch::padded(window_px) / 8, bands_around = Patch::padded(size) / 8;
+    const int last_row = std::min(window_px, image.height - corner.y);
+    const int last_column = std::min(window_px, image.width - corner.x);
+    Values inside_columns[Patch::kMaxBands];
+    for (int b = 0; b < bands; ++b) inside_columns[b] = lanes_within(kColumn, 8 * b, -corner.x, last_column);
+    Sums sums;
+    Filtered rows[kHeld];
+    for (int k = 0; k + 1 < kHeld; ++k) rows[k].set(patch.around + k * 8, band, bands, bands_around);
+    for (int y = 0, k = 0; y < window_px; y += kRows, ++k) {
+      const Filtered &upper = rows[k % kHeld], &middle = rows[(k + 1) % kHeld];
+      Filtered& lower = rows[(k + kHeld - 1) % kHeld];
+      lower.set(patch.around + (y + 2) * 8, band, bands, bands_around);
+      const Values inside_rows = lanes_within(kRow, y, -corner.y, last_row);
+      for (int b = 0; b < bands; ++b) {
+        const int at = patch.at(8 * b, y);
+        const Values inside = inside_rows & inside_columns[b];
+        const Values across = (upper.step[b] + lower.step[b]) * all<kLanes>(3) +
+                              next_row<kLanes>(upper.step[b], middle.step[b]) * all<kLanes>(10);
+        const Values dx = ((across + all<kLanes>(4)) >> 3) & inside;
+        const Values dy = ((lower.smooth[b] - upper.smooth[b] + all<kLanes>(4)) >> 3) & inside;
+        next_row<kLanes>(upper.centre[b], middle.centre[b]).store(patch.grey + at);
+        dx.store(patch.dx + at);
+        dy.store(patch.dy + at);
+        sums.keep(b, dx, dy);
       }
+      sums.add(bands);
     }
-    patch.xx = sum(xx) * Patch::kScale;
-    patch.xy = sum(xy) * Patch::kScale;
-    patch.yy = sum(yy) * Patch::kScale;
+    patch.xx = sum(sums.xx) * Patch::kScale;
+    patch.xy = sum(sums.xy) * Patch::kScale;
+    patch.yy = sum(sums.yy) * Patch::kScale;
   }
 
-  /// All bits set where column x + lane is in [first, last).
-  static Int16x8 columns(int x, int first, int last) {
-    const Int16x8 column = Int16x8{0, 1, 2, 3, 4, 5, 6, 7} + all(x);
-    return (column >= all(first)) & (column < all(last));
+  /// Sums of products of gradients, added row by row.
+  struct Sums {
+    Float4 xx{}, xy{}, yy{};
+
+    DYNFILTER_AS_CALLER void keep(int band, const Values& dx, const Values& dy) {
+      pair_products<kLanes>(dx, dx).store(kept_[0][band]);
+      pair_products<kLanes>(dx, dy).store(kept_[1][band]);
+      pair_products<kLanes>(dy, dy).store(kept_[2][band]);
+    }
+    DYNFILTER_AS_CALLER void add(int bands) {
+      for (int row = 0; row < kRows; ++row)
+        for (int b = 0; b < bands; ++b) {
+          xx += kept(0, b, row);
+          xy += kept(1, b, row);
+          yy += kept(2, b, row);
+        }
+    }
+
+   private:
+    DYNFILTER_AS_CALLER Float4 kept(int k, int band, int row) const {
+      Int4 four;
+      load_lane(&kept_[k][band][4 * row], four);
+      return __builtin_convertvector(four, Float4);
+    }
+    std::int32_t kept_[3][Patch::kMaxBands][4 * kRows];
+  };
+
+  static constexpr std::int16_t kColumn[16] = {0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7};
+  static constexpr std::int16_t kRow[16] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+  /// All bits set where the lane's column or row, from `start` on, is in [first, last).
+  DYNFILTER_AS_CALLER static Values lanes_within(const std::int16_t* lanes, int start, int first, int last) {
+    return within<kLanes>(Values::load(lanes) + all<kLanes>(start), first, last);
   }
 };
 

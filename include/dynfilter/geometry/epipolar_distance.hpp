@@ -49,16 +49,40 @@ inline Eigen::Vector2d mapped(const Eigen::Matrix3d& H, const Eigen::Vector2d& p
 
 Eigen::Matrix3d camera_matrix(const Camera& camera);
 
+/// What all epipolar distances of a match (x, y), (u, v) are made of. T is a number or a pack of them.
+/// F is row-major.
+template <class T>
+struct EpipolarTerms {
+  T X, Y;      ///< normal of the line F p1 in the current image
+  T A, B;      ///< normal of the line F' p2 in the reference image
+  T residual;  ///< p2' F p1
+
+  template <class Entry>
+  EpipolarTerms(const Entry* F, const T& x, const T& y, const T& u, const T& v)
+      : X(F[0] * x + F[1] * y + F[2]),
+        Y(F[3] * x + F[4] * y + F[5]),
+        A(F[0] * u + F[3] * v + F[6]),
+        B(F[1] * u + F[4] * v + F[7]),
+        residual(X * u + Y * v + (F[6] * x + F[7] * y + F[8])) {}
+
+  /// The distance from the line is residual / sqrt(line2()), Sampson's residual / sqrt(gradient2()).
+  T line2() const { return X * X + Y * Y; }
+  T gradient2() const { return line2() + A * A + B * B; }
+};
+
+inline EpipolarTerms<double> epipolar_terms(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
+  return {F.data(), reference.x, reference.y, current.x, current.y};
+}
+
 }  // namespace detail
 
 /// Offset [px] of the current point from the epipolar line of the reference point. Its sign is the side of
 /// the line, which is the same for neighbours away from the epipole.
 /// Infinite if the line is undefined, with the reference point at the epipole.
 inline double epipolar_offset_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
-  const double x = reference.x, y = reference.y;
-  const double X = F[0] * x + F[1] * y + F[2], Y = F[3] * x + F[4] * y + F[5], Z = F[6] * x + F[7] * y + F[8];
-  const double norm = std::sqrt(X * X + Y * Y);
-  return norm > 0 ? (X * current.x + Y * current.y + Z) / norm : HUGE_VAL;
+  const auto terms = detail::epipolar_terms(F, reference, current);
+  const double norm = std::sqrt(terms.line2());
+  return norm > 0 ? terms.residual / norm : HUGE_VAL;
 }
 
 /// Distance [px] of the current point from the epipolar line of the reference point,
@@ -73,11 +97,9 @@ inline double epipolar_distance_px(const Matrix9& F, cv::Point2f reference, cv::
 /// With equal noise in both images, it has the standard deviation of that noise.
 /// `epipolar_distance_px` has about sqrt(2) times as much.
 inline double sampson_distance_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
-  const double x = reference.x, y = reference.y, u = current.x, v = current.y;
-  const double X = F[0] * x + F[1] * y + F[2], Y = F[3] * x + F[4] * y + F[5], Z = F[6] * x + F[7] * y + F[8];
-  const double A = F[0] * u + F[3] * v + F[6], B = F[1] * u + F[4] * v + F[7];
-  const double norm = std::sqrt(X * X + Y * Y + A * A + B * B);
-  return norm > 0 ? std::abs(X * u + Y * v + Z) / norm : HUGE_VAL;
+  const auto terms = detail::epipolar_terms(F, reference, current);
+  const double norm = std::sqrt(terms.gradient2());
+  return norm > 0 ? std::abs(terms.residual) / norm : HUGE_VAL;
 }
 
 /// `H p` in pixels. Not finite for points on the line that H maps to infinity.

@@ -58,6 +58,28 @@ inline int ransac_iterations(double inlier_share, int size, double confidence, i
   return n < limit ? std::max(1, static_cast<int>(std::ceil(n))) : limit;
 }
 
+/// How many samples robust_search() draws.
+struct SampleBudget {
+  int sample_size;
+  double confidence;  ///< that one sample has no outlier
+  int most, least = 1;
+};
+
+/// RANSAC's loop. try_sample(k) draws sample k, solves it, scores its models and keeps the best one.
+/// If the best one changes, it returns that one's share of inliers, else a negative number. `share` is the
+/// share of inliers that is known before. Returns the number of samples.
+template <class TrySample>
+int robust_search(const SampleBudget& budget, double share, const TrySample& try_sample) {
+  const auto enough = [&](double inlier_share) {
+    const int samples = ransac_iterations(inlier_share, budget.sample_size, budget.confidence, budget.most);
+    return std::min(budget.most, std::max(budget.least, samples));
+  };
+  int needed = enough(share), k = 0;
+  for (; k < needed; ++k)
+    if (const double better = try_sample(k); better >= 0) needed = enough(better);
+  return k;
+}
+
 /// Calls visit(i) for every i below n, with steps of the golden section of n.
 /// Any stretch of this order is spread over the whole range.
 /// For features, which arrive sorted by position or level, it replaces a shuffle at lower cost.

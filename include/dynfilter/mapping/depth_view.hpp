@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/cpu.hpp>
-#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/mapping/map_params.hpp>

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <dynfilter/core/cpu.hpp>
-#include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/mapping/voxel_key.hpp>
 #include <opencv2/core.hpp>
 

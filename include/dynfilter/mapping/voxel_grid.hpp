@@ -7,7 +7,7 @@
 #include <cstring>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/mapping/depth_points.hpp>
 #include <dynfilter/mapping/point_block.hpp>
@@ -49,7 +49,7 @@ namespace detail {
 
 /// In a struct, because a template argument would lose the attribute.
 struct FourSums {
-  using Four = std::uint32_t __attribute__((vector_size(16)));
+  using Four = dynfilter::detail::Vector<std::uint32_t, 4>;
   Four v{};
 
   /// Adds four 16-bit numbers.
@@ -64,9 +64,9 @@ struct CentroidScale {
 /// Half a quantum compensates the floor of each coordinate.
 DYNFILTER_AS_CALLER inline void write_centroid(const FourSums& sums, std::uint64_t key,
                                                const CentroidScale& scale, VoxelPoint& out) {
-  using FourInts = std::int32_t __attribute__((vector_size(16)));
-  using FourFloats = float __attribute__((vector_size(16)));
-  using FourDoubles = double __attribute__((vector_size(32)));
+  using FourInts = dynfilter::detail::Int4;
+  using FourFloats = dynfilter::detail::Float4;
+  using FourDoubles = dynfilter::detail::Vector<double, 4>;
   const FourInts cell{VoxelKey::axis(key, 0), VoxelKey::axis(key, 1), VoxelKey::axis(key, 2), 0};
   // Conversions are of signed numbers.
   const FourInts sum = reinterpret_cast<FourInts>(sums.v) ^ INT32_MIN;
@@ -166,7 +166,7 @@ class VoxelGrid {
 namespace detail {
 
 inline void FourSums::add(std::uint64_t summand) {
-  using FourShort = std::uint16_t __attribute__((vector_size(8)));
+  using FourShort = dynfilter::detail::Vector<std::uint16_t, 4>;
   FourShort four;
   std::memcpy(&four, &summand, sizeof four);
   v += __builtin_convertvector(four, Four);

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>
 #include <tuple>
@@ -88,17 +87,18 @@ class NeighbourPlaces {
       weights += weight * load(field.weights, e);
       return false;
     });
-    return {sum(values), sum(weights)};
+    return {detail::sum(values), detail::sum(weights)};
   }
   /// True if a feature with a weight is there. Stops at the first.
   bool any_around(const Field& field, const cv::Point2f& px, float depth_m, float reach_px,
                   float near_m) const {
-    return near(px, depth_m, {reach_px, near_m, 0},
-                [&](std::size_t e, const Four& weight) { return sum(weight * load(field.weights, e)) > 0; });
+    return near(px, depth_m, {reach_px, near_m, 0}, [&](std::size_t e, const Four& weight) {
+      return detail::sum(weight * load(field.weights, e)) > 0;
+    });
   }
 
  private:
-  using Four = detail::Pack::Four;
+  using Four = detail::Float4;
   static constexpr std::size_t kLanes = 4;
   static constexpr Four kLane{0, 1, 2, 3};
   /// Of a row of cells with more features than this, only every second four is read, or every third, ...: the sums
@@ -146,11 +146,8 @@ class NeighbourPlaces {
     for (std::size_t k = begin; k < end; ++k) std::tie(field.values[k], field.weights[k]) = twins[k - begin];
   }
   static Four load(const std::vector<float>& column, std::size_t at) {
-    Four four;
-    std::memcpy(&four, column.data() + at, sizeof four);
-    return four;
+    return detail::load_four(column.data() + at);
   }
-  static float sum(const Four& v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 
   PointGrid grid_;
   std::vector<std::int32_t> order_;  ///< features by place

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -35,6 +36,44 @@ struct ViewFlow {
   double length_px() const { return std::sqrt(across_px * across_px + along_px * along_px); }
 };
 
+namespace detail {
+
+/// Current point after the inverse rotation. T is a number or a pack of them.
+template <class T>
+struct TurnedPoint {
+  static constexpr double kNearest = 0.05;  ///< [focal lengths] rays turned farther are out of view
+
+  T x, y;
+  T ahead;  ///< positive if the point is in view
+
+  /// R is the rotation, row by row, and `nearest` is kNearest.
+  TurnedPoint(const T* R, const T& f, const T& nearest, const T& from_x, const T& from_y) {
+    using std::max;
+    const T closest = nearest * f, z = R[6] * from_x + R[7] * from_y + R[8] * f;
+    ahead = z - closest;
+    const T scale = f / max(z, closest);
+    x = scale * (R[0] * from_x + R[1] * from_y + R[2] * f);
+    y = scale * (R[3] * from_x + R[4] * from_y + R[5] * f);
+  }
+};
+
+/// A turned point's flow e and the direction d of its epipolar line for the camera's direction c.
+/// Its distance from the line is cross / sqrt(squared).
+template <class T>
+struct LineTerms {
+  T ex, ey, dx, dy, squared, cross;
+
+  LineTerms(const TurnedPoint<T>& q, const T& reference_x, const T& reference_y, const T* c, const T& f)
+      : ex(q.x - reference_x),
+        ey(q.y - reference_y),
+        dx(q.x * c[2] - f * c[0]),
+        dy(q.y * c[2] - f * c[1]),
+        squared(dx * dx + dy * dy + T(1)),  // + 1 px: lines are undefined near the focus of expansion
+        cross(ex * dy - ey * dx) {}
+};
+
+}  // namespace detail
+
 /// Splits flow into parts along and across the epipolar line of a motion.
 /// q is the current point after the inverse rotation and a the reference point.
 /// f is the focal length and c the direction.
@@ -45,17 +84,14 @@ class ViewFlowModel {
   explicit ViewFlowModel(const ViewMotion& motion);
 
   ViewFlow operator()(const ViewPair& p) const {
-    const double z = R_[6] * p.x + R_[7] * p.y + R_[8] * f_;
-    if (!(z > 0.05 * f_)) return {1e3, 0, 0};  // rotated out of view
-    const double scale = f_ / z, qx = scale * (R_[0] * p.x + R_[1] * p.y + R_[2] * f_),
-                 qy = scale * (R_[3] * p.x + R_[4] * p.y + R_[5] * f_);
-    const double ex = qx - p.reference_x, ey = qy - p.reference_y;
-    if (!baseline_) return {ex, ey, 0};
-    const double dx = qx * c_[2] - f_ * c_[0], dy = qy * c_[2] - f_ * c_[1];
-    // + 1 px: lines are undefined near the focus of expansion.
-    const double squared = dx * dx + dy * dy + 1;
-    const double inverse = 1 / std::sqrt(squared), along = (ex * dx + ey * dy) * inverse;
-    return {(ex * dy - ey * dx) * inverse, along, along * inverse};
+    using Turned = detail::TurnedPoint<double>;
+    const Turned q(R_.data(), f_, Turned::kNearest, p.x, p.y);
+    if (!(q.ahead > 0)) return {1e3, 0, 0};  // rotated out of view
+    const detail::LineTerms<double> line(q, p.reference_x, p.reference_y, c_.data(), f_);
+    if (!baseline_) return {line.ex, line.ey, 0};
+    const double inverse = 1 / std::sqrt(line.squared);
+    const double along = (line.ex * line.dx + line.ey * line.dy) * inverse;
+    return {line.cross * inverse, along, along * inverse};
   }
 
   /// Of the rotation, row by row.

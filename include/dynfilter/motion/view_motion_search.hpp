@@ -49,13 +49,10 @@ class ViewMotionEstimator {
   static constexpr int kSample = 6, kScoredPerCell = 4, kLeastSamples = 10;
   static constexpr double kRest_px = 0.2;            ///< flow of a still image: noise of sub-pixel matching
   static constexpr double kLeastParallax_px = 0.02;  ///< where there is no noise to measure
-  static constexpr double kMissed = 0.01;            ///< probability that no sample was of inliers only
+  static constexpr double kConfidence = 0.99;        ///< probability that one sample was of inliers only
   static constexpr double kHopeless = 0.5;  ///< share of the support needed; the fit to all will not reach it
   static constexpr double kRounding = 1e-9;
   static constexpr std::uint64_t kSeed = 0x6d6f6e6f;
-
-  /// RANSAC's stopping rule for the best support so far.
-  double samples_needed() const;
 
   void fill_cells(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
                   const ImageCells<double>& cells);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -70,7 +70,7 @@ inline void FeatureTracks::lay_out_last() {
 
 inline void FeatureTracks::shift_places(const Place* from, int count, const Place& shift, Place* to) {
   static_assert(sizeof(Place) == 3 * sizeof(float));
-  using Four = detail::Pack::Four;
+  using Four = detail::Float4;
   const float x = shift.undistorted_px.x, y = shift.undistorted_px.y, z = shift.depth_m;
   const Four shifts[3] = {{x, y, z, x}, {y, z, x, y}, {z, x, y, z}};
   for (int k = 0; k < count; k += 4, from += 4, to += 4) {

@@ -10,6 +10,7 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>
 #include <optional>

@@ -4,9 +4,10 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
-#include <dynfilter/geometry/detail/rigid_sums_avx2.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 
@@ -15,7 +16,8 @@ namespace dynfilter {
 namespace detail {
 
 /// rho'(s), the weight of iteratively reweighted least squares.
-inline Pack robust_weight(RobustLoss loss, const Pack& s, float c2) {
+template <class P>
+DYNFILTER_AS_CALLER inline P robust_weight(RobustLoss loss, const P& s, float c2) {
   switch (loss) {
     case RobustLoss::None:
       return 1;
@@ -24,7 +26,7 @@ inline Pack robust_weight(RobustLoss loss, const Pack& s, float c2) {
     case RobustLoss::Cauchy:
       return 1.0F / (1.0F + s * (1 / c2));
     case RobustLoss::Tukey: {
-      const Pack inside = max(1.0F - s * (1 / c2), 0);
+      const P inside = max(1.0F - s * (1 / c2), 0);
       return inside * inside;
     }
   }
@@ -50,42 +52,43 @@ struct RigidNormal {
   }
 };
 
-/// Lane-by-lane sums for RigidNormal.
+/// Lane-by-lane sums for RigidNormal, and their totals in the order kTT ... kWeight.
+template <class P>
 struct RigidSums {
   enum { kTT = 0, kTR = 5, kRR = 14, kGT = 20, kGR = 23, kCost = 26, kWeight = 27, kCount = 28 };
-  Pack sum[kCount];
+  P sum[kCount];
 
-  RigidSums() { std::fill(sum, sum + kCount, Pack(0)); }
+  DYNFILTER_AS_CALLER RigidSums() {
+    for (P& s : sum) s = 0;
+  }
 
   /// Adds points q with residual r. J = A [I | -[q]x] with A = d residual / d q.
   /// All sums follow from M = A^T A and f = A^T r.
   /// The rows of A are (A0 0 A1), (0 A2 A3), (0 0 A4).
-  void add(const Pack (&q)[3], const Pack (&A)[5], const Pack (&r)[3], const Pack& w) {
-    const Pack &x = q[0], &y = q[1], &z = q[2];
-    const Pack wa = w * A[0], wb = w * A[2];
-    const Pack m00 = wa * A[0], m02 = wa * A[1], m11 = wb * A[2], m12 = wb * A[3];
-    const Pack m22 = w * (A[1] * A[1] + A[3] * A[3] + A[4] * A[4]);
+  DYNFILTER_AS_CALLER void add(const P (&q)[3], const P (&A)[5], const P (&r)[3], const P& w) {
+    const P &x = q[0], &y = q[1], &z = q[2];
+    const P wa = w * A[0], wb = w * A[2];
+    const P m00 = wa * A[0], m02 = wa * A[1], m11 = wb * A[2], m12 = wb * A[3];
+    const P m22 = w * (A[1] * A[1] + A[3] * A[3] + A[4] * A[4]);
     sum[kTT] += m00, sum[kTT + 1] += m02, sum[kTT + 2] += m11, sum[kTT + 3] += m12, sum[kTT + 4] += m22;
     // N = -M [q]x, [q]x = (0 -z y; z 0 -x; -y x 0)
-    const Pack n[9] = {m02 * y,           m00 * z - m02 * x, -m00 * y,  //
-                       m12 * y - m11 * z, -m12 * x,          m11 * x,   //
-                       m22 * y - m12 * z, m02 * z - m22 * x, m12 * x - m02 * y};
+    const P n[9] = {m02 * y,           m00 * z - m02 * x, -m00 * y,  //
+                    m12 * y - m11 * z, -m12 * x,          m11 * x,   //
+                    m22 * y - m12 * z, m02 * z - m22 * x, m12 * x - m02 * y};
     for (int k = 0; k < 9; ++k) sum[kTR + k] += n[k];
     // [q]x N, upper triangle
     sum[kRR] += y * n[6] - z * n[3], sum[kRR + 1] += y * n[7] - z * n[4], sum[kRR + 2] += y * n[8] - z * n[5];
     sum[kRR + 3] += z * n[1] - x * n[7], sum[kRR + 4] += z * n[2] - x * n[8],
         sum[kRR + 5] += x * n[5] - y * n[2];
-    const Pack fx = wa * r[0], fy = wb * r[1], fz = w * (A[1] * r[0] + A[3] * r[1] + A[4] * r[2]);
+    const P fx = wa * r[0], fy = wb * r[1], fz = w * (A[1] * r[0] + A[3] * r[1] + A[4] * r[2]);
     sum[kGT] += fx, sum[kGT + 1] += fy, sum[kGT + 2] += fz;
     sum[kGR] += y * fz - z * fy, sum[kGR + 1] += z * fx - x * fz, sum[kGR + 2] += x * fy - y * fx;
     sum[kCost] += w * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
     sum[kWeight] += w;
   }
 
-  RigidNormal normal() const {
-    double s[kCount];
+  DYNFILTER_AS_CALLER void totals(double (&s)[kCount]) const {
     for (int k = 0; k < kCount; ++k) s[k] = sum[k].sum();
-    return normal_of(s);
   }
   static RigidNormal normal_of(const double (&s)[kCount]) {
     RigidNormal n;
@@ -99,15 +102,32 @@ struct RigidSums {
   }
 };
 
-#if defined(DYNFILTER_X86)
-DYNFILTER_AVX2 inline RigidNormal accumulate_rigid_avx2(const RigidSumsInput& in) {
-  static_assert(RigidSumsAvx2::kCount == RigidSums::kCount);
-  const RigidSumsAvx2 sums(in);
-  double s[RigidSums::kCount];
-  for (int k = 0; k < RigidSums::kCount; ++k) s[k] = static_cast<double>(sums[k]);
-  return RigidSums::normal_of(s);
+/// Adds the points of the pack from i, moved by the row-major `m`.
+template <class P>
+DYNFILTER_AS_CALLER inline void add_points(const RigidPoints& points, RobustLoss loss, float scale2,
+                                           const float (&m)[12], std::size_t i, RigidSums<P>& sums) {
+  const auto get = [&](int r) DYNFILTER_AS_CALLER { return points.pack_of<P>(r, i); };
+  const P px = get(RigidPoints::kPx), py = get(RigidPoints::kPy), pz = get(RigidPoints::kPz);
+  const P cz = get(RigidPoints::kBz), wz = get(RigidPoints::kWz);
+  const P q[3] = {m[0] * px + m[1] * py + m[2] * pz + m[3], m[4] * px + m[5] * py + m[6] * pz + m[7],
+                  m[8] * px + m[9] * py + m[10] * pz + m[11]};
+  P wx = get(RigidPoints::kWx), wy = get(RigidPoints::kWy);
+  P u = 0, v = 0, valid = greater(wz, 0);  // padding has no weight
+  P r[3];
+  if (points.image_depth) {
+    valid *= greater(q[2], 1e-3F);  // no residual behind the camera
+    const P inv_z = 1.0F / max(q[2], 1e-3F);
+    u = q[0] * inv_z, v = q[1] * inv_z;
+    wx *= cz, wy *= cz;  // in units of f / sigma
+    r[0] = wx * (u - get(RigidPoints::kAx)), r[1] = wy * (v - get(RigidPoints::kAy));
+    wx *= inv_z, wy *= inv_z;
+  } else {
+    r[0] = wx * (q[0] - get(RigidPoints::kBx)), r[1] = wy * (q[1] - get(RigidPoints::kBy));
+  }
+  r[2] = wz * (q[2] - cz);
+  const P w = valid * robust_weight(loss, r[0] * r[0] + r[1] * r[1] + r[2] * r[2], scale2);
+  sums.add(q, {wx, -wx * u, wy, -wy * v, wz}, r, w);
 }
-#endif
 
 /// Sums over the first `count` points in spread order.
 inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, double scale2,
@@ -115,48 +135,16 @@ inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, 
   float m[12];
   RigidPoints::to_float(T, m);
   const std::size_t end = std::min(count, points.count);
-#if defined(DYNFILTER_X86)
-  if (points.wide && uses_avx2()) {
-    RigidSumsInput in{
-        points.data.data(), points.stride, end, points.image_depth, loss, static_cast<float>(scale2), {}};
-    std::copy(m, m + 12, in.m);
-    return accumulate_rigid_avx2(in);
-  }
-#endif
-  RigidSums sums;
-  for (std::size_t i = 0; i < end; i += RigidPoints::kPack) {
-    const Pack px = points.pack_of(RigidPoints::kPx, i), py = points.pack_of(RigidPoints::kPy, i);
-    const Pack pz = points.pack_of(RigidPoints::kPz, i), wz = points.pack_of(RigidPoints::kWz, i);
-    const Pack cz = points.pack_of(RigidPoints::kBz, i);
-    const Pack q[3] = {m[0] * px + m[1] * py + m[2] * pz + m[3], m[4] * px + m[5] * py + m[6] * pz + m[7],
-                       m[8] * px + m[9] * py + m[10] * pz + m[11]};
-    Pack wx = points.pack_of(RigidPoints::kWx, i), wy = points.pack_of(RigidPoints::kWy, i);
-    Pack u = 0, v = 0, valid = greater(wz, 0);  // padding has no weight
-    Pack r[3];
-    if (points.image_depth) {
-      valid *= greater(q[2], 1e-3F);  // no residual behind the camera
-      const Pack inv_z = 1.0F / max(q[2], 1e-3F);
-      u = q[0] * inv_z, v = q[1] * inv_z;
-      wx *= cz, wy *= cz;  // in units of f / sigma
-      r[0] = wx * (u - points.pack_of(RigidPoints::kAx, i)),
-      r[1] = wy * (v - points.pack_of(RigidPoints::kAy, i));
-      wx *= inv_z, wy *= inv_z;
-    } else {
-      r[0] = wx * (q[0] - points.pack_of(RigidPoints::kBx, i)),
-      r[1] = wy * (q[1] - points.pack_of(RigidPoints::kBy, i));
-    }
-    r[2] = wz * (q[2] - cz);
-    const Pack s = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-    const Pack w = valid * robust_weight(loss, s, static_cast<float>(scale2));
-    sums.add(q, {wx, -wx * u, wy, -wy * v, wz}, r, w);
-  }
-  return sums.normal();
-}
-
-inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
-  const double angle = omega.norm();
-  if (angle < 1e-12) return Eigen::Matrix3d::Identity();
-  return rotation_about(omega / angle, angle);
+  double totals[RigidSums<Pack>::kCount];
+  call_widest(
+      [&](auto lanes) DYNFILTER_AS_CALLER {
+        RigidSums<PackOf<lanes()>> sums;
+        for (std::size_t i = 0; i < end; i += RigidPoints::kPack)
+          add_points(points, loss, static_cast<float>(scale2), m, i, sums);
+        sums.totals(totals);
+      },
+      points.wide);
+  return RigidSums<Pack>::normal_of(totals);
 }
 
 /// Iteratively reweighted Gauss-Newton on SE(3) over the first `count` points, 6x6 normal equations.
@@ -164,7 +152,7 @@ inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
 /// is shorter than `until_sigmas` of its own standard deviations.
 inline void refine_rigid(const RigidPoints& points, RobustLoss loss, double scale, int iterations,
                          double until_sigmas, std::size_t count, RigidTransform& T, RigidNormal& normal) {
-  normal = RigidSums().normal();
+  normal = RigidSums<Pack>::normal_of({});
   for (int i = 0; i < iterations; ++i) {
     normal = accumulate_rigid(points, loss, scale * scale, count, T);
     Eigen::Matrix<double, 6, 6> matrix = normal.matrix();

@@ -66,30 +66,36 @@ class RigidMotionSearch {
     has_best_ = false;
     best_score_ = 0;
     double advantage = 1;
-    int needed = options_.max_iterations;
     if (prior && prior->R().allFinite() && prior->t().allFinite()) {
       Hypothesis candidate{prior->R(), prior->t()};
       // Narrow, because a wider reach favours a majority of movers.
       refine(candidate, 3, kLocalSize);
-      consider(candidate, 1, needed);
+      consider(candidate, 1);
       advantage = has_best_ ? 1 / options_.prior_advantage : 1;
       result.from_prior = has_best_;
     }
-    for (result.iterations = 0; result.iterations < needed; ++result.iterations) {
+    const auto try_sample = [&](int /*k*/) {
       Hypothesis candidate;
-      if (!draw(rng, candidate)) continue;
-      if (!consider(candidate, advantage, needed)) continue;
+      if (!draw(rng, candidate) || !consider(candidate, advantage)) return -1.0;
       advantage = 1;
       result.from_prior = false;
       for (int round = 0; round < 2; ++round) {
         refine(candidate, 1, kLocalSize);
-        consider(candidate, 1, needed);
+        consider(candidate, 1);
       }
-    }
+      return best_share();
+    };
+    result.iterations = robust_search({3, options_.confidence, options_.max_iterations},
+                                      has_best_ ? best_share() : 0, try_sample);
+  }
+
+  double best_share() const {
+    return points_.inliers(best_, static_cast<float>(options_.inlier_chi2)) /
+           static_cast<double>(points_.count);
   }
 
   /// Accepts the hypothesis if its score is `advantage` times the best one.
-  bool consider(const Hypothesis& candidate, double advantage, int& needed) {
+  bool consider(const Hypothesis& candidate, double advantage) {
     const float limit = static_cast<float>(options_.inlier_chi2);
     const double floor = best_score_ * advantage;
     double score = points_.score(candidate, limit, options_.spread_score ? 0 : floor);
@@ -99,8 +105,6 @@ class RigidMotionSearch {
     has_best_ = true;
     best_ = candidate;
     best_score_ = score;
-    const double share = points_.inliers(candidate, limit) / static_cast<double>(points_.count);
-    needed = ransac_iterations(share, 3, options_.confidence, options_.max_iterations);
     return true;
   }
 

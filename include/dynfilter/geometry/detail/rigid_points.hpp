@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/cells.hpp>
-#include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/detail/rigid_sums_avx2.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <opencv2/core.hpp>
@@ -96,18 +96,22 @@ struct RigidPoints {
     return static_cast<float>(noise.base_m) + static_cast<float>(noise.quadratic_per_m) * (d * d);
   }
 
-  Pack pack_of(int r, std::size_t i) const { return Pack::load(row(r) + i); }
+  template <class P = Pack>
+  DYNFILTER_AS_CALLER P pack_of(int r, std::size_t i) const {
+    return P::load(row(r) + i);
+  }
   void put(int r, std::size_t i, const Pack& pack) { pack.store(&at(r, i)); }
 
-  Pack chi2(const float (&m)[12], std::size_t i) const {
-    auto get = [&](int r) { return pack_of(r, i); };
-    const Pack px = get(kPx), py = get(kPy), pz = get(kPz);
-    const Pack qz = m[8] * px + m[9] * py + m[10] * pz + m[11];
-    const Pack qx = m[0] * px + m[1] * py + m[2] * pz + m[3];
-    const Pack qy = m[4] * px + m[5] * py + m[6] * pz + m[7];
-    const Pack rx = (qx - get(kAx) * qz - get(kBx)) * get(kWx);
-    const Pack ry = (qy - get(kAy) * qz - get(kBy)) * get(kWy);
-    const Pack rz = (qz - get(kBz)) * get(kWz);
+  template <class P = Pack>
+  DYNFILTER_AS_CALLER P chi2(const float (&m)[12], std::size_t i) const {
+    const auto get = [&](int r) DYNFILTER_AS_CALLER { return pack_of<P>(r, i); };
+    const P px = get(kPx), py = get(kPy), pz = get(kPz);
+    const P qz = m[8] * px + m[9] * py + m[10] * pz + m[11];
+    const P qx = m[0] * px + m[1] * py + m[2] * pz + m[3];
+    const P qy = m[4] * px + m[5] * py + m[6] * pz + m[7];
+    const P rx = (qx - get(kAx) * qz - get(kBx)) * get(kWx);
+    const P ry = (qy - get(kAy) * qz - get(kBy)) * get(kWy);
+    const P rz = (qz - get(kBz)) * get(kWz);
     return rx * rx + ry * ry + rz * rz;
   }
 
@@ -139,13 +143,15 @@ struct RigidPoints {
     return total > floor ? total : 0;
   }
 
-  float block_score(const float (&m)[12], float inv_limit, std::size_t i, std::size_t end) const {
-#if defined(DYNFILTER_X86)
-    if (wide && uses_avx2()) return rigid_block_score_avx2(data.data(), stride, m, inv_limit, i, end);
-#endif
-    Pack sum = 0;
-    for (; i < end; i += kPack) sum += max(1 - chi2(m, i) * inv_limit, 0);
-    return sum.sum();
+  float block_score(const float (&m)[12], float inv_limit, std::size_t begin, std::size_t end) const {
+    return call_widest(
+        [&](auto lanes) DYNFILTER_AS_CALLER {
+          using P = PackOf<lanes()>;
+          P sum = 0;
+          for (std::size_t i = begin; i < end; i += kPack) sum += max(1 - chi2<P>(m, i) * inv_limit, 0);
+          return sum.sum();
+        },
+        wide);
   }
 
   double padding_score(const float (&m)[12], float inv) const {
@@ -190,9 +196,7 @@ struct RigidPoints {
     return sum;
   }
 
-  Eigen::Vector3d reference(std::size_t k) const {
-    return {row(kPx)[k], row(kPy)[k], row(kPz)[k]};
-  }
+  Eigen::Vector3d reference(std::size_t k) const { return {row(kPx)[k], row(kPy)[k], row(kPz)[k]}; }
   Eigen::Vector3d current(std::size_t k) const {
     const double z = row(kBz)[k];
     return {row(kAx)[k] * z + row(kBx)[k], row(kAy)[k] * z + row(kBy)[k], z};

@@ -4,6 +4,7 @@
 #include <dynfilter/geometry/two_view.hpp>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/inline.hpp>
@@ -46,7 +47,7 @@ class TwoViewSearch {
 
  private:
   static constexpr int kLocalRuns = 25;  ///< optimisations allowed for samples near the best
-  static constexpr double kNearBest = 1.03;
+  static constexpr double kNearBest = 1.03, kNoBetter = -1;
   static constexpr std::size_t kLocalSize = 320;  ///< matches used by a local optimisation
 
   /// All cuts after a sample; the narrow ones after an optimisation.
@@ -58,24 +59,22 @@ class TwoViewSearch {
     SampleGenerator rng(options_.seed);
     has_F_ = false;
     local_runs_ = 0;
-    F_cost_ = sample_cost_ = static_cast<double>(points_.count()) * (1 - 0.5 * options_.min_inlier_share);
-    int needed = options_.max_iterations, i = 0;
-    for (; i < needed; ++i) {
+    const double count = static_cast<double>(points_.count());
+    F_cost_ = sample_cost_ = count * (1 - 0.5 * options_.min_inlier_share);
+    const auto try_sample_of_seven = [&](int i) {
       std::uint32_t pick[7];
       points_.sample(rng, i % 2 == 0, 7, pick);
       Eigen::Vector2d p1[7], p2[7];
       for (int k = 0; k < 7; ++k) p1[k] = points_.reference(pick[k]), p2[k] = points_.current(pick[k]);
       Eigen::Matrix3d candidates[4];
       const int n = detail::solve_seven(p1, p2, candidates);
-      for (int c = 0; c < n; ++c) {
-        if (detail::oriented(candidates[c], p1, p2) && try_sample(candidates[c])) {
-          const int inliers = points_.inliers(detail::FundamentalError(F_), tau2_);
-          needed = ransac_iterations(inliers / static_cast<double>(points_.count()), 7, options_.confidence,
-                                     options_.max_iterations);
-        }
-      }
-    }
-    model.iterations = i;
+      bool better = false;
+      for (int c = 0; c < n; ++c)
+        better |= detail::oriented(candidates[c], p1, p2) && try_candidate(candidates[c]);
+      return better ? points_.inliers(detail::FundamentalError(F_), tau2_) / count : kNoBetter;
+    };
+    model.iterations =
+        robust_search({7, options_.confidence, options_.max_iterations}, 0, try_sample_of_seven);
     if (has_F_) polish();
   }
 
@@ -83,7 +82,7 @@ class TwoViewSearch {
   /// A sample near the best sample is optimised (Chum, Matas and Kittler, DAGM 2003).
   /// This holds even if an optimised F already has a better score.
   /// True if the best F changes.
-  bool try_sample(const Eigen::Matrix3d& sample) {
+  bool try_candidate(const Eigen::Matrix3d& sample) {
     const double bound = local_runs_ < kLocalRuns ? kNearBest * sample_cost_ : sample_cost_;
     const double cost = points_.cost(detail::FundamentalError(sample), tau2_, bound);
     if (!(cost < bound)) return false;
@@ -128,8 +127,8 @@ class TwoViewSearch {
     SampleGenerator rng(options_.seed + 1);
     const double members = static_cast<double>(members_.size()), count = static_cast<double>(points_.count());
     H_cost_ = count - 0.5 * options_.min_plane_share * members;
-    int needed = ransac_iterations(options_.min_plane_share, 4, options_.confidence, options_.max_iterations);
-    for (int i = 0; i < needed; ++i) {
+    double share = options_.min_plane_share;  // never more samples than for this
+    const auto try_sample_of_four = [&](int /*k*/) {
       std::uint32_t pick[4];
       sample_distinct(rng, static_cast<std::uint32_t>(members_.size()), pick, 4);
       Eigen::Vector2d p1[4], p2[4];
@@ -137,12 +136,13 @@ class TwoViewSearch {
         p1[k] = points_.reference(members_[pick[k]]), p2[k] = points_.current(members_[pick[k]]);
       }
       Eigen::Matrix3d H;
-      if (!detail::solve_four(p1, p2, H) || !consider_homography(H)) continue;
+      if (!detail::solve_four(p1, p2, H) || !consider_homography(H)) return kNoBetter;
       detail::refine_homography(points_, 4 * tau2_, 2, {kLocalSize}, H);
       consider_homography(H);
-      const int inliers = points_.inliers(detail::HomographyError(H_), tau2_);
-      needed = std::min(needed, ransac_iterations(inliers / members, 4, options_.confidence, needed));
-    }
+      share = std::max(share, points_.inliers(detail::HomographyError(H_), tau2_) / members);
+      return share;
+    };
+    robust_search({4, options_.confidence, options_.max_iterations}, share, try_sample_of_four);
     if (!has_H_) return;
     Eigen::Matrix3d H = H_;
     detail::refine_homography(points_, 2 * tau2_, 3, {}, H);

@@ -62,12 +62,10 @@ DYNFILTER_INLINE double distance_px(const TwoViewModel& model, cv::Point2f refer
   const cv::Point2d q = transfer(model.H, reference);
   const double dx = current.x - q.x, dy = current.y - q.y;
   if (!(model.allowance_px > 0)) return kTwoCoordinates * portable::hypot(dx, dy);
-  const Matrix9& F = model.F;
-  const double X = F[0] * reference.x + F[1] * reference.y + F[2];
-  const double Y = F[3] * reference.x + F[4] * reference.y + F[5];
-  const double norm = portable::hypot(X, Y);
-  const double across = norm > 0 ? (X * dx + Y * dy) / norm : 0,
-               along = norm > 0 ? (X * dy - Y * dx) / norm : 0;
+  const auto line = detail::epipolar_terms(model.F, reference, current);
+  const double norm = portable::hypot(line.X, line.Y);
+  const double across = norm > 0 ? (line.X * dx + line.Y * dy) / norm : 0,
+               along = norm > 0 ? (line.X * dy - line.Y * dx) / norm : 0;
   return kTwoCoordinates * portable::hypot(across, std::max(0.0, std::abs(along) - model.allowance_px));
 }
 

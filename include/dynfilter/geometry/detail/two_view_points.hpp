@@ -5,9 +5,10 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/cells.hpp>
-#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/portable_math.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/epipolar_distance.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -25,10 +26,8 @@ struct FundamentalError {
     for (int i = 0; i < 9; ++i) f[i] = static_cast<float>(F(i / 3, i % 3));
   }
   Pack operator()(const Pack& x, const Pack& y, const Pack& u, const Pack& v) const {
-    const Pack X = f[0] * x + f[1] * y + f[2], Y = f[3] * x + f[4] * y + f[5];
-    const Pack A = f[0] * u + f[3] * v + f[6], B = f[1] * u + f[4] * v + f[7];
-    const Pack e = X * u + Y * v + (f[6] * x + f[7] * y + f[8]);
-    return e * e / (X * X + Y * Y + A * A + B * B + 1e-30F);
+    const EpipolarTerms<Pack> terms(f, x, y, u, v);
+    return terms.residual * terms.residual / (terms.gradient2() + 1e-30F);
   }
   float f[9];
 };

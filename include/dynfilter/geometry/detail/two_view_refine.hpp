@@ -8,8 +8,9 @@
 #include <array>
 #include <cstddef>
 #include <dynfilter/core/portable_math.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/detail/rigid_least_squares.hpp>
 #include <dynfilter/geometry/detail/two_view_points.hpp>
 #include <dynfilter/geometry/epipolar_distance.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
@@ -106,10 +107,8 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
   const std::size_t end = std::min(selection.count, points.count());
   for (std::size_t i = 0; i < end; i += Pack::kWidth) {
     const Pack x = points.x(i), y = points.y(i), u = points.u(i), v = points.v(i);
-    const Pack X = f[0] * x + f[1] * y + f[2], Y = f[3] * x + f[4] * y + f[5];
-    const Pack P = f[0] * u + f[3] * v + f[6], Q = f[1] * u + f[4] * v + f[7];
-    const Pack e = X * u + Y * v + (f[6] * x + f[7] * y + f[8]);
-    const Pack inv_den = 1.0F / (X * X + Y * Y + P * P + Q * Q + 1e-30F);
+    const EpipolarTerms<Pack> terms(f, x, y, u, v);
+    const Pack e = terms.residual, inv_den = 1.0F / (terms.gradient2() + 1e-30F);
     const Pack taper = max(1.0F - e * e * inv_den * inv_cut, 0);
     Pack w = taper * taper * inv_den;
     if (selection.errors || i + Pack::kWidth > points.count()) w *= selected(points, selection, i);

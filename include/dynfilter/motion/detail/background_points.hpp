@@ -7,9 +7,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/cells.hpp>
-#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/motion/rigid_background_scene.hpp>
 #include <opencv2/core.hpp>

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <dynfilter/core/lanes.hpp>
 #include <dynfilter/core/portable_math.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <iterator>
 #include <vector>
@@ -60,7 +60,7 @@ class MotionSelection {
   double noise_px() const { return noise_px_; }
 
  private:
-  using Four = detail::Pack::Four;
+  using Four = detail::Float4;
   static constexpr std::size_t kLanes = 4;
   static constexpr float kNu = 3;         ///< degrees of freedom: tails of real matches, as fitted
   static constexpr float kReach_px = 10;  ///< an outlier is found within this
@@ -85,17 +85,10 @@ class MotionSelection {
     return true;
   }
 
-  static Four load(const float* from) {
-    Four four;
-    std::memcpy(&four, from, sizeof four);
-    return four;
-  }
-  static void store(const Four& four, float* to) { std::memcpy(to, &four, sizeof four); }
-
   /// log(1 + x) for x >= 0, with an error of at most 3e-4: a polynomial in the mantissa.
   /// The standard library's function costs ten times as much.
   static Four log1p_of(const Four& x) {
-    using Bits = detail::Lanes<4>::Int;
+    using Bits = detail::Int4;
     const Four y = 1 + x;
     Bits bits;
     std::memcpy(&bits, &y, sizeof bits);
@@ -132,9 +125,10 @@ class MotionSelection {
     const Four worst = kHalf * log1p_of(Four{} + kReach_px * kReach_px * per_s2 / kNu),
                farthest = Four{} + kFarthest;
     for (std::size_t k = 0; k < loss_.size(); k += kLanes) {
-      const Four chi2 = load(image2_px2_.data() + k) * per_s2 + load(depth2_.data() + k);
+      const Four chi2 =
+          detail::load_four(image2_px2_.data() + k) * per_s2 + detail::load_four(depth2_.data() + k);
       const Four loss = kHalf * log1p_of((chi2 < farthest ? chi2 : farthest) / kNu);
-      store(loss < worst ? loss : worst, loss_.data() + k);
+      detail::store_lane(loss_.data() + k, loss < worst ? loss : worst);
     }
     worst_ = worst[0];
   }
@@ -156,10 +150,10 @@ class MotionSelection {
     const float *loss = loss_.data() + first, *weights = in_->weights.data();
     for (std::size_t k = 0; k < in_->points; ++k, loss += stride_)
       for (std::size_t p = 0; p < kFours; ++p) {
-        const Four saved = least_loss_[k] - load(loss + p * kLanes);
+        const Four saved = least_loss_[k] - detail::load_four(loss + p * kLanes);
         sum[p] += weights[k] * (saved > none ? saved : none);
       }
-    for (std::size_t p = 0; p < kFours; ++p) store(sum[p], savings_.data() + first + p * kLanes);
+    for (std::size_t p = 0; p < kFours; ++p) detail::store_lane(savings_.data() + first + p * kLanes, sum[p]);
   }
 
   float loss(std::size_t h, std::size_t k) const { return loss_[k * stride_ + h]; }

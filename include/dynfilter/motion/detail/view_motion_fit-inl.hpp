@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 #include <dynfilter/motion/detail/view_motion_terms.hpp>
 #include <numeric>

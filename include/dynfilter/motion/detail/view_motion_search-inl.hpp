@@ -33,8 +33,10 @@ DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
   }
   const int least = last ? kLeastSamples : options_.iterations;
   const int most = last && fresh ? kLeastSamples : options_.iterations;
-  for (int k = 0; k < most && (k < least || k < samples_needed()); ++k)
+  robust_search({kSample, kConfidence, most, least}, best_support_ / votes_, [&](int k) {
     try_sample(pairs, seeds, focal_px, last, k);
+    return best_support_ / votes_;
+  });
   polish(pairs, seeds);
   try_twin(pairs, seeds);
   return without_needless_baseline(pairs, seeds, focal_px);
@@ -48,11 +50,6 @@ inline bool ViewMotionEstimator::is_still(const std::vector<ViewPair>& pairs) co
       at_rest += score_weights_[i];
   }
   return at_rest > options_.rest_share * votes_;
-}
-
-inline double ViewMotionEstimator::samples_needed() const {
-  const double share = std::clamp(best_support_ / votes_, 1e-3, 1 - 1e-3);
-  return portable::log(kMissed) / portable::log(1 - portable::power(share, kSample));
 }
 
 inline void ViewMotionEstimator::fill_cells(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <dynfilter/core/lanes.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <dynfilter/motion/view_motion.hpp>
 
 namespace dynfilter::detail {
@@ -15,8 +14,6 @@ namespace dynfilter::detail {
 template <class T>
 class ViewMotionTerms {
  public:
-  static constexpr float kNearest = 0.05F;  ///< [focal lengths] rays turned farther are out of view
-
   explicit ViewMotionTerms(const ViewMotion& motion) : f_(number(motion.focal_px)) {
     const ViewFlowModel model(motion);
     const std::array<double, 9>& R = model.matrix();
@@ -36,13 +33,13 @@ class ViewMotionTerms {
   /// `ahead` is positive if the point is in view.
   Across across(const T& reference_x, const T& reference_y, const T& x, const T& y, T& ahead) const {
     const Ray q = turned(x, y, ahead);
-    const T ex = q.x - reference_x, ey = q.y - reference_y;
-    const T dx = q.x * c_[2] - f_ * c_[0], dy = q.y * c_[2] - f_ * c_[1];
+    const LineTerms<T> line(q, reference_x, reference_y, c_, f_);
     Across out;
-    out.squared = dx * dx + dy * dy + T(1);  // see ViewFlowModel
-    out.cross = ex * dy - ey * dx;
-    const T share = out.cross / out.squared, by_dx = -(ey + share * dx), by_dy = ex - share * dy;
-    by_turn(q, dy + c_[2] * by_dx, c_[2] * by_dy - dx, out.by);
+    out.squared = line.squared;
+    out.cross = line.cross;
+    const T share = out.cross / out.squared;
+    const T by_dx = -(line.ey + share * line.dx), by_dy = line.ex - share * line.dy;
+    by_turn(q, line.dy + c_[2] * by_dx, c_[2] * by_dy - line.dx, out.by);
     for (std::size_t t = 0; t < 2; ++t)
       out.by[3 + t] = by_dx * (q.x * tangents_[t][2] - f_ * tangents_[t][0]) +
                       by_dy * (q.y * tangents_[t][2] - f_ * tangents_[t][1]);
@@ -64,17 +61,13 @@ class ViewMotionTerms {
   }
 
  private:
-  struct Ray {
-    T x, y;
-  };
+  using Ray = TurnedPoint<T>;
   static T number(double value);
 
   Ray turned(const T& x, const T& y, T& ahead) const {
-    using std::max;
-    const T nearest = T(kNearest) * f_, z = R_[6] * x + R_[7] * y + R_[8] * f_;
-    ahead = z - nearest;
-    const T scale = f_ / max(z, nearest);
-    return {scale * (R_[0] * x + R_[1] * y + R_[2] * f_), scale * (R_[3] * x + R_[4] * y + R_[5] * f_)};
+    const Ray q(R_, f_, number(Ray::kNearest), x, y);
+    ahead = q.ahead;
+    return q;
   }
 
   /// From derivatives with respect to q. A rotation by v moves the ray r = (q_x, q_y, f) by v x r.
