@@ -108,10 +108,7 @@ if(NOT OpenCV_VERSION VERSION_GREATER_EQUAL DYNFILTER_OpenCV_TRIED OR OpenCV_VER
 endif()
 find_package(Threads REQUIRED)
 list(APPEND CMAKE_MODULE_PATH "${CMAKE_CURRENT_LIST_DIR}")
-find_package(FLANN QUIET)
-if(NOT FLANN_FOUND AND DYNFILTER_BUILD_TESTS)
-  find_package(FLANN REQUIRED)
-endif()
+find_package(FLANN REQUIRED)
 
 dynfilter_component(core OPENCV core LINK Eigen3::Eigen)
 if(NOT DYNFILTER_AVX2)
@@ -125,15 +122,12 @@ endif()
 dynfilter_component(config COMPONENTS core)
 dynfilter_component(correspondence COMPONENTS config OPENCV video)
 dynfilter_component(geometry COMPONENTS core)
-dynfilter_component(cluster COMPONENTS core WITHOUT cluster/flann_neighbours)
-# Only cluster/flann_neighbours.hpp needs FLANN, and no filter includes it.
-if(FLANN_FOUND)
-  dynfilter_component(flann COMPONENTS cluster LINK FLANN::FLANN HEADERS cluster/flann_neighbours)
-endif()
+dynfilter_component(cluster COMPONENTS core)
 dynfilter_component(late COMPONENTS correspondence geometry)
 dynfilter_component(evidence COMPONENTS late cluster)
 dynfilter_component(motion COMPONENTS geometry)
-dynfilter_component(filters COMPONENTS evidence motion)
+# Only the rejector dbscan needs FLANN.
+dynfilter_component(filters COMPONENTS evidence motion LINK FLANN::FLANN)
 dynfilter_component(pipeline COMPONENTS filters)
 # Pipelines that come with dynfilter are found by their names. Programs of a build tree find those of the source tree.
 # Packaged programs must not name a folder of the machine that built them.
@@ -163,7 +157,7 @@ include(cmake/detectors.cmake)
 
 # What find_package(dynfilter) makes without COMPONENTS, and dynfilter::dynfilter links: all that needs nothing optional.
 set(DYNFILTER_DEFAULT_COMPONENTS ${DYNFILTER_COMPONENTS})
-list(REMOVE_ITEM DYNFILTER_DEFAULT_COMPONENTS flann detectors dnn)
+list(REMOVE_ITEM DYNFILTER_DEFAULT_COMPONENTS detectors dnn)
 add_library(dynfilter_dynfilter INTERFACE)
 add_library(dynfilter::dynfilter ALIAS dynfilter_dynfilter)
 set_target_properties(dynfilter_dynfilter PROPERTIES EXPORT_NAME dynfilter)
@@ -186,5 +180,6 @@ set(DYNFILTER_header_only_COMPONENTS "")
 set(DYNFILTER_header_only_OPENCV core imgproc video ${corner_modules})
 list(REMOVE_DUPLICATES DYNFILTER_header_only_OPENCV)
 list(TRANSFORM DYNFILTER_header_only_OPENCV PREPEND opencv_ OUTPUT_VARIABLE modules)
-target_link_libraries(dynfilter_header_only INTERFACE Eigen3::Eigen ${modules} Threads::Threads ${CMAKE_DL_LIBS})
+target_link_libraries(dynfilter_header_only INTERFACE Eigen3::Eigen ${modules} FLANN::FLANN Threads::Threads
+  ${CMAKE_DL_LIBS})
 list(APPEND DYNFILTER_COMPONENTS header_only dynfilter)

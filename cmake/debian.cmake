@@ -14,9 +14,8 @@ set(toolkit "dynfilter judges, once per frame, which features of a visual SLAM f
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libdynfilter-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-  "${library_package} ${same}, libeigen3-dev (>= ${DYNFILTER_Eigen3_MINIMUM}), libopencv-dev (>= ${DYNFILTER_OpenCV_MINIMUM}), libpng-dev, libjpeg-dev")
+  "${library_package} ${same}, libeigen3-dev (>= ${DYNFILTER_Eigen3_MINIMUM}), libopencv-dev (>= ${DYNFILTER_OpenCV_MINIMUM}), libflann-dev, liblz4-dev, libpng-dev, libjpeg-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "dynfilter-data ${same}")
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "libflann-dev, liblz4-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION
   "${toolkit}.\nThis package contains the C++17 headers, the static libraries, and the\nfiles for find_package and pkg-config.")
 

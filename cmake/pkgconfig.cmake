@@ -34,9 +34,9 @@ if(NOT DYNFILTER_AVX2)
   set(simd " -DDYNFILTER_WITHOUT_AVX2")
 endif()
 dynfilter_pkgconfig(dynfilter "${PROJECT_DESCRIPTION}" "eigen3 ${opencv_package}"
-  "-L\${libdir} ${libraries}-ldl -pthread" "-pthread${mode}${simd}")
+  "-L\${libdir} ${libraries}-llz4 -ldl -pthread" "-pthread${mode}${simd}")
 dynfilter_pkgconfig(dynfilter-header-only "${PROJECT_DESCRIPTION} (headers only)" "eigen3 ${opencv_package}"
-  "-ldl -pthread" "-pthread -DDYNFILTER_HEADER_ONLY${simd}")
+  "-llz4 -ldl -pthread" "-pthread -DDYNFILTER_HEADER_ONLY${simd}")
 if(TARGET dynfilter_facade)
   dynfilter_pkgconfig(dynfilter-facade "${PROJECT_DESCRIPTION} (C++11 and C)" "${opencv_package}"
     "-L\${libdir} -ldynfilter_facade" "")

@@ -5,16 +5,18 @@
 // The points are those of a depth image: surfaces of a room with people.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
-#include <dynfilter/cluster/adaptive_dbscan.hpp>
 #include <dynfilter/cluster/density_clusters.hpp>
-#include <dynfilter/cluster/flann_neighbours.hpp>
+#include <dynfilter/filters/dbscan.hpp>
 #include <map>
 
 #include "benchmark/ratio.hpp"
+#include "cluster/flann_dbscan.hpp"
 #include "cluster/point_sets.hpp"
 
 using namespace dynfilter;
+using dynfilter_test::flann_dbscan;
 using point_sets::Points;
 
 namespace {
@@ -99,8 +101,57 @@ void adaptive(benchmark::State& state) {
   state.counters["k"] = k;
 }
 
+/// Uniform pixels of a 640 x 480 image, in the plane z = 0.
+Points pixels(int n, unsigned seed) {
+  point_sets::Source source(seed);
+  Points points;
+  for (int i = 0; i < n; ++i) points.emplace_back(source.uniform(0, 640), source.uniform(0, 480), 0.0F);
+  return points;
+}
+
+constexpr std::size_t kNeighbours = 16;  // the first block of AdaptiveDbscan
+
+/// Sorted distances to the nearest neighbours by a full search.
+double full_search(const Points& points, std::vector<float>& row) {
+  double sum = 0;
+  row.resize(points.size());
+  for (const cv::Point3f& p : points) {
+    std::transform(points.begin(), points.end(), row.begin(),
+                   [&](const cv::Point3f& q) { return detail::squared_distance(p, q); });
+    std::partial_sort(row.begin(), row.begin() + kNeighbours + 1, row.end());
+    for (std::size_t k = 0; k <= kNeighbours; ++k) sum += std::sqrt(static_cast<double>(row[k]));
+  }
+  return sum;
+}
+
+/// Distances of all points to their nearest neighbours, as the adaptive choice of Eps measures them.
+/// With two dimensions the points are pixels of an image, with three those of a room.
+void neighbour_distances(benchmark::State& state) {
+  const auto n = static_cast<int>(state.range(1));
+  std::vector<Points> sets = rooms(n, 1);
+  if (state.range(0) == 2)
+    for (unsigned s = 0; s < kSets; ++s) sets[s] = pixels(n, s + 1);
+  detail::NeighbourDistances distances;
+  std::vector<float> row;
+  double ours = 0, theirs = 0;
+  bench::compare(
+      state, kSets,
+      [&](std::size_t s) {
+        ours = 0;
+        distances.measure(sets[s], kNeighbours);
+        for (std::size_t i = 0; i < sets[s].size(); ++i)
+          for (const float d2 : distances.of(i)) ours += std::sqrt(static_cast<double>(d2));
+      },
+      [&](std::size_t s) { theirs = full_search(sets[s], row); });
+  state.counters["relative_difference"] = std::abs(ours - theirs) / theirs;
+}
+
 }  // namespace
 
+BENCHMARK(neighbour_distances)
+    ->ArgsProduct({{2, 3}, {500, 1000, 2000, 5000, 10000}})
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(dbscan)->Arg(1000)->Arg(10000)->Arg(100000)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(adaptive)->Arg(500)->Arg(1000)->Arg(2000)->Arg(4000)->UseManualTime()->Unit(
     benchmark::kMillisecond);

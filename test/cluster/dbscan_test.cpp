@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <dynfilter/cluster/density_clusters.hpp>
-#include <dynfilter/cluster/flann_neighbours.hpp>
 #include <limits>
 #include <numeric>
 #include <set>
 
+#include "cluster/flann_dbscan.hpp"
 #include "cluster/point_sets.hpp"
 #include "doctest/doctest.h"
 
 namespace dbscan_test {
 
 using namespace dynfilter;
+using dynfilter_test::flann_dbscan;
 using point_sets::Points;
 
 namespace {

@@ -100,65 +100,35 @@ TEST_CASE("movers do not raise the measured noise: sharp frames are judged as wi
   }
 }
 
-TEST_CASE("the published form votes by the distance alone, from the line or Sampson's") {
+TEST_CASE("the published form judges every match, by its distance from the epipolar line alone") {
   EpipolarParams params;
   params.model = EpipolarModel::Fundamental;
-  for (const EpipolarDistance distance : {EpipolarDistance::Line, EpipolarDistance::Sampson}) {
-    params.distance = distance;
-    CHECK(score(testing::preset(Preset::Rigid), params).static_kept() == 1.0);
-    const Score general = score(testing::preset(Preset::General), params);
-    CHECK(general.recall() >= 0.95);
-    CHECK(general.static_kept() == 1.0);
-  }
-}
-
-TEST_CASE(
-    "the published form judges every match, and Sampson's distance is shorter than that from the line") {
-  EpipolarParams params;
-  params.model = EpipolarModel::Fundamental;
-  EpipolarFilter line(params);
-  params.distance = EpipolarDistance::Sampson;
-  EpipolarFilter sampson(params);
-  // Sampson's divides by the gradient in both images, the line's by that in one of them.
+  CHECK(score(testing::preset(Preset::Rigid), params).static_kept() == 1.0);
+  const Score general = score(testing::preset(Preset::General), params);
+  CHECK(general.recall() >= 0.95);
+  CHECK(general.static_kept() == 1.0);
+  EpipolarFilter filter(params);
   const testing::ExactScene scene = testing::preset(Preset::General).pixel_noise(0.3);
-  const Votes far = judge(line, scene, 8), near = judge(sampson, scene, 8);
+  const Votes votes = judge(filter, scene, 8);
   const testing::ExactFrame frame = scene.frame(8);
   const FrameView view = frame.view();
   REQUIRE(view.matches.has_value());
-  REQUIRE(far.count(Vote::Dynamic) > 0);
-  for (std::size_t i = 0; i < far.size(); ++i) {
-    const bool matched = view.matches->reference_index[i] >= 0;
-    CHECK((far[i] != Vote::Unknown) == matched);
-    CHECK((near[i] != Vote::Unknown) == matched);
-    CHECK(far.suspicion(i) >= near.suspicion(i));
-    if (far[i] == Vote::Dynamic) CHECK(far.suspicion(i) > near.suspicion(i));
-  }
+  REQUIRE(votes.count(Vote::Dynamic) > 0);
+  for (std::size_t i = 0; i < votes.size(); ++i)
+    CHECK((votes[i] != Vote::Unknown) == (view.matches->reference_index[i] >= 0));
 }
 
 // A camera that only turns has no fundamental matrix: `auto` compares with the point that the rotation predicts.
-TEST_CASE("by any model only with `auto` and the distance from the line, else by the fundamental matrix") {
-  const auto judged = [](Preset preset, EpipolarModel model, EpipolarDistance distance) {
+TEST_CASE("by any model only with `auto`, else by the fundamental matrix") {
+  const auto turning = [](EpipolarModel model) {
     EpipolarParams params;
     params.model = model;
-    params.distance = distance;
     EpipolarFilter filter(params);
-    return judge(filter, testing::preset(preset).points(600).pixel_noise(0.2), 8);
-  };
-  const auto turning = [&](EpipolarModel model, EpipolarDistance distance) {
-    const Votes votes = judged(Preset::PureRotation, model, distance);
+    const Votes votes = judge(filter, testing::preset(Preset::PureRotation).points(600).pixel_noise(0.2), 8);
     return votes.size() - votes.count(Vote::Unknown);
   };
-  CHECK(turning(EpipolarModel::Auto, EpipolarDistance::Line) > 500);
-  CHECK(turning(EpipolarModel::Auto, EpipolarDistance::Sampson) == 0);
-  CHECK(turning(EpipolarModel::Fundamental, EpipolarDistance::Line) == 0);
-  CHECK(turning(EpipolarModel::Fundamental, EpipolarDistance::Sampson) == 0);
-  const Votes either = judged(Preset::General, EpipolarModel::Auto, EpipolarDistance::Sampson),
-              published = judged(Preset::General, EpipolarModel::Fundamental, EpipolarDistance::Sampson);
-  REQUIRE(published.count(Vote::Dynamic) > 0);
-  for (std::size_t i = 0; i < either.size(); ++i) {
-    CHECK(either[i] == published[i]);
-    CHECK(either.suspicion(i) == published.suspicion(i));
-  }
+  CHECK(turning(EpipolarModel::Auto) > 500);
+  CHECK(turning(EpipolarModel::Fundamental) == 0);
 }
 
 TEST_CASE("with fewer than 20 pairs of neighbours max_distance_px counts as it is") {

@@ -53,18 +53,16 @@ TEST_CASE("features in a box, its border included, are suspects or dynamic, the 
   CHECK(reject.count_prior() == 0);
 }
 
-TEST_CASE("class, score and growth decide which boxes count") {
+TEST_CASE("class and score decide which boxes count") {
   Scene scene;
   scene.boxes = {Scene::detection(15, 15, 10, 10, "tv"), Scene::detection(35, 15, 10, 10, "dog"),
                  Scene::detection(55, 15, 10, 10, "person", 0.2F)};
   CHECK(apply(scene.view(), rejecting()).count(Vote::Dynamic) == 1);  // the dog at (40, 20)
   SemanticBoxParams params = rejecting();
   params.classes = {"tv"};
-  params.expand_px = 6;  // 9..31: (10, 20, 30)^2
-  CHECK(apply(scene.view(), params).count(Vote::Dynamic) == 9);
+  CHECK(apply(scene.view(), params).count(Vote::Dynamic) == 1);  // at (20, 20)
   params.classes = {"person"};
   params.min_score = 0.1;
-  params.expand_px = 0;
   CHECK(apply(scene.view(), params).count(Vote::Dynamic) == 1);
 }
 

@@ -274,7 +274,7 @@ TEST_CASE("frames that see nothing, and points in any order") {
 
 TEST_CASE("parameters are checked and read") {
   VertexCoverParams params;
-  params.min_occupied_share = 1.5;
+  params.min_rotation_deg = 200;
   CHECK_THROWS_AS(VertexCoverSelector{params}, ConfigError);
   PoseChangeParams nan;
   nan.min_translation_m = kNan;
@@ -282,7 +282,7 @@ TEST_CASE("parameters are checked and read") {
   CHECK_THROWS_WITH_AS(
       make_keyframe_selector("best"),
       "unknown keyframe selector `best`; known keyframe selectors: pose_change, vertex_cover", ConfigError);
-  const YamlDocument yaml = YamlDocument::from_text("%YAML:1.0\nmin_gap_frames: 2\n");
+  const YamlDocument yaml = YamlDocument::from_text("%YAML:1.0\nmax_gap_frames: 2\n");
   CHECK(make_keyframe_selector("pose_change", yaml.root())->name() == "pose_change");
   CHECK_THROWS_AS(make_keyframe_selector("vertex_cover", yaml.root()), ConfigError);
 }

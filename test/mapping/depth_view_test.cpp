@@ -20,7 +20,6 @@ enum class Sight { Nothing, Seen, Through };
 struct View {
   Camera camera;
   cv::Mat depth_m, moving;
-  CarveParams params;
 };
 
 /// A wall with steps, holes and a mover in front; nearly all blocks contain some of it.
@@ -61,7 +60,7 @@ bool through(const View& view, int bx, int by, double z, double margin_m) {
       float nearest_m = 0;
       if (measured_in(view, x, y, nearest_m) < 12) return false;
       const auto d = static_cast<double>(nearest_m);
-      if (!(z + margin_m < d - view.params.noise_sigmas * DepthNoise().sigma_m(d))) return false;
+      if (!(z + margin_m < d - CarveParams::kNoiseSigmas * DepthNoise().sigma_m(d))) return false;
     }
   return true;
 }
@@ -74,7 +73,7 @@ bool seen(const View& view, int bx, int by, double z, double margin_m) {
       const auto d = static_cast<double>(view.depth_m.at<float>(y, x));
       if (d > 0 && view.moving.at<std::uint8_t>(y, x) == 0) low = std::min(low, d), high = std::max(high, d);
     }
-  const double reach_m = margin_m + view.params.noise_sigmas * DepthNoise().sigma_m(z);
+  const double reach_m = margin_m + CarveParams::kNoiseSigmas * DepthNoise().sigma_m(z);
   return high > 0 && std::min(std::abs(z - low), std::abs(z - high)) <= reach_m;
 }
 
@@ -90,7 +89,7 @@ Sight by_definition(const View& view, const Eigen::Vector3d& p, double leaf_m, d
   const int columns = view.depth_m.cols / 4, rows = view.depth_m.rows / 4;
   if (!(u >= 0 && v >= 0 && u < 4 * columns && v < 4 * rows)) return Sight::Nothing;
   const int bx = static_cast<int>(u) / 4, by = static_cast<int>(v) / 4;
-  const double margin_m = view.params.margin_m + 0.866 * leaf_m;
+  const double margin_m = CarveParams::kMargin_m + 0.866 * leaf_m;
   if (through(view, bx, by, z, margin_m)) return Sight::Through;
   return seen(view, bx, by, z, margin_m) ? Sight::Seen : Sight::Nothing;
 }
@@ -103,7 +102,7 @@ TEST_CASE("what a view says of voxels is what its pixels say, to the letter") {
   for (const bool distorted : {false, true}) {
     const View view = random_view(distorted ? 3 : 4, distorted);
     DepthView summary;
-    summary.build(view.depth_m, view.moving, view.camera, view.params);
+    summary.build(view.depth_m, view.moving, view.camera);
     const double leaf_m = 0.02;
     Pose T_world_camera;
     T_world_camera.translation_m = {0.3, -0.2, 0.1};
@@ -146,7 +145,7 @@ TEST_CASE("a view says nothing of what lies far beside it") {
   view.depth_m.setTo(3);
   view.moving.setTo(0);
   DepthView summary;
-  summary.build(view.depth_m, view.moving, view.camera, view.params);
+  summary.build(view.depth_m, view.moving, view.camera);
   const double leaf_m = 0.01;
   KeyList keys;
   // x (1 - 0.3 x^2) is 0.16, 0.12, 0.05 and 0.01 there.
@@ -165,7 +164,7 @@ TEST_CASE("a view of nothing says nothing") {
   keys.push_back(VoxelKey::pack(0, 0, -100));
   DepthView never_built, tiny;
   tiny.build(cv::Mat(3, 3, CV_32FC1, cv::Scalar(2)), cv::Mat::zeros(3, 3, CV_8UC1),
-             random_view(1, false).camera, CarveParams());
+             random_view(1, false).camera);
   for (const DepthView* view : {&never_built, &tiny}) {
     int votes = 0;
     view->visit(keys, 0, 0.01, Pose(), [&](std::size_t, int seen, int through) { votes += seen + through; });
@@ -178,7 +177,7 @@ TEST_CASE("batches that a view does not look at are those it says nothing of") {
   for (const bool distorted : {false, true}) {
     const View view = random_view(distorted ? 6 : 7, distorted);
     DepthView summary;
-    summary.build(view.depth_m, view.moving, view.camera, view.params);
+    summary.build(view.depth_m, view.moving, view.camera);
     std::mt19937 source(8);
     const auto below = [&](int n) { return static_cast<std::int32_t>(source() % static_cast<unsigned>(n)); };
     KeyList keys, anywhere;

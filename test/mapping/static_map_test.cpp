@@ -210,7 +210,7 @@ TEST_CASE("who stood there and left is removed, who comes is held back") {
 
 TEST_CASE("what few keyframes saw goes with the neighbours that were seen through, to the letter") {
   std::mt19937 source(11);
-  CarveParams params;
+  const CarveParams params;
   std::size_t spread = 0;
   for (int round = 0; round < 30; ++round) {
     VoxelMap map;
@@ -227,7 +227,7 @@ TEST_CASE("what few keyframes saw goes with the neighbours that were seen throug
     std::size_t begin = 0, end = 0;
     for (std::size_t i = 0; i < map.size(); ++i) {
       const VoxelVotes& v = map.votes()[i];
-      gone[i] = v.through >= params.min_views && v.seen < params.seen_per_through * v.through;
+      gone[i] = v.through >= params.min_views && v.seen < CarveParams::kSeenPerThrough * v.through;
       begin += gone[i] ? 1 : 0;
     }
     for (bool changed = true; changed;) {
@@ -241,8 +241,8 @@ TEST_CASE("what few keyframes saw goes with the neighbours that were seen throug
           all += near ? 1 : 0;
           without += near && gone[j] ? 1 : 0;
         }
-        if (gone[i] || map.votes()[i].seen > params.spread_max_seen) continue;
-        if (without == 0 || without < params.spread_share * all) continue;
+        if (gone[i] || map.votes()[i].seen > CarveParams::kSpreadMaxSeen) continue;
+        if (without == 0 || without < CarveParams::kSpreadShare * all) continue;
         gone[i] = changed = true;
       }
     }

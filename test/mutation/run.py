@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build" / "mutation"
 RELEASE = ROOT / "build" / "release"
 LEAST_SCORE = 0.85
-LIBRARIES = ["eval", "testing", "pipeline", "filters", "motion", "evidence", "late", "flann", "cluster", "geometry", "correspondence", "config",
+LIBRARIES = ["eval", "testing", "pipeline", "filters", "motion", "evidence", "late", "cluster", "geometry", "correspondence", "config",
              "io", "core"]
 # `users` of changed headers: the bodies that the header's functions are compiled into.
 Room = collections.namedtuple("Room", "name bodies tests users", defaults=[[]])
@@ -45,9 +45,9 @@ ROOMS = [
     Room("background", ["motion/detail/rigid_background-inl.hpp"],
          ["motion/background_score_test.cpp", "motion/rigid_background_test.cpp",
           "filters/background_motion_test.cpp"]),
-    Room("dbscan", ["cluster/detail/density_clusters-inl.hpp", "cluster/detail/adaptive_dbscan-inl.hpp",
-                    "cluster/detail/clusters-inl.hpp"],
-         ["cluster/dbscan_test.cpp", "cluster/adaptive_dbscan_test.cpp"]),
+    Room("dbscan", ["cluster/detail/density_clusters-inl.hpp", "filters/detail/adaptive_dbscan.hpp", "cluster/clusters.hpp"],
+         ["cluster/dbscan_test.cpp", "filters/adaptive_dbscan_test.cpp"],
+         ["cluster/detail/density_clusters-inl.hpp", "filters/detail/dbscan-inl.hpp"]),
     Room("epipolar", ["filters/detail/epipolar-inl.hpp", "geometry/detail/epipolar_distance-inl.hpp"],
          ["filters/epipolar_test.cpp", "geometry/epipolar_test.cpp"]),
 ]
@@ -175,7 +175,7 @@ def test_object(test):
 def program_of(room, first, name):
     """Links what `first` replaces before the libraries: of two definitions the linker takes the first."""
     libraries = [str(RELEASE / f"libdynfilter_{name}.a") for name in LIBRARIES]
-    modules = [f"-lopencv_{m}" for m in ["calib3d", "video", "imgproc", "imgcodecs", "core"]] + ["-llz4", "-lflann_cpp"]
+    modules = [f"-lopencv_{m}" for m in ["calib3d", "video", "imgproc", "imgcodecs", "core"]] + ["-llz4"]
     output = BUILD / name
     objects = [str(o) for o in first] + [str(test_object(t)) for t in ["test_main.cpp", *room.tests]]
     result = subprocess.run(["g++", "-Wl,-z,muldefs", *objects, "-Wl,--start-group", *libraries, "-Wl,--end-group",

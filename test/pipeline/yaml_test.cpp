@@ -207,10 +207,10 @@ TEST_CASE("combinators with parameters read them beside their stages") {  // x =
   CHECK(error_of(head + "vote: { of: [ limit ], min_vote: 2 }\n") ==
         "pipeline.before_pose[0].vote: unknown key `min_vote` (did you mean `min_votes`?); known keys: of, "
         "min_votes, min_share, weights");
-  CHECK(error_of(head + "object_vote: { of: limit, labels: [ 15, 256 ] }\n") ==
-        "pipeline.before_pose[0].object_vote.labels: expected 0 to 255, got `256`");
-  CHECK(error_of(head + "object_vote: { of: limit, labels: person }\n") ==
-        "pipeline.before_pose[0].object_vote.labels: expected a whole number, got `person`");
+  CHECK(error_of(head + "vote: { of: [ limit, limit ], weights: [ 1, 2000000 ] }\n") ==
+        "pipeline.before_pose[0].vote.weights: expected 0 to 1e+06, got `2000000`");
+  CHECK(error_of(head + "vote: { of: [ limit ], weights: person }\n") ==
+        "pipeline.before_pose[0].vote.weights: expected a number, got `person`");
   CHECK(
       error_of(head + "object_vote: { of: limit, objects: box }\n") ==
       "pipeline.before_pose[0].object_vote.objects: expected one of boxes, instances, mask, components, got "

@@ -148,7 +148,7 @@ TEST_CASE("box_masks in a detector's YAML: masks where there is a depth image") 
   SemanticImage image;
   image.frame_id = 5;
   image.pixels = cv::Mat::zeros(100, 120, CV_8UC3);
-  const auto masked = make(", box_masks: { margin_m: 0.2 }");
+  const auto masked = make(", box_masks: { classes: [ person ] }");
   CHECK(masked->name() == "stub");
   CHECK(!masked->infer(image)->labels);
   image.depth = room();

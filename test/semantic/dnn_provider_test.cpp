@@ -269,8 +269,7 @@ TEST_CASE("the tables of docs/reference/detectors.md are those of the parameters
   dynfilter_test::check_parameter_tables("docs/reference/detectors.md",
                                          {{"dnn", parameter_table<DnnParams>()},
                                           {"files", parameter_table<FileProviderParams>()},
-                                          {"box_masks", parameter_table<BoxMaskParams>()},
-                                          {"runner", parameter_table<RunnerParams>()}});
+                                          {"box_masks", parameter_table<BoxMaskParams>()}});
   dynfilter_test::check_parameter_tables("docs/reference/provider_process.md",
                                          {{"process", parameter_table<ProcessProviderParams>()}});
 }

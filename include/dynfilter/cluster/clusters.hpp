@@ -51,6 +51,9 @@ inline float squared_radius(double radius_m) {
   return r * r;
 }
 
+/// Cells of a grid are this much wider than the radius, so that rounding hides no neighbour.
+constexpr double kCellMargin = 1.00001;
+
 /// Union-find over 0..n-1.
 /// The smaller root becomes the parent, so the result does not depend on the order of unions.
 class DisjointSets {

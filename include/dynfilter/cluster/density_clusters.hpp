@@ -75,39 +75,6 @@ class GridDbscan {
   float radius2_ = 0;
 };
 
-/// DBSCAN on any neighbour search, for custom distances and FLANN (cluster/flann_neighbours.hpp).
-/// `neighbours(i, out)` fills `out` with the indices within the radius of point i, including i.
-/// It returns none for a point that is excluded.
-/// A border point joins the first cluster that reaches it.
-template <class Neighbours>
-void dbscan_by_neighbours(std::size_t n, int min_points, const Neighbours& neighbours, Clusters& out) {
-  detail::check_dbscan({1.0, min_points});
-  out.reset(n);
-  std::vector<std::uint8_t> seen(n, 0);
-  std::vector<std::int32_t> found, open;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (seen[i] != 0) continue;
-    open.assign(1, static_cast<std::int32_t>(i));
-    bool grown = false;
-    while (!open.empty()) {
-      const auto p = static_cast<std::size_t>(open.back());
-      open.pop_back();
-      if (seen[p] != 0) continue;
-      seen[p] = 1;
-      neighbours(p, found);
-      if (found.size() < static_cast<std::size_t>(min_points)) continue;
-      out.core[p] = 1;
-      grown = true;
-      for (const std::int32_t q : found) {
-        if (out.label[static_cast<std::size_t>(q)] < 0) out.label[static_cast<std::size_t>(q)] = out.count;
-        if (seen[static_cast<std::size_t>(q)] == 0) open.push_back(q);
-      }
-    }
-    if (grown) ++out.count;
-  }
-  out.renumber(static_cast<std::size_t>(out.count));
-}
-
 }  // namespace dynfilter
 
 #ifdef DYNFILTER_HEADER_ONLY

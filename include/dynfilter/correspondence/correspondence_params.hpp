@@ -30,10 +30,15 @@ struct FlowParams {
   int levels = 3;
   int max_iterations = 30;
   double epsilon_px = 0.01;
-  double min_eigenvalue = 1e-4;
+  /// Smallest eigenvalue of the gradient matrix; patches with less texture are not tracked.
+  static constexpr double kMinEigenvalue = 1e-4;
+  /// Verification of a tracked point. Not a key: code sets it.
   FlowCheck check = FlowCheck::ForwardBackward;
-  double max_residual = 0.3;
-  double max_forward_backward_px = 1.0;
+  /// Largest 1 - normalised cross-correlation of the patches, for any check except none; 2 disables it.
+  static constexpr double kMaxResidual = 0.3;
+  /// Largest distance from the start after tracking back, for check forward_backward.
+  static constexpr double kMaxForwardBackward_px = 1.0;
+  /// Smallest distance from the image border, in both frames. Not a key: code sets it.
   int border_px = 5;
 
   /// The fast flow of the default pipelines: engine Guided, and the settings that it was measured with.
@@ -44,9 +49,12 @@ struct FlowParams {
 
 struct DescriptorMatchParams {
   double search_radius_px = 50;
+  /// Largest octave difference of the two features. Not a key: code sets it.
   int max_octave_difference = 1;
-  int max_distance_bits = 64;
+  int max_distance_bits = 64;  ///< Largest Hamming distance of a match. Not a key: code sets it.
+  /// Largest ratio of the best to the second-best distance. Not a key: code sets it.
   double max_ratio = 0.9;
+  /// Accept only matches that are the best in both directions. Not a key: code sets it.
   bool mutual = true;
 
   static const FieldTable<DescriptorMatchParams>& fields();
@@ -60,7 +68,8 @@ enum class CorrespondenceSource { Auto, Host, Flow, Descriptors };
 struct CorrespondenceParams {
   CorrespondenceSource source = CorrespondenceSource::Auto;
   double max_depth_m = 8.0;
-  double max_depth_edge = 0.06;
+  /// Largest relative depth difference to neighbouring pixels; beyond it, a pixel has no depth.
+  static constexpr double kMaxDepthEdge = 0.06;
   int threads = 1;
   FlowParams flow;
   DescriptorMatchParams descriptors;

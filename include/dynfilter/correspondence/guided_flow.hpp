@@ -40,9 +40,9 @@ class GuidedFlow {
              std::vector<std::uint8_t>& status);
 
  private:
-  static constexpr int kMinWindow = 12;  ///< with fewer pixels, the checks accept chance
+  static constexpr int kMinWindow = 12;  ///< With fewer pixels, the checks accept chance.
   static constexpr int kBackIterations = 3;
-  static constexpr double kSureResidual = 0.1;  ///< chance hardly reaches it
+  static constexpr double kSureResidual = 0.1;  ///< Chance hardly reaches it.
 
   using Images = std::vector<cv::Mat>;
 
@@ -87,7 +87,7 @@ template <class Kernels>
 void GuidedFlow::track_with(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
                             const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
                             std::vector<std::uint8_t>& status) {
-  coarse_.compute<Kernels>(from.levels(), to.levels(), params_.window_px, params_.min_eigenvalue, threads_);
+  coarse_.compute<Kernels>(from.levels(), to.levels(), params_.window_px, FlowParams::kMinEigenvalue, threads_);
   detail::in_ranges(static_cast<int>(from_px.size()), threads_, [&](int begin, int end) {
     detail::SmallWindow<Kernels> window(params_.window_px);
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
@@ -99,7 +99,7 @@ template <class Kernels>
 bool GuidedFlow::track_point(const Images& from, const Images& to, FlowCheck check,
                              const cv::Point2f& from_px, detail::SmallWindow<Kernels>& window,
                              cv::Point2f& px) const {
-  if (!window.cut(from[0], from_px) || !window.textured(params_.min_eigenvalue)) return false;
+  if (!window.cut(from[0], from_px) || !window.textured(FlowParams::kMinEigenvalue)) return false;
   const detail::CoarseFlow::Around around = coarse_.around(from_px);
   const std::array<cv::Point2f, 5> flows{px - from_px, around[0], around[1], around[2], around[3]};
   px = from_px + most_alike(window, to[0], from_px, flows, 1);
@@ -113,19 +113,19 @@ template <class Kernels>
 bool GuidedFlow::alike(const Images& from, const Images& to, const cv::Point2f& from_px,
                        const cv::Point2f& px, detail::SmallWindow<Kernels>& window) const {
   const double residual = window.residual(to[0], px);
-  if (residual > params_.max_residual) return false;
+  if (residual > FlowParams::kMaxResidual) return false;
   if (residual <= kSureResidual || from.size() < 2) return true;
-  return window.cut(from[1], from_px / 2) && window.residual(to[1], px / 2) <= params_.max_residual;
+  return window.cut(from[1], from_px / 2) && window.residual(to[1], px / 2) <= FlowParams::kMaxResidual;
 }
 
 template <class Kernels>
 bool GuidedFlow::returns(const Images& from, const Images& to, const cv::Point2f& from_px,
                          const cv::Point2f& px, detail::SmallWindow<Kernels>& window) const {
   cv::Point2f back = from_px;
-  return window.cut(to[0], px) && window.textured(params_.min_eigenvalue) &&
+  return window.cut(to[0], px) && window.textured(FlowParams::kMinEigenvalue) &&
          window.refine(from[0], kBackIterations, epsilon_px(), back) &&
          portable::hypot(back.x - from_px.x, back.y - from_px.y) <=
-             static_cast<float>(params_.max_forward_backward_px);
+             static_cast<float>(FlowParams::kMaxForwardBackward_px);
 }
 
 }  // namespace dynfilter

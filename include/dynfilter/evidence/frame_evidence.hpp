@@ -134,7 +134,7 @@ class FrameEvidence final : public Evidence {
 
 inline FrameEvidence::FrameEvidence(const CorrespondenceParams& params)
     : params_(checked(params)),
-      current_(params.max_depth_m, params.max_depth_edge),
+      current_(params.max_depth_m, CorrespondenceParams::kMaxDepthEdge),
       matches_(params_, current_),
       models_(current_),
       tracks_(current_, matches_),

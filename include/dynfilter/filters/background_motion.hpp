@@ -30,13 +30,18 @@
 namespace dynfilter {
 
 struct BackgroundMotionParams {
-  double slow_mps = 0.05;
-  double fast_mps = 1.0;
-  double moving_share = 0.05;
-  double memory_s = 0.036;
-  double mobility_s = 0.65;
+  static constexpr double kSlow_mps = 0.05;  ///< Speed of slow movers, standard deviation.
+  static constexpr double kFast_mps = 1.0;   ///< Speed of fast movers, standard deviation.
+  /// Share of features that move, before anything was measured.
+  static constexpr double kMovingShare = 0.05;
+  static constexpr double kMemory_s = 0.036;  ///< Time constant of a track's belief.
+  /// Time constant of having moved: a mover that stops is not yet background.
+  static constexpr double kMobility_s = 0.65;
+  /// Radius of the neighbourhood whose evidence is averaged.
   double neighbour_px = 25;
+  /// Largest difference in depth within a neighbourhood.
   double neighbour_m = 0.12;
+  /// Log-odds of motion that a prior suspect has in addition. Not a key: code sets it.
   double prior_suspicion = 0.1;
 
   static const FieldTable<BackgroundMotionParams>& fields();
@@ -91,20 +96,23 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
-  static constexpr std::size_t kMaxFrames = 12;  ///< that a track goes back, at most ...
+  static constexpr std::size_t kMaxFrames = 12;  ///< That a track goes back, at most ...
   static constexpr TrackOptions kTracks{static_cast<int>(kMaxFrames), 3.0, true};
-  static constexpr double kWindow_s = 0.2;                              ///< ... and in time
-  static constexpr double kUnknownStep_s = 1.0 / 30;                    ///< where stamps do not increase
-  static constexpr float kLeastOdds = -3, kMostOdds = 6;                ///< of one frame [nats]
-  static constexpr float kLeastBelief = -4, kMostBelief = 10;           ///< [nats]
-  static constexpr double kFirstStepRatio = 1.5, kFirstTrackRatio = 3;  ///< before any was measured
+  static constexpr double kWindow_s = 0.2;                     ///< ... and in time
+  static constexpr double kUnknownStep_s = 1.0 / 30;           ///< where stamps do not increase
+  static constexpr float kLeastOdds = -3, kMostOdds = 6;       ///< of one frame [nats]
+  static constexpr float kLeastBelief = -4, kMostBelief = 10;  ///< [nats].
+  /// Before any was measured.
+  static constexpr double kFirstStepRatio = 1.5, kFirstTrackRatio = 3;
   static constexpr double kLeastRatio = 1.0, kMostStepRatio = NeighbourNoise::kMostShared,
                           kMostTrackRatio = 8;
-  static constexpr double kRatioSlack = 1.5;  ///< a frame may exceed what is usual by this factor
-  static constexpr double kRatioFalls = 0.3, kRatioRises = 0.03;  ///< share learned per frame
+  static constexpr double kRatioSlack = 1.5;  ///< A frame may exceed what is usual by this factor.
+  static constexpr double kRatioFalls = 0.3, kRatioRises = 0.03;  ///< Share learned per frame.
   static constexpr double kLeastMatchNoise_px = 0.05;             ///< flow is not more exact
-  static constexpr double kMedianOfRayleigh = 1.18;  ///< median of a miss in two axes over its sigma
-  static constexpr double kDepthFactor = 2;  ///< the depth camera's noise against the model's, at least
+  /// Median of a miss in two axes over its sigma.
+  static constexpr double kMedianOfRayleigh = 1.18;
+  /// The depth camera's noise against the model's, at least.
+  static constexpr double kDepthFactor = 2;
   static constexpr std::size_t kMinMeasured = 20;
   static constexpr float kNoiseReach_px = 30;
   // Features without evidence: how far their neighbourhood reaches, and the belief they must exceed [nats].
@@ -116,9 +124,10 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr float kOwnWeight = 0.5F;      ///< of zero evidence in the mean over neighbours
   static constexpr float kSupportReach_px = 40, kSupportReach_m = 0.25F;  ///< neighbours of a core
   static constexpr float kMinSupport = 1.3F;       ///< two of them within 24 px, or more farther away
-  static constexpr float kMinSupportShare = 0.5F;  ///< of them that must move, too
-  static constexpr float kCoreReach_px = 120, kCoreReach_m = 0.4F;  ///< from a core to its object's features
-  static constexpr double kReachSigmas = 3;                         ///< of two depths' noise
+  static constexpr float kMinSupportShare = 0.5F;  ///< Of them that must move, too.
+  /// From a core to its object's features.
+  static constexpr float kCoreReach_px = 120, kCoreReach_m = 0.4F;
+  static constexpr double kReachSigmas = 3;  ///< Of two depths' noise.
   static constexpr int kMinSeeds = 30;
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
   /// The same for the first choice, which is made again: likelier than all others together. Small errors of a

@@ -24,9 +24,10 @@ namespace dynfilter {
 
 struct BoxBlurParams {
   std::vector<std::string> classes = moving_classes();
-  double min_score = 0.4;
+  static constexpr double kMinScore = 0.4;  ///< Smallest score of a box that is used.
   double min_sharpness = 0.5;
-  int max_age_frames = 0;
+  /// Largest age of boxes; boxes of an older frame are carried to this one up to this age.
+  static constexpr int kMaxAgeFrames = 0;
 
   static const FieldTable<BoxBlurParams>& fields();
 };
@@ -57,7 +58,7 @@ class BoxBlurFilter final : public NamedFilter<BoxBlurFilter> {
 
   Needs needs() const override {
     return {Input::Detections | Input::GreyImage, Input::Correspondence,
-            LateResult::history_frames(params_.max_age_frames)};
+            LateResult::history_frames(Params::kMaxAgeFrames)};
   }
 
   void apply(const Evidence& evidence, Votes& votes) override;
@@ -100,22 +101,19 @@ inline const FieldTable<BoxBlurParams>& BoxBlurParams::fields() {
   using P = BoxBlurParams;
   static const FieldTable<P> table{
       words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
-      real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that is used"),
       real("min_sharpness", &P::min_sharpness, "", {0, 100},
            "sharpness of a box relative to the rest of the image below which it counts as motion-blurred"),
-      integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-              "largest age of boxes; boxes of an older frame are carried to this one up to this age"),
   };
   return table;
 }
 
 inline BoxBlurFilter::BoxBlurFilter(Params params)
-    : params_(std::move(params)), wanted_{params_.classes, {}, params_.min_score} {
+    : params_(std::move(params)), wanted_{params_.classes, {}, Params::kMinScore} {
   check_parameters(params_, kName);
 }
 
 inline void BoxBlurFilter::apply(const Evidence& evidence, Votes& votes) {
-  const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes);
+  const LateResult late = LateResult::boxes(evidence, Params::kMaxAgeFrames, votes);
   if (!late.usable()) return;
   collect(evidence, late);
   if (boxes_.empty()) return;

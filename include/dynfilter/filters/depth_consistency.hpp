@@ -46,9 +46,11 @@ struct DepthConsistencyParams {
   DepthForm form = DepthForm::Relative;
   double max_deviation = 0.12;
   double max_difference_m = 0.4;
-  double max_parallax_deg = 30;
-  int patch_px = 3;
-  double max_depth_m = 6.0;
+  /// Largest angle between the rays of two views to the point; other views abstain (DynaSLAM: 30).
+  static constexpr double kMaxParallax_deg = 30;
+  /// Radius of the patch whose depths separate edges from motion; 0: one pixel.
+  static constexpr int kPatch_px = 3;
+  static constexpr double kMaxDepth_m = 6.0;  ///< Largest depth of a feature that is judged.
   MotionSource motion = MotionSource::Seeds;
 
   static const FieldTable<DepthConsistencyParams>& fields();
@@ -66,7 +68,7 @@ struct DepthConsistencyParams {
 ///           Only a larger depth is evidence of motion; a smaller one occludes the place.
 /// Needs:    depth, camera, and one of:
 ///           correspondences (for match, and to fit the motion); covisible keyframes with poses.
-/// Abstains: without depth, beyond max_depth_m, on silhouettes,
+/// Abstains: without depth, beyond 6 m, on silhouettes,
 ///           where the place was occluded or out of view, and without a motion.
 /// Blind to: motion across the line of sight (match);
 ///           motion inside the outline of a large mover (view).

@@ -16,9 +16,9 @@ namespace dynfilter {
 
 struct DescriptorDistanceParams {
   int max_distance_bits = 50;
-  double max_offset_px = 2.0;
-  bool keyframe = false;
-  int gap_frames = 1;
+  /// Flow: largest distance between the end of the flow and the feature of the earlier frame that counts as
+  /// its match.
+  static constexpr double kMaxOffset_px = 2.0;
 
   static const FieldTable<DescriptorDistanceParams>& fields();
 };
@@ -32,7 +32,7 @@ struct DescriptorDistanceParams {
 /// Abstains: without a match, and if descriptor lengths differ.
 ///           With flow: if the earlier frame has no feature at the end of the flow.
 /// Blind to: everything except appearance.
-/// State:    none; the pipeline keeps gap_frames frames.
+/// State:    none; the pipeline keeps the last frame.
 /// Cost:     about 0.03 ms for 1000 matches.
 class DescriptorDistanceFilter final : public NamedFilter<DescriptorDistanceFilter> {
  public:
@@ -43,9 +43,7 @@ class DescriptorDistanceFilter final : public NamedFilter<DescriptorDistanceFilt
 
   explicit DescriptorDistanceFilter(Params params = Params());
 
-  Needs needs() const override {
-    return {Input::Descriptors | Input::Correspondence, Input::None, params_.gap_frames};
-  }
+  Needs needs() const override { return {Input::Descriptors | Input::Correspondence, Input::None, 1}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;
 
@@ -58,11 +56,6 @@ inline const FieldTable<DescriptorDistanceParams>& DescriptorDistanceParams::fie
   static const FieldTable<P> table{
       integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536},
               "largest Hamming distance of matched descriptors that counts as similar"),
-      real("max_offset_px", &P::max_offset_px, "px", {0, 100},
-           "flow: largest distance between the end of the flow and the feature of the earlier frame that "
-           "counts as its match"),
-      flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-      integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
   };
   return table;
 }
@@ -72,9 +65,9 @@ inline DescriptorDistanceFilter::DescriptorDistanceFilter(Params params) : param
 }
 
 inline void DescriptorDistanceFilter::apply(const Evidence& evidence, Votes& votes) {
-  const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+  const Match& match = evidence.match({});
   if (match.reference == nullptr) return votes.note("no earlier frame");
-  const MatchedFeatures& matched = evidence.matched_features(match, params_.max_offset_px);
+  const MatchedFeatures& matched = evidence.matched_features(match, Params::kMaxOffset_px);
   if (!matched.has_descriptors()) return votes.note("the earlier frame has no descriptors like these");
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const std::int32_t bits = matched.distance_bits(i);

@@ -27,19 +27,12 @@ enum class EpipolarModel {
   Auto,        ///< F, H or no model, depending on what the seeds determine
   Fundamental  ///< always F, as published
 };
-/// Distance measure for the fundamental matrix [px].
-enum class EpipolarDistance {
-  Line,    ///< of the current point from its epipolar line
-  Sampson  ///< first-order distance in both images
-};
 
 struct EpipolarParams {
   double max_distance_px = 1.0;
   EpipolarModel model = EpipolarModel::Auto;
-  EpipolarDistance distance = EpipolarDistance::Line;
   bool measured_noise = false;
   int min_seeds = 20;
-  bool keyframe = false;
   int gap_frames = 1;
 
   static const FieldTable<EpipolarParams>& fields();
@@ -116,16 +109,11 @@ inline const FieldTable<EpipolarParams>& EpipolarParams::fields() {
            "largest distance of a static feature (xi of RTS-SLAM)"),
       choice("model", &P::model, {{"auto", EpipolarModel::Auto}, {"fundamental", EpipolarModel::Fundamental}},
              "auto selects F, H or no model from the seeds; fundamental always uses F, as published"),
-      choice("distance", &P::distance,
-             {{"line", EpipolarDistance::Line}, {"sampson", EpipolarDistance::Sampson}},
-             "line is the distance from the epipolar line (eq. 4); sampson is the first-order distance in "
-             "both images"),
       flag("measured_noise", &P::measured_noise,
            "raises max_distance_px in frames whose matches have more than 1/3 px of noise, in proportion "
            "to it"),
       integer("min_seeds", &P::min_seeds, "features", {7, 100000},
               "with this many seeds or fewer, and with suspects, the model is fitted on all features (N_th)"),
-      flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
       integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
   };
   return table;
@@ -136,12 +124,12 @@ inline EpipolarFilter::EpipolarFilter(Params params) : params_(params) {
 }
 
 inline void EpipolarFilter::apply(const Evidence& evidence, Votes& votes) {
-  const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+  const Match& match = evidence.match({false, params_.gap_frames});
   if (match.reference == nullptr) return votes.note("no earlier frame");
   if (!collect_seeds(evidence, match)) return votes.note("model: none, too few seeds");
   const TwoViewModel& model = evidence.two_view(match, seeds_);
   note_model(model, votes);
-  const bool by_model = params_.model == EpipolarModel::Auto && params_.distance == EpipolarDistance::Line;
+  const bool by_model = params_.model == EpipolarModel::Auto;
   const bool by_line = !by_model || model.kind == TwoViewKind::Fundamental;
   limit_px_ = params_.max_distance_px;
   if (params_.measured_noise && evidence.count_judged() > 0)
@@ -198,8 +186,7 @@ inline void EpipolarFilter::judge_by_fundamental(const Evidence& evidence, const
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!evidence.judged(i) || !match.found(i)) continue;
     const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
-    const double d = params_.distance == EpipolarDistance::Line ? epipolar_distance_px(model.F, then, now)
-                                                                : sampson_distance_px(model.F, then, now);
+    const double d = epipolar_distance_px(model.F, then, now);
     if (std::isnan(d)) continue;
     votes.cast(i, d > limit_px_ ? Vote::Dynamic : Vote::Static, suspicion(d, limit_px_));
   }

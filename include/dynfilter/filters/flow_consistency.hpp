@@ -24,15 +24,20 @@
 namespace dynfilter {
 
 struct FlowConsistencyParams {
-  double limit = 2.0;
+  /// Largest deviation of a static feature's flow, in standard deviations.
+  static constexpr double kLimit = 2.0;
   double max_gap_s = 1.0;
-  int gap_frames = 30;
-  double memory_s = 0.5;
-  double noise_px = 0.15;
-  double noise_of_flow = 0.01;
-  double max_distance_px = 1.0;
+  /// Longest gap over which flow is measured; the filter keeps its own tracks over it.
+  static constexpr int kGapFrames = 30;
+  static constexpr double kMemory_s = 0.5;  ///< Time constant of the average of a track's evidence.
+  /// Smallest noise of a flow; larger noise is measured.
+  static constexpr double kNoise_px = 0.15;
+  static constexpr double kNoiseOfFlow = 0.01;  ///< Additional noise per pixel of flow.
+  /// Largest distance from its epipolar line of a point that supports a camera motion.
+  static constexpr double kMaxDistance_px = 1.0;
   bool ground = true;
-  double focal_of_width = 0.8;
+  /// Focal length in image widths if no camera is given.
+  static constexpr double kFocalOfWidth = 0.8;
 
   static const FieldTable<FlowConsistencyParams>& fields();
 };
@@ -58,7 +63,7 @@ struct FlowConsistencyParams {
 /// Blind to: movers along their epipolar line that seem no nearer than that, without `ground` or where the
 ///           ground is not seen;
 ///           a mover that covers more of the image than the background does.
-/// State:    own tracks over up to gap_frames frames and their evidence;
+/// State:    own tracks over up to 30 frames and their evidence;
 ///           the last motion and ground.
 ///           The pipeline keeps one earlier frame.
 /// Cost:     about 1.1 ms for 320 features, 3.3 ms for 1280, without flow.
@@ -107,19 +112,19 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   static constexpr double kMostTracks = 0.5;
   /// Short, because near ground soon leaves the view.
   static constexpr double kGroundGap_s = 0.2;
-  static constexpr double kMaxSigmas = 6;  ///< limits the influence of one frame
+  static constexpr double kMaxSigmas = 6;  ///< Limits the influence of one frame.
   static constexpr int kNeighbours = 6;    ///< judged together if their flow is similar
   static constexpr double kReach = 0.05;   ///< [image widths] radius of the neighbourhood
   /// Largest difference of similar flows.
   static constexpr double kAlike_px = 0.4, kAlikeOfFlow = 0.06;
-  static constexpr double kUntrackedReach = 0.075;  ///< neighbourhood of a feature without a track
+  static constexpr double kUntrackedReach = 0.075;  ///< Neighbourhood of a feature without a track.
   static constexpr float kOwnWeight = 0.5F;         ///< of no excess in the mean over neighbours
   static constexpr std::size_t kGroup = 4;          ///< smallest number of points
   /// What moves along its line seems to be nearer or farther than it is. Static things are seldom nearer than
   /// a fifth of the middle of the scene. Movers often seem to be, because a walker is faster than a camera in
   /// the hand.
   static constexpr double kNearest = 5;
-  static constexpr std::size_t kLeastCells = 9;  ///< that tell the middle of the scene
+  static constexpr std::size_t kLeastCells = 9;  ///< That tell the middle of the scene.
 
   void follow(const Evidence& evidence);
 

@@ -22,20 +22,18 @@ namespace dynfilter {
 
 struct GmsFilterParams {
   int grid_cells = 0;
-  double matches_per_cell = 2.0;
+  /// Mean matches per cell if grid_cells is 0, within 4 to 20 cells per side.
+  static constexpr double kMatchesPerCell = 2.0;
   double factor = 3.0;
   bool every_pair = true;
-  bool rotation = false;
-  bool scale = false;
-  int min_matches = 50;
-  bool keyframe = false;
-  int gap_frames = 1;
+  /// Smallest number of matches; with fewer, the filter abstains.
+  static constexpr int kMinMatches = 50;
 
   /// Parameters of Bian et al. 2017.
   static GmsFilterParams published();
 
   static const FieldTable<GmsFilterParams>& fields();
-  GmsParams statistics() const { return {grid_cells, matches_per_cell, factor, every_pair, rotation, scale}; }
+  GmsParams statistics() const { return {grid_cells, kMatchesPerCell, factor, every_pair, false, false}; }
 };
 
 /// Rejects features whose match has too little support from the matches around it
@@ -46,10 +44,10 @@ struct GmsFilterParams {
 ///           to the 3 x 3 cells around the target.
 ///           The mean number of matches in these cells is n (filters/detail/grid_motion_statistics.hpp).
 /// Needs:    correspondences of any kind.
-/// Abstains: without a match, and with fewer than min_matches.
+/// Abstains: without a match, and with fewer than 50.
 /// Blind to: large movers, whose matches support each other; motion within a cell.
-/// State:    none; the pipeline keeps gap_frames frames.
-/// Cost:     about 0.05 ms for 1000 matches, 8 times that with rotation, 5 times with scale.
+/// State:    none; the pipeline keeps the last frame.
+/// Cost:     about 0.05 ms for 1000 matches.
 class GmsFilter final : public NamedFilter<GmsFilter> {
  public:
   using Params = GmsFilterParams;
@@ -59,7 +57,7 @@ class GmsFilter final : public NamedFilter<GmsFilter> {
 
   explicit GmsFilter(Params params = Params());
 
-  Needs needs() const override { return {Input::Correspondence, Input::None, params_.gap_frames}; }
+  Needs needs() const override { return {Input::Correspondence, Input::None, 1}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;
 
@@ -91,19 +89,11 @@ inline const FieldTable<GmsFilterParams>& GmsFilterParams::fields() {
   static const FieldTable<P> table{
       integer("grid_cells", &P::grid_cells, "cells", {0, 40},
               "grid cells per side (published 20); 0: chosen from the number of matches"),
-      real("matches_per_cell", &P::matches_per_cell, "matches", {0.1, 1000},
-           "mean matches per cell if grid_cells is 0, within 4 to 20 cells per side"),
       real("factor", &P::factor, "", {0, 100},
            "a match needs this times sqrt(n) supporters, n being the mean number of matches in a cell "
            "(published 6)"),
       flag("every_pair", &P::every_pair,
            "judge every match; false, as published: only matches to the most frequent partner of a cell"),
-      flag("rotation", &P::rotation, "test eight rotations between the images and keep the best"),
-      flag("scale", &P::scale, "test five scale ratios between the images, 1/2 to 2, and keep the best"),
-      integer("min_matches", &P::min_matches, "matches", {1, 100000},
-              "smallest number of matches; with fewer, the filter abstains"),
-      flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-      integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
   };
   return table;
 }
@@ -113,10 +103,10 @@ inline GmsFilter::GmsFilter(Params params) : params_(params), statistics_(params
 }
 
 inline void GmsFilter::apply(const Evidence& evidence, Votes& votes) {
-  const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+  const Match& match = evidence.match({});
   if (match.reference == nullptr) return votes.note("no earlier frame");
   const std::size_t matches = match.correspondences.count();
-  if (matches < static_cast<std::size_t>(params_.min_matches))
+  if (matches < static_cast<std::size_t>(Params::kMinMatches))
     return votes.note("too few matches: ", matches);
   const std::vector<cv::Point2f>& then = match.correspondences.reference_px;
   const cv::Size size = image_size(evidence.frame(), evidence.pixels(), then);

@@ -27,10 +27,11 @@ struct MapPointBeliefParams {
   double initial = 0.5;
   double hit = 0.9;
   double threshold = 0.5;
-  std::vector<int> labels;
-  double dilate_px = 0;
+  /// Distance from the mask up to which a feature counts as on it.
+  static constexpr double kDilate_px = 0;
   int max_age_frames = 15;
-  int forget_frames = 300;
+  /// Frames without an observation after which a map point is forgotten.
+  static constexpr int kForgetFrames = 300;
 
   static const FieldTable<MapPointBeliefParams>& fields();
 };
@@ -47,7 +48,7 @@ struct MapPointBeliefParams {
 ///           Between masks, the last beliefs decide.
 /// Abstains: on features without a map point, and at a belief of exactly `threshold`.
 /// Blind to: classes that the network does not detect; whether the object moves at all.
-/// State:    one belief per map point observed in the last forget_frames.
+/// State:    one belief per map point observed in the last 300 frames.
 ///           The pipeline keeps max_age_frames frames for late masks.
 /// Cost:     about 0.1 us per feature; 10 us with a mask for 1000 features.
 class MapPointBeliefFilter final : public NamedFilter<MapPointBeliefFilter> {
@@ -76,7 +77,7 @@ class MapPointBeliefFilter final : public NamedFilter<MapPointBeliefFilter> {
 
   void learn(const Evidence& evidence, const MaskInput& mask, Votes& votes);
 
-  /// Null: never observed, or not within `forget_frames`, also where the filter did not run meanwhile.
+  /// Null: never observed, or not within kForgetFrames, also where the filter did not run meanwhile.
   Belief* recent(std::int64_t point, std::int64_t now);
 
   /// Runs every 32 frames, so that its cost is negligible.
@@ -94,14 +95,9 @@ inline const FieldTable<MapPointBeliefParams>& MapPointBeliefParams::fields() {
       real("hit", &P::hit, "", {0.5, 0.999},
            "probability that a mask is right: on it for moving points, off it for static ones"),
       real("threshold", &P::threshold, "", {0, 1}, "dynamic above this belief, static below"),
-      integers("labels", &P::labels, {0, 255}, "labels that may move; empty: all except 0"),
-      real("dilate_px", &P::dilate_px, "px", {0, 200},
-           "distance from the mask up to which a feature counts as on it"),
       integer(
           "max_age_frames", &P::max_age_frames, "frames", {0, 100},
           "largest age of a mask; features are matched back to the frame of an older mask up to this age"),
-      integer("forget_frames", &P::forget_frames, "frames", {1, 1000000},
-              "frames without an observation after which a map point is forgotten"),
   };
   return table;
 }
@@ -137,7 +133,7 @@ inline void MapPointBeliefFilter::learn(const Evidence& evidence, const MaskInpu
   const LateResult late = LateResult::matched_mask(evidence, id, params_.max_age_frames, votes);
   if (!late.usable()) return;
   last_mask_ = id;
-  const MaskLookup lookup(mask.labels, image_size(evidence.frame()), params_.labels);
+  const MaskLookup lookup(mask.labels, image_size(evidence.frame()));
   const double step = log_odds(params_.hit);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const std::int64_t point = evidence.frame().map_point_ids[i];
@@ -145,7 +141,7 @@ inline void MapPointBeliefFilter::learn(const Evidence& evidence, const MaskInpu
     recent(point, evidence.frame().id);
     Belief& belief =
         beliefs_.try_emplace(point, Belief{log_odds(params_.initial), evidence.frame().id}).first->second;
-    const bool on = lookup.near(late.then_px(i), params_.dilate_px);
+    const bool on = lookup.near(late.then_px(i), Params::kDilate_px);
     belief.log_odds = std::clamp(belief.log_odds + (on ? step : -step), -kMaxLogOdds, kMaxLogOdds);
     belief.seen = evidence.frame().id;
   }
@@ -154,7 +150,7 @@ inline void MapPointBeliefFilter::learn(const Evidence& evidence, const MaskInpu
 inline MapPointBeliefFilter::Belief* MapPointBeliefFilter::recent(std::int64_t point, std::int64_t now) {
   const auto known = beliefs_.find(point);
   if (known == beliefs_.end()) return nullptr;
-  if (now - known->second.seen <= params_.forget_frames) return &known->second;
+  if (now - known->second.seen <= Params::kForgetFrames) return &known->second;
   beliefs_.erase(known);
   return nullptr;
 }
@@ -162,7 +158,7 @@ inline MapPointBeliefFilter::Belief* MapPointBeliefFilter::recent(std::int64_t p
 inline void MapPointBeliefFilter::forget(std::int64_t now) {
   if (now % 32 != 0) return;
   for (auto it = beliefs_.begin(); it != beliefs_.end();)
-    it = now - it->second.seen > params_.forget_frames ? beliefs_.erase(it) : std::next(it);
+    it = now - it->second.seen > Params::kForgetFrames ? beliefs_.erase(it) : std::next(it);
 }
 
 }  // namespace dynfilter

@@ -19,11 +19,10 @@ namespace dynfilter {
 
 struct MultiModelParams {
   double chance = 0.003;
-  int max_models = 20;
-  int iterations = 500;
-  int neighbours = 8;
-  bool keyframe = false;
-  int gap_frames = 1;
+  static constexpr int kMaxModels = 20;    ///< Largest number of homographies.
+  static constexpr int kIterations = 500;  ///< RANSAC samples per homography.
+  /// A sample is a match and two of this many nearest matches.
+  static constexpr int kNeighbours = 8;
 
   static const FieldTable<MultiModelParams>& fields();
 };
@@ -39,7 +38,7 @@ struct MultiModelParams {
 /// Needs:    correspondences.
 /// Abstains: without correspondence, and if no homography has support.
 /// Blind to: movers, by design; mismatches that agree with each other (repeated texture).
-/// State:    none; the pipeline keeps gap_frames frames.
+/// State:    none; the pipeline keeps the last frame.
 /// Cost:     about 3 ms for 300 matches, a third of them wrong.
 class MultiModelFilter final : public NamedFilter<MultiModelFilter> {
  public:
@@ -49,7 +48,7 @@ class MultiModelFilter final : public NamedFilter<MultiModelFilter> {
 
   explicit MultiModelFilter(Params params = Params());
 
-  Needs needs() const override { return {Input::Correspondence, Input::Camera, params_.gap_frames}; }
+  Needs needs() const override { return {Input::Correspondence, Input::Camera, 1}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;
 
@@ -75,12 +74,6 @@ inline const FieldTable<MultiModelParams>& MultiModelParams::fields() {
   static const FieldTable<P> table{
       real("chance", &P::chance, "", {1e-6, 0.5},
            "probability that a wrong match agrees with a homography by chance"),
-      integer("max_models", &P::max_models, "homographies", {1, 1000}, "largest number of homographies"),
-      integer("iterations", &P::iterations, "samples", {1, 1000000}, "RANSAC samples per homography"),
-      integer("neighbours", &P::neighbours, "matches", {2, 1000},
-              "a sample is a match and two of this many nearest matches"),
-      flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
-      integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
   };
   return table;
 }
@@ -90,7 +83,7 @@ inline MultiModelFilter::MultiModelFilter(Params params) : params_(params), mode
 }
 
 inline void MultiModelFilter::apply(const Evidence& evidence, Votes& votes) {
-  const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+  const Match& match = evidence.match({});
   if (match.reference == nullptr) return votes.note("no earlier frame");
   collect(evidence, match);
   matches_.clear();
@@ -111,9 +104,9 @@ inline void MultiModelFilter::apply(const Evidence& evidence, Votes& votes) {
 inline SequentialHomographiesOptions MultiModelFilter::options(const Params& p) {
   SequentialHomographiesOptions o;
   o.chance = p.chance;
-  o.max_models = p.max_models;
-  o.iterations = p.iterations;
-  o.neighbours = p.neighbours;
+  o.max_models = Params::kMaxModels;
+  o.iterations = Params::kIterations;
+  o.neighbours = Params::kNeighbours;
   return o;
 }
 

@@ -21,7 +21,6 @@ struct SemanticBoxParams {
   SemanticRole role = SemanticRole::Prior;
   std::vector<std::string> classes = moving_classes();
   double min_score = 0.4;
-  double expand_px = 0;
   int max_age_frames = 30;
   BoxRefinement refine = BoxRefinement::None;
   double foreground_margin_m = 0.15;
@@ -32,7 +31,7 @@ struct SemanticBoxParams {
 /// Rejects or marks features inside detector boxes of classes that may move
 /// (RTS-SLAM sec. 3.2; also SG-SLAM and YOLO-SLAM).
 ///
-/// Formula:  p in a box of a class in `classes` with score >= min_score, grown by expand_px.
+/// Formula:  p in a box of a class in `classes` with score >= min_score.
 ///           With `refine`, also z(p) <= foreground depth of the box + foreground_margin_m.
 /// Needs:    boxes. Boxes of an older frame need correspondences, `refine` needs depth.
 /// Votes:    role reject: Dynamic inside. role prior: marks suspects.
@@ -73,7 +72,6 @@ inline const FieldTable<SemanticBoxParams>& SemanticBoxParams::fields() {
       semantic_role("role", &P::role),
       words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
       real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that is used"),
-      real("expand_px", &P::expand_px, "px", {0, 1000}, "margin added to each side of a box"),
       integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
               "largest age of boxes; boxes of an older frame are carried to this one up to this age"),
       box_refinement("refine", &P::refine),
@@ -97,7 +95,7 @@ inline void SemanticBoxFilter::apply(const Evidence& evidence, Votes& votes) {
 
 inline void SemanticBoxFilter::judge(const Evidence& evidence, const Detection& detection,
                                      const LateResult& late, Votes& votes) {
-  const cv::Rect2f box = features_in_box(evidence, detection.box, params_.expand_px, late, scratch_, inside_);
+  const cv::Rect2f box = features_in_box(evidence, detection.box, 0, late, scratch_, inside_);
   const double farthest_m =
       box_foreground_m(evidence, box, inside_, params_.refine, params_.foreground_margin_m, scratch_);
   for (const std::size_t i : inside_) {

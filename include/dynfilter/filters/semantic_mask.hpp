@@ -22,17 +22,16 @@ enum class MaskSource {
   Mask,      ///< FrameView::mask
   Instances  ///< masks of the detections
 };
-enum class OffMask { Unknown, Static };
 
 struct SemanticMaskParams {
   SemanticRole role = SemanticRole::Prior;
   MaskSource source = MaskSource::Mask;
   std::vector<int> labels;
   std::vector<std::string> classes = moving_classes();
-  double min_score = 0.4;
+  /// Smallest score of a detection that is used, for source instances.
+  static constexpr double kMinScore = 0.4;
   double dilate_px = 5;
   int max_age_frames = 30;
-  OffMask off_mask = OffMask::Unknown;
 
   static const FieldTable<SemanticMaskParams>& fields();
 };
@@ -45,7 +44,7 @@ struct SemanticMaskParams {
 ///           Masks of an older frame need correspondences.
 /// Votes:    role reject: Dynamic, with a lower score in the margin than on the mask.
 ///           role prior: marks suspects.
-///           Static only with `off_mask: static`, because networks miss objects.
+///           Never Static, because networks miss objects.
 /// Abstains: without a mask, if it is unusable, and if it is older than max_age_frames.
 /// Blind to: classes that the network does not detect; whether the object moves at all.
 /// State:    none; the pipeline carries late masks.
@@ -73,7 +72,6 @@ class SemanticMaskFilter final : public NamedFilter<SemanticMaskFilter>, public 
 
   void judge_instances(const Evidence& evidence, Votes& votes);
 
-  void clear(const Evidence& evidence, const LateResult& late, Votes& votes) const;
 
   void judge(const Evidence& evidence, const MaskLookup& mask, const LateResult& late, float score,
              Votes& votes);
@@ -91,14 +89,10 @@ inline const FieldTable<SemanticMaskParams>& SemanticMaskParams::fields() {
       integers("labels", &P::labels, {0, 255}, "labels that may move, for source mask; empty: all except 0"),
       words("classes", &P::classes,
             "names of the classes that may move, for source instances; empty: all classes"),
-      real("min_score", &P::min_score, "", {0, 1},
-           "smallest score of a detection that is used, for source instances"),
       real("dilate_px", &P::dilate_px, "px", {0, 200},
            "distance from the mask up to which a feature counts as on it (DynaSLAM: 15)"),
       integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
               "largest age of masks; masks of an older frame are carried to this one up to this age"),
-      choice("off_mask", &P::off_mask, {{"unknown", OffMask::Unknown}, {"static", OffMask::Static}},
-             "vote for features off the mask"),
   };
   return table;
 }
@@ -111,7 +105,6 @@ inline void SemanticMaskFilter::apply(const Evidence& evidence, Votes& votes) {
   if (params_.source == MaskSource::Mask) {
     const LateResult late = LateResult::mask(evidence, params_.max_age_frames, votes);
     if (!late.usable()) return;
-    clear(evidence, late, votes);
     judge(evidence, MaskLookup(late.labels(), image_size(evidence.frame()), params_.labels), late, 1, votes);
   } else {
     judge_instances(evidence, votes);
@@ -121,11 +114,10 @@ inline void SemanticMaskFilter::apply(const Evidence& evidence, Votes& votes) {
 inline void SemanticMaskFilter::judge_instances(const Evidence& evidence, Votes& votes) {
   const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes, "masks");
   if (!late.usable()) return;
-  const DetectionFilter filter{params_.classes, {}, params_.min_score};
+  const DetectionFilter filter{params_.classes, {}, Params::kMinScore};
   bool any = late.detections().empty();
   for (const Detection& detection : late.detections()) any = any || !detection.mask.empty();
   if (!any) return votes.note("the detections have no masks");
-  clear(evidence, late, votes);
   for (const Detection& detection : late.detections()) {
     if (!filter.accepts(detection)) continue;
     const MaskLookup mask(detection.mask, image_size(evidence.frame()));
@@ -134,12 +126,6 @@ inline void SemanticMaskFilter::judge_instances(const Evidence& evidence, Votes&
     else
       votes.note("a detection without a usable mask");
   }
-}
-
-inline void SemanticMaskFilter::clear(const Evidence& evidence, const LateResult& late, Votes& votes) const {
-  if (params_.off_mask == OffMask::Unknown) return;
-  for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (late.found(i)) votes.cast(i, Vote::Static);
 }
 
 inline void SemanticMaskFilter::judge(const Evidence& evidence, const MaskLookup& mask,

@@ -33,16 +33,16 @@ enum class TrajectoryThreshold {
 struct TrajectoryConsistencyParams {
   TrajectoryMode mode = TrajectoryMode::Rigid;
   TrajectoryThreshold threshold = TrajectoryThreshold::Noise;
-  double max_chi2 = 16.0;
+  /// Threshold noise: largest chi-square of a static feature, 3 degrees of freedom.
+  static constexpr double kMaxChi2 = 16.0;
   double pixel_sigma_px = 0.6;
-  double depth_sigma_factor = 2.0;
+  /// Threshold noise: factor on the standard deviation of the depth noise model.
+  static constexpr double kDepthSigmaFactor = 2.0;
   bool measured_noise = false;
   double alpha_m = 0.015;
   double beta = 0.003;
-  double min_displacement_m = 0;
   double max_displacement_m = 0;
-  double max_depth_m = 6.0;
-  bool keyframe = false;
+  static constexpr double kMaxDepth_m = 6.0;  ///< Largest depth of a feature that is judged.
   int gap_frames = 1;
   MotionSource motion = MotionSource::Seeds;
 
@@ -58,10 +58,10 @@ struct TrajectoryConsistencyParams {
 ///           under flow noise, depth noise and the uncertainty of the motion.
 ///           With measured_noise, the first two are at least those of this frame's seeds
 ///           (geometry/neighbour_noise.hpp, geometry/rigid_misses.hpp), and the motion is refitted under them.
-///           Mode rigid also limits |R P_r + t - P_t| to [min_displacement_m, max_displacement_m]
+///           Mode rigid also limits |R P_r + t - P_t| to max_displacement_m
 ///           (Zhou et al. eq. 1-2).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses.
-/// Abstains: without depth or correspondence, beyond max_depth_m, and without a camera motion.
+/// Abstains: without depth or correspondence, beyond 6 m, and without a camera motion.
 /// Blind to: motion below the depth camera's noise over the gap;
 ///           everything if the motion was fitted on movers.
 /// State:    none; the pipeline keeps gap_frames frames.
@@ -114,14 +114,15 @@ class TrajectoryConsistencyFilter final : public NamedFilter<TrajectoryConsisten
   static double displacement_m(const RigidMotion& motion, const Match& match, const Evidence& evidence,
                                std::size_t i);
   /// True if the displacement is within the range of an object.
-  /// Votes Static if it is smaller.
-  bool possible(double moved_m, Votes& votes, std::size_t i) const;
+  bool possible(double moved_m) const {
+    return params_.max_displacement_m <= 0 || moved_m <= params_.max_displacement_m;
+  }
 
   static void cast(Votes& votes, std::size_t i, double distance, double limit) {
     votes.cast(i, distance > limit ? Vote::Dynamic : Vote::Static, suspicion(distance, limit));
   }
 
-  static constexpr float kNeighbours_px = 30;  ///< whose misses are compared
+  static constexpr float kNeighbours_px = 30;  ///< Whose misses are compared.
   static constexpr int kRefits = 2;            ///< on TUM frames a third changes next to nothing
 
   Params params_;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <opencv2/core/mat.hpp>
@@ -9,12 +8,12 @@
 
 namespace dynfilter {
 
+/// All 0 to kMax_px. A host that hardly finds features near movers needs a smaller radius_px.
 struct MaskedImageParams {
-  double radius_px = 14;
-  double keep_radius_px = 7;
-  double feather_px = 4;
-
-  static const FieldTable<MaskedImageParams>& fields();
+  static constexpr double kMax_px = 500;
+  double radius_px = 14;      ///< surroundings of a rejected feature of octave 0; 1.2 times more per octave
+  double keep_radius_px = 7;  ///< surroundings that a kept feature protects
+  double feather_px = 4;      ///< width of the soft edge of what is painted over
 };
 
 /// Hands a verdict to a host that nobody can patch: the images that it is given show nothing where features
@@ -22,6 +21,7 @@ struct MaskedImageParams {
 /// there. Buffers are kept: nothing is allocated while the image size stays the same.
 class MaskedImage {
  public:
+  /// Throws ConfigError if a parameter is out of range.
   explicit MaskedImage(const MaskedImageParams& params = MaskedImageParams());
 
   /// CV_8UC1, 255 on what was rejected. `keypoints`: the features that the verdict is about, in the order of

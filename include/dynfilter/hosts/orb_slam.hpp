@@ -113,7 +113,7 @@ class OrbSlam {
     if (!params_.enabled) return moved;
     FrameView view = view_of_known(frame);
     if (!orb_slam::is_fisheye(frame))
-      view.covisible_keyframes = keyframe_reader_.read(keyframes, params_.covisible_keyframes);
+      view.covisible_keyframes = keyframe_reader_.read(keyframes, OrbSlamParams::kCovisibleKeyframes);
     judge(view, CallPoint::AtKeyframe, params_.min_features);
     for (std::size_t i = 0; i < verdict_.size() && i < frame.mvpMapPoints.size(); ++i)
       if (!verdict_.keep(i) && frame.mvpMapPoints[i] != nullptr) moved.push_back(frame.mvpMapPoints[i]);

@@ -19,10 +19,13 @@ namespace dynfilter {
 struct PoseChangeParams {
   double min_translation_m = 0.10;
   double min_rotation_deg = 10;
+  /// Other criteria count only after motion; false: motion alone is a criterion. Not a key: code sets it.
   bool require_motion = false;
-  int min_gap_frames = 1;
+  int min_gap_frames = 1;  ///< Smallest gap between two keyframes. Not a key: code sets it.
   int max_gap_frames = 20;
-  double min_shared_share = 0.75;
+  /// Share of the last keyframe's points below which a frame becomes a keyframe.
+  static constexpr double kMinSharedShare = 0.75;
+  /// Number of dynamic features above which a keyframe is marked cut_dynamic. Not a key: code sets it.
   int max_dynamic_features = 300;
 
   static const FieldTable<PoseChangeParams>& fields();
@@ -64,21 +67,12 @@ class PoseChangeSelector final : public KeyframeSelector {
 
 inline const FieldTable<PoseChangeParams>& PoseChangeParams::fields() {
   using P = PoseChangeParams;
-  static const FieldTable<P> table{
-      real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
-           "distance from the last keyframe that counts as motion"),
-      real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
-           "rotation from the last keyframe that counts as motion"),
-      flag("require_motion", &P::require_motion,
-           "other criteria count only after motion; false: motion alone is a criterion"),
-      integer("min_gap_frames", &P::min_gap_frames, "frames", {1, 1000000},
-              "smallest gap between two keyframes"),
-      integer("max_gap_frames", &P::max_gap_frames, "frames", {1, 1000000},
-              "gap after which a frame becomes a keyframe"),
-      real("min_shared_share", &P::min_shared_share, "", {0, 1},
-           "share of the last keyframe's points below which a frame becomes a keyframe"),
-      integer("max_dynamic_features", &P::max_dynamic_features, "", {0, 1000000},
-              "number of dynamic features above which a keyframe is marked cut_dynamic")};
+  static const FieldTable<P> table{real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
+                                        "distance from the last keyframe that counts as motion"),
+                                   real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
+                                        "rotation from the last keyframe that counts as motion"),
+                                   integer("max_gap_frames", &P::max_gap_frames, "frames", {1, 1000000},
+                                           "gap after which a frame becomes a keyframe")};
   return table;
 }
 
@@ -102,7 +96,7 @@ inline bool PoseChangeSelector::is_due(const FrameSummary& frame, const std::vec
   const bool far =
       moved.translation_m >= params_.min_translation_m || moved.rotation_deg >= params_.min_rotation_deg;
   const bool few = static_cast<double>(shared_points(last_->points, points)) <
-                   params_.min_shared_share * static_cast<double>(last_->points.size());
+                   PoseChangeParams::kMinSharedShare * static_cast<double>(last_->points.size());
   const bool late = gap >= params_.max_gap_frames;
   reason = far ? KeyframeReason::Moved : few ? KeyframeReason::FewShared : KeyframeReason::Gap;
   return params_.require_motion ? far && (few || late) : far || few || late;

@@ -24,14 +24,27 @@ namespace dynfilter {
 struct VertexCoverParams {
   double min_translation_m = 0.05;
   double min_rotation_deg = 5;
-  int grid_columns = 8, grid_rows = 6;
+  static constexpr int kGridRows = 6;  ///< Rows of the image grid.
+  /// Columns of the image grid that measures the spread of features.
+  static constexpr int kGridColumns = 8;
+  /// Share of grid cells with features that makes a frame a candidate (the paper: evenly distributed). Not a
+  /// key: code sets it.
   double min_occupied_share = 0.7;
+  /// Smallest gap between candidates that qualify by spread only (the paper: 1). Not a key: code sets it.
   int min_spread_gap_frames = 4;
+  /// Number of candidates that are solved together. Not a key: code sets it.
   int min_candidates = 12;
+  /// Longest wait of a candidate, after which a smaller batch is solved. Not a key: code sets it.
   int max_wait_frames = 150;
+  /// Number of shared points that makes an edge. Not a key: code sets it.
   int min_shared_points = 15;
+  /// Smallest share of the points of the frame with fewer points for an edge (the paper: 0). Not a key: code
+  /// sets it.
   double min_shared_share = 0;
+  /// Select frames without an edge, which no cover contains (the paper: false). Not a key: code sets it.
   bool keep_isolated = true;
+  /// Number of dynamic features above which a keyframe is replaced by a cleaner neighbour or marked
+  /// cut_dynamic. Not a key: code sets it.
   int max_dynamic_features = 300;
 
   static const FieldTable<VertexCoverParams>& fields();
@@ -114,33 +127,10 @@ class VertexCoverSelector final : public KeyframeSelector {
 
 inline const FieldTable<VertexCoverParams>& VertexCoverParams::fields() {
   using P = VertexCoverParams;
-  constexpr int kMany = 1000000;
-  static const FieldTable<P> table{
-      real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
-           "distance from the last candidate that makes a frame a candidate"),
-      real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
-           "rotation from the last candidate that makes a frame a candidate"),
-      integer("grid_columns", &P::grid_columns, "cells", {1, 1000},
-              "columns of the image grid that measures the spread of features"),
-      integer("grid_rows", &P::grid_rows, "cells", {1, 1000}, "rows of the image grid"),
-      real("min_occupied_share", &P::min_occupied_share, "", {0, 1},
-           "share of grid cells with features that makes a frame a candidate (the paper: evenly "
-           "distributed)"),
-      integer("min_spread_gap_frames", &P::min_spread_gap_frames, "frames", {1, kMany},
-              "smallest gap between candidates that qualify by spread only (the paper: 1)"),
-      integer("min_candidates", &P::min_candidates, "frames", {1, 2000},
-              "number of candidates that are solved together"),
-      integer("max_wait_frames", &P::max_wait_frames, "frames", {1, kMany},
-              "longest wait of a candidate, after which a smaller batch is solved"),
-      integer("min_shared_points", &P::min_shared_points, "", {1, kMany},
-              "number of shared points that makes an edge"),
-      real("min_shared_share", &P::min_shared_share, "", {0, 1},
-           "smallest share of the points of the frame with fewer points for an edge (the paper: 0)"),
-      flag("keep_isolated", &P::keep_isolated,
-           "select frames without an edge, which no cover contains (the paper: false)"),
-      integer("max_dynamic_features", &P::max_dynamic_features, "", {0, kMany},
-              "number of dynamic features above which a keyframe is replaced by a cleaner neighbour or "
-              "marked cut_dynamic")};
+  static const FieldTable<P> table{real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
+                                        "distance from the last candidate that makes a frame a candidate"),
+                                   real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
+                                        "rotation from the last candidate that makes a frame a candidate")};
   return table;
 }
 
@@ -193,7 +183,8 @@ inline bool VertexCoverSelector::is_candidate(const FrameSummary& frame) const {
   if (moved.translation_m >= params_.min_translation_m || moved.rotation_deg >= params_.min_rotation_deg)
     return true;
   return id_gap(frame.id, last_candidate_->first) >= params_.min_spread_gap_frames &&
-         occupied_share(frame, params_.grid_columns, params_.grid_rows) >= params_.min_occupied_share;
+         occupied_share(frame, VertexCoverParams::kGridColumns, VertexCoverParams::kGridRows) >=
+             params_.min_occupied_share;
 }
 
 inline std::vector<const VertexCoverSelector::Candidate*> VertexCoverSelector::vertices() const {

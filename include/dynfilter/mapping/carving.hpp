@@ -38,30 +38,30 @@ class Carving {
 
   static constexpr std::int32_t kReach = 2;
   const VoxelMap& map_;
-  CarveParams params_;
+  int min_views_;
   std::vector<std::uint8_t> gone_;
 };
 
 inline Carving::Carving(const VoxelMap& map, const CarveParams& params)
-    : map_(map), params_(params), gone_(map.size(), 0) {
+    : map_(map), min_views_(params.min_views), gone_(map.size(), 0) {
   if (!params.enabled) return;
   std::vector<std::uint32_t> open;
   for (std::uint32_t i = 0; i < map.size(); ++i) {
     gone_[i] = seen_through(map.votes()[i]) ? 1 : 0;
     if (gone_[i] != 0) open.push_back(i);
   }
-  if (params.spread_max_seen > 0) spread(open);
+  spread(open);
 }
 
 inline bool Carving::seen_through(const VoxelVotes& v) const {
   const int through = v.through + v.old_through;
-  return through >= params_.min_views && seen(v) < params_.seen_per_through * through;
+  return through >= min_views_ && seen(v) < CarveParams::kSeenPerThrough * through;
 }
 
 inline void Carving::spread(std::vector<std::uint32_t>& open) {
   for (std::size_t next = 0; next < open.size(); ++next)
     for_each_neighbour(open[next], [&](std::uint32_t i) {
-      if (gone_[i] != 0 || seen(map_.votes()[i]) > params_.spread_max_seen || !outnumbered(i)) return;
+      if (gone_[i] != 0 || seen(map_.votes()[i]) > CarveParams::kSpreadMaxSeen || !outnumbered(i)) return;
       gone_[i] = 1;
       open.push_back(i);
     });
@@ -73,7 +73,7 @@ inline bool Carving::outnumbered(std::uint32_t i) const {
     ++all;
     gone += gone_[j];
   });
-  return gone > 0 && gone >= params_.spread_share * all;
+  return gone > 0 && gone >= CarveParams::kSpreadShare * all;
 }
 
 template <class F>

@@ -158,11 +158,11 @@ inline void DepthCut::add_features(const cv::Mat& depth_m, const MapFrame& frame
   if (moving_features_.m.empty()) return;
   locate(depth_m, frame.camera, frame.still_px, still_features_);
   outvote();
-  dbscan_.run(moving_features_.m, {params_.cluster_eps_m, params_.cluster_min_points}, clusters_);
+  dbscan_.run(moving_features_.m, {CutParams::kClusterEps_m, CutParams::kClusterMinPoints}, clusters_);
   seeds_.clear();
   for (std::size_t i = 0; i < moving_features_.m.size(); ++i)
     if (clusters_.label[i] >= 0) seeds_.push_back(moving_features_.px[i]);
-  grow(depth_m, frame.camera, params_.grow_reach_m, still_features_.px);
+  grow(depth_m, frame.camera, CutParams::kGrowReach_m, still_features_.px);
 }
 
 inline void DepthCut::locate(const cv::Mat& depth_m, const Camera& camera, Span<const cv::Point2f> pixels,
@@ -188,8 +188,8 @@ inline void DepthCut::outvote() {
   points_.insert(points_.end(), still_features_.m.begin(), still_features_.m.end());
   balance_.assign(all, 0);
   for (std::size_t i = 0; i < all; ++i) balance_[i] = i < moving ? 1 : -1;
-  const auto eps = static_cast<float>(params_.cluster_eps_m);
-  neighbours_.build(points_, params_.cluster_eps_m, 1);
+  const auto eps = static_cast<float>(CutParams::kClusterEps_m);
+  neighbours_.build(points_, CutParams::kClusterEps_m, 1);
   neighbours_.for_each_pair(eps * eps, [&](std::uint32_t a, std::uint32_t b) {
     const std::uint32_t i = neighbours_.index(a), j = neighbours_.index(b);
     balance_[i] += j < moving ? 1 : -1;
@@ -214,7 +214,6 @@ void DepthCut::keep(Features& features, const F& kept) {
 inline void DepthCut::find_edges(const cv::Mat& depth_m) {
   edges_.create(depth_m.size(), CV_8UC1);
   edges_.setTo(0);
-  if (params_.max_step_share <= 0) return;
   steps_.resize(static_cast<std::size_t>(depth_m.cols));
   for (int y = 0; y < depth_m.rows; ++y) {
     const float* z = depth_m.ptr<float>(y);
@@ -231,7 +230,7 @@ inline void DepthCut::find_edges(const cv::Mat& depth_m) {
 }
 
 inline void DepthCut::find_steps(const float* a, const float* b, int n) {
-  const DepthJump jump(params_.max_step_share);
+  const DepthJump jump(CutParams::kMaxStepShare);
   std::uint8_t* __restrict step = steps_.data();
   for (int i = 0; i < n; ++i) step[i] = static_cast<std::uint8_t>(-static_cast<int>(jump(a[i], b[i])));
 }

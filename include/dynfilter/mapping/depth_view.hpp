@@ -34,7 +34,7 @@ class DepthView {
 
   /// `depth_m`: CV_32FC1, 0: no depth. `moving`: CV_8UC1 of its size, not 0: moving.
   /// Moving pixels show free space in front of them, but no static surface.
-  void build(const cv::Mat& depth_m, const cv::Mat& moving, const Camera& camera, const CarveParams& params);
+  void build(const cv::Mat& depth_m, const cv::Mat& moving, const Camera& camera);
   std::size_t bytes() const { return blocks_.capacity() * sizeof(Block); }
 
   /// Calls f(index, seen, through) for the voxels of a map from `begin`.
@@ -82,7 +82,7 @@ class DepthView {
     /// True if z exceeds every depth by more than the noise.
     /// It then also holds between two such distances, because the noise grows quadratically.
     bool beyond_all(double z) const {
-      return z - view_.farthest_m_ > margin_m_ + view_.params_.noise_sigmas * DepthNoise().sigma_m(z) + 0.01;
+      return z - view_.farthest_m_ > margin_m_ + CarveParams::kNoiseSigmas * DepthNoise().sigma_m(z) + 0.01;
     }
 
     const DepthView& view_;
@@ -124,16 +124,13 @@ class DepthView {
   void judge(std::size_t n, double leaf_m, Projected& voxels) const;
 
   Camera camera_;
-  CarveParams params_;
   int columns_ = 0, rows_ = 0;
   double farthest_m_ = 0;
   std::vector<Block> blocks_ = std::vector<Block>(1);  ///< plus one block for voxels out of view
 };
 
-inline void DepthView::build(const cv::Mat& depth_m, const cv::Mat& moving, const Camera& camera,
-                             const CarveParams& params) {
+inline void DepthView::build(const cv::Mat& depth_m, const cv::Mat& moving, const Camera& camera) {
   camera_ = camera;
-  params_ = params;
   columns_ = depth_m.cols / kBlockPx;
   rows_ = depth_m.rows / kBlockPx;
   const std::size_t n = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
@@ -149,7 +146,7 @@ inline void DepthView::build(const cv::Mat& depth_m, const cv::Mat& moving, cons
 }
 
 inline DepthView::Sight::Sight(const DepthView& view, double leaf_m, const Pose& T)
-    : view_(view), leaf_m_(leaf_m), R_(T.R()), t_(T.t()), margin_m_(view.params_.margin_m + leaf_m) {
+    : view_(view), leaf_m_(leaf_m), R_(T.R()), t_(T.t()), margin_m_(CarveParams::kMargin_m + leaf_m) {
   const Camera& c = view.camera_;
   const double width = view.columns_ * kBlockPx, height = view.rows_ * kBlockPx;
   left_ = -(c.cx_px + 0.5) / c.fx_px, right_ = left_ + width / c.fx_px;
@@ -199,7 +196,7 @@ inline void DepthView::summarise(const cv::Mat& depth_m, const cv::Mat& moving, 
   const std::size_t b = at(bx, by);
   if (measured * 4 >= kBlockPx * kBlockPx * 3) {
     const double z = static_cast<double>(nearest);
-    own[b] = in_units(z - params_.noise_sigmas * DepthNoise().sigma_m(z));
+    own[b] = in_units(z - CarveParams::kNoiseSigmas * DepthNoise().sigma_m(z));
   }
   if (still > 0)
     blocks_[b].low = in_units(static_cast<double>(low)),
@@ -282,8 +279,8 @@ inline void DepthView::distort(std::size_t n, Projected& voxels) const {
 
 inline DYNFILTER_AS_CALLER void DepthView::judge(std::size_t n, double leaf_m, Projected& voxels) const {
   const auto unit_m = static_cast<float>(kUnitM),
-             margin_m = static_cast<float>(params_.margin_m + kHalfDiagonal * leaf_m),
-             sigmas = static_cast<float>(params_.noise_sigmas);
+             margin_m = static_cast<float>(CarveParams::kMargin_m + kHalfDiagonal * leaf_m),
+             sigmas = static_cast<float>(CarveParams::kNoiseSigmas);
   const DepthNoise noise;
   const auto base_m = static_cast<float>(noise.base_m), per_m = static_cast<float>(noise.quadratic_per_m),
              offset_m = static_cast<float>(noise.offset_m);

@@ -19,13 +19,20 @@ enum class BoxCut {
 
 /// How moving objects and unreliable depths are removed from a depth image (depth_cut.hpp).
 struct CutParams {
+  /// What is removed for boxes of moving classes without a mask. Not a key: code sets it.
   BoxCut boxes = BoxCut::Foreground;
   std::vector<std::string> moving_classes = dynfilter::moving_classes();
-  double cluster_eps_m = 0.3;
-  int cluster_min_points = 4;
-  double grow_reach_m = 0.6;
+  /// Radius of the neighbourhood in which dynamic features form a cluster.
+  static constexpr double kClusterEps_m = 0.3;
+  /// Smallest number of dynamic features that makes a moving object.
+  static constexpr int kClusterMinPoints = 4;
+  /// Largest distance of an object's pixels from its features; 0: no limit.
+  static constexpr double kGrowReach_m = 0.6;
+  /// Width of the rim around moving objects that is also removed. Not a key: code sets it.
   int band_px = 6;
-  double max_step_share = 0.02;
+  /// Depth step to the next pixel, beyond the noise, that counts as a depth jump; 0: no detection.
+  static constexpr double kMaxStepShare = 0.02;
+  /// Width of the rim that is removed on both sides of a depth jump. Not a key: code sets it.
   int edge_px = 1;
 
   static const FieldTable<CutParams>& fields();
@@ -34,20 +41,29 @@ struct CutParams {
 /// When measured free space removes points (depth_view.hpp).
 struct CarveParams {
   bool enabled = true;
-  double margin_m = 0.05;
-  double noise_sigmas = 3;
+  /// Smallest distance between a point and the surface behind it that is seen through it.
+  static constexpr double kMargin_m = 0.05;
+  /// Standard deviations of the depth noise that are added to the margin.
+  static constexpr double kNoiseSigmas = 3;
+  /// Smallest number of keyframes that must see through a point.
   int min_views = 1;
-  double seen_per_through = 3;
-  int spread_max_seen = 2;
-  double spread_share = 0.2;
+  /// A point is hidden if fewer keyframes see its surface than this times those that see through it.
+  static constexpr double kSeenPerThrough = 3;
+  /// Largest number of observations of a point that is removed with its neighbours; 0: no such removal.
+  static constexpr int kSpreadMaxSeen = 2;
+  /// Smallest share of removed neighbours within two voxels that removes such a point.
+  static constexpr double kSpreadShare = 0.2;
 
   static const FieldTable<CarveParams>& fields();
 };
 
 /// Statistical outlier removal (outliers.hpp).
 struct OutlierParams {
-  bool enabled = true;
+  bool enabled = true;  ///< Remove isolated voxels. Not a key: code sets it.
+  /// Number of nearest neighbours whose distance is averaged. Not a key: code sets it.
   int neighbours = 8;
+  /// A voxel is isolated if its mean distance exceeds the mean of all voxels by this many standard
+  /// deviations. Not a key: code sets it.
   double sigmas = 3;
 
   static const FieldTable<OutlierParams>& fields();
@@ -56,9 +72,12 @@ struct OutlierParams {
 /// Alignment of a keyframe with the map before fusion (registration.hpp).
 struct RegistrationParams {
   bool enabled = false;
+  /// Largest correction of the position that is accepted. Not a key: code sets it.
   double max_correction_m = 0.05;
-  double max_correction_deg = 3;
-  int min_points = 300;
+  /// Largest correction of the rotation that is accepted.
+  static constexpr double kMaxCorrection_deg = 3;
+  /// Smallest number of point pairs; with fewer, the keyframe is not aligned.
+  static constexpr int kMinPoints = 300;
 
   static const FieldTable<RegistrationParams>& fields();
 };
@@ -67,6 +86,8 @@ struct RegistrationParams {
 struct MappingParams {
   double leaf_m = 0.02;
   int max_voxels = 2000000;
+  /// Memory for keyframes that can be removed or moved; beyond it, the oldest become permanent. Not a key:
+  /// code sets it.
   double max_keyframe_mb = 512;
   double min_depth_m = 0.3;
   double max_depth_m = 5;
@@ -87,22 +108,7 @@ void check_mapping(const MappingParams& p, const std::string& path = "mapping");
 inline const FieldTable<CutParams>& CutParams::fields() {
   using P = CutParams;
   static const FieldTable<P> table{
-      choice("moving_boxes", &P::boxes,
-             {{"ignore", BoxCut::Ignore}, {"foreground", BoxCut::Foreground}, {"all", BoxCut::All}},
-             "what is removed for boxes of moving classes without a mask"),
       words("moving_classes", &P::moving_classes, "names of the detection classes that may move"),
-      real("cluster_eps_m", &P::cluster_eps_m, "m", {0.001, 100},
-           "radius of the neighbourhood in which dynamic features form a cluster"),
-      integer("cluster_min_points", &P::cluster_min_points, "", {1, 1000},
-              "smallest number of dynamic features that makes a moving object"),
-      real("grow_reach_m", &P::grow_reach_m, "m", {0, 100},
-           "largest distance of an object's pixels from its features; 0: no limit"),
-      integer("band_px", &P::band_px, "px", {0, 100},
-              "width of the rim around moving objects that is also removed"),
-      real("max_step_share", &P::max_step_share, "of the depth", {0, 10},
-           "depth step to the next pixel, beyond the noise, that counts as a depth jump; 0: no detection"),
-      integer("edge_px", &P::edge_px, "px", {0, 20},
-              "width of the rim that is removed on both sides of a depth jump"),
   };
   return table;
 }
@@ -111,33 +117,15 @@ inline const FieldTable<CarveParams>& CarveParams::fields() {
   using P = CarveParams;
   static const FieldTable<P> table{
       flag("carve", &P::enabled, "remove points that other keyframes see through"),
-      real("carve_margin_m", &P::margin_m, "m", {0, 100},
-           "smallest distance between a point and the surface behind it that is seen through it"),
-      real("carve_noise_sigmas", &P::noise_sigmas, "", {0, 100},
-           "standard deviations of the depth noise that are added to the margin"),
       integer("carve_min_views", &P::min_views, "", {1, 1000},
               "smallest number of keyframes that must see through a point"),
-      real("seen_per_through", &P::seen_per_through, "", {0, 1e6},
-           "a point is hidden if fewer keyframes see its surface than this times those that see through it"),
-      integer("spread_max_seen", &P::spread_max_seen, "", {0, 65535},
-              "largest number of observations of a point that is removed with its neighbours; 0: no such "
-              "removal"),
-      real("spread_share", &P::spread_share, "", {0, 1},
-           "smallest share of removed neighbours within two voxels that removes such a point"),
   };
   return table;
 }
 
 inline const FieldTable<OutlierParams>& OutlierParams::fields() {
   using P = OutlierParams;
-  static const FieldTable<P> table{
-      flag("outliers", &P::enabled, "remove isolated voxels"),
-      integer("outlier_neighbours", &P::neighbours, "", {1, 64},
-              "number of nearest neighbours whose distance is averaged"),
-      real("outlier_sigmas", &P::sigmas, "", {0, 1000},
-           "a voxel is isolated if its mean distance exceeds the mean of all voxels by this many standard "
-           "deviations"),
-  };
+  static const FieldTable<P> table{};
   return table;
 }
 
@@ -145,12 +133,6 @@ inline const FieldTable<RegistrationParams>& RegistrationParams::fields() {
   using P = RegistrationParams;
   static const FieldTable<P> table{
       flag("register_keyframes", &P::enabled, "align each keyframe with the map before fusion"),
-      real("max_correction_m", &P::max_correction_m, "m", {0, 10},
-           "largest correction of the position that is accepted"),
-      real("max_correction_deg", &P::max_correction_deg, "deg", {0, 90},
-           "largest correction of the rotation that is accepted"),
-      integer("registration_min_points", &P::min_points, "", {20, 2000},
-              "smallest number of point pairs; with fewer, the keyframe is not aligned"),
   };
   return table;
 }
@@ -162,8 +144,6 @@ inline const FieldTable<MappingParams>& MappingParams::fields() {
         real("leaf_m", &P::leaf_m, "m", {0.001, 10}, "edge of a voxel"),
         integer("max_voxels", &P::max_voxels, "", {1000, 100000000},
                 "largest number of voxels; beyond it, the leaf doubles"),
-        real("max_keyframe_mb", &P::max_keyframe_mb, "MB", {0, 1e6},
-             "memory for keyframes that can be removed or moved; beyond it, the oldest become permanent"),
         real("min_depth_m", &P::min_depth_m, "m", {0, 1000}, "smallest depth that is used"),
         real("max_depth_m", &P::max_depth_m, "m", {0.01, 1000}, "largest depth that is used"),
         words("key_classes", &P::key_classes, "classes of static objects that are kept at full density"),

@@ -45,7 +45,7 @@ class MapRegistration {
  private:
   static constexpr int kMaxRounds = 30, kReach = 2;
   static constexpr std::size_t kTried = 2000, kPlaneVoxels = 6;
-  static constexpr double kMinInformation = 0.02;  ///< of a pair, in its least certain direction
+  static constexpr double kMinInformation = 0.02;  ///< Of a pair, in its least certain direction.
   struct Plane {
     bool flat = false;
     Eigen::Vector3d at{0, 0, 0}, normal{0, 0, 0};
@@ -208,7 +208,8 @@ inline void MapRegistration::sum_up(Normal& normal) const {
 }
 
 inline bool MapRegistration::solve(const Normal& normal, std::array<double, 6>& step) const {
-  if (normal.pairs < static_cast<std::size_t>(params_.min_points) || normal.pairs * 3 < normal.tried)
+  if (normal.pairs < static_cast<std::size_t>(RegistrationParams::kMinPoints) ||
+      normal.pairs * 3 < normal.tried)
     return false;
   std::array<double, 36> variance{};
   if (!dynfilter::detail::invert_positive_definite(normal.A.data(), variance.data(), 6)) return false;
@@ -225,7 +226,8 @@ inline bool MapRegistration::within_bounds(const Eigen::Matrix3d& R, const Eigen
                                            const Pose& given) const {
   const double moved_m = (t - given.t()).norm();
   const double turned_rad = Eigen::AngleAxisd(R * given.R().transpose()).angle();
-  return moved_m <= params_.max_correction_m && turned_rad <= params_.max_correction_deg * 3.14159265 / 180;
+  return moved_m <= params_.max_correction_m &&
+         turned_rad <= RegistrationParams::kMaxCorrection_deg * 3.14159265 / 180;
 }
 
 }  // namespace dynfilter::mapping

@@ -159,7 +159,7 @@ class StaticMap {
   void make_room(MapReport& report);
 
   static constexpr float kFarthestM = 65;              ///< range of DepthView
-  static constexpr std::size_t kMaxKeyframes = 60000;  ///< votes count up to 65535
+  static constexpr std::size_t kMaxKeyframes = 60000;  ///< Votes count up to 65535.
 
   MappingParams params_;
   DepthCut cut_;
@@ -352,7 +352,7 @@ inline void StaticMap::fuse(const MapFrame& frame, MapReport& report) {
   for (const Neighbour& neighbour : neighbours_)
     if (frames_seen_ + frames_since_key_ + 1 - neighbour.number <= params_.key_window)
       append_in(*keyframe, neighbour);
-  keyframe->view.build(depth_m_, cut_.moving(), frame.camera, params_.carve);
+  keyframe->view.build(depth_m_, cut_.moving(), frame.camera);
   align(*keyframe, report);
   report.points = keyframe->cloud.size();
   report.key_points = keyframe->key_cloud.size();

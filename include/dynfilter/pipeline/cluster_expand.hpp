@@ -36,10 +36,15 @@ struct ClusterExpandParams {
   ExpandSpace space = ExpandSpace::Points;
   double radius_m = 0.1;
   double radius_px = 20;
+  /// Smallest number of dynamic neighbours, for points and image. Not a key: code sets it.
   int min_neighbours = 2;
+  /// Smallest share of dynamic neighbours among those that are not unknown, for points and image. Not a key:
+  /// code sets it.
   double min_share = 0.5;
+  /// How often newly added features are grown again, for points and image. Not a key: code sets it.
   int rounds = 3;
-  double max_step_share = 0.015;
+  /// Relative depth step between neighbouring pixels that counts as an edge, for depth.
+  static constexpr double kMaxStepShare = 0.015;
   double max_reach_m = 0.5;
 
   static const FieldTable<ClusterExpandParams>& fields();
@@ -98,14 +103,6 @@ inline const FieldTable<ClusterExpandParams>& ClusterExpandParams::fields() {
              "points uses neighbours in 3-D, image neighbours in pixels, depth grows over the depth image"),
       real("radius_m", &P::radius_m, "m", {1e-3, 10}, "radius of the neighbourhood, for space points"),
       real("radius_px", &P::radius_px, "px", {1, 1000}, "radius of the neighbourhood, for space image"),
-      integer("min_neighbours", &P::min_neighbours, "features", {1, 1000},
-              "smallest number of dynamic neighbours, for points and image"),
-      real("min_share", &P::min_share, "", {0, 1},
-           "smallest share of dynamic neighbours among those that are not unknown, for points and image"),
-      integer("rounds", &P::rounds, "", {1, 100},
-              "how often newly added features are grown again, for points and image"),
-      real("max_step_share", &P::max_step_share, "", {0, 1},
-           "relative depth step between neighbouring pixels that counts as an edge, for depth"),
       real("max_reach_m", &P::max_reach_m, "m", {0, 100},
            "largest 3-D distance from a dynamic feature, for depth; 0: no limit"),
   };
@@ -115,7 +112,7 @@ inline const FieldTable<ClusterExpandParams>& ClusterExpandParams::fields() {
 inline ClusterExpandStage::ClusterExpandStage(std::string path, Stages children, Params params)
     : Combinator(kName, std::move(path), std::move(children)),
       params_(params),
-      growth_({params.max_step_share, params.max_reach_m}) {
+      growth_({Params::kMaxStepShare, params.max_reach_m}) {
   check_parameters(params_, this->path());
 }
 

@@ -24,9 +24,13 @@ namespace dynfilter {
 struct DepthLayersParams {
   double max_gap_m = 0.2;
   int min_points = 4;
+  /// Smallest share of the stage's dynamic features in a layer that counts as an object. Not a key: code sets
+  /// it.
   double min_share = 0.2;
+  /// Margin around a layer's features in the image. Not a key: code sets it.
   double margin_px = 10;
-  double margin_m = 0.1;
+  /// Margin before and behind a layer's features in depth.
+  static constexpr double kMargin_m = 0.1;
 
   static const FieldTable<DepthLayersParams>& fields();
 };
@@ -78,10 +82,6 @@ inline const FieldTable<DepthLayersParams>& DepthLayersParams::fields() {
       real("max_gap_m", &P::max_gap_m, "m", {0, 10}, "smallest depth gap between two layers"),
       integer("min_points", &P::min_points, "features", {1, 1000},
               "smallest number of dynamic features in a layer that counts as an object"),
-      real("min_share", &P::min_share, "", {0, 1},
-           "smallest share of the stage's dynamic features in a layer that counts as an object"),
-      real("margin_px", &P::margin_px, "px", {0, 1000}, "margin around a layer's features in the image"),
-      real("margin_m", &P::margin_m, "m", {0, 10}, "margin before and behind a layer's features in depth"),
   };
   return table;
 }
@@ -143,7 +143,7 @@ inline void DepthLayersStage::find_layers(FrameEvidence& evidence, const Votes& 
 }
 
 inline void DepthLayersStage::add_layer(FrameEvidence& evidence, std::size_t begin, std::size_t end) {
-  const auto px = static_cast<float>(params_.margin_px), m = static_cast<float>(params_.margin_m);
+  const auto px = static_cast<float>(params_.margin_px), m = static_cast<float>(Params::kMargin_m);
   Layer layer;
   for (std::size_t k = begin; k < end; ++k) layer.add(evidence.pixels()[order_[k]]);
   layer.left -= px, layer.top -= px, layer.right += px, layer.bottom += px;

@@ -102,7 +102,7 @@ inline Needs ObjectVoteStage::needs() const {
   Needs all = Combinator::needs();
   all.optional = all.optional | ObjectRegions::input(params_.region) | Input::Depth | Input::Correspondence;
   all.history_frames =
-      std::max(all.history_frames, LateResult::history_frames(params_.region.max_age_frames));
+      std::max(all.history_frames, LateResult::history_frames(ObjectRegionParams::kMaxAgeFrames));
   return all;
 }
 

@@ -24,7 +24,8 @@ struct FloorParams {
   int min_features = 50;         ///< absolute count
   double min_share = 0;          ///< share of the frame's features
   double min_grid_coverage = 0;  ///< share of the occupied grid cells that must keep a feature
-  int grid_columns = 8, grid_rows = 6;
+  int grid_rows = 6;             ///< Rows of the grid. Not a key: code sets it.
+  int grid_columns = 8;          ///< Columns of the grid. Not a key: code sets it.
   /// Keep all features when the floor is reached, instead of just enough.
   bool restore_all = false;
 

@@ -26,8 +26,9 @@ namespace dynfilter {
 struct TemporalParams {
   double reliability = 0.75;
   double memory = 0.8;
-  double threshold = 0.5;
-  int forget_frames = 300;
+  double threshold = 0.5;  ///< Dynamic above this belief, static below. Not a key: code sets it.
+  /// Frames without an observation after which a map point is forgotten.
+  static constexpr int kForgetFrames = 300;
 
   static const FieldTable<TemporalParams>& fields();
 };
@@ -80,9 +81,6 @@ inline const FieldTable<TemporalParams>& TemporalParams::fields() {
       real("reliability", &P::reliability, "", {0.5, 0.999}, "probability that the stage's vote is right"),
       real("memory", &P::memory, "", {0, 1},
            "share of the log-odds that is kept to the next frame; 1: no forgetting"),
-      real("threshold", &P::threshold, "", {0.01, 0.99}, "dynamic above this belief, static below"),
-      integer("forget_frames", &P::forget_frames, "frames", {1, 1000000},
-              "frames without an observation after which a map point is forgotten"),
   };
   return table;
 }
@@ -148,7 +146,7 @@ inline void TemporalStage::remember(const FrameEvidence& evidence) {
     if (frame.map_point_ids[i] >= 0 && odds_[i] != 0) points_[frame.map_point_ids[i]] = {odds_[i], frame.id};
   if (frame.id % 32 != 0) return;
   for (auto it = points_.begin(); it != points_.end();)
-    it = id_gap(frame.id, it->second.seen) > params_.forget_frames ? points_.erase(it) : std::next(it);
+    it = id_gap(frame.id, it->second.seen) > Params::kForgetFrames ? points_.erase(it) : std::next(it);
 }
 
 }  // namespace dynfilter

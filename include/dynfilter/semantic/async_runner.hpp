@@ -93,7 +93,7 @@ std::unique_ptr<SemanticRunner> make_runner(std::unique_ptr<SemanticProvider> pr
 inline AsyncRunner::AsyncRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params,
                                 Clock clock)
     : params_(params), clock_(std::move(clock)), state_(std::make_shared<State>()) {
-  check_parameters(params_, "runner");
+  check_runner(params_);
   state_->provider = std::move(provider);
   state_->clock = clock_;
   worker_ = std::thread([state = state_] { work(*state); });

@@ -41,12 +41,16 @@ inline cv::Mat merged_masks(const std::vector<Detection>& detections, cv::Size i
 
 struct BoxMaskParams {
   std::vector<std::string> classes = moving_classes();
-  double min_score = 0.4;
-  double expand_share = 0.05;
-  double margin_m = 0.15;
-  double max_reach_m = 0.5;
-  double max_step_share = 0.02;
-  int close_px = 4;
+  static constexpr double kMinScore = 0.4;  ///< Smallest score of a box that gets a mask.
+  /// Margin beyond each side of the box, as a share of its size, that the object may cover.
+  static constexpr double kExpandShare = 0.05;
+  /// Depth margin behind the nearer surface of the box that still belongs to the object.
+  static constexpr double kMargin_m = 0.15;
+  /// Largest depth difference between a part and the middle of the object.
+  static constexpr double kMaxReach_m = 0.5;
+  /// Relative depth step between neighbouring pixels that separates two surfaces.
+  static constexpr double kMaxStepShare = 0.02;
+  int close_px = 4;  ///< Radius of gaps that are closed. Not a key: code sets it.
 
   static const FieldTable<BoxMaskParams>& fields();
 };
@@ -124,16 +128,6 @@ inline const FieldTable<BoxMaskParams>& BoxMaskParams::fields() {
   using P = BoxMaskParams;
   static const FieldTable<P> table{
       words("classes", &P::classes, "names of the classes with masks; empty: all classes"),
-      real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that gets a mask"),
-      real("expand_share", &P::expand_share, "", {0, 1},
-           "margin beyond each side of the box, as a share of its size, that the object may cover"),
-      real("margin_m", &P::margin_m, "m", {0, 10},
-           "depth margin behind the nearer surface of the box that still belongs to the object"),
-      real("max_reach_m", &P::max_reach_m, "m", {0, 10},
-           "largest depth difference between a part and the middle of the object"),
-      real("max_step_share", &P::max_step_share, "", {0, 1},
-           "relative depth step between neighbouring pixels that separates two surfaces"),
-      integer("close_px", &P::close_px, "px", {0, 50}, "radius of gaps that are closed"),
   };
   return table;
 }
@@ -149,7 +143,7 @@ inline void BoxMasks::add(std::vector<Detection>& detections, const cv::Mat& dep
   for (Detection& detection : detections) {
     const bool listed = params_.classes.empty() || std::find(params_.classes.begin(), params_.classes.end(),
                                                              detection.class_name) != params_.classes.end();
-    if (listed && detection.mask.empty() && static_cast<double>(detection.score) >= params_.min_score)
+    if (listed && detection.mask.empty() && static_cast<double>(detection.score) >= BoxMaskParams::kMinScore)
       detection.mask = mask_of(detection.box);
   }
 }
@@ -197,7 +191,7 @@ inline cv::Mat BoxMasks::mask_of(const cv::Rect2f& box) {
     }
     const auto middle = samples_.begin() + static_cast<std::ptrdiff_t>(samples_.size() / 2);
     std::nth_element(samples_.begin(), middle, samples_.end());
-    return grown(inner, pixels_of(box, params_.expand_share), *middle, farthest_m);
+    return grown(inner, pixels_of(box, BoxMaskParams::kExpandShare), *middle, farthest_m);
   }
   return {};
 }
@@ -207,13 +201,13 @@ inline float BoxMasks::surface_end_m(const cv::Rect& area, float nearest_m) {
   sample(area, [&](int, int, float z) {
     if (z > nearest_m) samples_.push_back(1 / z);
   });
-  return static_cast<float>(nearer_surface_m(samples_) + params_.margin_m);
+  return static_cast<float>(nearer_surface_m(samples_) + BoxMaskParams::kMargin_m);
 }
 
 inline cv::Mat BoxMasks::grown(const cv::Rect& seeds, const cv::Rect& area, float middle_m,
                                float farthest_m) {
   cv::Mat mask = cv::Mat::zeros(depth_.size(), CV_8UC1);
-  const auto reach_m = static_cast<float>(params_.max_reach_m);
+  const auto reach_m = static_cast<float>(BoxMaskParams::kMaxReach_m);
   const float from_m = middle_m - reach_m, to_m = std::min(middle_m + reach_m, farthest_m);
   open_.clear();
   const auto enter = [&](int x, int y) {
@@ -227,7 +221,7 @@ inline cv::Mat BoxMasks::grown(const cv::Rect& seeds, const cv::Rect& area, floa
   while (!open_.empty()) {
     const cv::Point p = open_.back();
     open_.pop_back();
-    const float z = at(p.x, p.y), max_step_m = static_cast<float>(params_.max_step_share) * z;
+    const float z = at(p.x, p.y), max_step_m = static_cast<float>(BoxMaskParams::kMaxStepShare) * z;
     for (const auto& [dx, dy] : kSteps) {
       const cv::Point q(p.x + dx, p.y + dy);
       if (!area.contains(q) || mask.at<std::uint8_t>(q) != 0) continue;

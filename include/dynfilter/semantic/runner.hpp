@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <memory>
@@ -20,13 +19,14 @@ enum class RunnerMode {
 
 struct RunnerParams {
   RunnerMode mode = RunnerMode::Async;
-  int late_frames = 3;
-  double rate_hz = 10;
-  double timeout_s = 5;
-  double shutdown_s = 1;
-
-  static const FieldTable<RunnerParams>& fields();
+  int late_frames = 3;    ///< delay of results, for Late, 0 to 1000
+  double rate_hz = 10;    ///< results per second, for Rate, 0.001 to 1000
+  double timeout_s = 5;   ///< after which a provider is abandoned, for Async, 0.001 to 3600
+  double shutdown_s = 1;  ///< longest wait of the destructor, for Async, 0 to 1
 };
+
+/// Throws ConfigError naming the first value that is out of range.
+void check_runner(const RunnerParams& params);
 
 /// Parses "async", "sync", "late:3" or "rate:2" (Hz). Throws ConfigError.
 RunnerParams parse_runner_mode(const std::string& text);

@@ -53,7 +53,7 @@ class SimulatedRunner final : public SemanticRunner {
 inline SimulatedRunner::SimulatedRunner(std::unique_ptr<SemanticProvider> provider,
                                         const RunnerParams& params)
     : provider_(std::move(provider)), params_(params) {
-  check_parameters(params_, "runner");
+  check_runner(params_);
   if (params_.mode == RunnerMode::Async) throw ConfigError("runner", "mode async is not simulated");
 }
 

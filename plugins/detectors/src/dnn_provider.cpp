@@ -39,8 +39,6 @@ const FieldTable<DnnParams>& DnnParams::fields() {
     t.push_back(real("max_overlap", &P::max_overlap, "", {0, 1},
                      "largest intersection over union of two boxes of one class; beyond it, the one with "
                      "the lower score is removed"));
-    t.push_back(real("min_foreground", &P::min_foreground, "", {-1e6, 1e6},
-                     "for class_scores with one class, the smallest foreground value of the map"));
     t.push_back(real("foreground_bias", &P::foreground_bias, "", {-1e6, 1e6},
                      "for class_scores, added to all classes except the background; for two classes of "
                      "logits, b selects pixels above probability 1 / (1 + e^b)"));
@@ -114,7 +112,7 @@ inline cv::Mat DnnProvider::label_image(const std::vector<cv::Mat>& outputs) {
   if (outputs.size() != 1)
     throw Error("it has " + std::to_string(outputs.size()) +
                 " outputs, expected one: name it with `outputs`");
-  decode_class_scores(outputs[0], classes_.size(), static_cast<float>(params_.min_foreground),
+  decode_class_scores(outputs[0], classes_.size(), kMinForeground,
                       static_cast<float>(params_.foreground_bias), labels_);
   if (classes_.size() > 1) {
     cv::Mat kept(1, 256, CV_8UC1, cv::Scalar(0));

@@ -29,20 +29,6 @@ DYNFILTER_INLINE const FieldTable<FlowParams>& FlowParams::fields() {
               "pyramid levels above the image; each doubles the largest motion that can be tracked"),
       integer("max_iterations", &FlowParams::max_iterations, "", {1, 100}, "maximum iterations per level"),
       real("epsilon_px", &FlowParams::epsilon_px, "px", {1e-4, 1}, "step length that ends the iterations"),
-      real("min_eigenvalue", &FlowParams::min_eigenvalue, "", {0, 1},
-           "smallest eigenvalue of the gradient matrix; patches with less texture are not tracked"),
-      choice("check", &FlowParams::check,
-             {{"none", FlowCheck::None},
-              {"residual", FlowCheck::Residual},
-              {"forward_backward", FlowCheck::ForwardBackward}},
-             "verification of a tracked point"),
-      real("max_residual", &FlowParams::max_residual, "", {0, 2},
-           "largest 1 - normalised cross-correlation of the patches, for any check except none; 2 disables "
-           "it"),
-      real("max_forward_backward_px", &FlowParams::max_forward_backward_px, "px", {0, 100},
-           "largest distance from the start after tracking back, for check forward_backward"),
-      integer("border_px", &FlowParams::border_px, "px", {0, 1000},
-              "smallest distance from the image border, in both frames"),
   };
   return table;
 }
@@ -52,12 +38,6 @@ DYNFILTER_INLINE const FieldTable<DescriptorMatchParams>& DescriptorMatchParams:
   static const FieldTable<P> table{
       real("search_radius_px", &P::search_radius_px, "px", {0.5, 10000},
            "radius around the expected position that is searched"),
-      integer("max_octave_difference", &P::max_octave_difference, "", {0, 100},
-              "largest octave difference of the two features"),
-      integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536},
-              "largest Hamming distance of a match"),
-      real("max_ratio", &P::max_ratio, "", {0, 1}, "largest ratio of the best to the second-best distance"),
-      flag("mutual", &P::mutual, "accept only matches that are the best in both directions"),
   };
   return table;
 }
@@ -73,8 +53,6 @@ DYNFILTER_INLINE const FieldTable<CorrespondenceParams>& CorrespondenceParams::f
              "source of correspondences; auto uses the host's matches, else flow, else descriptors"),
       real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000},
            "largest depth that is used; larger depths count as no depth"),
-      real("max_depth_edge", &P::max_depth_edge, "", {0, 10},
-           "largest relative depth difference to neighbouring pixels; beyond it, a pixel has no depth"),
       integer("threads", &P::threads, "", {1, 64},
               "how many of OpenCV's threads the guided flow may use; results do not depend on it"),
       group("flow", &P::flow, "parameters of pyramidal Lucas-Kanade flow"),

@@ -22,22 +22,7 @@
 namespace dynfilter {
 
 DYNFILTER_INLINE const FieldTable<BackgroundMotionParams>& BackgroundMotionParams::fields() {
-  using P = BackgroundMotionParams;
-  static const FieldTable<P> table{
-      real("slow_mps", &P::slow_mps, "m/s", {0.001, 100}, "speed of slow movers, standard deviation"),
-      real("fast_mps", &P::fast_mps, "m/s", {0.001, 100}, "speed of fast movers, standard deviation"),
-      real("moving_share", &P::moving_share, "", {1e-6, 0.5},
-           "share of features that move, before anything was measured"),
-      real("memory_s", &P::memory_s, "s", {0.001, 10}, "time constant of a track's belief"),
-      real("mobility_s", &P::mobility_s, "s", {0.001, 100},
-           "time constant of having moved: a mover that stops is not yet background"),
-      real("neighbour_px", &P::neighbour_px, "px", {1, 1000},
-           "radius of the neighbourhood whose evidence is averaged"),
-      real("neighbour_m", &P::neighbour_m, "m", {0, 10},
-           "largest difference in depth within a neighbourhood"),
-      real("prior_suspicion", &P::prior_suspicion, "nats", {0, 20},
-           "log-odds of motion that a prior suspect has in addition"),
-  };
+  static const FieldTable<BackgroundMotionParams> table;  // nothing that a user should have to set
   return table;
 }
 
@@ -154,7 +139,7 @@ inline float BackgroundMotionFilter::reach_m(double least_m, float depth_m) cons
 }
 
 inline void BackgroundMotionFilter::remember_mobility(const Evidence& evidence) {
-  const auto kept = static_cast<float>(portable::exp(-elapsed_s(1) / params_.mobility_s));
+  const auto kept = static_cast<float>(portable::exp(-elapsed_s(1) / Params::kMobility_s));
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const float now = belief_[i] > 0 ? confidence_weight() * (1 - portable::exp(-belief_[i])) : 0.0F;
     mobility_[i] = std::max(kept * mobility_[i], now);
@@ -308,8 +293,8 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   models_.clear();
   for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
     models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
-  const MovingOdds odds({params_.slow_mps, params_.fast_mps, params_.moving_share});
-  const auto kept = static_cast<float>(portable::exp(-elapsed_s(1) / params_.memory_s));
+  const MovingOdds odds({Params::kSlow_mps, Params::kFast_mps, Params::kMovingShare});
+  const auto kept = static_cast<float>(portable::exp(-elapsed_s(1) / Params::kMemory_s));
   open_views(evidence);
   seen_.assign(evidence.size(), 0);
   own_.resize(evidence.size());
@@ -384,7 +369,7 @@ inline void BackgroundMotionFilter::open_view(const Evidence& evidence, std::siz
   const PastFrame* frame = evidence.kept_frame(frame_ids_[gap]);
   if (frame == nullptr) return;
   FreeSpaceView::Model model;
-  model.moving_share = params_.moving_share;
+  model.moving_share = Params::kMovingShare;
   model.sigma_px = sigma_px(static_cast<int>(gap));
   model.depth_noise = noise(model.sigma_px).depth_noise;
   views_.emplace_back(*evidence.frame().camera, frame->depth, frame->depth_unit_m, between(gap, 0), model);
@@ -448,7 +433,7 @@ inline void BackgroundMotionFilter::set_rest_log_odds() {
   double moving = 0, all = 0;
   for (std::size_t i = 0; i < belief_.size(); ++i)
     if (seen_[i] != 0) moving += belief_[i] > 0 ? 1 : 0, all += 1;
-  const double share = std::clamp(all > 0 ? moving / all : 0.0, params_.moving_share, 0.5);
+  const double share = std::clamp(all > 0 ? moving / all : 0.0, Params::kMovingShare, 0.5);
   rest_log_odds_ = static_cast<float>(portable::log((1 - share) / share));
 }
 

@@ -36,11 +36,6 @@ DYNFILTER_INLINE const FieldTable<DepthConsistencyParams>& DepthConsistencyParam
            "largest relative deviation of a static feature (DeS-SLAM: 0.12, at keyframes 0.08)"),
       real("max_difference_m", &P::max_difference_m, "m", {0, 100},
            "largest depth difference of a static feature (DynaSLAM: 0.4, 0.6 in its code)"),
-      real("max_parallax_deg", &P::max_parallax_deg, "deg", {0, 180},
-           "largest angle between the rays of two views to the point; other views abstain (DynaSLAM: 30)"),
-      integer("patch_px", &P::patch_px, "px", {0, 50},
-              "radius of the patch whose depths separate edges from motion; 0: one pixel"),
-      real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "largest depth of a feature that is judged"),
       motion_source("motion", &P::motion),
   };
   return table;
@@ -80,7 +75,7 @@ DYNFILTER_INLINE double DepthConsistencyFilter::deviation(double predicted_m, do
 
 inline bool DepthConsistencyFilter::judgeable(const Evidence& evidence, std::size_t i) const {
   const float z = evidence.points_m()[i].z;
-  return evidence.judged(i) && valid_depth(z) && static_cast<double>(z) <= params_.max_depth_m;
+  return evidence.judged(i) && valid_depth(z) && static_cast<double>(z) <= Params::kMaxDepth_m;
 }
 
 inline void DepthConsistencyFilter::judge_by_frame(const Evidence& evidence, const Match& match,
@@ -115,10 +110,10 @@ inline void DepthConsistencyFilter::add_match(const cv::Point3f& now, double pre
 }
 
 inline bool DepthConsistencyFilter::beside_edge(const cv::Point3f& now, double predicted_m) const {
-  if (params_.patch_px == 0 || !here_.has_image()) return false;
+  if (!here_.has_image()) return false;
   double smallest = 0;
   return here_.look(
-             now, params_.patch_px, limit(),
+             now, Params::kPatch_px, limit(),
              [&](double z_m) { return deviation(z_m, predicted_m, predicted_m); },
              smallest) == SeenThere::Surface;
 }
@@ -128,7 +123,7 @@ inline void DepthConsistencyFilter::add_view(const Eigen::Vector3d& point_m, Opi
                           static_cast<float>(point_m.z()));
   double off = 0;
   const SeenThere seen = view_.look(
-      there, params_.patch_px, limit(), [&](double z_m) { return deviation(z_m, point_m.z(), point_m.z()); },
+      there, Params::kPatch_px, limit(), [&](double z_m) { return deviation(z_m, point_m.z(), point_m.z()); },
       off);
   if (seen == SeenThere::Surface) opinion.add(Vote::Static, off, limit());
   if (seen == SeenThere::Beyond) opinion.add(Vote::Dynamic, off, limit());
@@ -139,7 +134,7 @@ inline bool DepthConsistencyFilter::parallax_fits(const Eigen::Vector3d& point_m
   constexpr double kDegree = 3.14159265358979323846 / 180;
   const Eigen::Vector3d from_there = point_m - centre_m;
   const double cosine = point_m.dot(from_there) / (point_m.norm() * from_there.norm());
-  return cosine >= portable::cos(params_.max_parallax_deg * kDegree);
+  return cosine >= portable::cos(Params::kMaxParallax_deg * kDegree);
 }
 
 inline void DepthConsistencyFilter::judge_by_keyframes(const Evidence& evidence, Votes& votes) {

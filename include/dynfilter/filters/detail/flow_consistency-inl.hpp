@@ -18,22 +18,10 @@ namespace dynfilter {
 DYNFILTER_INLINE const FieldTable<FlowConsistencyParams>& FlowConsistencyParams::fields() {
   using P = FlowConsistencyParams;
   static const FieldTable<P> table{
-      real("limit", &P::limit, "sigma", {0, 1e6},
-           "largest deviation of a static feature's flow, in standard deviations"),
       real("max_gap_s", &P::max_gap_s, "s", {0, 100},
            "longest time over which flow is measured; less while most tracks are younger"),
-      integer("gap_frames", &P::gap_frames, "frames", {1, 300},
-              "longest gap over which flow is measured; the filter keeps its own tracks over it"),
-      real("memory_s", &P::memory_s, "s", {0, 1000}, "time constant of the average of a track's evidence"),
-      real("noise_px", &P::noise_px, "px", {0.001, 100},
-           "smallest noise of a flow; larger noise is measured"),
-      real("noise_of_flow", &P::noise_of_flow, "px/px", {0, 1}, "additional noise per pixel of flow"),
-      real("max_distance_px", &P::max_distance_px, "px", {0.01, 100},
-           "largest distance from its epipolar line of a point that supports a camera motion"),
       flag("ground", &P::ground,
            "groups that do not stand on the ground are dynamic; used only while the camera drives forward"),
-      real("focal_of_width", &P::focal_of_width, "widths", {0.1, 10},
-           "focal length in image widths if no camera is given"),
   };
   return table;
 }
@@ -41,7 +29,7 @@ DYNFILTER_INLINE const FieldTable<FlowConsistencyParams>& FlowConsistencyParams:
 DYNFILTER_INLINE FlowConsistencyFilter::FlowConsistencyFilter(Params params) : params_(params) {
   check_parameters(params_, kName);
   ViewMotionOptions options;
-  options.max_distance_px = params_.max_distance_px;
+  options.max_distance_px = Params::kMaxDistance_px;
   estimator_ = ViewMotionEstimator(options);
 }
 
@@ -79,12 +67,12 @@ inline ViewMotion FlowConsistencyFilter::TimedMotion::over(double other_s) const
 
 inline void FlowConsistencyFilter::follow(const Evidence& evidence) {
   const Match& match = evidence.match({false, 1});
-  tracks_ = &evidence.tracks({params_.gap_frames});
+  tracks_ = &evidence.tracks({Params::kGapFrames});
   passed_s_ = match.reference ? evidence.frame().timestamp_s - match.reference->timestamp_s : 0;
   if (!(passed_s_ > 0)) passed_s_ = kUnknown_s;
   for (double& age_s : ages_s_) age_s += passed_s_;
   ages_s_.insert(ages_s_.begin(), 0);
-  ages_s_.resize(std::min(ages_s_.size(), static_cast<std::size_t>(params_.gap_frames) + 1));
+  ages_s_.resize(std::min(ages_s_.size(), static_cast<std::size_t>(Params::kGapFrames) + 1));
   take_over_evidence();
   main_motion_.pass(passed_s_);
   ahead_.pass(passed_s_);
@@ -189,7 +177,7 @@ inline void FlowConsistencyFilter::set_view(const Evidence& evidence) {
   cells_.width_px = std::max(1.0, size.width);
   cells_.height_px = std::max(1.0, size.height);
   centre_ = {size.width / 2, size.height / 2};
-  focal_px_ = params_.focal_of_width * cells_.width_px;
+  focal_px_ = Params::kFocalOfWidth * cells_.width_px;
   y_scale_ = 1;
   if (!frame.camera || !frame.camera->valid()) return;
   centre_ = {frame.camera->cx_px, frame.camera->cy_px};
@@ -242,16 +230,16 @@ inline void FlowConsistencyFilter::group() {
 inline double FlowConsistencyFilter::measured_noise_px() {
   values_.clear();
   for (const Point& p : points_)
-    if (std::abs(p.flow.across_px) < params_.max_distance_px) values_.push_back(std::abs(p.flow.across_px));
-  return values_.empty() ? params_.noise_px
-                         : std::max(params_.noise_px, 1.48 * averaged_median_in_place(values_));
+    if (std::abs(p.flow.across_px) < Params::kMaxDistance_px) values_.push_back(std::abs(p.flow.across_px));
+  return values_.empty() ? Params::kNoise_px
+                         : std::max(Params::kNoise_px, 1.48 * averaged_median_in_place(values_));
 }
 
 inline double FlowConsistencyFilter::middle_inverse_depth() {
   in_cell_.build(static_cast<std::size_t>(cells_.count()), points_.size(), [&](std::size_t k) {
     const Point& p = points_[k];
     const bool agrees =
-        std::abs(p.flow.across_px) < params_.limit * noise_px_ && evidence_of(k).flow.value() < params_.limit;
+        std::abs(p.flow.across_px) < Params::kLimit * noise_px_ && evidence_of(k).flow.value() < Params::kLimit;
     return agrees ? static_cast<CellLists::Key>(cells_.of(p.pair.x, p.pair.y)) : CellLists::kNoCell;
   });
   values_.clear();
@@ -288,9 +276,9 @@ inline void FlowConsistencyFilter::weigh_flows() {
     }
     const double across = averaged_median_in_place(values_);
     const double wrong_way = wrong_way_px(points_[k], averaged_median_in_place(along_), middle);
-    const double sigma_px = portable::hypot(noise_px_, params_.noise_of_flow * points_[k].length_px);
+    const double sigma_px = portable::hypot(noise_px_, Params::kNoiseOfFlow * points_[k].length_px);
     evidence_of(k).flow.observe(std::min(portable::hypot(across, wrong_way) / sigma_px, kMaxSigmas),
-                                params_.memory_s);
+                                Params::kMemory_s);
   }
 }
 
@@ -312,7 +300,7 @@ inline void FlowConsistencyFilter::weigh_groups() {
 inline double FlowConsistencyFilter::share_of_suspects(std::size_t k) {
   const Span<const int> near = groups_.near(k);
   const auto suspects = std::count_if(near.begin(), near.end(), [&](int j) {
-    return evidence_of(static_cast<std::size_t>(j)).flow.value() > params_.limit;
+    return evidence_of(static_cast<std::size_t>(j)).flow.value() > Params::kLimit;
   });
   return near.empty() ? 0 : static_cast<double>(suspects) / static_cast<double>(near.size());
 }
@@ -337,14 +325,14 @@ inline void FlowConsistencyFilter::weigh_ground() {
                          p.pair.x,
                          p.pair.y,
                          line_length(p.flow),
-                         evidence_of(k).flow.value() < params_.limit});
+                         evidence_of(k).flow.value() < Params::kLimit});
   }
   const std::vector<std::optional<double>>& sigmas = ground_.compare(
-      grounded_, groups_, {gap_s_, cells_.height_px, focus_.y, noise_px_, params_.limit, kMaxSigmas});
+      grounded_, groups_, {gap_s_, cells_.height_px, focus_.y, noise_px_, Params::kLimit, kMaxSigmas});
   for (std::size_t k = 0; k < sigmas.size(); ++k) {
     ExpiringMean& off_ground = evidence_of(k).off_ground;
     if (sigmas[k])
-      off_ground.observe(*sigmas[k], params_.memory_s);
+      off_ground.observe(*sigmas[k], Params::kMemory_s);
     else if (off_ground.inferred())
       off_ground.reset();
   }
@@ -383,7 +371,7 @@ inline void FlowConsistencyFilter::spread(const Evidence& evidence) {
   for (std::size_t i = 0; i < n; ++i)
     if (judged_[i])
       excess_[i] = static_cast<float>(std::min(
-          portable::hypot(suspicion_[i], evidence_[i].off_ground.value()) - params_.limit, params_.limit));
+          portable::hypot(suspicion_[i], evidence_[i].off_ground.value()) - Params::kLimit, Params::kLimit));
   neighbours_.build(evidence.pixels(), depths_m_, static_cast<float>(kReach * cells_.width_px));
   neighbours_.lay_out(
       excess_around_, [&](std::size_t i) { return excess_[i]; },
@@ -404,7 +392,7 @@ inline void FlowConsistencyFilter::vote(const Evidence& evidence, Votes& votes) 
     const double excess = static_cast<double>(judged_[i] ? excess_[i] : mean_around(evidence, i));
     const Vote otherwise = judged_[i] ? Vote::Static : Vote::Unknown;
     votes.cast(i, excess > 0 ? Vote::Dynamic : otherwise,
-               suspicion(std::max(0.0, params_.limit + excess), params_.limit));
+               suspicion(std::max(0.0, Params::kLimit + excess), Params::kLimit));
   }
 }
 

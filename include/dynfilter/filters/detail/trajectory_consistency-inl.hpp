@@ -27,24 +27,16 @@ DYNFILTER_INLINE const FieldTable<TrajectoryConsistencyParams>& TrajectoryConsis
              {{"noise", TrajectoryThreshold::Noise}, {"metric", TrajectoryThreshold::Metric}},
              "noise tests chi-square under the depth camera's noise; metric tests against alpha_m + beta * "
              "depth"),
-      real("max_chi2", &P::max_chi2, "", {0, 1e6},
-           "threshold noise: largest chi-square of a static feature, 3 degrees of freedom"),
       real("pixel_sigma_px", &P::pixel_sigma_px, "px", {0.01, 100},
            "threshold noise: standard deviation of a correspondence, per axis"),
-      real("depth_sigma_factor", &P::depth_sigma_factor, "", {0.01, 100},
-           "threshold noise: factor on the standard deviation of the depth noise model"),
       flag("measured_noise", &P::measured_noise,
            "threshold noise: raises both to what this frame's matches show, and refits the motion with "
            "them"),
       real("alpha_m", &P::alpha_m, "m", {0, 10}, "threshold metric: tolerance at depth 0"),
       real("beta", &P::beta, "m/m", {0, 10}, "threshold metric: growth of the tolerance per metre of depth"),
-      real("min_displacement_m", &P::min_displacement_m, "m", {0, 100},
-           "smallest displacement of a dynamic feature in mode rigid, for any threshold"),
       real("max_displacement_m", &P::max_displacement_m, "m", {0, 100},
            "largest displacement that mode rigid judges, because larger ones are likely mismatches; 0: no "
            "limit"),
-      real("max_depth_m", &P::max_depth_m, "m", {0.1, 1000}, "largest depth of a feature that is judged"),
-      flag("keyframe", &P::keyframe, "compare with the last keyframe instead of gap_frames back"),
       integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
       motion_source("motion", &P::motion),
   };
@@ -56,7 +48,7 @@ DYNFILTER_INLINE TrajectoryConsistencyFilter::TrajectoryConsistencyFilter(Params
 }
 
 DYNFILTER_INLINE void TrajectoryConsistencyFilter::apply(const Evidence& evidence, Votes& votes) {
-  const Match& match = evidence.match({params_.keyframe, params_.gap_frames});
+  const Match& match = evidence.match({false, params_.gap_frames});
   if (match.reference == nullptr) return votes.note("no earlier frame");
   const std::optional<RigidMotion> motion = camera_motion(evidence, match, params_.motion, votes, seeds_);
   if (!motion) return;
@@ -70,7 +62,7 @@ inline bool TrajectoryConsistencyFilter::judgeable(const Evidence& evidence, con
                                                    std::size_t i) const {
   if (!evidence.judged(i) || !match.found(i) || !match.has_reference_point(i)) return false;
   const double z = static_cast<double>(evidence.points_m()[i].z);
-  return z <= params_.max_depth_m && static_cast<double>(match.reference_depth_m[i]) <= params_.max_depth_m;
+  return z <= Params::kMaxDepth_m && static_cast<double>(match.reference_depth_m[i]) <= Params::kMaxDepth_m;
 }
 
 inline void TrajectoryConsistencyFilter::judge_displacement(const Evidence& evidence, const Match& match,
@@ -88,7 +80,7 @@ inline void TrajectoryConsistencyFilter::judge_rigid(const Evidence& evidence, c
                                                      const RigidMotion& motion, Votes& votes) {
   if (params_.threshold == TrajectoryThreshold::Metric) return judge_metric(evidence, match, motion, votes);
   if (params_.measured_noise) return judge_measured(evidence, match, motion, votes);
-  judge_noise(evidence, match, motion, {params_.pixel_sigma_px, params_.depth_sigma_factor}, votes);
+  judge_noise(evidence, match, motion, {params_.pixel_sigma_px, Params::kDepthSigmaFactor}, votes);
 }
 
 inline void TrajectoryConsistencyFilter::judge_noise(const Evidence& evidence, const Match& match,
@@ -103,8 +95,8 @@ inline void TrajectoryConsistencyFilter::judge_noise(const Evidence& evidence, c
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!judgeable(evidence, match, i)) continue;
     const RigidResidual r = residual(match.reference_points_m[i], evidence.points_m()[i]);
-    if (r.valid && possible(displacement_m(motion, match, evidence, i), votes, i))
-      cast(votes, i, static_cast<double>(r.chi2), params_.max_chi2);
+    if (r.valid && possible(displacement_m(motion, match, evidence, i)))
+      cast(votes, i, static_cast<double>(r.chi2), Params::kMaxChi2);
   }
 }
 
@@ -120,7 +112,7 @@ inline void TrajectoryConsistencyFilter::judge_measured(const Evidence& evidence
   if (!noise) votes.note("noise: not measured, too few neighbours");
   Noise used = noise.value_or(Noise{0, 0});
   used.pixel_px = std::max(used.pixel_px, params_.pixel_sigma_px);
-  used.depth_factor = std::max(used.depth_factor, params_.depth_sigma_factor);
+  used.depth_factor = std::max(used.depth_factor, Params::kDepthSigmaFactor);
   judge_noise(evidence, match, motion, used, votes);
 }
 
@@ -160,7 +152,7 @@ inline void TrajectoryConsistencyFilter::judge_metric(const Evidence& evidence, 
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!judgeable(evidence, match, i)) continue;
     const double moved_m = displacement_m(motion, match, evidence, i);
-    if (possible(moved_m, votes, i)) cast(votes, i, moved_m, limit_m(match, evidence.points_m()[i], i));
+    if (possible(moved_m)) cast(votes, i, moved_m, limit_m(match, evidence.points_m()[i], i));
   }
 }
 
@@ -170,13 +162,6 @@ inline double TrajectoryConsistencyFilter::displacement_m(const RigidMotion& mot
   const cv::Point3f &then = match.reference_points_m[i], &now = evidence.points_m()[i];
   return (T.R() * Eigen::Vector3d(then.x, then.y, then.z) + T.t() - Eigen::Vector3d(now.x, now.y, now.z))
       .norm();
-}
-
-inline bool TrajectoryConsistencyFilter::possible(double moved_m, Votes& votes, std::size_t i) const {
-  if (params_.max_displacement_m > 0 && moved_m > params_.max_displacement_m) return false;
-  if (moved_m >= params_.min_displacement_m) return true;
-  votes.cast(i, Vote::Static, suspicion(moved_m, params_.min_displacement_m));
-  return false;
 }
 
 }  // namespace dynfilter

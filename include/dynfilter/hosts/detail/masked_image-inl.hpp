@@ -7,28 +7,18 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string>
 
 namespace dynfilter {
 
-DYNFILTER_INLINE const FieldTable<MaskedImageParams>& MaskedImageParams::fields() {
-  using P = MaskedImageParams;
-  static const FieldTable<P> table{
-      real("radius_px", &P::radius_px, "px", {0, 500},
-           "a rejected feature of octave 0 takes its surroundings with it up to here; 1.2 times more per "
-           "octave"),
-      real("keep_radius_px", &P::keep_radius_px, "px", {0, 500},
-           "a kept feature protects its surroundings up to here"),
-      real("feather_px", &P::feather_px, "px", {0, 100}, "width of the soft edge of what is painted over"),
-  };
-  return table;
-}
-
 DYNFILTER_INLINE MaskedImage::MaskedImage(const MaskedImageParams& params) : params_(params) {
-  check_parameters(params_, "masked_image");
+  for (const double px : {params.radius_px, params.keep_radius_px, params.feather_px})
+    if (!(px >= 0 && px <= MaskedImageParams::kMax_px))
+      throw ConfigError("masked_image", "expected 0 to 500 px, got " + std::to_string(px));
 }
 
 DYNFILTER_INLINE const cv::Mat& MaskedImage::mask(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,

@@ -36,7 +36,8 @@ struct OrbSlamParams {
   bool keep_first_frame = true;
   int min_features_before_map = -1;
   int min_features = 100;
-  int covisible_keyframes = 5;
+  /// Most keyframes that a new one is compared with: as many as share most of its points.
+  static constexpr int kCovisibleKeyframes = 5;
   std::vector<std::string> plugins;
   std::string boxes, masks;
   std::string detector;

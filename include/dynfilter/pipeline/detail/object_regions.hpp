@@ -142,12 +142,16 @@ enum class ObjectSource {
 struct ObjectRegionParams {
   ObjectSource objects = ObjectSource::Boxes;
   std::vector<std::string> classes, except_classes;
+  /// Smallest score of a detection that is used, for boxes and instances. Not a key: code sets it.
   double min_score = 0.4;
+  /// Labels that are used, for mask and components; empty: all except 0. Not a key: code sets it.
   std::vector<int> labels;
   double near_px = 0;
   BoxRefinement refine = BoxRefinement::None;
-  double foreground_margin_m = 0.15;
-  int max_age_frames = 30;
+  /// Depth margin behind the foreground's surface that still belongs to it.
+  static constexpr double kForegroundMargin_m = 0.15;
+  /// Largest age of objects; objects of an older frame are carried to this one up to this age.
+  static constexpr int kMaxAgeFrames = 30;
 
   static const FieldTable<ObjectRegionParams>& fields();
 };
@@ -214,16 +218,8 @@ inline const FieldTable<ObjectRegionParams>& ObjectRegionParams::fields() {
             "names of the classes that are used, for boxes and instances; empty: all classes"),
       words("except_classes", &P::except_classes,
             "names of the classes that are excluded, for boxes and instances"),
-      real("min_score", &P::min_score, "", {0, 1},
-           "smallest score of a detection that is used, for boxes and instances"),
-      integers("labels", &P::labels, {0, 255},
-               "labels that are used, for mask and components; empty: all except 0"),
       real("near_px", &P::near_px, "px", {0, 200}, "distance from the object up to which votes count for it"),
       box_refinement("refine", &P::refine),
-      real("foreground_margin_m", &P::foreground_margin_m, "m", {0, 10},
-           "depth margin behind the foreground's surface that still belongs to it"),
-      integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-              "largest age of objects; objects of an older frame are carried to this one up to this age"),
   };
   return table;
 }
@@ -233,8 +229,8 @@ inline void ObjectRegions::find(const Evidence& evidence, const ObjectRegionPara
   const FrameView& frame = evidence.frame();
   const bool detections = input(params) == Input::Detections;
   if (detections ? !frame.detections : !frame.mask) return votes.note("no " + to_string(input(params)));
-  const LateResult late = detections ? LateResult::boxes(evidence, params.max_age_frames, votes)
-                                     : LateResult::mask(evidence, params.max_age_frames, votes);
+  const LateResult late = detections ? LateResult::boxes(evidence, ObjectRegionParams::kMaxAgeFrames, votes)
+                                     : LateResult::mask(evidence, ObjectRegionParams::kMaxAgeFrames, votes);
   if (!late.usable()) return;
   if (detections) return find_detections(evidence, params, late, visitor);
   const MaskLookup mask(late.labels(), image_size(frame), params.labels);
@@ -264,8 +260,8 @@ inline void ObjectRegions::find_box(const Evidence& evidence, const cv::Rect2f& 
                                     const ObjectRegionParams& params, const LateResult& late,
                                     ObjectRegion& object) {
   const cv::Rect2f box = features_in_box(evidence, given, 0, late, scratch_, object.inside);
-  const double farthest_m =
-      box_foreground_m(evidence, box, object.inside, params.refine, params.foreground_margin_m, scratch_);
+  const double farthest_m = box_foreground_m(evidence, box, object.inside, params.refine,
+                                             ObjectRegionParams::kForegroundMargin_m, scratch_);
   const auto behind = [&](std::size_t i) { return static_cast<double>(evidence.depths_m()[i]) > farthest_m; };
   object.inside.erase(std::remove_if(object.inside.begin(), object.inside.end(), behind),
                       object.inside.end());

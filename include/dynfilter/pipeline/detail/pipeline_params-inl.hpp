@@ -28,8 +28,6 @@ DYNFILTER_INLINE const FieldTable<FloorParams>& FloorParams::fields() {
       real("min_share", &P::min_share, "", {0, 1}, "smallest share of the frame's features to keep"),
       real("min_grid_coverage", &P::min_grid_coverage, "", {0, 1},
            "smallest share of the occupied grid cells that keep a feature"),
-      integer("grid_columns", &P::grid_columns, "cells", {1, 64}, "columns of the grid"),
-      integer("grid_rows", &P::grid_rows, "cells", {1, 64}, "rows of the grid"),
       flag("restore_all", &P::restore_all, "keep all features when the floor is reached, as SG-SLAM does"),
   };
   return table;

@@ -16,22 +16,16 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE const FieldTable<RunnerParams>& RunnerParams::fields() {
-  using P = RunnerParams;
-  static const FieldTable<P> table{
-      choice("mode", &P::mode,
-             {{"async", RunnerMode::Async},
-              {"sync", RunnerMode::Sync},
-              {"late", RunnerMode::Late},
-              {"rate", RunnerMode::Rate}},
-             "when results arrive; sync, late and rate are for experiments and bit-for-bit reproducible"),
-      integer("late_frames", &P::late_frames, "frames", {0, 1000}, "delay of results, for mode late"),
-      real("rate_hz", &P::rate_hz, "Hz", {0.001, 1000}, "results per second, for mode rate"),
-      real("timeout_s", &P::timeout_s, "s", {0.001, 3600},
-           "longest time for one image, after which the provider is abandoned, for mode async"),
-      real("shutdown_s", &P::shutdown_s, "s", {0, 1}, "longest wait of the destructor, for mode async"),
+DYNFILTER_INLINE void check_runner(const RunnerParams& params) {
+  const auto check = [](const char* name, double value, double least, double most) {
+    if (!(value >= least && value <= most))
+      throw ConfigError(std::string("runner.") + name,
+                        "expected " + detail::range_text(least, most) + ", got " + detail::shown(value));
   };
-  return table;
+  check("late_frames", params.late_frames, 0, 1000);
+  check("rate_hz", params.rate_hz, 0.001, 1000);
+  check("timeout_s", params.timeout_s, 0.001, 3600);
+  check("shutdown_s", params.shutdown_s, 0, 1);
 }
 
 DYNFILTER_INLINE RunnerParams parse_runner_mode(const std::string& text) {

@@ -40,8 +40,6 @@ DYNFILTER_INLINE const FieldTable<OrbSlamParams>& OrbSlamParams::fields() {
       integer("min_features_before_map", &P::min_features_before_map, "features", {-1, 100000},
               "kept before the map exists; -1: 550, mono 250"),
       integer("min_features", &P::min_features, "features", {0, 100000}, "kept after that"),
-      integer("covisible_keyframes", &P::covisible_keyframes, "keyframes", {0, 1000},
-              "most keyframes that a new one is compared with"),
       words("plugins", &P::plugins, "modules to load, with filters and detectors"),
       text("boxes", &P::boxes, "file of boxes by timestamp"),
       text("masks", &P::masks, "folder of masks: PNG files named by their timestamps"),

@@ -32,7 +32,7 @@ struct DnnParams {
   std::string class_file;
   int first_label = 0;
   std::vector<std::string> keep;
-  double min_score = 0.4, max_overlap = 0.45, min_foreground = 0.5, foreground_bias = 0;
+  double min_score = 0.4, max_overlap = 0.45, foreground_bias = 0;
 
   static const FieldTable<DnnParams>& fields();
 };
@@ -63,6 +63,9 @@ class DnnProvider final : public SemanticProvider {
   std::optional<SemanticResult> infer(const SemanticImage& image) override;
 
  private:
+  /// Of a foreground map, the only output of class_scores with one class: a probability, as trained.
+  static constexpr float kMinForeground = 0.5F;
+
   static const Params& checked(const Params& params);
 
   static DnnNetwork opened(const Params& params, const ProviderFiles& files);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/cluster/adaptive_dbscan.hpp>
 #include <dynfilter/cluster/density_clusters.hpp>
+#include <dynfilter/filters/dbscan.hpp>
 #include <set>
 
 #include "cluster/point_sets.hpp"
@@ -78,6 +78,30 @@ TEST_CASE("Eps_k, MinPts_k, cluster counts and the choice are those of the full 
   for (unsigned seed = 0; seed < 6; ++seed) {
     check_against_matrix(point_sets::blobs(220, 1 + static_cast<int>(seed) % 4, 0.15F, seed));
     check_against_matrix(point_sets::box(150, 1.0F, seed));
+  }
+}
+
+TEST_CASE("distances to neighbours are those of a full search, bit for bit") {
+  std::vector<Points> sets{point_sets::blobs(300, 3, 0.2F, 1), point_sets::box(200, 4, 2)};
+  for (const auto& [name, points] : point_sets::awkward())
+    if (name != "far apart" && points.size() > 17) sets.push_back(points);  // squares of those overflow
+  detail::NeighbourDistances distances;
+  for (Points& points : sets) {
+    points.erase(
+        std::remove_if(points.begin(), points.end(), [](const auto& p) { return !detail::finite(p); }),
+        points.end());
+    for (const std::size_t k : {std::size_t{1}, std::size_t{4}, std::size_t{17}}) {
+      distances.measure(points, k);
+      int wrong = 0;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        std::vector<float> all;
+        for (const cv::Point3f& p : points) all.push_back(detail::squared_distance(points[i], p));
+        std::sort(all.begin(), all.end());
+        REQUIRE(distances.of(i).size() == k + 1);
+        wrong += std::equal(distances.of(i).begin(), distances.of(i).end(), all.begin()) ? 0 : 1;
+      }
+      CHECK(wrong == 0);
+    }
   }
 }
 
