@@ -26,8 +26,8 @@ struct DarkBlobsParams {
 
 /// Returns a box and a mask for each connected dark region.
 /// This is an example of a provider, not a useful detector.
-/// A provider that opens files has `const dynfilter::ProviderFiles&`
-/// as the second argument of its constructor.
+/// A provider that opens files has `const dynfilter::ProviderFiles&` as the second argument of its
+/// constructor.
 class DarkBlobs final : public dynfilter::SemanticProvider {
  public:
   using Params = DarkBlobsParams;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// GridDbscan against a FLANN radius loop,
-// and the adaptive choice of parameters against the published sorted n x n matrix.
+// GridDbscan against a FLANN radius loop, and the adaptive choice of parameters against the published sorted
+// n x n matrix.
 // `ratio` is the quotient of the medians in the same run.
 // The points are those of a depth image: surfaces of a room with people.
 #include <benchmark/benchmark.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Each line runs ours and the reference alternately in the same run.
 // `ratio` is the quotient of the medians.
-// References: cv::findFundamentalMat(USAC_FAST), Eigen::umeyama in a RANSAC loop,
-// ceres::Problem with an analytic Jacobian, cv::undistortPoints.
+// References: cv::findFundamentalMat(USAC_FAST), Eigen::umeyama in a RANSAC loop, ceres::Problem with an
+// analytic Jacobian, cv::undistortPoints.
 #include <benchmark/benchmark.h>
 #include <ceres/ceres.h>
 
@@ -104,8 +104,8 @@ std::vector<RigidScene> rigid_sets(double outliers) {
   return sets;
 }
 
-/// A typical user implementation: umeyama on three points, inliers within 5 cm, 99 % confidence,
-/// umeyama on the inliers.
+/// A typical user implementation: umeyama on three points, inliers within 5 cm, 99 % confidence, umeyama on
+/// the inliers.
 struct UmeyamaRansac {
   Eigen::Matrix3Xd p, c;
   void load(const RigidScene& s) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // GMS against a port of the published algorithm.
-// Like opencv_contrib's matchGMS, which Debian's OpenCV lacks,
-// it searches a dense matrix of cell pairs per grid placement row by row.
+// Like opencv_contrib's matchGMS, which Debian's OpenCV lacks, it searches a dense matrix of cell pairs per
+// grid placement row by row.
 // `ratio` is the quotient of the medians in the same run, `equal` the share of equal decisions.
 #include <benchmark/benchmark.h>
 #include <opencv2/core.hpp>

@@ -172,7 +172,8 @@ TEST_CASE("border points go to the nearest core point, in sparse and in dense se
                 {0.25, 150});
 }
 
-// Two heaps of 300 points, each with a core point on the way to the other one, 0.9 and 0.8 from a point between them.
+// Two heaps of 300 points, each with a core point on the way to the other one, 0.9 and 0.8 from a point
+// between them.
 TEST_CASE("between dense clusters, too, a border point goes to the nearer core point") {
   for (const float side : {-1.0F, 1.0F}) {
     CAPTURE(side);

@@ -122,8 +122,7 @@ TEST_CASE("dynfilter_mono on the KT3DMoSeg clips, movers against background: the
   CHECK(f1_of(json, "seq095_clip01") >= 0.90);  // 81 % of the points move
 }
 
-// Gaps are times: for a clip declared at half or twice the rate,
-// half or twice as many frames are used.
+// Gaps are times: for a clip declared at half or twice the rate, half or twice as many frames are used.
 TEST_CASE("dynfilter_mono on the KT3DMoSeg clips does not hang on the frame rate" *
           doctest::test_suite("shared_data")) {
   for (const char* rate : {" --rate-hz 5", " --rate-hz 7", " --rate-hz 14", " --rate-hz 20"}) {

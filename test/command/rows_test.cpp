@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Each row of a comparison is that of its pipeline on its sequence, run alone; what has no figures of its
-// own shows none.
+// Each row of a comparison is that of its pipeline on its sequence, run alone; what has no figures of its own
+// shows none.
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>

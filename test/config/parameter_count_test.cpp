@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every parameter is a promise to keep and a question to every user. A new one needs a preset or an example that
-// sets it, or a sentence on its card about when to change it.
+// Every parameter is a promise to keep and a question to every user. A new one needs a preset or an example
+// that sets it, or a sentence on its card about when to change it.
 #include <algorithm>
 #include <cctype>
 #include <filesystem>

@@ -35,8 +35,8 @@ Features random_features(std::size_t n, int bytes, unsigned seed, float width_px
   return f;
 }
 
-// The same features in another order, moved by up to `motion_px`, with `flips` bits changed,
-// at most one octave apart.
+// The same features in another order, moved by up to `motion_px`, with `flips` bits changed, at most one
+// octave apart.
 Features moved(const Features& from, float motion_px, int flips, unsigned seed,
                std::vector<std::int32_t>& origin) {
   std::mt19937 random(seed);

@@ -23,7 +23,8 @@ struct Outcome {
   bool operator==(const Outcome& o) const { return decision == o.decision && note == o.note; }
 };
 
-/// What one camera gives; with `filled` the depths and columns that it lacks are there, without a valid value.
+/// What one camera gives; with `filled` the depths and columns that it lacks are there, without a valid
+/// value.
 struct Frame {
   Frame(int k, bool filled) : layers(LayeredScene().frame(k)) {
     if (!filled) return;

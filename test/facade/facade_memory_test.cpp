@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A late instance mask, given again with the next frames, each time in another buffer. The host fills its memory with
-// garbage and frees it after each call. test/fuzz does the same with all arrays and every preset.
+// A late instance mask, given again with the next frames, each time in another buffer. The host fills its
+// memory with garbage and frees it after each call. test/fuzz does the same with all arrays and every preset.
 #include <dynfilter/facade/dynfilter.h>
 #include <cstdint>
 #include <dynfilter/facade/facade.hpp>

@@ -105,7 +105,8 @@ TEST_CASE("distances to neighbours are those of a full search, bit for bit") {
   }
 }
 
-// Two pairs. Eps_1 is 1 (two clusters), Eps_2 9.5 and Eps_3 10.5 (the inner points are one cluster): no three in a row.
+// Two pairs. Eps_1 is 1 (two clusters), Eps_2 9.5 and Eps_3 10.5 (the inner points are one cluster): no three
+// in a row.
 TEST_CASE("n points have n - 1 candidates, also if none is chosen") {
   AdaptiveDbscan adaptive;
   const AdaptiveDbscanChoice& choice = adaptive.choose(Points{{0, 0, 0}, {1, 0, 0}, {10, 0, 0}, {11, 0, 0}});

@@ -141,7 +141,8 @@ TEST_CASE("background_motion: movers that take the majority of the points later 
 
 // Each of the two movers has more points than the background, and the camera's motion is unknown.
 // A single view does not always determine the background.
-// If a mover is mistaken for it, the other mover is found. A choice by chance would be right in a third of the views.
+// If a mover is mistaken for it, the other mover is found. A choice by chance would be right in a third of
+// the views.
 TEST_CASE("background_motion: a majority from the first frame on is solved for most views") {
   constexpr int kViews = 12;
   int solved = 0;
@@ -154,8 +155,8 @@ TEST_CASE("background_motion: a majority from the first frame on is solved for m
   CHECK(solved >= 8);  // a choice by chance solves as many with a probability of 2 %
 }
 
-// KITTI's camera: f 718 px, baseline 0.54 m, 10 Hz, one metre a frame. Points between 5 and 80 m, a car with 0.9 m a
-// frame in the other direction. A fifth of the features has no disparity.
+// KITTI's camera: f 718 px, baseline 0.54 m, 10 Hz, one metre a frame. Points between 5 and 80 m, a car with
+// 0.9 m a frame in the other direction. A fifth of the features has no disparity.
 namespace {
 
 ExactScene street() {
@@ -562,8 +563,8 @@ struct BorderScene {
 
 }  // namespace
 
-// Between 2 and 4 m, 1 cm makes a difference of 500 * 0.01 * (1/2 - 1/4) = 1.25 px. Crossings of both surfaces' edges may
-// slide by as much. Without a depth image nobody knows of the second surface.
+// Between 2 and 4 m, 1 cm makes a difference of 500 * 0.01 * (1/2 - 1/4) = 1.25 px. Crossings of both
+// surfaces' edges may slide by as much. Without a depth image nobody knows of the second surface.
 TEST_CASE("background_motion: what slides along an occluding edge does not move") {
   CHECK(BorderScene{1.2, true}.dynamic() == std::pair<std::size_t, std::size_t>(0, 0));
   CHECK(BorderScene{1.2, false}.dynamic() == std::pair<std::size_t, std::size_t>(BorderScene::kOnBorder, 0));
@@ -571,8 +572,8 @@ TEST_CASE("background_motion: what slides along an occluding edge does not move"
   CHECK(BorderScene{0, true}.dynamic() == std::pair<std::size_t, std::size_t>(0, 0));
 }
 
-// A poster's features are 2.5 px off in one frame and back in the next one. That frame's miss is as large as a mover's, but
-// the track's is none.
+// A poster's features are 2.5 px off in one frame and back in the next one. That frame's miss is as large as
+// a mover's, but the track's is none.
 TEST_CASE("background_motion: a miss that is undone in the next frame is an error of the match") {
   const ExactScene scene = noisy(testing::preset(Preset::General));
   const auto on_poster = [](const cv::KeyPoint& k) { return k.pt.x > 400 && k.pt.y > 300; };

@@ -118,7 +118,8 @@ TEST_CASE("the published form judges every match, by its distance from the epipo
     CHECK((votes[i] != Vote::Unknown) == (view.matches->reference_index[i] >= 0));
 }
 
-// A camera that only turns has no fundamental matrix: `auto` compares with the point that the rotation predicts.
+// A camera that only turns has no fundamental matrix: `auto` compares with the point that the rotation
+// predicts.
 TEST_CASE("by any model only with `auto`, else by the fundamental matrix") {
   const auto turning = [](EpipolarModel model) {
     EpipolarParams params;

@@ -73,7 +73,8 @@ class Camera700 {
 
 constexpr int kFirstOfCar = 350, kEnd = 380;
 
-/// A road 1.5 m below the camera, walls on both sides, and the front of a car on the oncoming lane (the last 30).
+/// A road 1.5 m below the camera, walls on both sides, and the front of a car on the oncoming lane (the last
+/// 30).
 /// `driven_m` of the camera and `car_m` of the car, towards each other.
 std::vector<Seen> road(double driven_m, double car_m) {
   SampleGenerator rng(1);
@@ -121,7 +122,8 @@ TEST_CASE(
   CHECK(camera.dynamic(0, 100000) == 0);
 }
 
-// A wall across the view that reaches deeper than the road did: beneath the plane of the road, if it were there.
+// A wall across the view that reaches deeper than the road did: beneath the plane of the road, if it were
+// there.
 TEST_CASE("flow_consistency: the ground is forgotten when it was not seen for a second") {
   Camera700 camera;
   for (int k = 0; k <= kDrive; ++k) camera.see(road(kSpeed_mps * k / kRate_hz, 0));
@@ -144,8 +146,8 @@ TEST_CASE("flow_consistency: the ground is forgotten when it was not seen for a 
   CHECK(worst <= 9);  // of 300
 }
 
-// Eight points of something that flies sideways, far from all else in the image, and stops. Then they are all that is
-// seen for a second: too few to measure a motion by.
+// Eight points of something that flies sideways, far from all else in the image, and stops. Then they are all
+// that is seen for a second: too few to measure a motion by.
 TEST_CASE("flow_consistency: the flow of a track is forgotten if it was not measured for a second") {
   constexpr int kFirst = kEnd - 8;
   Camera700 camera;

@@ -79,7 +79,8 @@ Votes judge_points(const At& at, const cv::Size& size, const cv::Point2d& centre
   return votes;
 }
 
-/// A camera that shifts to the right at 0.3 m/s, a wall 4 m ahead with 300 points, and before it a body with 40.
+/// A camera that shifts to the right at 0.3 m/s, a wall 4 m ahead with 300 points, and before it a body with
+/// 40.
 /// All flow is along the rows.
 struct Room {
   double body_depth_m, body_mps = 0;  ///< to the right

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The C++11 interface. Images are in memory that is filled with garbage after each call, and freed or used again.
+// The C++11 interface. Images are in memory that is filled with garbage after each call, and freed or used
+// again.
 // The verdicts must be those of a pipeline whose frames stay in memory, bit for bit.
 #include <algorithm>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The C interface with structs of any content. Pointers are NULL or point to as much as the numbers beside them
-// say, which is all that a host must promise. Each array is an allocation of its own, and all are filled with garbage
-// and freed after the call. A second filter sees other garbage: its verdicts must be the same.
+// The C interface with structs of any content. Pointers are NULL or point to as much as the numbers beside
+// them say, which is all that a host must promise. Each array is an allocation of its own, and all are filled
+// with garbage and freed after the call. A second filter sees other garbage: its verdicts must be the same.
 #include <dynfilter/facade/dynfilter.h>
 #include <algorithm>
 #include <cmath>
@@ -41,7 +41,8 @@ std::size_t stride(Bytes& in, std::size_t row_bytes) {
   }
 }
 
-/// As much as width, height and stride say, or nothing at all. Noise, so that what is read makes a difference.
+/// As much as width, height and stride say, or nothing at all. Noise, so that what is read makes a
+/// difference.
 const std::uint8_t* image(Bytes& in, LentMemory& memory, const dynfilter_frame& f, std::size_t pixel_bytes,
                           std::size_t stride_bytes) {
   if (in.below(4) == 0) return nullptr;

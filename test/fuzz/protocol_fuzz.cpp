@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The messages between a detector's process and its host. The first byte tells which side reads the rest,
-// or that results made of it are written and read again.
+// The messages between a detector's process and its host. The first byte tells which side reads the rest, or
+// that results made of it are written and read again.
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/limits.hpp>

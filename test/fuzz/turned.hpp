@@ -26,7 +26,8 @@ class Turner {
     if (has_ties(f)) comparable_ = false;
     std::vector<std::size_t> place(n);
     for (std::size_t i = 0; i < n; ++i) place[i] = n - 1 - i;
-    // Matches may name the frame itself, since it can be judged again. Of two frames with one id, either may be meant.
+    // Matches may name the frame itself, since it can be judged again. Of two frames with one id, either may
+    // be meant.
     const bool is_new = counts_.emplace(f.id, n).second;
     if (!is_new && counts_[f.id] != n) comparable_ = false;
     if (f.match_index.size() == n) redirect(f);

@@ -19,8 +19,7 @@ struct Score {
   double flagged_static = 0, found_movers = 0, unsaid_movers = 0;
 };
 
-/// Threshold: three standard deviations of the distance to a line in the current image,
-/// at least 1 px.
+/// Threshold: three standard deviations of the distance to a line in the current image, at least 1 px.
 /// Only movers that the true model can detect count: those off their epipolar line in `truth`.
 Score score(const TwoViewModel& model, const TwoViewScene& scene, double noise_px, const Matrix9* truth) {
   const double threshold = std::max(1.0, 3 * std::sqrt(2.0) * noise_px);

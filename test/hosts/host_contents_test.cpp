@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Frames with the exact contents that ORB-SLAM2 and ORB-SLAM3 produce, through every preset.
-// The verdicts equal those of the same scene as `dynfilter run` gives it: a FrameView with what the sensor has,
-// and nothing else.
+// The verdicts equal those of the same scene as `dynfilter run` gives it: a FrameView with what the sensor
+// has, and nothing else.
 //
-// What the hosts fill, looked up in their sources (facts, no code). N: number of features. "l" features of the
-// left camera, "r" of the right one. Only version 3 has the pair.
+// What the hosts fill, looked up in their sources (facts, no code). N: number of features. "l" features of
+// the left camera, "r" of the right one. Only version 3 has the pair.
 //
 // | member       | one camera | stereo              | RGB-D               | one fisheye | fisheye pair
 // |--------------|------------|---------------------|---------------------|-------------|------------------

@@ -557,8 +557,7 @@ TEST_CASE("time that jumps back and numbers that start again forget the history"
 }
 
 TEST_CASE("the host's buffers may be reused: what is kept is the library's") {
-  const std::string pipeline =
-      "pipeline:\n  before_pose:\n    - flow_consistency\n    - background_motion\n";
+  const std::string pipeline = "pipeline:\n  before_pose:\n    - flow_consistency\n    - background_motion\n";
   OrbSlam with_own(settings_from(pipeline), HostSensor::RgbD),
       reused(settings_from(pipeline), HostSensor::RgbD);
   cv::Mat big = noise(760, 480), buffer(480, 640, CV_8UC1), depth_buffer(480, 640, CV_32FC1);
@@ -614,8 +613,7 @@ TEST_CASE("the host may free its images before call point C") {
 
 TEST_CASE(
     "a depth image that is handed over gives the same verdicts, and so does one that the host still has") {
-  const std::string pipeline =
-      "pipeline:\n  before_pose:\n    - flow_consistency\n    - background_motion\n";
+  const std::string pipeline = "pipeline:\n  before_pose:\n    - flow_consistency\n    - background_motion\n";
   OrbSlam copies(settings_from(pipeline), HostSensor::RgbD),
       shares(settings_from(pipeline), HostSensor::RgbD), must_copy(settings_from(pipeline), HostSensor::RgbD);
   cv::Mat big = noise(760, 480);

@@ -68,7 +68,8 @@ inline bool is_shared(const std::string& folder) {
   return folders.count(folder) != 0;
 }
 
-/// Who uses a header of a shared room at last, perhaps through other shared headers: filters, or whole other rooms.
+/// Who uses a header of a shared room at last, perhaps through other shared headers: filters, or whole other
+/// rooms.
 inline std::set<std::string> users_of(const House& house, const std::string& header) {
   std::set<std::string> users, seen;
   std::vector<std::string> open{header};
@@ -113,7 +114,8 @@ inline std::vector<std::string> faults_of_clocks(const House& house) {
   return faults;
 }
 
-/// Units (a header and the file of its functions) that are too small to be found: they belong to their neighbour.
+/// Units (a header and the file of its functions) that are too small to be found: they belong to their
+/// neighbour.
 inline std::vector<std::string> faults_of_small_units(const House& house, std::size_t least_lines,
                                                       const std::set<std::string>& exceptions) {
   std::vector<std::string> faults;

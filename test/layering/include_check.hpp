@@ -14,8 +14,8 @@
 
 namespace layering {
 
-/// What each folder of include/dynfilter may include besides itself, in the order in which data flows. CONTRIBUTING.md
-/// has the same table, which the test writes.
+/// What each folder of include/dynfilter may include besides itself, in the order in which data flows.
+/// CONTRIBUTING.md has the same table, which the test writes.
 using Rooms = std::vector<std::pair<std::string, std::set<std::string>>>;
 inline const Rooms& rooms() {
   using Folders = std::set<std::string>;

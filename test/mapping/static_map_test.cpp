@@ -265,8 +265,8 @@ TEST_CASE("lonely voxels are removed, a wall stays") {
   for (int y = -20; y < 20; ++y)
     for (int x = -20; x < 20; ++x) put(x, y, 50);
   put(0, 0, 40), put(1, 0, 40), put(-30, 0, 50);
-  // On the wall: four neighbours at 1, four at 1.41, mean 1.21. The corners have 1.71,
-  // the largest of the 1600. The isolated voxels have 2 and 1.88.
+  // On the wall: four neighbours at 1, four at 1.41, mean 1.21. The corners have 1.71, the largest of the
+  // 1600. The isolated voxels have 2 and 1.88.
   // The mean is 1.23 and the deviation 0.08, so the limit is 1.63: corners are also removed.
   OutlierParams params;
   params.sigmas = 7;

@@ -187,7 +187,8 @@ TEST_CASE("three motions: the order of each is over both others, and all count a
   }
 }
 
-// Each motion is compared where its own points are: the mover's at 1.8 m, where a shift is 3 / 1.8 times as long.
+// Each motion is compared where its own points are: the mover's at 1.8 m, where a shift is 3 / 1.8 times as
+// long.
 TEST_CASE("distance from what is expected costs log(1 + d^2), over a motion's own points and at most 20 px") {
   const Pose camera = shift(0.03), mover = shift(-0.02, 0.01);
   for (const double expected_x_m : {0.035, 0.1}) {

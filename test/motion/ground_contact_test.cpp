@@ -121,7 +121,8 @@ TEST_CASE("ground_contact: what stands on the ground stays") {
 }
 
 TEST_CASE("ground_contact: a parked car of which only what is above the bumper shows features stays") {
-  // Its lower end is a quarter of the camera's height above the road: 4/3 of the road's inverse depth in its row.
+  // Its lower end is a quarter of the camera's height above the road: 4/3 of the road's inverse depth in its
+  // row.
   // It would stand where it is seen if it were 4/3 as far away, so the road is bare from there on.
   Road road(7.5, 11.5);
   const std::vector<std::size_t> parked = road.add_body(-3.6, 8, 0.75 * Road::kCamera_m, 0.2, 1);

@@ -175,8 +175,9 @@ Problem compromise(std::size_t own, float weight) {
 
 }  // namespace
 
-// At 0.3 px the cut-off is 2.5 log(1 + 100 / 0.27) = 14.8 nats. The compromise costs 2.1 nats a point and saves
-// 12.7 nats at 200 points. Each of the others saves 14.8 at 100 points and 3.5 at 100. So it comes first.
+// At 0.3 px the cut-off is 2.5 log(1 + 100 / 0.27) = 14.8 nats. The compromise costs 2.1 nats a point and
+// saves 12.7 nats at 200 points. Each of the others saves 14.8 at 100 points and 3.5 at 100. So it comes
+// first.
 // Beside both others it saves nothing at these points, and 11.3 nats at each of its own.
 TEST_CASE("a motion that others made superfluous is dropped, unless it saves its price elsewhere") {
   MotionSelection selection;

@@ -50,7 +50,8 @@ TEST_CASE("patch_relief: a plane has none, however steep") {
           0);
 }
 
-// The sum of three inverse depths has the noise sqrt(6) sigma / Z^2. A hand's breadth at 3 m is more, 2 cm are not.
+// The sum of three inverse depths has the noise sqrt(6) sigma / Z^2. A hand's breadth at 3 m is more, 2 cm
+// are not.
 TEST_CASE("patch_relief: depths within the noise are one surface") {
   const double sigma_m = 0.01, limit_per_m = 3 * std::sqrt(6.0) * sigma_m / 9;
   for (const double apart_m : {0.02, 0.10, 0.2, 0.3}) {

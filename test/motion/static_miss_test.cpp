@@ -116,7 +116,8 @@ TEST_CASE("static miss: without depths, the distance from the nearest point that
       nearest_px = std::min(nearest_px, std::hypot(static_cast<double>(d.x), static_cast<double>(d.y)));
     }
     const StaticMiss miss = model(pair.then, pair.now);
-    // The linear triangulation weights the two equations by the depth, so it may miss the nearest point a little.
+    // The linear triangulation weights the two equations by the depth, so it may miss the nearest point a
+    // little.
     CHECK(static_cast<double>(miss.image_px) >= nearest_px - 0.01);
     CHECK(static_cast<double>(miss.image_px) <= 1.05 * nearest_px + 0.05);
     CHECK(static_cast<double>(miss.chi2) == doctest::Approx(std::pow(miss.image_px / 0.5, 2)).epsilon(1e-4));

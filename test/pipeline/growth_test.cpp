@@ -54,8 +54,8 @@ Cost cost(int size) {
 
 }  // namespace
 
-// n log n, and twice that for a machine that is busy or whose caches are small. Quadratic work would take eight times
-// that.
+// n log n, and twice that for a machine that is busy or whose caches are small. Quadratic work would take
+// eight times that.
 TEST_CASE("dynfilter: the time grows with n log n at most") {
   const Cost few = cost(1000), many = cost(16000);
   CAPTURE(few.ms);

@@ -56,7 +56,8 @@ const Stream kStreams[] = {
     {"descriptors", kMatches | kGrey | kDepth | kBaseline},
 };
 
-/// A result of the detector, which comes 1, 2 and 3 frames late, in new buffers each time. Some frames have none.
+/// A result of the detector, which comes 1, 2 and 3 frames late, in new buffers each time. Some frames have
+/// none.
 constexpr int kLateFrames = 3, kFrames = 14;
 
 std::vector<fuzz::OwnedFrame> frames_of(const Stream& stream) {

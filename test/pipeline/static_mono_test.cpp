@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One camera, recordings in which nothing else moves, and features spread evenly as the hosts of the ORB-SLAM family
-// do. The odometry of the command spreads otherwise: what locked the filter there was seen by no other test.
+// One camera, recordings in which nothing else moves, and features spread evenly as the hosts of the ORB-SLAM
+// family do. The odometry of the command spreads otherwise: what locked the filter there was seen by no other
+// test.
 #include <algorithm>
 #include <cstddef>
 #include <dynfilter/core/camera.hpp>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What every preset decides on every exact scene and on images, feature by feature, as one number each. Every compiler,
-// C library and processor must produce them: CTest runs this file also as on a processor of 2010 (test/CMakeLists.txt),
-// and test/run.sh with Clang. A change that is not meant to change verdicts must not change these. One that is meant
-// to: run with DYNFILTER_UPDATE_DIGESTS=1, which writes verdict_digests.txt, and look at what differs.
+// What every preset decides on every exact scene and on images, feature by feature, as one number each. Every
+// compiler, C library and processor must produce them: CTest runs this file also as on a processor of 2010
+// (test/CMakeLists.txt), and test/run.sh with Clang. A change that is not meant to change verdicts must not
+// change these. One that is meant to: run with DYNFILTER_UPDATE_DIGESTS=1, which writes verdict_digests.txt,
+// and look at what differs.
 #include <cstdlib>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/dynfilter.hpp>

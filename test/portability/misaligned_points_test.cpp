@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The map's loops at every address that points and depths may have: depth images are often parts of larger ones.
+// The map's loops at every address that points and depths may have: depth images are often parts of larger
+// ones.
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/random.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Errors against long double, and the bits themselves: every compiler, C library and processor must produce them.
+// Errors against long double, and the bits themselves: every compiler, C library and processor must produce
+// them.
 #include <cmath>
 #include <cstdint>
 #include <cstring>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What rendered scenes show, as one number each. Figures of pipelines on these scenes can be compared only while
-// these numbers stay. Of geometry and truth, not of colours: their filters come from OpenCV, which decides by the
-// processor. The mean colour is compared beside it, and pictures that no filter has touched.
+// What rendered scenes show, as one number each. Figures of pipelines on these scenes can be compared only
+// while these numbers stay. Of geometry and truth, not of colours: their filters come from OpenCV, which
+// decides by the processor. The mean colour is compared beside it, and pictures that no filter has touched.
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>

@@ -6,8 +6,8 @@
 // fuzzers' pipelines are run with all arrangements of features that flow is computed for, and with every
 // sixth of the others.
 // Filters and combinators are run with every 24th, a different one each.
-// DYNFILTER_SLOW_INPUTS=NAME runs that pipeline with all arrangements of 100,000 features, `all` every one, and
-// prints the worst arrangement of each.
+// DYNFILTER_SLOW_INPUTS=NAME runs that pipeline with all arrangements of 100,000 features, `all` every one,
+// and prints the worst arrangement of each.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

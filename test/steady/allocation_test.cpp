@@ -20,7 +20,8 @@ namespace {
 
 constexpr int kFrames = 5;
 
-/// CTest then shows the whole test as skipped. Where the counter should work and does not, its own case fails.
+/// CTest then shows the whole test as skipped. Where the counter should work and does not, its own case
+/// fails.
 bool skipped() {
   if (AllocationCount::works()) return false;
   MESSAGE(

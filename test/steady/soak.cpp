@@ -2,9 +2,9 @@
 // Plays the same frames to and fro for as long as asked, and says what memory and time did meanwhile.
 //   steady_soak HOST FRAMES      HOST: a preset, c_facade, orb_slam
 // Memory: after a tenth of the frames (120 to 2000), the growth of what malloc() has given out, and of the
-// process. Time: CPU time of this thread in before_pose, and of the wall. A call is disturbed if the kernel gave the
-// processor to another program meanwhile: then it also has the time to fill the caches again. Exit code 1: memory grew
-// by 1 MB.
+// process. Time: CPU time of this thread in before_pose, and of the wall. A call is disturbed if the kernel
+// gave the processor to another program meanwhile: then it also has the time to fill the caches again. Exit
+// code 1: memory grew by 1 MB.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <sys/resource.h>

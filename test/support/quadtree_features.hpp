@@ -23,7 +23,8 @@ inline std::vector<cv::KeyPoint> spread_by_quadtree(std::vector<cv::KeyPoint> co
     cv::Rect2f area;
     std::size_t first, last;
     std::size_t count() const { return last - first; }
-    /// One corner needs no split; else the largest leaf comes first, then that with most corners, then the upper left.
+    /// One corner needs no split; else the largest leaf comes first, then that with most corners, then the
+    /// upper left.
     bool operator<(const Leaf& o) const {
       return std::make_tuple(count() > 1, area.width, count(), o.area.y, o.area.x) <
              std::make_tuple(o.count() > 1, o.area.width, o.count(), area.y, area.x);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Recordings in which nothing moves but the camera, played to and fro: whatever a pipeline rejects is a mistake.
+// Recordings in which nothing moves but the camera, played to and fro: whatever a pipeline rejects is a
+// mistake.
 #pragma once
 
 #include <algorithm>

@@ -5,8 +5,8 @@
 
 namespace dynfilter_test {
 
-/// Longest time for an input that is built to take long. It takes up to four times as long under the sanitizers, and ten
-/// times without optimisation.
+/// Longest time for an input that is built to take long. It takes up to four times as long under the
+/// sanitizers, and ten times without optimisation.
 #if !defined(__OPTIMIZE__)
 inline constexpr double kMost_s = 20;
 #elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads documents from stdin, each as `BYTES\n` and its bytes, and prints what YamlText makes of each in a line of JSON:
+// Reads documents from stdin, each as `BYTES\n` and its bytes, and prints what YamlText makes of each in a
+// line of JSON:
 //   {"error": "..."}, or a tree of {"map": [[KEY, TREE], ...]}, {"list": [TREE, ...]}, {"quoted": TEXT} and
 //   {"plain": TEXT} with "number", "integer", "flag" and "word" for the readers of YamlNode that accept it.
 #include <dynfilter/config/numbers.hpp>

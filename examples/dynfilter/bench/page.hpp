@@ -35,8 +35,8 @@ inline constexpr const char* kIntroduction =
     "have no scale. Read it beside the tracked frames. Figures of papers are grey. They are of other front "
     "ends, often medians of many runs. The least ATE of our runs and that of the papers are bold.</p>\n";
 
-/// A bar as long as the ATE, of at most the largest one shown. `none` does not set the scale, as it would make
-/// all others invisible.
+/// A bar as long as the ATE, of at most the largest one shown. `none` does not set the scale, as it would
+/// make all others invisible.
 inline std::string bar(const BenchRow& row, double largest_m) {
   if (!std::isfinite(row.ate_rmse_m) || !(largest_m > 0)) return "";
   if (row.system == "none" && row.ate_rmse_m > largest_m) return "longer than the scale";

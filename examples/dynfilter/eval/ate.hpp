@@ -39,8 +39,8 @@ struct AteResult {
   std::vector<double> timestamps_s, errors_m;
 };
 
-/// Absolute trajectory error of the camera position after alignment,
-/// as defined by evaluate_ate.py of the TUM RGB-D benchmark (Sturm et al., IROS 2012, sec. VI-B).
+/// Absolute trajectory error of the camera position after alignment, as defined by evaluate_ate.py of the TUM
+/// RGB-D benchmark (Sturm et al., IROS 2012, sec. VI-B).
 /// Trajectories must be sorted by time. Throws Error if fewer than three timestamps match.
 AteResult absolute_trajectory_error(const io::Trajectory& truth, const io::Trajectory& estimate,
                                     const AteOptions& options = {});

@@ -30,11 +30,9 @@ inline double angle_rad(const Eigen::Matrix3d& R) {
 
 }  // namespace detail
 
-/// Relative pose error over pairs `delta_s` apart,
-/// as defined by evaluate_rpe.py of the TUM RGB-D benchmark with --fixed_delta
-/// (Sturm et al., IROS 2012, sec. VI-A).
-/// Each estimate starts a pair with the estimate closest to delta_s later,
-/// unless that is the last estimate.
+/// Relative pose error over pairs `delta_s` apart, as defined by evaluate_rpe.py of the TUM RGB-D benchmark
+/// with --fixed_delta (Sturm et al., IROS 2012, sec. VI-A).
+/// Each estimate starts a pair with the estimate closest to delta_s later, unless that is the last estimate.
 /// A pair counts if both ends have ground truth within twice its median interval.
 /// All pairs are used. The tool samples 10,000 of them if there are more (5 minutes at 30 Hz).
 /// Trajectories must be sorted by time. Throws Error if fewer than two pairs remain.

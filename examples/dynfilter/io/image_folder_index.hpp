@@ -11,9 +11,9 @@ namespace dynfilter::io::detail {
 bool is_image_folder(const std::filesystem::path& folder);
 
 /// Reads the names of the images, and right images of the same names in right/ beside left/.
-/// Stamps are those of times.txt, one line per image and in seconds. Without it they are the images' names
-/// if these are seconds or nanoseconds. Else frames are counted with `rate_hz`, Camera.fps of camera.yaml
-/// or 30 Hz, the first that is given.
+/// Stamps are those of times.txt, one line per image and in seconds. Without it they are the images' names if
+/// these are seconds or nanoseconds. Else frames are counted with `rate_hz`, Camera.fps of camera.yaml or
+/// 30 Hz, the first that is given.
 /// The poses are in groundtruth.txt, in TUM's format.
 SequenceIndex read_image_folder_index(const std::filesystem::path& folder, std::optional<double> rate_hz);
 

@@ -22,8 +22,8 @@ struct RigCamera {
 class Rectifier {
  public:
   /// Both cameras must have an image size.
-  /// Throws IoError if the right camera is not to the right of the left one,
-  /// or if both look in directions too different.
+  /// Throws IoError if the right camera is not to the right of the left one, or if both look in directions
+  /// too different.
   Rectifier(const RigCamera& left, const RigCamera& right);
 
   /// Of both rectified images, with the baseline.

@@ -56,8 +56,7 @@ class PoseManifold final : public ceres::Manifold {
   }
 };
 
-/// Pixel and disparity residual of one observation, in standard deviations,
-/// with analytic derivatives.
+/// Pixel and disparity residual of one observation, in standard deviations, with analytic derivatives.
 class SightingCost final : public ceres::SizedCostFunction<3, 7, 3> {
  public:
   SightingCost(const Pinhole& camera, const Sighting& sighting) : camera_(camera), sighting_(sighting) {}

@@ -112,8 +112,8 @@ class Mapper {
     return static_cast<std::int64_t>(map_.points.size()) - 1;
   }
 
-  /// Removes young points that are not found where they should be visible,
-  /// or that no second keyframe observes.
+  /// Removes young points that are not found where they should be visible, or that no second keyframe
+  /// observes.
   void cull(std::int32_t newest) {
     constexpr int kYoung = 3, kSettled = 2;
     constexpr double kMinFound = 0.25;

@@ -17,8 +17,8 @@ namespace dynfilter::odometry {
 
 /// ORB features (Rublee et al., ICCV 2011), spread over the image.
 /// cv::ORB alone concentrates them on the strongest texture.
-/// FAST corners per pyramid level and cell, suppression by square covering,
-/// orientation by intensity centroid. The descriptor is OpenCV's.
+/// FAST corners per pyramid level and cell, suppression by square covering, orientation by intensity
+/// centroid. The descriptor is OpenCV's.
 /// Cost: about 8 ms for 1000 features of a 640x480 image.
 class OrbExtractor {
  public:

@@ -25,8 +25,8 @@ struct RefinementOptions {
 };
 
 /// The pose that best explains observations of known points.
-/// Levenberg-Marquardt on 6 unknowns with Huber weights over pixel and disparity residuals,
-/// then again on the inliers only.
+/// Levenberg-Marquardt on 6 unknowns with Huber weights over pixel and disparity residuals, then again on the
+/// inliers only.
 /// Sets `inlier[i]` if point i agrees (95 % chi-square).
 /// An expected pose is one additional measurement. It has no effect beside hundreds of points.
 /// Two dozen distant points do not separate translation from rotation.

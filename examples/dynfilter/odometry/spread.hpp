@@ -9,8 +9,8 @@
 
 namespace dynfilter::odometry {
 
-/// Selects strong corners with a minimum distance: suppression by square covering
-/// (Bailo et al., Pattern Recognition Letters 2018).
+/// Selects strong corners with a minimum distance: suppression by square covering (Bailo et al., Pattern
+/// Recognition Letters 2018).
 /// Corners are visited from the strongest. Each selected one blocks a square around it.
 /// The size of the square is found by bisection, so that about `wanted` corners remain.
 class Spreader {

@@ -18,8 +18,8 @@
 namespace dynfilter::odometry {
 
 /// Finds the features of a left image in the rectified right image.
-/// Candidates are ORB features on the same row, the best descriptor wins. Then a patch is shifted along
-/// the row for the smallest sum of absolute differences, and a parabola gives the fraction of a pixel.
+/// Candidates are ORB features on the same row, the best descriptor wins. Then a patch is shifted along the
+/// row for the smallest sum of absolute differences, and a parabola gives the fraction of a pixel.
 /// Matches whose patch differs much more than the median are dropped.
 /// Cost: that of a second extraction, and about 2 ms for 1000 features.
 class StereoMatcher {

@@ -90,8 +90,8 @@ class Tracker {
     return inliers;
   }
 
-  /// Estimates a pose without prediction, from the reference keyframe,
-  /// then from older ones in turn, two per frame.
+  /// Estimates a pose without prediction, from the reference keyframe, then from older ones in turn, two per
+  /// frame.
   bool recover(const Map& map, FrameFeatures& features, Eigen::Isometry3d& pose) {
     refiner_.expect_nothing();
     for (const std::int32_t k : {reference_, next_candidate(map), next_candidate(map)}) {

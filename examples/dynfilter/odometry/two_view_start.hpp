@@ -43,8 +43,8 @@ class TwoViewStart {
 
   TwoViewStart(const Pinhole& camera, const StartOptions& options) : camera_(camera), options_(options) {}
 
-  /// Tries to start from the reference frame and this one. A frame with too few matches becomes
-  /// the new reference. The median depth of the points is `options.median_depth`.
+  /// Tries to start from the reference frame and this one. A frame with too few matches becomes the new
+  /// reference. The median depth of the points is `options.median_depth`.
   std::optional<Start> add(std::int64_t frame_id, const FrameFeatures& features, cv::Size image) {
     if (reference_.size() == 0) {
       set_reference(frame_id, features);

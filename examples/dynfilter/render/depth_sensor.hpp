@@ -17,8 +17,8 @@ namespace dynfilter::render {
 cv::Mat gaussian_tile(int size, double blur_px, Random& random);
 
 /// Simulates a Kinect's measurement of a depth image.
-/// Axial noise: sigma = 0.0012 + 0.0019 (z - 0.4)^2 m
-/// (Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise", 3DIMPVT 2012).
+/// Axial noise: sigma = 0.0012 + 0.0019 (z - 0.4)^2 m (Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise",
+/// 3DIMPVT 2012).
 /// Disparity steps of 1/8 px and the projector's shadow follow from its baseline of 75 mm.
 /// Silhouettes are uneven by one or two pixels.
 /// Dark, shiny and grazing surfaces have holes.

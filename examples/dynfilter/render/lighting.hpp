@@ -45,8 +45,8 @@ class Occluder {
   float radius_m_;
 };
 
-/// Lambert shading of the room: lamps with soft shadows,
-/// and ambient light of the room with ambient occlusion.
+/// Lambert shading of the room: lamps with soft shadows, and ambient light of the room with ambient
+/// occlusion.
 class Lighting {
  public:
   std::vector<Lamp> lamps;

@@ -33,10 +33,10 @@ struct GeometryImage {
   void create(cv::Size size);
 };
 
-/// Z-buffer rasteriser with four samples per pixel at silhouettes
-/// and one texture look-up per visible triangle.
-/// Edge functions and attributes are affine in the image
-/// (Olano, Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
+/// Z-buffer rasteriser with four samples per pixel at silhouettes and one texture look-up per visible
+/// triangle.
+/// Edge functions and attributes are affine in the image (Olano, Greer, "Triangle scan conversion using 2D
+/// homogeneous coordinates", 1997).
 /// It therefore needs no clipping and is perspective-correct.
 class Rasteriser {
  public:

@@ -67,7 +67,8 @@ inline void require_labels(const Pipeline& pipeline, bool has_labels, const std:
     throw IoError(where + ": has no label images, which `oracle` needs: choose another pipeline");
 }
 
-/// The inputs that the filter `name` needs, in words. Labels are no input of a frame: only the oracle reads them.
+/// The inputs that the filter `name` needs, in words. Labels are no input of a frame: only the oracle reads
+/// them.
 inline std::string needs_text(const std::string& name, Input inputs) {
   if (name != OracleFilter::kName) return to_string(inputs);
   return inputs == Input::None ? "labels of the sequence" : to_string(inputs) + ", labels of the sequence";

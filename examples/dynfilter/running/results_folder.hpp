@@ -18,8 +18,8 @@ namespace dynfilter::command {
 /// It belongs to one command at a time.
 class ResultsFolder {
  public:
-  /// Throws IoError if the folder contains one of these results, unless they may be replaced,
-  /// or if another program writes to it.
+  /// Throws IoError if the folder contains one of these results, unless they may be replaced, or if another
+  /// program writes to it.
   ResultsFolder(const std::string& folder, bool force, std::initializer_list<const char*> results)
       : folder_((Interruption::watch(), folder)) {
     if (!force) check_free(folder, results);

@@ -79,8 +79,8 @@ class Table {
     return head + "\n" + rule + "\n" + body;
   }
 
-  /// `room`: characters per line, 0: no limit. `left_out` receives the heads of the columns
-  /// that were left out because of it.
+  /// `room`: characters per line, 0: no limit. `left_out` receives the heads of the columns that were left
+  /// out because of it.
   std::string text(std::size_t room, std::vector<std::string>* left_out = nullptr,
                    std::size_t indent = 0) const {
     std::vector<std::size_t> shown;

@@ -19,8 +19,8 @@
 
 namespace dynfilter::detail {
 
-/// Points sorted into the cubes of a uniform grid: the neighbours of all points in one pass. Searches around single
-/// places in an image are those of PointGrid (core/point_grid.hpp).
+/// Points sorted into the cubes of a uniform grid: the neighbours of all points in one pass. Searches around
+/// single places in an image are those of PointGrid (core/point_grid.hpp).
 /// Stores only occupied cells, sorted by key (z, y, x).
 /// A row of neighbouring cells is therefore one contiguous run of points.
 /// A pass over all cells finds the neighbouring rows by advancing pointers, without hashing.

@@ -10,8 +10,7 @@
 
 namespace dynfilter {
 
-/// A point is a core point if at least `min_points` points, including itself,
-/// are within `eps_m`.
+/// A point is a core point if at least `min_points` points, including itself, are within `eps_m`.
 struct DbscanParams {
   double eps_m = 0.1;
   int min_points = 4;

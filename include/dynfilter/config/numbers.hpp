@@ -29,8 +29,7 @@ inline bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// True for [sign] digits [. digits] [e [sign] digits]
-/// with at least one digit before the exponent.
+/// True for [sign] digits [. digits] [e [sign] digits] with at least one digit before the exponent.
 bool has_number_syntax(std::string_view text);
 
 std::optional<double> parse_by_stream(std::string_view text);

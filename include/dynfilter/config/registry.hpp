@@ -36,8 +36,8 @@ class Registry {
   /// Throws ConfigError if the name is taken.
   void add(Entry entry);
 
-  /// F has a struct F::Params with fields(), a constructor F(Params)
-  /// and the constants F::kName and F::kSummary.
+  /// F has a struct F::Params with fields(), a constructor F(Params) and the constants F::kName and
+  /// F::kSummary.
   template <class F>
   void add() {
     add({{F::kName, F::kSummary, F(typename F::Params()).needs(), describe_parameters<typename F::Params>()},

@@ -25,7 +25,8 @@ struct YamlValue {
 };
 
 /// Reads the part of YAML that settings files use, in time linear in the text length.
-/// What it accepts has the meaning that YAML 1.1 (PyYAML) gives it; the rest is an error with line and column.
+/// What it accepts has the meaning that YAML 1.1 (PyYAML) gives it; the rest is an error with line and
+/// column.
 /// Accepts maps and lists by indentation or in brackets, plain and quoted values on one line, and comments.
 /// Errors are anchors, aliases, merge keys, tags, block texts (`|`, `>`) and texts over several lines. So are
 /// keys without a value, a second document, control characters and Unicode line breaks.
@@ -94,8 +95,8 @@ class YamlText {
   void skip_head();
   void skip_version();
 
-  /// Advances to the next character that is neither blank nor part of a comment,
-  /// at most to the end of the document.
+  /// Advances to the next character that is neither blank nor part of a comment, at most to the end of the
+  /// document.
   void to_content();
   void end_document();
 

@@ -11,8 +11,8 @@ namespace dynfilter::limits {
 /// Boxes per frame. Detectors give at most 300.
 inline constexpr std::size_t kMaxBoxes = 1000;
 
-/// Boxes times features of a frame. A stage may compare each with each. 1000 boxes with 20,000 features, or 200 with
-/// 100,000.
+/// Boxes times features of a frame. A stage may compare each with each. 1000 boxes with 20,000 features, or
+/// 200 with 100,000.
 inline constexpr std::size_t kMaxBoxFeaturePairs = 20'000'000;
 
 /// Features per frame. ORB-SLAM extracts 1000 to 5000, dense front ends about 20,000.

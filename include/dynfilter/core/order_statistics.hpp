@@ -12,8 +12,8 @@ namespace dynfilter {
 namespace detail {
 
 /// Moves the values below the pivot to the front and returns their count.
-/// The loop has no branch on the data, so it causes no mispredictions
-/// (Alexandrescu, "Lomuto's Comeback", 2020).
+/// The loop has no branch on the data, so it causes no mispredictions (Alexandrescu, "Lomuto's Comeback",
+/// 2020).
 template <class T, class Below>
 std::size_t partition_in_place(T* values, std::size_t count, const Below& below) {
   std::size_t first = 0;

@@ -28,8 +28,8 @@ inline cv::Point2f place_of(const cv::Point2d& point) {
 /// Finds the points around a place without a full scan.
 /// Skips points that are not finite or beyond 1e6 pixels.
 /// Building takes about 10 us for 1000 points and reuses memory.
-/// A table of at most 256 x 256 cells, whose cells grow with the extent of the points. If that crowds them, only
-/// occupied cells of the wanted size are kept: a few outliers do not make a search slow.
+/// A table of at most 256 x 256 cells, whose cells grow with the extent of the points. If that crowds them,
+/// only occupied cells of the wanted size are kept: a few outliers do not make a search slow.
 class PointGrid {
  public:
   template <class P>
@@ -57,7 +57,8 @@ class PointGrid {
     cells_.build_occupied(points.size(), cell_of);
   }
 
-  /// Like build(), for nearest() and ranges_outwards(). Where cells of that size crowd the points, they are smaller.
+  /// Like build(), for nearest() and ranges_outwards(). Where cells of that size crowd the points, they are
+  /// smaller.
   template <class P>
   void build_for_nearest(Span<P> points, float cell_px) {
     build(points, cell_px);
@@ -93,8 +94,8 @@ class PointGrid {
     }
   }
 
-  /// Calls f(begin, end) with ranges of entries(): the cell of `at`, then what else is within reach, nearer rows
-  /// first. f returns the reach [px] that is left, a little more than the distance of what it found.
+  /// Calls f(begin, end) with ranges of entries(): the cell of `at`, then what else is within reach, nearer
+  /// rows first. f returns the reach [px] that is left, a little more than the distance of what it found.
   template <class F>
   void ranges_outwards(const cv::Point2d& at, double reach_px, const F& f) const {
     if (empty() || !usable(place_of(at))) return;
@@ -124,9 +125,9 @@ class PointGrid {
     double least_px = 0;  ///< and at least so far
     int self = -1;        ///< index of a point that does not count
   };
-  /// The points nearest to `at`, nearest first, then by index. Cells that are farther than what was found are not
-  /// read, so the cost does not depend on the radius: about 0.1 us for 6 of 1000 points, with cells half as wide as
-  /// the radius. Compares exact coordinates. Needs build_for_nearest().
+  /// The points nearest to `at`, nearest first, then by index. Cells that are farther than what was found are
+  /// not read, so the cost does not depend on the radius: about 0.1 us for 6 of 1000 points, with cells half
+  /// as wide as the radius. Compares exact coordinates. Needs build_for_nearest().
   void nearest(const cv::Point2d& at, const Nearest& wanted, std::vector<int>& out) {
     out.clear();
     found_.clear();

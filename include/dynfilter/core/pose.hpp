@@ -45,7 +45,8 @@ inline Pose operator*(const Pose& T_a_b, const Pose& T_b_c) {
   return Pose::from(T_a_b.R() * T_b_c.R(), T_a_b.R() * T_b_c.t() + T_a_b.t());
 }
 
-/// The rotation by an angle about an axis of length 1 (Rodrigues). Unlike Eigen's, the same on every processor.
+/// The rotation by an angle about an axis of length 1 (Rodrigues). Unlike Eigen's, the same on every
+/// processor.
 Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad);
 /// The shortest rotation vector of R: its axis times the angle [rad].
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R);
@@ -56,8 +57,7 @@ inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
   return rotation_about(omega / angle, angle);
 }
 
-/// True if all entries are finite and the rotation is orthonormal and right-handed within
-/// `tolerance`.
+/// True if all entries are finite and the rotation is orthonormal and right-handed within `tolerance`.
 bool is_rigid(const Pose& T_a_b, double tolerance = 1e-3);
 
 /// Source of a pose. A filter must trust a prediction less than an estimate.

@@ -36,8 +36,8 @@ bool is_of_other_encoding(std::string_view text);
 /// Columns of an error message for one text of a user.
 inline constexpr std::size_t kMostQuotedColumns = 60;
 
-/// The text as error messages quote it: between backticks, without control characters,
-/// and `...` instead of what is beyond kMostQuotedColumns.
+/// The text as error messages quote it: between backticks, without control characters, and `...` instead of
+/// what is beyond kMostQuotedColumns.
 std::string in_backticks(std::string_view text);
 
 /// Without control characters, and with `...` in the middle if it has more than `most` bytes.

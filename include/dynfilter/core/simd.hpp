@@ -10,11 +10,12 @@
 #include <emmintrin.h>
 #endif
 
-/// Vectors of GCC and Clang: + - * & >> < work lane by lane on any processor. Kernels are templates on the number of
-/// lanes, marked DYNFILTER_AS_CALLER: narrow vectors work everywhere, wide ones (256 bits) only in code compiled for
-/// AVX2. Results are the same. No other file has loads, stores or instructions of its own (test/layering).
-/// Every address is allowed: on processors with AVX2 this costs nothing where data happens to be aligned, and no
-/// compiler can lose an alignment that is never stated.
+/// Vectors of GCC and Clang: + - * & >> < work lane by lane on any processor. Kernels are templates on the
+/// number of lanes, marked DYNFILTER_AS_CALLER: narrow vectors work everywhere, wide ones (256 bits) only in
+/// code compiled for AVX2. Results are the same. No other file has loads, stores or instructions of its own
+/// (test/layering).
+/// Every address is allowed: on processors with AVX2 this costs nothing where data happens to be aligned, and
+/// no compiler can lose an alignment that is never stated.
 /// AVX2 is used by built-in functions: <immintrin.h> takes GCC 12 0.7 s in each file that includes a filter.
 /// Wide vectors are passed by reference or in a struct, because by value they change the calling convention.
 #if defined(__clang__)
@@ -74,8 +75,8 @@ DYNFILTER_AS_CALLER inline void truncate_inside(const typename L::Float& value, 
   whole = __builtin_convertvector(kept, typename L::Int);
 }
 
-// Functions for which the two widths differ. In a function for any processor, GCC 12 builds a wide vector of equal
-// lanes one by one, so there is one for AVX2.
+// Functions for which the two widths differ. In a function for any processor, GCC 12 builds a wide vector of
+// equal lanes one by one, so there is one for AVX2.
 inline void fill(float value, Float4& v) {
   v = Float4{value, value, value, value};
 }
@@ -101,7 +102,8 @@ DYNFILTER_AVX2 inline void square_root(Vector<float, 8>& v) {
 
 /// Eight floats with lane-by-lane operations: two vectors on any processor (kLanes 4), or one of AVX2 (8).
 /// As fast as Eigen::Array within 4 % (test/benchmark/small_solve_benchmark.cpp), which takes four times as
-/// long to compile, because each expression has its own type. The order of sums is the same with every compiler.
+/// long to compile, because each expression has its own type. The order of sums is the same with every
+/// compiler.
 template <int kLanes>
 struct PackOf {
   using Part = Vector<float, kLanes>;
@@ -196,7 +198,8 @@ using Pack = PackOf<4>;
 using Short8 = Vector<std::int16_t, 8>;
 using Short16 = Vector<std::int16_t, 16>;
 
-// Of 16-bit integers, which lie in rows of eight lanes. The templates are for processors without these instructions.
+// Of 16-bit integers, which lie in rows of eight lanes. The templates are for processors without these
+// instructions.
 template <class V>
 inline void high_product(const V& a, const V& b, V& r) {
   for (std::size_t k = 0; k < sizeof r / 2; ++k) r[k] = static_cast<std::int16_t>((a[k] * b[k]) >> 16);

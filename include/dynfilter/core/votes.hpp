@@ -22,8 +22,8 @@ constexpr const char* to_string(Vote vote) {
 /// One vote per feature with a suspicion in [0, 1].
 /// 0 is certainly static, 1 certainly dynamic, 0.5 undecided.
 /// The floor restores the least suspicious features first.
-/// A prior suspect is excluded from model fitting and judged more strictly,
-/// but it is not voted dynamic for that reason.
+/// A prior suspect is excluded from model fitting and judged more strictly, but it is not voted dynamic for
+/// that reason.
 class Votes {
  public:
   static constexpr float kNoIdea = 0.5F;

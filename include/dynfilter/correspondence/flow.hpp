@@ -22,8 +22,7 @@
 
 namespace dynfilter {
 
-/// Pyramidal Lucas-Kanade flow (Bouguet 2000)
-/// from the current frame's features back to a reference frame.
+/// Pyramidal Lucas-Kanade flow (Bouguet 2000) from the current frame's features back to a reference frame.
 /// Results are the same for any number of threads. Buffers are reused from call to call.
 class FlowTracker {
  public:
@@ -51,8 +50,8 @@ class FlowTracker {
 
   /// Tracks over a large gap. Follows the points through `steps`:
   /// the frames before the current one, newest first, ending with the reference.
-  /// Then tracks each point directly between both ends, with the end of the chain as guess,
-  /// so that drift does not accumulate. Only this last step is checked.
+  /// Then tracks each point directly between both ends, with the end of the chain as guess, so that drift
+  /// does not accumulate. Only this last step is checked.
   /// Cost: one unchecked track() per step and one checked track().
   void track_chain(const ImagePyramid& current, Span<const ImagePyramid* const> steps,
                    Span<const cv::Point2f> current_px, Correspondences& out);
@@ -181,7 +180,9 @@ inline void FlowTracker::check_each(const ImagePyramid& current, const ImagePyra
 }
 
 inline void FlowTracker::keep_alike(const cv::Mat& current, const cv::Mat& reference) {
-  keep([&](std::size_t k) { return patches_(current, from_[k], reference, to_[k]) <= FlowParams::kMaxResidual; });
+  keep([&](std::size_t k) {
+    return patches_(current, from_[k], reference, to_[k]) <= FlowParams::kMaxResidual;
+  });
 }
 
 inline void FlowTracker::keep_returning(const ImagePyramid& current, const ImagePyramid& reference) {

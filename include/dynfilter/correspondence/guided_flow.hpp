@@ -55,8 +55,8 @@ class GuidedFlow {
   bool track_point(const Images& from, const Images& to, FlowCheck check, const cv::Point2f& from_px,
                    detail::SmallWindow<Kernels>& window, cv::Point2f& px) const;
 
-  /// The patches look alike. Where they hardly do, those of level 1 have to as well, because so few pixels may
-  /// resemble each other by chance.
+  /// The patches look alike. Where they hardly do, those of level 1 have to as well, because so few pixels
+  /// may resemble each other by chance.
   template <class Kernels>
   bool alike(const Images& from, const Images& to, const cv::Point2f& from_px, const cv::Point2f& px,
              detail::SmallWindow<Kernels>& window) const;
@@ -87,7 +87,8 @@ template <class Kernels>
 void GuidedFlow::track_with(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
                             const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
                             std::vector<std::uint8_t>& status) {
-  coarse_.compute<Kernels>(from.levels(), to.levels(), params_.window_px, FlowParams::kMinEigenvalue, threads_);
+  coarse_.compute<Kernels>(from.levels(), to.levels(), params_.window_px, FlowParams::kMinEigenvalue,
+                           threads_);
   detail::in_ranges(static_cast<int>(from_px.size()), threads_, [&](int begin, int end) {
     detail::SmallWindow<Kernels> window(params_.window_px);
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)

@@ -53,7 +53,8 @@ struct Corner {
   }
 };
 
-/// The three pixel loops of Lucas-Kanade, eight pixels of a row at a time (kLanes 8) or of two rows with AVX2 (16).
+/// The three pixel loops of Lucas-Kanade, eight pixels of a row at a time (kLanes 8) or of two rows with AVX2
+/// (16).
 /// Results are identical: integer sums do not depend on order, and floats are added in the same order.
 template <int kLanes>
 struct PatchKernels {

@@ -20,8 +20,8 @@ class PatchResidual {
   explicit PatchResidual(int window_px);
 
   /// Compares the patches centred on two points.
-  /// Both images are CV_8UC1 with at least `window_px` readable pixels around them,
-  /// as in an ImagePyramid. Both points must be inside the images.
+  /// Both images are CV_8UC1 with at least `window_px` readable pixels around them, as in an ImagePyramid.
+  /// Both points must be inside the images.
   double operator()(const cv::Mat& image_a, const cv::Point2f& at_a, const cv::Mat& image_b,
                     const cv::Point2f& at_b);
 

@@ -36,7 +36,8 @@ namespace dynfilter {
 ///    limits::kCrowd_px.
 /// Of more boxes those with the highest scores are kept.
 /// Of more than limits::kMaxFeatures features none is judged, and none of those in a more crowded square.
-/// Unusable input is removed, with a note. So is an input without a usable value, as if it had not been given:
+/// Unusable input is removed, with a note. So is an input without a usable value, as if it had not been
+/// given:
 /// without a note where hosts fill arrays with "none" (depths, right columns, map points, matches).
 /// An unusual array is replaced by a copy in this object, valid until the next call.
 class FrameCleaner {

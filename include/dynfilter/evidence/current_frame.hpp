@@ -23,7 +23,8 @@ namespace dynfilter {
 /// The frame as it came in, checked. Pixels, depths and 3-D points of each feature are computed on first use.
 class CurrentFrame {
  public:
-  /// Depths beyond `max_depth_m` do not count, but for those of a stereo pair. `max_depth_edge`: see DepthSampler.
+  /// Depths beyond `max_depth_m` do not count, but for those of a stereo pair. `max_depth_edge`: see
+  /// DepthSampler.
   CurrentFrame(double max_depth_m, double max_depth_edge)
       : max_depth_m_(max_depth_m), max_depth_edge_(max_depth_edge) {}
 

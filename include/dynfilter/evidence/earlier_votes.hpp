@@ -12,8 +12,8 @@
 
 namespace dynfilter {
 
-/// What earlier stages of a pipeline said about the features of one frame: who is judged, suspected, a seed, or called
-/// dynamic. Filters read it through Evidence. Only combinators and the pipeline change it.
+/// What earlier stages of a pipeline said about the features of one frame: who is judged, suspected, a seed,
+/// or called dynamic. Filters read it through Evidence. Only combinators and the pipeline change it.
 class EarlierVotes {
   struct Flags {
     std::vector<std::uint8_t> judged, prior, seed, dynamic;

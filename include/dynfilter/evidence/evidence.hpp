@@ -21,8 +21,8 @@ struct TwoViewModel;
 struct RigidMotion;
 
 /// What a filter may know of the current frame: the frame itself, what is measured in it, and what earlier
-/// stages said. Read-only. Measurements are computed when a filter first uses them, once per frame, and
-/// all filters share them. References are valid until the end of the frame.
+/// stages said. Read-only. Measurements are computed when a filter first uses them, once per frame, and all
+/// filters share them. References are valid until the end of the frame.
 /// An interface without storage: a plugin works with any implementation of it.
 class Evidence {
  public:
@@ -101,8 +101,7 @@ class Evidence {
 
   // ---- late results
   /// The boxes of an older frame, carried to this one, with track ids (late/late_semantics.hpp). They were
-  /// found on that frame, or at most `max_age_frames` before and missed since. Null when nothing
-  /// leads here.
+  /// found on that frame, or at most `max_age_frames` before and missed since. Null when nothing leads here.
   virtual const std::vector<Detection>* carried_boxes(int max_age_frames) const = 0;
   /// A mask of an older frame, carried to this one, at a quarter of the image's width and height.
   /// Null when nothing leads here.

@@ -45,8 +45,7 @@ struct DetectionFilter {
   std::vector<std::string> except_classes;  ///< excluded classes
   double min_score = 0;
 
-  /// Also false for boxes that are empty, inverted or not finite,
-  /// and for scores that are not finite.
+  /// Also false for boxes that are empty, inverted or not finite, and for scores that are not finite.
   bool accepts(const Detection& detection) const;
 };
 

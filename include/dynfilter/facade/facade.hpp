@@ -152,8 +152,8 @@ class DYNFILTER_FACADE_API DynFilter {
   /// A line break or a `{` marks YAML text. Names are searched in the folders of the environment variable
   /// DYNFILTER_PRESETS, then in share/dynfilter/pipelines of the installation. error() lists the known names.
   bool load(const std::string& name_path_or_text) noexcept;
-  /// A pipeline file, or any YAML file with a `pipeline` node in it. It replaces the present pipeline, but only
-  /// if it can be used.
+  /// A pipeline file, or any YAML file with a `pipeline` node in it. It replaces the present pipeline, but
+  /// only if it can be used.
   bool load_file(const std::string& path) noexcept;
   bool load_text(const std::string& yaml) noexcept;
   bool loaded() const noexcept;

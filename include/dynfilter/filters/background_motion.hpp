@@ -52,14 +52,16 @@ struct BackgroundMotionParams {
 /// Formula:  the background's motion is chosen among several (motion/rigid_background.hpp). Prior suspects
 ///           take part once the camera's motion is known. Each feature's residual against it in (u, v, depth)
 ///           gives log-odds of motion (motion/moving_odds.hpp), over one frame and over its track of up to
-///           0.2 s. The larger log-odds count, but a miss of the last frame that the track undoes does not. In a
+///           0.2 s. The larger log-odds count, but a miss of the last frame that the track undoes does not.
+///           In a
 ///           patch over two surfaces their shift against each other is added to the noise
 ///           (motion/patch_relief.hpp). The noise is measured in every frame and for both gaps: the
 ///           differences between neighbours (geometry/neighbour_noise.hpp), times a ratio for errors that
 ///           neighbours share (calibration, clock, blur). The ratio is the median residual of the features
 ///           that follow the background, at most 1.5 times what is usual for this camera. A
 ///           feature without a match, in a place that an earlier view saw through, has the log-odds of
-///           motion/free_space.hpp. Belief = odds + memory * belief in the last frame, plus the mean over neighbours at a similar depth, plus
+///           motion/free_space.hpp. Belief = odds + memory * belief in the last frame, plus the mean over
+///           neighbours at a similar depth, plus
 ///           prior_suspicion for prior suspects. Dynamic above the log-odds against motion in this frame
 ///           (prior suspects: above 0), if a core is near: a feature with evidence of motion among others
 ///           with evidence of motion.
@@ -181,8 +183,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
     float image_px = 0;
     StaticMiss::Axes axes = StaticMiss::Axes::None;
     bool in_space() const { return axes == StaticMiss::Axes::Space; }
-    /// Says for standing still, too. A mover that keeps to its epipolar line, as most on a road, does not miss
-    /// the line.
+    /// Says for standing still, too. A mover that keeps to its epipolar line, as most on a road, does not
+    /// miss the line.
     bool can_show_rest() const { return axes == StaticMiss::Axes::Space || axes == StaticMiss::Axes::Image; }
   };
   void measure_misses(const Evidence& evidence, const Match& match);

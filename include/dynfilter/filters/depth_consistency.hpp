@@ -56,8 +56,8 @@ struct DepthConsistencyParams {
   static const FieldTable<DepthConsistencyParams>& fields();
 };
 
-/// Rejects features whose depth differs from the prediction of an earlier view of a static scene
-/// (DeS-SLAM sec. 3.2, eq. 1-6; DynaSLAM sec. III-C).
+/// Rejects features whose depth differs from the prediction of an earlier view of a static scene (DeS-SLAM
+/// sec. 3.2, eq. 1-6; DynaSLAM sec. III-C).
 ///
 /// Formula:  Form relative: |1 - d_proj / z| > max_deviation, at keyframes |z_r - d_r| / z_r.
 ///           Form metric: d_proj - z > max_difference_m.
@@ -116,15 +116,14 @@ class DepthConsistencyFilter final : public NamedFilter<DepthConsistencyFilter> 
   void judge_by_frame(const Evidence& evidence, const Match& match, const Pose& T_current_reference,
                       Votes& votes);
 
-  /// A depth other than predicted is motion, except at a depth edge,
-  /// where the match has slid onto the other surface.
+  /// A depth other than predicted is motion, except at a depth edge, where the match has slid onto the other
+  /// surface.
   void add_match(const cv::Point3f& now, double predicted_m, Opinion& opinion) const;
   bool beside_edge(const cv::Point3f& now, double predicted_m) const;
 
   void add_view(const Eigen::Vector3d& point_m, Opinion& opinion) const;
 
-  /// True if the rays to a point from the origin and from `centre_m`
-  /// enclose a small enough angle.
+  /// True if the rays to a point from the origin and from `centre_m` enclose a small enough angle.
   bool parallax_fits(const Eigen::Vector3d& point_m, const Eigen::Vector3d& centre_m) const;
 
   // ---- against the covisible keyframes
@@ -132,8 +131,8 @@ class DepthConsistencyFilter final : public NamedFilter<DepthConsistencyFilter> 
 
   void judge_by_keyframe(const Evidence& evidence, const KeyframeView& keyframe);
 
-  /// Equation 5: z_r is the map point's depth in the keyframe,
-  /// d_r is the depth of the feature's reprojected point.
+  /// Equation 5: z_r is the map point's depth in the keyframe, d_r is the depth of the feature's reprojected
+  /// point.
   void add_map_point(const Pose& T_keyframe_world, const cv::Point3f& world_m, double reprojected_m,
                      Opinion& opinion) const;
 

@@ -38,8 +38,7 @@ struct EpipolarParams {
   static const FieldTable<EpipolarParams>& fields();
 };
 
-/// Rejects features away from their epipolar lines
-/// (RTS-SLAM sec. 3.3, eq. 1-4 and Algorithm 1, lines 3-16).
+/// Rejects features away from their epipolar lines (RTS-SLAM sec. 3.3, eq. 1-4 and Algorithm 1, lines 3-16).
 ///
 /// Formula:  D = |p2' F p1| / sqrt(X^2 + Y^2) > max_distance_px, (X, Y, Z) = F p1.
 ///           F is fitted on the seeds by RANSAC.

@@ -132,8 +132,8 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
 
   double gap_s(int gap) const { return ages_s_[static_cast<std::size_t>(gap)]; }
 
-  /// Selects the longest gap that most tracks cover, its half, its quarter and so on,
-  /// and the gap for the ground. Longest first.
+  /// Selects the longest gap that most tracks cover, its half, its quarter and so on, and the gap for the
+  /// ground. Longest first.
   void choose_gaps();
 
   bool needs_gap(int gap) const;
@@ -159,8 +159,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
 
   void collect_points(const Evidence& evidence, int gap);
 
-  /// Two flows are similar if a common depth and a common distance from the epipolar line
-  /// explain both.
+  /// Two flows are similar if a common depth and a common distance from the epipolar line explain both.
   void group();
   static double line_length(const ViewFlow& flow) {
     return flow.inverse_depth != 0 ? flow.along_px / flow.inverse_depth : 0;
@@ -183,18 +182,19 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   bool judged(std::size_t k) const { return judged_[static_cast<std::size_t>(points_[k].feature)]; }
 
   /// A feature in a group has the suspicion of the group.
-  /// Any other feature is scaled by the share of suspects among its neighbours,
-  /// because a feature that moves alone is probably a bad track.
+  /// Any other feature is scaled by the share of suspects among its neighbours, because a feature that moves
+  /// alone is probably a bad track.
   void weigh_groups();
 
   double share_of_suspects(std::size_t k);
 
   /// Cosine: moves within 14 degrees of the optical axis.
   static constexpr double kAhead = 0.97;
-  /// The camera drives if four fifths of its recent motion were ahead. A hand moves ahead, too, but seldom for so
-  /// long: with this time constant, the share is reached after 0.4 s.
+  /// The camera drives if four fifths of its recent motion were ahead. A hand moves ahead, too, but seldom
+  /// for so long: with this time constant, the share is reached after 0.4 s.
   static constexpr double kDrives = 0.8, kDriveMemory_s = 0.25;
-  /// Tracks too young to be compared with the ground take over what similar neighbours have, in as many steps.
+  /// Tracks too young to be compared with the ground take over what similar neighbours have, in as many
+  /// steps.
   static constexpr int kInferenceSteps = 3;
   static constexpr std::size_t kInferenceNeighbours = 2;
 

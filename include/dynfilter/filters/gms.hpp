@@ -36,8 +36,8 @@ struct GmsFilterParams {
   GmsParams statistics() const { return {grid_cells, kMatchesPerCell, factor, every_pair, false, false}; }
 };
 
-/// Rejects features whose match has too little support from the matches around it
-/// (Bian et al. 2017; Zhou et al. sec. 3.1).
+/// Rejects features whose match has too little support from the matches around it (Bian et al. 2017; Zhou et
+/// al. sec. 3.1).
 ///
 /// Formula:  kept if S >= factor * sqrt(n).
 ///           S is the number of matches from the surrounding 3 x 3 cells

@@ -36,8 +36,7 @@ struct MapPointBeliefParams {
   static const FieldTable<MapPointBeliefParams>& fields();
 };
 
-/// Rejects map points that masks mark as movable more often than not
-/// (RDS-SLAM, Liu and Miura 2021).
+/// Rejects map points that masks mark as movable more often than not (RDS-SLAM, Liu and Miura 2021).
 ///
 /// Formula:  Bayes' rule per map point, starting at `initial`:
 ///           b' = b P(z|moves) / (b P(z|moves) + (1 - b) P(z|static)).

@@ -28,8 +28,8 @@ struct MultiModelParams {
 };
 
 /// Rejects mismatches: matches that no surface explains, static or moving.
-/// Uses sequential RANSAC with samples of neighbouring matches
-/// (Vincent and Laganiere 2001 use it for planes).
+/// Uses sequential RANSAC with samples of neighbouring matches (Vincent and Laganiere 2001 use it for
+/// planes).
 ///
 /// Formula:  Homographies H_1, H_2, ... are fitted in turn to the unexplained matches.
 ///           The loop ends if wrong matches alone would be expected to support one more.

@@ -28,8 +28,8 @@ struct SemanticBoxParams {
   static const FieldTable<SemanticBoxParams>& fields();
 };
 
-/// Rejects or marks features inside detector boxes of classes that may move
-/// (RTS-SLAM sec. 3.2; also SG-SLAM and YOLO-SLAM).
+/// Rejects or marks features inside detector boxes of classes that may move (RTS-SLAM sec. 3.2; also SG-SLAM
+/// and YOLO-SLAM).
 ///
 /// Formula:  p in a box of a class in `classes` with score >= min_score.
 ///           With `refine`, also z(p) <= foreground depth of the box + foreground_margin_m.

@@ -36,8 +36,8 @@ struct SemanticMaskParams {
   static const FieldTable<SemanticMaskParams>& fields();
 };
 
-/// Rejects or marks features on the potentially moving pixels of a mask
-/// (DynaSLAM sec. III-B; also DS-SLAM and DeS-SLAM).
+/// Rejects or marks features on the potentially moving pixels of a mask (DynaSLAM sec. III-B; also DS-SLAM
+/// and DeS-SLAM).
 ///
 /// Formula:  label(p) in `labels`, or such a pixel within dilate_px of p (a disc).
 /// Needs:    a mask of any size, which is scaled to the image, or detections with instance masks.
@@ -71,7 +71,6 @@ class SemanticMaskFilter final : public NamedFilter<SemanticMaskFilter>, public 
   static constexpr float kMarginScore = 0.75F;
 
   void judge_instances(const Evidence& evidence, Votes& votes);
-
 
   void judge(const Evidence& evidence, const MaskLookup& mask, const LateResult& late, float score,
              Votes& votes);

@@ -57,7 +57,8 @@ struct TrajectoryConsistencyParams {
 ///           Threshold noise replaces this by chi-square > max_chi2 of the residual (u, v, depth),
 ///           under flow noise, depth noise and the uncertainty of the motion.
 ///           With measured_noise, the first two are at least those of this frame's seeds
-///           (geometry/neighbour_noise.hpp, geometry/rigid_misses.hpp), and the motion is refitted under them.
+///           (geometry/neighbour_noise.hpp, geometry/rigid_misses.hpp), and the motion is refitted under
+///           them.
 ///           Mode rigid also limits |R P_r + t - P_t| to max_displacement_m
 ///           (Zhou et al. eq. 1-2).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses.

@@ -10,8 +10,8 @@ namespace dynfilter {
 
 /// Noise of a structured-light depth camera along its optical axis,
 ///   sigma_z(z) = base + quadratic (z - offset)^2   [m].
-/// It grows quadratically because depth is the inverse of a disparity with constant noise
-/// (Khoshelham and Elberink, Sensors 2012, section 2.3).
+/// It grows quadratically because depth is the inverse of a disparity with constant noise (Khoshelham and
+/// Elberink, Sensors 2012, section 2.3).
 /// The defaults are the axial noise of the Kinect (Nguyen, Izadi and Lovell, 3DIMPVT 2012).
 /// The model is valid for surfaces viewed at up to about 60 degrees.
 /// Silhouettes are much noisier.
@@ -41,7 +41,8 @@ struct DepthNoise {
 /// / disparity is 4 % too large. The feature is a direction then.
 constexpr float kLeastDisparity_px = 10 * static_cast<float>(DepthNoise::kDisparity_px);
 
-/// Depth [m] of a feature at the undistorted column `left_u_px`. NaN without a match and for small disparities.
+/// Depth [m] of a feature at the undistorted column `left_u_px`. NaN without a match and for small
+/// disparities.
 inline float stereo_depth_m(float left_u_px, float right_u_px, double baseline_fx_px_m) {
   const float disparity_px = left_u_px - right_u_px;
   return valid_right(right_u_px) && disparity_px >= kLeastDisparity_px

@@ -45,9 +45,9 @@ class NeighbourNoise {
   /// pairs. Does not depend on the order of the misses.
   std::optional<double> scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two);
 
-  /// The same with what neighbours share (calibration, clock, blur): the median miss, within
-  /// [1, kMostShared] times scale(). As long as less than half of the misses are those of movers it measures
-  /// the static ones; beyond that the bound holds.
+  /// The same with what neighbours share (calibration, clock, blur): the median miss, within [1, kMostShared]
+  /// times scale(). As long as less than half of the misses are those of movers it measures the static ones;
+  /// beyond that the bound holds.
   std::optional<double> whole_scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two);
 
  private:

@@ -13,8 +13,8 @@
 
 namespace dynfilter {
 
-/// Residual of a rigid motion q = R p_reference + t at a point c of the current frame,
-/// in standard deviations.
+/// Residual of a rigid motion q = R p_reference + t at a point c of the current frame, in standard
+/// deviations.
 /// ImageDepth (used by the odometry):
 ///   (fx (qx/qz - cx/cz), fy (qy/qz - cy/cz)) / pixel sigma, (qz - cz) / sigma_z.
 /// Point: (q - c) / sigma per axis, with lateral sigma = c.z pixel_sigma / f.
@@ -75,8 +75,8 @@ struct RigidMotion {
   bool ok = false;
   RigidMotionNote note = RigidMotionNote::TooFewPoints;
   Pose T_current_reference;  ///< p_current = R p_reference + t
-  /// Row-major covariance of a left perturbation (translation [m], rotation [rad]),
-  /// p = exp(rotation) (R p_reference + t) + translation.
+  /// Row-major covariance of a left perturbation (translation [m], rotation [rad]), p = exp(rotation) (R
+  /// p_reference + t) + translation.
   /// It is the inverse normal matrix under the assumed noise.
   /// Multiply it by max(1, sigma0^2) if the assumed noise may be too small.
   std::array<double, 36> covariance{};
@@ -88,8 +88,8 @@ struct RigidMotion {
 };
 
 /// Relative rigid motion from 3D-3D correspondences.
-/// Seeded RANSAC over triples in closed form, with noise-whitened scores, bail-out
-/// and local optimisation (Chum, Matas and Kittler, DAGM 2003).
+/// Seeded RANSAC over triples in closed form, with noise-whitened scores, bail-out and local optimisation
+/// (Chum, Matas and Kittler, DAGM 2003).
 /// Robust least squares follow (rigid_least_squares.hpp).
 /// Reuses its buffers: no allocation after the largest input.
 /// Cost: about 20 us + 30 us for 1000 points.

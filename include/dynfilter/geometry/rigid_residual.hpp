@@ -17,8 +17,7 @@ struct RigidResidualNoise {
 };
 
 /// Residual of one point pair.
-/// Without depth in either frame, or behind the camera,
-/// `valid` is false and the numbers are NaN.
+/// Without depth in either frame, or behind the camera, `valid` is false and the numbers are NaN.
 struct RigidResidual {
   bool valid = false;
   /// Predicted position of a static point, undistorted pixels of the current frame.
@@ -35,8 +34,7 @@ struct RigidResidual {
 /// Normalises the residual r:
 ///   chi2 = r^T S^-1 r,  S = diag(su^2, su^2, sz(c)^2) + G Sp G^T + L C L^T.
 /// Sp is the noise of the reference point (depth noise along its ray), G = d(u, v, z)/dp.
-/// C is the motion's covariance (translation, rotation; as in RigidMotion),
-/// L = d(u, v, z)/d(motion).
+/// C is the motion's covariance (translation, rotation; as in RigidMotion), L = d(u, v, z)/d(motion).
 /// This is first-order propagation (Hartley and Zisserman, section 5.2).
 /// The pixel noise is that of the match, so the reference pixel adds none.
 /// A static point exceeds 7.81 with probability 5 % and 11.34 with 1 %.
@@ -58,8 +56,8 @@ class RigidResidualModel {
   double chi2_of_exact_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
                               double current_z) const;
 
-  /// r^T S^-1 r for the full S. With M = (I, -[q]x) and the blocks T, X, W of C,
-  /// M C M^T = T + X[q]x + (X[q]x)^T - [q]x W [q]x. d(u, v, z)/dq is sparse.
+  /// r^T S^-1 r for the full S. With M = (I, -[q]x) and the blocks T, X, W of C, M C M^T = T + X[q]x +
+  /// (X[q]x)^T - [q]x W [q]x. d(u, v, z)/dq is sparse.
   /// Scalar code takes half the time of the matrix form.
   double chi2_of_estimated_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p,
                                   const Eigen::Vector3d& q, double current_z) const;

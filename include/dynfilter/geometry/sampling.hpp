@@ -47,8 +47,8 @@ inline void sample_distinct(SampleGenerator& rng, std::uint32_t n, std::uint32_t
   }
 }
 
-/// Iterations after which one sample has no outlier with probability `confidence`
-/// (Fischler and Bolles 1981). At most `limit`.
+/// Iterations after which one sample has no outlier with probability `confidence` (Fischler and Bolles 1981).
+/// At most `limit`.
 /// A sample has `size` elements, each an inlier with probability `inlier_share`.
 inline int ransac_iterations(double inlier_share, int size, double confidence, int limit) {
   const double good = portable::power(std::min(1.0, std::max(0.0, inlier_share)), size);

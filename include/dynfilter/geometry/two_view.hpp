@@ -18,8 +18,8 @@ class TwoViewSearch;
 /// F is fitted by RANSAC over seven matches with MSAC scores of Sampson distances.
 /// It uses the oriented constraint, spatially spread samples, bail-out and local optimisation.
 /// A plane, a pure rotation, no motion or a tiny baseline leave two parameters of F free.
-/// Movers then determine these parameters (Torr, Zisserman and Maybank, CVIU 1998;
-/// DEGENSAC: Chum, Werner and Matas, CVPR 2005).
+/// Movers then determine these parameters (Torr, Zisserman and Maybank, CVIU 1998; DEGENSAC: Chum, Werner and
+/// Matas, CVPR 2005).
 /// two_view_decision.hpp tests for these cases.
 ///
 /// Reuses its buffers: no allocation after the largest input.
@@ -37,8 +37,8 @@ class TwoViewEstimator {
   /// Both spans are undistorted pixels and have the same size.
   /// `seeds` are the indices of the features to fit.
   /// Indices out of range and positions that are not finite are ignored.
-  /// With a `camera` (intrinsics only) the estimator separates a rotation from a plane,
-  /// and parallax from movers.
+  /// With a `camera` (intrinsics only) the estimator separates a rotation from a plane, and parallax from
+  /// movers.
   /// Unusual data never throws; the result is kind None.
   TwoViewModel estimate(Span<const cv::Point2f> reference, Span<const cv::Point2f> current,
                         Span<const int> seeds, const Camera* camera = nullptr);

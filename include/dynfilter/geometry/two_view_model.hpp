@@ -54,8 +54,8 @@ struct TwoViewModel {
   TwoViewReason reason = TwoViewReason::TooFewSeeds;
   Matrix9 F{};  ///< p2^T F p1 = 0; all zero: no F
   Matrix9 H{};  ///< p2 ~ H p1; all zero: no H
-  /// Homography and Rotation: largest distance [px] of a static point from H p1,
-  /// along its line F p1. Zero if no parallax is found.
+  /// Homography and Rotation: largest distance [px] of a static point from H p1, along its line F p1. Zero if
+  /// no parallax is found.
   double allowance_px = 0;
   /// True if points off H but on F may be static parallax.
   /// `judge` then returns CannotSay for them.
@@ -75,10 +75,10 @@ enum class TwoViewVerdict { CannotSay, Consistent, Inconsistent };
 
 /// Distance [px] of a match from the model in the current image.
 /// Fundamental: distance from the epipolar line (RTS-SLAM, eq. 4).
-/// Homography and Rotation: distance from H p1, less `allowance_px` along the epipolar line,
-/// times sqrt(3.84 / 5.99) = 0.80.
-/// This factor accounts for two coordinates of error instead of one,
-/// so that the same threshold passes the same share of static points.
+/// Homography and Rotation: distance from H p1, less `allowance_px` along the epipolar line, times sqrt(3.84
+/// / 5.99) = 0.80.
+/// This factor accounts for two coordinates of error instead of one, so that the same threshold passes the
+/// same share of static points.
 /// NaN if the kind is None or a point is not finite.
 double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current);
 

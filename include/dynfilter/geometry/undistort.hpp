@@ -34,8 +34,7 @@ cv::Point2f distort_point(const Camera& camera, cv::Point2f ideal_px);
 /// Copies if the camera has no distortion.
 void undistort_points(const Camera& camera, Span<const cv::Point2f> in, Span<cv::Point2f> out);
 
-/// Point in the camera frame [m] (x right, y down, z forward)
-/// from an undistorted pixel and its depth z [m].
+/// Point in the camera frame [m] (x right, y down, z forward) from an undistorted pixel and its depth z [m].
 /// All NaN if the depth is NaN, infinite, zero or negative.
 cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px, float depth_m);
 

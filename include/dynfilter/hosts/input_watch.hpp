@@ -28,15 +28,15 @@ class InputWatch {
 
   /// Which pipeline runs, from which file, which inputs it uses, which are given, and which stage judges
   /// without the others:
-  /// "dynfilter: pipeline `des_slam` of .../des_slam.yaml uses depth, mask; the host gives depth, but
-  /// not: mask". `given`: what the host can give.
+  /// "dynfilter: pipeline `des_slam` of .../des_slam.yaml uses depth, mask; the host gives depth, but not:
+  /// mask". `given`: what the host can give.
   std::string start_line(const std::string& file, Input given) const;
 
   /// After every call of the pipeline. `rejected`: features that it called dynamic.
   void saw(const FrameReport& report, Input inputs, std::size_t rejected);
 
-  /// One line when, after kPatience frames, a stage has never got an input that it needs. It says which stages
-  /// judged, and whether anything was rejected. "" before, afterwards, and when nothing is missing.
+  /// One line when, after kPatience frames, a stage has never got an input that it needs. It says which
+  /// stages judged, and whether anything was rejected. "" before, afterwards, and when nothing is missing.
   std::string take_warning();
 
  private:

@@ -47,8 +47,8 @@ class MaskedHost {
   }
   void set_mask(const cv::Mat& labels) { semantics_.set_mask(labels, -1); }
 
-  /// `image`: 8 bits, grey or colour. `depth`: as the host takes it, CV_16U or CV_32F in units of
-  /// `1 / DepthMapFactor` metres, or empty. Cost: the corners, about 5 ms for 640x480, and the pipeline.
+  /// `image`: 8 bits, grey or colour. `depth`: as the host takes it, CV_16U or CV_32F in units of `1 /
+  /// DepthMapFactor` metres, or empty. Cost: the corners, about 5 ms for 640x480, and the pipeline.
   const Images& process(const cv::Mat& image, const cv::Mat& depth, double timestamp_s);
 
   void reset();

@@ -30,14 +30,15 @@
 
 namespace dynfilter {
 
-/// Judges and thins the frames of an ORB-SLAM2 or ORB-SLAM3 fork (docs/how-to/orb_slam.md). A member of the host's
-/// Tracking, called from its thread only; templates on the host's own types, told apart at compile time.
+/// Judges and thins the frames of an ORB-SLAM2 or ORB-SLAM3 fork (docs/how-to/orb_slam.md). A member of the
+/// host's Tracking, called from its thread only; templates on the host's own types, told apart at compile
+/// time.
 ///
 /// Odd data never throws: images of a new size, no depth, an empty pose, no features. Time that jumps back
-/// and a frame number that starts again reset the history. Wrong settings throw
-/// ConfigError when it is made. Reading and thinning cost less than 0.1 ms for 1000 features, beside the
-/// pipeline's own time. Copies of grey and depth for later call points add 0.12 ms for 640x480. A depth image
-/// that is handed over is not copied.
+/// and a frame number that starts again reset the history. Wrong settings throw ConfigError when it is made.
+/// Reading and thinning cost less than 0.1 ms for 1000 features, beside the pipeline's own time. Copies of
+/// grey and depth for later call points add 0.12 ms for 640x480. A depth image that is handed over is not
+/// copied.
 class OrbSlam {
  public:
   /// Receives one line for the host's log, called from the thread of the call that has something to say.

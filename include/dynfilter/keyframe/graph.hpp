@@ -101,10 +101,9 @@ inline bool connected_within(const Graph& graph, const VertexSet& set) {
   return true;
 }
 
-/// Adds vertices until any two vertices of `set` that the graph connects
-/// are connected within `set`.
-/// Uses shortest paths from the part with the lowest vertex of each component to the next part
-/// (Zhou et al. sec. 3.2.1).
+/// Adds vertices until any two vertices of `set` that the graph connects are connected within `set`.
+/// Uses shortest paths from the part with the lowest vertex of each component to the next part (Zhou et al.
+/// sec. 3.2.1).
 /// Returns the added vertices in order of addition.
 std::vector<Graph::Vertex> add_bridges(const Graph& graph, VertexSet& set);
 

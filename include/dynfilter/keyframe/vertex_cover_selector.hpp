@@ -50,8 +50,8 @@ struct VertexCoverParams {
   static const FieldTable<VertexCoverParams>& fields();
 };
 
-/// Keyframes as a small vertex cover of the covisibility graph of candidates
-/// (Zhou et al. sec. 3.2.1, after KeySLAM).
+/// Keyframes as a small vertex cover of the covisibility graph of candidates (Zhou et al. sec. 3.2.1, after
+/// KeySLAM).
 /// Of any two candidates that share enough points, at least one is selected.
 /// Selected frames are connected where the candidates are.
 /// A frame with too many dynamic features is replaced by a cleaner one with the same coverage.

@@ -85,8 +85,8 @@ class CarriedMask {
   bool all_around(const cv::Point& cell) const;
 
   /// Removes background that the outline includes.
-  /// Within each connected part of the mask, a depth layer is removed
-  /// if it holds less than kMinShare of the points. Layers are kGap_m apart.
+  /// Within each connected part of the mask, a depth layer is removed if it holds less than kMinShare of the
+  /// points. Layers are kGap_m apart.
   void drop_small_layers();
   /// Collects the points with depth that are connected to this one. Removes them from index_.
   void take_part(const Point& first);

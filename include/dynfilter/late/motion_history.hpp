@@ -37,8 +37,8 @@ class MotionHistory {
   static constexpr int kCellPx = 4;
   static constexpr std::size_t kFrames = 64;
 
-  /// Adds a frame: the pixels and depths [m] of its features, their match to an earlier frame
-  /// and its depth image as sparse_depth() makes it.
+  /// Adds a frame: the pixels and depths [m] of its features, their match to an earlier frame and its depth
+  /// image as sparse_depth() makes it.
   /// Takes over the memory of `sparse_depth_m` and returns other memory in exchange.
   void add(std::int64_t id, const Match& match, const std::vector<cv::Point2f>& px,
            const std::vector<float>& depths_m, cv::Mat& sparse_depth_m, cv::Size image_px);

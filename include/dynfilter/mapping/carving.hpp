@@ -14,15 +14,15 @@ namespace dynfilter::mapping {
 /// First, voxels that enough keyframes saw through are removed (CarveParams).
 /// Then the removal spreads to the remains of the same object.
 /// A person who left is mostly seen through, except in front of pixels without depth.
-/// A voxel is also removed if at most `spread_max_seen` keyframes saw it
-/// and at least `spread_share` of its neighbours within two cells are removed.
+/// A voxel is also removed if at most `spread_max_seen` keyframes saw it and at least `spread_share` of its
+/// neighbours within two cells are removed.
 /// This repeats until nothing changes.
 /// The result does not depend on the order, because a removal only favours further removals.
 class Carving {
  public:
   /// Neighbours have the same class.
-  /// Cost: one test per voxel, and 124 look-ups per voxel that few keyframes saw
-  /// and that has a removed neighbour.
+  /// Cost: one test per voxel, and 124 look-ups per voxel that few keyframes saw and that has a removed
+  /// neighbour.
   Carving(const VoxelMap& map, const CarveParams& params);
 
   bool gone(std::size_t i) const { return gone_[i] != 0; }

@@ -24,10 +24,10 @@ namespace dynfilter::mapping {
 
 /// What a keyframe's depth image shows at places in the world: a surface, or free space.
 /// Stored compactly: 6 bytes per 4 x 4 pixels, 115 KB for 640 x 480.
-/// A place is seen through if all depths within 4 to 8 pixels are behind it
-/// by more than the margin and the noise.
-/// Therefore no place at a silhouette, on a grazing surface, beside pixels without depth
-/// or at the image's edge is ever seen through. In doubt, points are kept.
+/// A place is seen through if all depths within 4 to 8 pixels are behind it by more than the margin and the
+/// noise.
+/// Therefore no place at a silhouette, on a grazing surface, beside pixels without depth or at the image's
+/// edge is ever seen through. In doubt, points are kept.
 class DepthView {
  public:
   static constexpr int kBlockBits = 2, kBlockPx = 1 << kBlockBits;
@@ -69,8 +69,8 @@ class DepthView {
     std::uint16_t seen[kAtOnce], through[kAtOnce];
   };
 
-  /// The space that a view can judge: a pyramid in front of the camera,
-  /// limited by the measured depths and the noise at that distance.
+  /// The space that a view can judge: a pyramid in front of the camera, limited by the measured depths and
+  /// the noise at that distance.
   class Sight {
    public:
     Sight(const DepthView& view, double leaf_m, const Pose& T);
@@ -297,7 +297,8 @@ inline DYNFILTER_AS_CALLER void DepthView::judge(std::size_t n, double leaf_m, P
   }
 }
 
-/// Adds (sign 1) or removes (-1) what a view says of the voxels from index `begin`: a surface seen, or seen through.
+/// Adds (sign 1) or removes (-1) what a view says of the voxels from index `begin`: a surface seen, or seen
+/// through.
 void add_votes(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, std::size_t begin,
                double leaf_m, int sign);
 

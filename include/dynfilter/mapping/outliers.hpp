@@ -14,10 +14,9 @@
 
 namespace dynfilter::mapping {
 
-/// Statistical outlier removal on voxels
-/// (Rusu et al., Robotics and Autonomous Systems 2008, sec. 4.1).
-/// Compares a voxel's mean distance to its nearest `neighbours`
-/// with the mean over all voxels plus `sigmas` standard deviations.
+/// Statistical outlier removal on voxels (Rusu et al., Robotics and Autonomous Systems 2008, sec. 4.1).
+/// Compares a voxel's mean distance to its nearest `neighbours` with the mean over all voxels plus `sigmas`
+/// standard deviations.
 /// Larger distances and missing neighbours count as kReach leaves.
 /// An isolated voxel then does not distort the statistics, and the search is local.
 /// Neighbours have the same class.

@@ -48,8 +48,8 @@ struct MapState {
 /// The map is then bit for bit as if the keyframe had never been added, or had this pose.
 ///
 /// Free space removes what a mask missed.
-/// Each voxel counts how many keyframes see a surface there and how many see through it
-/// (DepthView, Carving), regardless of their order.
+/// Each voxel counts how many keyframes see a surface there and how many see through it (DepthView, Carving),
+/// regardless of their order.
 /// A person who left is hidden once enough keyframes see the wall behind.
 /// A new object in free space is added only after enough keyframes see it.
 ///

@@ -96,8 +96,7 @@ DYNFILTER_AS_CALLER inline void write_colour(const FourSums& sum, VoxelPoint& ou
 /// Above 2^20 points, the quantum doubles with each doubling.
 /// Voxels are in the order in which points first reach them. Classes are kept apart.
 ///
-/// Cost: linear. A voxel grid is memory-bound,
-/// because each point accesses a table larger than the caches.
+/// Cost: linear. A voxel grid is memory-bound, because each point accesses a table larger than the caches.
 /// Keys of 256 points are therefore computed together and their table entries are prefetched.
 /// The table holds only 4-byte indices.
 /// A new voxel is created without a branch, which would be unpredictable at small leaves.

@@ -33,8 +33,7 @@ struct Voxel {
 };
 
 /// How many views see a surface in a voxel, and how many see through it (depth_view.hpp).
-/// Stored apart from the sums, because a view votes on all visible voxels
-/// and this step is memory-bound.
+/// Stored apart from the sums, because a view votes on all visible voxels and this step is memory-bound.
 struct VoxelVotes {
   std::uint16_t seen = 0, through = 0;          ///< votes of stored views
   std::uint16_t old_seen = 0, old_through = 0;  ///< votes of permanent views, at most 65535
@@ -102,8 +101,7 @@ class VoxelMap {
   std::uint32_t find_or_make(std::uint64_t key);
 
   /// Moves the last voxel of the lists to this index.
-  /// Later table entries move up (linear probing without tombstones,
-  /// Knuth vol. 3, sec. 6.4, algorithm R).
+  /// Later table entries move up (linear probing without tombstones, Knuth vol. 3, sec. 6.4, algorithm R).
   void erase(std::uint32_t i);
   std::uint32_t place_of(std::uint32_t i) const;
   void resize_table(int bits);

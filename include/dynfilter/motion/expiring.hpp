@@ -6,14 +6,14 @@
 
 namespace dynfilter {
 
-/// A conclusion from earlier frames. It expires with its premise: if no frame confirms it for a lifetime, it is
-/// unknown again. A filter whose beliefs from earlier frames are all of this type cannot lock: an error does not
-/// outlive its cause by more than that.
+/// A conclusion from earlier frames. It expires with its premise: if no frame confirms it for a lifetime, it
+/// is unknown again. A filter whose beliefs from earlier frames are all of this type cannot lock: an error
+/// does not outlive its cause by more than that.
 template <class T>
 class Expiring {
  public:
-  /// Half a second. Blur, an occlusion or a blink of the tracking lasts less. A camera in the hand may have turned
-  /// to another place after more.
+  /// Half a second. Blur, an occlusion or a blink of the tracking lasts less. A camera in the hand may have
+  /// turned to another place after more.
   static constexpr double kLifetime_s = 0.5;
 
   /// A frame begins, `passed_s` after the last one.
@@ -40,8 +40,8 @@ class Expiring {
   double since_s_ = 0;
 };
 
-/// Mean of observations that lose weight with time. It begins as if half an observation had been 0, because the
-/// first observation of a track is its least certain one.
+/// Mean of observations that lose weight with time. It begins as if half an observation had been 0, because
+/// the first observation of a track is its least certain one.
 struct RecentMean {
   static constexpr double kPriorWeight = 0.5;
   double value = 0, weight = kPriorWeight;

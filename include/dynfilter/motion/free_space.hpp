@@ -20,13 +20,13 @@ class NearestDepth {
   NearestDepth(const cv::Mat& depth, double unit_m);
 
   /// The nearest depth [m] within `radius_px` of a pixel, in rows and columns.
-  /// None if it is `beyond_m` or nearer, if the window leaves the image,
-  /// or if less than half of it has a depth.
+  /// None if it is `beyond_m` or nearer, if the window leaves the image, or if less than half of it has a
+  /// depth.
   std::optional<float> around(const cv::Point2f& px, int radius_px, float beyond_m) const;
 
  private:
-  /// Most windows hold the point's own surface: the middle row is read first, and the first depth that is
-  /// not beyond ends the search.
+  /// Most windows hold the point's own surface: the middle row is read first, and the first depth that is not
+  /// beyond ends the search.
   template <class T>
   std::optional<float> of_window(const cv::Point& centre, int radius_px, float beyond_m) const;
 

@@ -28,8 +28,9 @@ struct GroundView {
   double most = 6;        ///< [sigma] of one frame
 };
 
-/// Finds movers that a forward moving camera sees move along their epipolar lines. Over a flat ground of which
-/// the camera is one height above, a point `below` the horizon has at least the inverse depth scale * below.
+/// Finds movers that a forward moving camera sees move along their epipolar lines. Over a flat ground of
+/// which the camera is one height above, a point `below` the horizon has at least the inverse depth scale *
+/// below.
 ///
 /// Farther: a car that drives ahead hardly flows, so it seems to be beneath the ground:
 ///   sigmas = (1 - inverse_depth / (scale * below)) / hypot(0.15, noise / (line * scale * below)).
@@ -38,7 +39,8 @@ struct GroundView {
 /// Nearer: an oncoming car flows too fast, so its lower end seems to hover:
 ///   sigmas = limit + log(ratio of the group's lowest tenth / 1.2 / (1 + 1 / n)) / 0.15.
 ///   Only for upright groups whose lower end is in the image. If the group was static and hovered by
-///   occlusion, the ground between its lower end and the place where it would stand is hidden. So ground must be
+///   occlusion, the ground between its lower end and the place where it would stand is hidden. So ground must
+///   be
 ///   seen there, or the group be large with nothing nearer in front of it.
 /// Blind to: slopes whose ground is seen (a hill's near side); movers above the horizon.
 /// Cost: 0.1 ms for 1000 points, without finding the ground (0.2 ms).
@@ -78,7 +80,8 @@ class GroundContact {
   static constexpr double kInFront = 1.25;    ///< ratio of inverse depths from which a point hides others
   static constexpr double kBelowFoot_px = 8;  ///< beneath is what the foot's own patch does not cover
   static constexpr std::size_t kLarge = 12;   ///< points of a group that needs no ground beneath it
-  /// Ratio of a lower end at a quarter of the camera's height: the bumper of a parked car whose wheels show nothing.
+  /// Ratio of a lower end at a quarter of the camera's height: the bumper of a parked car whose wheels show
+  /// nothing.
   static constexpr double kHighestEnd = 4.0 / 3;
 
   using Members = Span<const int>;
@@ -103,7 +106,8 @@ class GroundContact {
     double left_px, right_px, y_px, ratio;
   };
   std::optional<Foot> foot_of(const Members& group);
-  /// Number of ground points between the lower end and the place where it would stand, less the points in front.
+  /// Number of ground points between the lower end and the place where it would stand, less the points in
+  /// front.
   int ground_beneath(const Foot& foot) const;
 
   GroundPlaneFinder finder_;

@@ -10,8 +10,7 @@ namespace dynfilter {
 /// The plane that the camera drives along, in image coordinates.
 /// (x, y) are pixels right of and below the focus of expansion.
 /// A point of the plane has inverse depth `scale * below(x, y)` in units of the camera's step.
-/// The horizon of the plane runs through the focus of expansion,
-/// because the camera moves along the plane.
+/// The horizon of the plane runs through the focus of expansion, because the camera moves along the plane.
 struct GroundPlane {
   double scale = 0;
   double tilt = 0;  ///< tilt of the horizon [rad]; positive if the ground is higher on the right

@@ -34,8 +34,8 @@ struct MovingOddsInput {
 ///   odds_v = (nu + n) / 2 (log(1 + c / nu) - log(1 + c_v / nu)) - m log(1 + a) / 2 - log(1 + b) / 2
 ///   odds   = log(mean of exp(odds_v) over both speeds) + log(share / (1 - share))
 /// Where the noise is larger than anything a mover could do in that time, a and b vanish and nothing is said:
-/// a blurred frame is evidence for neither. The units are seconds, so cameras of 10 and 60 Hz behave
-/// alike. About 0.03 us.
+/// a blurred frame is evidence for neither. The units are seconds, so cameras of 10 and 60 Hz behave alike.
+/// About 0.03 us.
 class MovingOdds {
  public:
   explicit MovingOdds(const MovingOddsModel& model = {})

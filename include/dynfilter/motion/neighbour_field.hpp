@@ -15,7 +15,8 @@
 
 namespace dynfilter {
 
-/// Features closer than half of the flow's window share its patch, and so its error: they are one observation.
+/// Features closer than half of the flow's window share its patch, and so its error: they are one
+/// observation.
 constexpr float kOnePatch_px = 8;
 
 /// The features of a frame sorted by place, for sums of several values over the same neighbourhoods.
@@ -101,8 +102,8 @@ class NeighbourPlaces {
   using Four = detail::Float4;
   static constexpr std::size_t kLanes = 4;
   static constexpr Four kLane{0, 1, 2, 3};
-  /// Of a row of cells with more features than this, only every second four is read, or every third, ...: the sums
-  /// are used as means. ORB-SLAM has 20 in a row, a dense front end 200.
+  /// Of a row of cells with more features than this, only every second four is read, or every third, ...: the
+  /// sums are used as means. ORB-SLAM has 20 in a row, a dense front end 200.
   static constexpr std::size_t kMostInRow = 1024;
   static constexpr float kUnknownFirst = -1;  ///< where a feature without depth sorts
 

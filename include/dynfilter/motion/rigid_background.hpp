@@ -30,8 +30,8 @@ class RigidBackgroundSearch;
 ///    A motion that explains less than 4 % of the points is never the background. If none explains more,
 ///    there is no motion. The exponentials of the scores, normalised, give the confidence.
 ///
-/// Owns its scratch. Not for several threads at once. Cost: O(seeds) to sample the points. The rest does not grow
-/// with the features.
+/// Owns its scratch. Not for several threads at once. Cost: O(seeds) to sample the points. The rest does not
+/// grow with the features.
 class RigidBackgroundEstimator {
  public:
   static constexpr float kMobile = RigidBackgroundScene::kMobile;

@@ -74,12 +74,14 @@ class ViewMotionEstimator {
 
   void polish(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds);
 
-  /// The flow of a plane has two explanations: direction and normal change places (Longuet-Higgins, "The visual
-  /// ambiguity of a moving plane", 1984). One of them often puts a part of the plane behind the camera.
+  /// The flow of a plane has two explanations: direction and normal change places (Longuet-Higgins, "The
+  /// visual ambiguity of a moving plane", 1984). One of them often puts a part of the plane behind the
+  /// camera.
   /// Keeps the other one if it is supported better.
   void try_twin(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds);
 
-  /// Of the plane through the points that support best_, in steps of the camera: inverse_depth = normal . ray.
+  /// Of the plane through the points that support best_, in steps of the camera: inverse_depth = normal .
+  /// ray.
   std::optional<std::array<double, 3>> plane_normal(const std::vector<ViewPair>& pairs) const;
 
   ViewMotion without_needless_baseline(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,

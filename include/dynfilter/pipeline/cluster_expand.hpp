@@ -51,8 +51,8 @@ struct ClusterExpandParams {
 };
 
 /// `cluster_expand`: grows the stage's dynamic features to their neighbours.
-/// Neighbours are in 3-D, in the image, or connected in the depth image without a jump
-/// (DynaSLAM's region growing).
+/// Neighbours are in 3-D, in the image, or connected in the depth image without a jump (DynaSLAM's region
+/// growing).
 /// Added features become dynamic regardless of the stage's vote. All others keep it.
 /// Without the data for the space, such as depth, nothing is grown.
 class ClusterExpandStage final : public Combinator {

@@ -28,8 +28,8 @@ class Floor {
   void apply(const FrameView& frame, int host_min_features, Verdict& verdict);
 
  private:
-  /// Sorts rejected features by suspicion, then by position,
-  /// so that the result does not depend on the order of the features.
+  /// Sorts rejected features by suspicion, then by position, so that the result does not depend on the order
+  /// of the features.
   void rank(const FrameView& frame, const Verdict& verdict);
 
   /// All NaN positions count as one position, because NaN cannot be ordered.

@@ -70,8 +70,7 @@ constexpr Vote vote_count(double dynamic, double unknown, double needed) {
 }
 
 /// Combines the votes on one object.
-/// Dynamic with at least `min_count` dynamic votes, which are at least `min_share`
-/// of the known votes.
+/// Dynamic with at least `min_count` dynamic votes, which are at least `min_share` of the known votes.
 /// Otherwise static with at least `min_count` known votes, else unknown.
 constexpr Vote vote_object(int dynamic, int fixed, int min_count, double min_share) {
   const int known = dynamic + fixed;

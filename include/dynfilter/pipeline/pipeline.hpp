@@ -45,7 +45,8 @@ struct HostLimits {
 /// The steady state allocates nothing that scales with the image.
 class Pipeline {
  public:
-  /// Throws ConfigError for a parameter out of range, and for an unknown value of DYNFILTER_SIMD (core/cpu.hpp).
+  /// Throws ConfigError for a parameter out of range, and for an unknown value of DYNFILTER_SIMD
+  /// (core/cpu.hpp).
   explicit Pipeline(PipelineConfig config);
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;

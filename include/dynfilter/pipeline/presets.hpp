@@ -25,8 +25,8 @@ struct PresetFolders {
 
 namespace detail {
 
-/// Adds a folder of pipelines that come with dynfilter. A compiled library does not know where it was installed
-/// to: each file that includes this header adds what its CMake target names, before main().
+/// Adds a folder of pipelines that come with dynfilter. A compiled library does not know where it was
+/// installed to: each file that includes this header adds what its CMake target names, before main().
 bool add_built_in_presets(const char* folder);
 #if defined(DYNFILTER_PIPELINES_DIR) && !defined(DYNFILTER_LIBRARY)
 [[maybe_unused]] static const bool kAddedBuiltInPresets = add_built_in_presets(DYNFILTER_PIPELINES_DIR);

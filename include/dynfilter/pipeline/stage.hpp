@@ -23,8 +23,9 @@
 
 namespace dynfilter {
 
-/// The reports of one call of a pipeline, in the order of its file, and what its stages share beside votes: the time that
-/// is left, and who suspects a feature. Reports of an earlier call give the memory of their texts.
+/// The reports of one call of a pipeline, in the order of its file, and what its stages share beside votes:
+/// the time that is left, and who suspects a feature. Reports of an earlier call give the memory of their
+/// texts.
 class StageReports {
  public:
   using Clock = std::chrono::steady_clock;

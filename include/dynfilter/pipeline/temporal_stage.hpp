@@ -33,8 +33,8 @@ struct TemporalParams {
   static const FieldTable<TemporalParams>& fields();
 };
 
-/// `temporal`: a belief per map point if the host provides them,
-/// else per track (evidence/feature_tracks.hpp).
+/// `temporal`: a belief per map point if the host provides them, else per track
+/// (evidence/feature_tracks.hpp).
 /// The stage's votes update it with Bayes' rule:
 ///   log b/(1-b) <- memory * log b/(1-b) +- log r/(1-r).
 /// The last term is added for dynamic, subtracted for static and omitted for unknown.

@@ -18,8 +18,8 @@
 
 namespace dynfilter {
 
-/// 1 in 0.1.0, the first release. A release that changes a boundary type or the meaning of a call increments it,
-/// even where no size changes.
+/// 1 in 0.1.0, the first release. A release that changes a boundary type or the meaning of a call increments
+/// it, even where no size changes.
 inline constexpr std::uint32_t kAbiNumber = 1;
 
 /// What the host and a plugin must agree on before they call each other's C++ code.

@@ -62,8 +62,8 @@ struct BoxMaskParams {
 /// The mask grows from there over pixels without a depth jump.
 /// It is limited to the enlarged box and to the depth of the nearer surface + margin_m.
 /// A box without depth gets no mask.
-/// Surfaces that touch the object without a jump are included within the box,
-/// such as the chair under a person.
+/// Surfaces that touch the object without a jump are included within the box, such as the chair under a
+/// person.
 /// Cost: linear in the pixels of the boxes, about 1 ms for a box of half the image.
 class BoxMasks {
  public:

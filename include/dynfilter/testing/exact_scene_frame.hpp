@@ -49,8 +49,8 @@ inline cv::Point2d distort(const Camera& camera, const cv::Point2d& px) {
 }
 
 /// Truth of a feature, as all figures of this project define it.
-/// Dynamic: its point moved more than 10 mm over the last frames
-/// and differs from its static prediction by more than 1 px.
+/// Dynamic: its point moved more than 10 mm over the last frames and differs from its static prediction by
+/// more than 1 px.
 /// Static: it did not move at all. DontCare: anything between.
 enum class Truth : std::uint8_t { Static, Dynamic, DontCare };
 

@@ -5,8 +5,8 @@
 
 namespace dynfilter::io::detail {
 
-/// Decodes with libpng, row by row into the image. Chunks but the image, its palette, transparency and
-/// Exif data are skipped. Throws ImageFault, also for a warning of libpng, and what `accept` throws.
+/// Decodes with libpng, row by row into the image. Chunks but the image, its palette, transparency and Exif
+/// data are skipped. Throws ImageFault, also for a warning of libpng, and what `accept` throws.
 DecodedImage decode_png(const Bytes& bytes, ImageAs as, const AcceptHeader& accept);
 
 }  // namespace dynfilter::io::detail

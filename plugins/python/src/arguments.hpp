@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-/// Python values as the toolkit's types. Every function raises ValueError with the argument's name for a value
-/// of another shape or type.
+/// Python values as the toolkit's types. Every function raises ValueError with the argument's name for a
+/// value of another shape or type.
 namespace dynfilter::python {
 
 namespace py = pybind11;
@@ -107,7 +107,8 @@ std::vector<Detection> detections_of(const std::string& argument, py::handle val
 
 // ---- the other way
 py::array matrix_of(const Pose& pose);  ///< (4, 4) float64
-/// An array that owns what it shows: a reference to the image's memory, or a copy if the image does not own it.
+/// An array that owns what it shows: a reference to the image's memory, or a copy if the image does not own
+/// it.
 py::array array_of(const cv::Mat& image);
 template <class T>
 py::array_t<T> copy_of(const std::vector<T>& values) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Trajectories and their errors. A trajectory is a pair of arrays: (n,) stamps [s] and (n, 4, 4) T_world_camera.
+// Trajectories and their errors. A trajectory is a pair of arrays: (n,) stamps [s] and (n, 4, 4)
+// T_world_camera.
 #include <pybind11/stl.h>
 
 #include <algorithm>

@@ -11,8 +11,8 @@
 
 namespace dynfilter::python {
 
-/// What a Python filter reads and writes. Both are cut off when the filter returns: a frame's evidence is gone
-/// then.
+/// What a Python filter reads and writes. Both are cut off when the filter returns: a frame's evidence is
+/// gone then.
 struct EvidenceLink {
   const Evidence* evidence = nullptr;
   Votes* votes = nullptr;

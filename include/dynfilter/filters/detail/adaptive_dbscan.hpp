@@ -61,8 +61,8 @@ struct AdaptiveDbscanChoice {
 /// The third k of the first run of three equal, non-zero cluster counts is selected.
 ///
 /// The n x n distance matrix of the paper is not built.
-/// FLANN gives the k nearest neighbours, and one list of pairs within the largest Eps
-/// gives the neighbours and clusters for every k.
+/// FLANN gives the k nearest neighbours, and one list of pairs within the largest Eps gives the neighbours
+/// and clusters for every k.
 /// If that list would be long, the pairs are searched again for each k.
 /// Cost: O(n (log n + MinPts_k)).
 class AdaptiveDbscan {

@@ -238,8 +238,8 @@ inline double FlowConsistencyFilter::measured_noise_px() {
 inline double FlowConsistencyFilter::middle_inverse_depth() {
   in_cell_.build(static_cast<std::size_t>(cells_.count()), points_.size(), [&](std::size_t k) {
     const Point& p = points_[k];
-    const bool agrees =
-        std::abs(p.flow.across_px) < Params::kLimit * noise_px_ && evidence_of(k).flow.value() < Params::kLimit;
+    const bool agrees = std::abs(p.flow.across_px) < Params::kLimit * noise_px_ &&
+                        evidence_of(k).flow.value() < Params::kLimit;
     return agrees ? static_cast<CellLists::Key>(cells_.of(p.pair.x, p.pair.y)) : CellLists::kNoCell;
   });
   values_.clear();

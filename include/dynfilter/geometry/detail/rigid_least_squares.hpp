@@ -148,8 +148,8 @@ inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, 
 }
 
 /// Iteratively reweighted Gauss-Newton on SE(3) over the first `count` points, 6x6 normal equations.
-/// Leaves the equations of the last linearisation in `normal`. Ends before the last iteration where a step
-/// is shorter than `until_sigmas` of its own standard deviations.
+/// Leaves the equations of the last linearisation in `normal`. Ends before the last iteration where a step is
+/// shorter than `until_sigmas` of its own standard deviations.
 inline void refine_rigid(const RigidPoints& points, RobustLoss loss, double scale, int iterations,
                          double until_sigmas, std::size_t count, RigidTransform& T, RigidNormal& normal) {
   normal = RigidSums<Pack>::normal_of({});

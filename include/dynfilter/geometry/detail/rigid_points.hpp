@@ -123,8 +123,8 @@ struct RigidPoints {
   }
 
   /// Sum of max(0, 1 - chi2/limit) (MSAC, Torr and Zisserman 2000).
-  /// Returns 0 as soon as the sum cannot reach `floor`,
-  /// either for certain or by three standard deviations of a prefix estimate.
+  /// Returns 0 as soon as the sum cannot reach `floor`, either for certain or by three standard deviations of
+  /// a prefix estimate.
   double score(const RigidTransform& T, float limit, double floor) const {
     float m[12];
     to_float(T, m);
@@ -202,10 +202,9 @@ struct RigidPoints {
     return {row(kAx)[k] * z + row(kBx)[k], row(kAy)[k] * z + row(kBy)[k], z};
   }
 
-  /// Pose from three points by aligning their orthonormal frames (TRIAD, Black 1964)
-  /// at their centroids.
-  /// False for nearly collinear points,
-  /// and if the sides of the two triangles differ by more than their noise.
+  /// Pose from three points by aligning their orthonormal frames (TRIAD, Black 1964) at their centroids.
+  /// False for nearly collinear points, and if the sides of the two triangles differ by more than their
+  /// noise.
   bool solve_triple(const std::uint32_t (&pick)[3], RigidTransform& T) const {
     Eigen::Vector3d p[3], c[3];
     double slack2 = 0;

@@ -32,8 +32,8 @@ struct FundamentalError {
   float f[9];
 };
 
-/// Ratio of the 95 % quantiles of chi-square with two and one degrees of freedom,
-/// times the noise of two images.
+/// Ratio of the 95 % quantiles of chi-square with two and one degrees of freedom, times the noise of two
+/// images.
 constexpr double kTransferScale = 2 * 5.991 / 3.841;
 
 /// Squared transfer distance divided by kTransferScale.
@@ -88,8 +88,8 @@ class TwoViewPoints {
   Eigen::Matrix3d T2() const { return normaliser(center2_); }
 
   /// Sum of min(e2, tau2) / tau2 over the matches (MSAC, Torr and Zisserman 2000).
-  /// Returns infinity as soon as the sum must exceed `best`,
-  /// either for certain or by three standard deviations of a prefix estimate.
+  /// Returns infinity as soon as the sum must exceed `best`, either for certain or by three standard
+  /// deviations of a prefix estimate.
   template <class Error>
   double cost(const Error& error, double tau2, double best) const {
     constexpr std::size_t kBlock = 64;

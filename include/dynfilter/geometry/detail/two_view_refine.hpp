@@ -136,8 +136,8 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
 /// They shrink from the error of a sample of seven to slightly more than an inlier.
 constexpr std::array<double, 5> kWideToNarrow{16, 6, 6, 2.5, 2.5};
 
-/// Minimises robust Sampson distances over the seven parameters of F = U diag(cos, sin, 0) V^T
-/// (Bartoli and Sturm, PAMI 2004).
+/// Minimises robust Sampson distances over the seven parameters of F = U diag(cos, sin, 0) V^T (Bartoli and
+/// Sturm, PAMI 2004).
 inline void refine_fundamental(const TwoViewPoints& points, double tau2, Span<const double> cuts,
                                const Selection& selection, Eigen::Matrix3d& F) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);

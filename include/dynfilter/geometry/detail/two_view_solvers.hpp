@@ -47,7 +47,8 @@ inline int real_cubic_roots(double a, double b, double c, double d, double (&roo
 
 /// Two vectors that span the null space of a 7x9 matrix, by elimination with full pivoting.
 /// Pure translations make any fixed choice of pivots vanish.
-/// False if the rank is below 7. Destroys A. Takes 0.64 (-O2) and 0.79 (-O3) of the time of Eigen's FullPivLU.
+/// False if the rank is below 7. Destroys A. Takes 0.64 (-O2) and 0.79 (-O3) of the time of Eigen's
+/// FullPivLU.
 inline bool null_space_7x9(double (&A)[7][9], Eigen::Matrix3d& N1, Eigen::Matrix3d& N2) {
   int column[9] = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   for (int k = 0; k < 7; ++k) {
@@ -88,8 +89,7 @@ inline bool null_space_7x9(double (&A)[7][9], Eigen::Matrix3d& N1, Eigen::Matrix
   return true;
 }
 
-/// The one to three fundamental matrices through seven matches
-/// (Hartley and Zisserman, section 11.1.2).
+/// The one to three fundamental matrices through seven matches (Hartley and Zisserman, section 11.1.2).
 /// Solves det(N1 + x N2) = 0 on the null space, and includes N2 if it is singular.
 /// Returns their number.
 inline int solve_seven(const Eigen::Vector2d (&p1)[7], const Eigen::Vector2d (&p2)[7],
@@ -117,8 +117,7 @@ inline int solve_seven(const Eigen::Vector2d (&p1)[7], const Eigen::Vector2d (&p
 }
 
 /// Oriented epipolar constraint (Chum, Werner and Matas, ICPR 2004).
-/// The points of a sample must be in front of both cameras,
-/// so (e' x x'_i) . (F x_i) has one sign.
+/// The points of a sample must be in front of both cameras, so (e' x x'_i) . (F x_i) has one sign.
 inline bool oriented(const Eigen::Matrix3d& F, const Eigen::Vector2d (&p1)[7],
                      const Eigen::Vector2d (&p2)[7]) {
   Eigen::Vector3d e = F.col(0).cross(F.col(1)), e2 = F.col(1).cross(F.col(2)), e3 = F.col(2).cross(F.col(0));

@@ -13,8 +13,8 @@
 
 namespace dynfilter {
 
-/// Selects the motions that explain the points, and the noise, by the shortest description
-/// (Rissanen, Automatica 1978).
+/// Selects the motions that explain the points, and the noise, by the shortest description (Rissanen,
+/// Automatica 1978).
 ///
 /// The cost of a set H of motions at a noise of s pixels, in nats:
 ///   sum_k w_k (min_h L(e_hk^2 / s^2 + d_hk^2) + 2 log s) + sum_h price_h + (log(s / s0) / spread)^2 / 2 * n0
@@ -26,8 +26,8 @@ namespace dynfilter {
 /// A second motion must save more than its six parameters cost. A noise larger than predicted is cheaper than
 /// many motions that each fit a part of it.
 ///
-/// The search is greedy with pruning, at the predicted noise and at its neighbours among five levels, as long as
-/// the description gets shorter.
+/// The search is greedy with pruning, at the predicted noise and at its neighbours among five levels, as long
+/// as the description gets shorter.
 /// Cost: O(motions * points * selected). Owns its scratch.
 class MotionSelection {
  public:

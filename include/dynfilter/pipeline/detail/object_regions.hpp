@@ -181,8 +181,8 @@ class ObjectRegions {
                : Input::Mask;
   }
 
-  /// Shows each object to the visitor; it is valid during the visit. None if the input is missing or too old, with
-  /// a note in `votes`.
+  /// Shows each object to the visitor; it is valid during the visit. None if the input is missing or too old,
+  /// with a note in `votes`.
   void find(const Evidence& evidence, const ObjectRegionParams& params, Votes& votes, ObjectVisitor& visitor);
 
  private:

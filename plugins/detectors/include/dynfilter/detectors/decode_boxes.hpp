@@ -11,13 +11,12 @@
 namespace dynfilter {
 
 /// Output of a Darknet [yolo] or [region] layer in cv::dnn: N x (5 + classes), or 1 x that.
-/// Each row is cx cy w h as shares of the input, objectness,
-/// and per class objectness x probability.
+/// Each row is cx cy w h as shares of the input, objectness, and per class objectness x probability.
 void decode_yolo_regions(const cv::Mat& output, const BoxLayout& layout, std::vector<NetworkBox>& boxes);
 
 /// Output of a YOLOv5 export: 1 x N x (5 + classes + coefficients).
-/// Each row is cx cy w h in pixels of the input, objectness, a probability per class,
-/// and mask coefficients. The score is objectness x best probability.
+/// Each row is cx cy w h in pixels of the input, objectness, a probability per class, and mask coefficients.
+/// The score is objectness x best probability.
 void decode_yolov5(const cv::Mat& output, const BoxLayout& layout, std::vector<NetworkBox>& boxes);
 
 /// Output of a YOLOv8, v9 or v11 export: 1 x (4 + classes + coefficients) x N.

@@ -40,8 +40,8 @@ class PrototypeMasks {
   cv::Mat prototypes_, sum_;
 };
 
-/// Mask coefficients of a box: the last `coefficients` values of its row in YOLOv5,
-/// or of its column in YOLOv8.
+/// Mask coefficients of a box: the last `coefficients` values of its row in YOLOv5, or of its column in
+/// YOLOv8.
 std::vector<float> mask_coefficients(const cv::Mat& output, int anchor, int coefficients, bool in_columns);
 
 }  // namespace dynfilter

@@ -37,8 +37,8 @@ inline bool usable(const Detection& d) {
 }  // namespace detail
 
 /// Reads lines `timestamp class_id class_name score x1 y1 x2 y2` [px] and `timestamp none`.
-/// `#` starts a comment. Throws IoError with file and line,
-/// also for an image with more than limits::kMaxBoxes boxes.
+/// `#` starts a comment. Throws IoError with file and line, also for an image with more than
+/// limits::kMaxBoxes boxes.
 DetectionTrack read_detections(const std::filesystem::path& path);
 
 }  // namespace dynfilter::io

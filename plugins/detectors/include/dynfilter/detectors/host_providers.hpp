@@ -11,8 +11,8 @@
 
 namespace dynfilter {
 
-/// The kinds of detector that a host's settings may name: files and processes, and networks of OpenCV where the
-/// host links dynfilter::dnn. Hand it to OrbSlam or MaskedHost.
+/// The kinds of detector that a host's settings may name: files and processes, and networks of OpenCV where
+/// the host links dynfilter::dnn. Hand it to OrbSlam or MaskedHost.
 inline ProviderRegistry host_providers() {
   ProviderRegistry registry;
   registry.add<FileProvider>();

@@ -22,8 +22,8 @@ class EndOfStream : public Error {
 };
 
 /// Lines and bytes over a socket or a pair of pipes, with a deadline.
-/// Throws EndOfStream if the other side closes the stream,
-/// and Error for other failures, such as a timeout or a line that is too long.
+/// Throws EndOfStream if the other side closes the stream, and Error for other failures, such as a timeout or
+/// a line that is too long.
 /// Never raises SIGPIPE on a socket.
 class MessageStream {
  public:
@@ -35,7 +35,8 @@ class MessageStream {
   /// Sets the time limit for the next calls.
   void set_deadline(double seconds);
 
-  /// While it waits, a call calls `stop` at least every kStop_ms. If that returns true, the wait throws Error.
+  /// While it waits, a call calls `stop` at least every kStop_ms. If that returns true, the wait throws
+  /// Error.
   void set_stop(std::function<bool()> stop) { stop_ = std::move(stop); }
 
   /// Returns a line without its line end.

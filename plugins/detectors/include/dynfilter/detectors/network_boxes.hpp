@@ -44,8 +44,7 @@ void add_if_sound(const NetworkBox& box, std::vector<NetworkBox>& boxes);
 float overlap_share(const cv::Rect2f& a, const cv::Rect2f& b);
 
 /// Greedy non-maximum suppression within each class, highest score first, then by order.
-/// Removes boxes that overlap a kept box of their class by more than `max_overlap`
-/// (intersection over union).
+/// Removes boxes that overlap a kept box of their class by more than `max_overlap` (intersection over union).
 void suppress_doubles(std::vector<NetworkBox>& boxes, float max_overlap);
 
 }  // namespace dynfilter
