@@ -125,7 +125,7 @@ dynfilter_component(geometry COMPONENTS core)
 dynfilter_component(cluster COMPONENTS core)
 dynfilter_component(late COMPONENTS correspondence geometry)
 dynfilter_component(evidence COMPONENTS late cluster)
-dynfilter_component(motion COMPONENTS geometry)
+dynfilter_component(motion COMPONENTS geometry cluster)
 # Only the rejector dbscan needs FLANN.
 dynfilter_component(filters COMPONENTS evidence motion LINK FLANN::FLANN)
 dynfilter_component(pipeline COMPONENTS filters)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/limits.hpp>
 
 #include "doctest/doctest.h"
 

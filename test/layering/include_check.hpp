@@ -36,7 +36,7 @@ inline const Rooms& rooms() {
       {"cluster", {"core"}},
       {"late", and_also(basics, {"correspondence", "geometry"})},
       {"evidence", and_also(measures, {"late"})},
-      {"motion", and_also(basics, {"geometry"})},
+      {"motion", and_also(basics, {"geometry", "cluster"})},
       {"filters", and_also(evidence, {"motion"})},
       {"pipeline", judges},
       {"semantic", measures},

@@ -68,7 +68,6 @@ void read_all(const AnyFields& table, const YamlNode& node, void* p,
 std::vector<FieldInfo> describe_all(const AnyFields& table, const void* defaults);
 
 std::string shown(double value);
-
 std::string range_text(double min, double max);
 
 template <class P, class T>

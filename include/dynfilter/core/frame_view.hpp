@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
-#include <limits>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -131,14 +129,6 @@ inline bool is_stereo(const FrameView& frame) {
 /// False for NaN, negative and infinite columns of FrameView::right_u_px.
 inline bool valid_right(float right_u_px) {
   return right_u_px >= 0 && std::isfinite(right_u_px);
-}
-
-/// `later` - `earlier`, or the nearest number that there is: a host's ids may be any numbers.
-constexpr std::int64_t id_gap(std::int64_t later, std::int64_t earlier) {
-  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-  const auto a = static_cast<std::uint64_t>(later), b = static_cast<std::uint64_t>(earlier);
-  return later >= earlier ? static_cast<std::int64_t>(std::min(a - b, kMost))
-                          : -static_cast<std::int64_t>(std::min(b - a, kMost));
 }
 
 }  // namespace dynfilter

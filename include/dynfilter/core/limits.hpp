@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 /// Largest sizes that are accepted from outside. They are checked before memory is allocated for them.
 /// docs/explanation/trust.md lists them with those of YAML texts, and says what happens beyond each.
@@ -48,3 +50,15 @@ inline constexpr std::size_t kMaxMessageLineBytes = 4096;
 inline constexpr std::size_t kMaxSurplusBytes = std::size_t{1024} * 1024;
 
 }  // namespace dynfilter::limits
+
+namespace dynfilter {
+
+/// `later` - `earlier`, or the nearest number that there is: a host's ids may be any numbers.
+constexpr std::int64_t id_gap(std::int64_t later, std::int64_t earlier) {
+  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  const auto a = static_cast<std::uint64_t>(later), b = static_cast<std::uint64_t>(earlier);
+  return later >= earlier ? static_cast<std::int64_t>(std::min(a - b, kMost))
+                          : -static_cast<std::int64_t>(std::min(b - a, kMost));
+}
+
+}  // namespace dynfilter

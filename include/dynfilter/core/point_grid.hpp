@@ -126,8 +126,8 @@ class PointGrid {
     int self = -1;        ///< index of a point that does not count
   };
   /// The points nearest to `at`, nearest first, then by index. Cells that are farther than what was found are
-  /// not read, so the cost does not depend on the radius: about 0.1 us for 6 of 1000 points, with cells half
-  /// as wide as the radius. Compares exact coordinates. Needs build_for_nearest().
+  /// not read, so the cost does not depend on the radius. It is about 0.1 us for 6 of 1000 points, with cells
+  /// half as wide as the radius. Compares exact coordinates. Needs build_for_nearest().
   void nearest(const cv::Point2d& at, const Nearest& wanted, std::vector<int>& out) {
     out.clear();
     found_.clear();

@@ -51,11 +51,7 @@ Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad);
 /// The shortest rotation vector of R: its axis times the angle [rad].
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R);
 /// The rotation of a rotation vector.
-inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
-  const double angle = omega.norm();
-  if (angle < 1e-12) return Eigen::Matrix3d::Identity();
-  return rotation_about(omega / angle, angle);
-}
+Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega);
 
 /// True if all entries are finite and the rotation is orthonormal and right-handed within `tolerance`.
 bool is_rigid(const Pose& T_a_b, double tolerance = 1e-3);

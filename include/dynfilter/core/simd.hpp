@@ -14,8 +14,8 @@
 /// number of lanes, marked DYNFILTER_AS_CALLER: narrow vectors work everywhere, wide ones (256 bits) only in
 /// code compiled for AVX2. Results are the same. No other file has loads, stores or instructions of its own
 /// (test/layering).
-/// Every address is allowed: on processors with AVX2 this costs nothing where data happens to be aligned, and
-/// no compiler can lose an alignment that is never stated.
+/// Every address is allowed. On processors with AVX2 this costs nothing where data happens to be aligned. No
+/// compiler can lose an alignment that is never stated.
 /// AVX2 is used by built-in functions: <immintrin.h> takes GCC 12 0.7 s in each file that includes a filter.
 /// Wide vectors are passed by reference or in a struct, because by value they change the calling convention.
 #if defined(__clang__)

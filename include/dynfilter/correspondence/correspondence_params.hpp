@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/parameters.hpp>
 
 namespace dynfilter {
@@ -30,14 +29,8 @@ struct FlowParams {
   int levels = 3;
   int max_iterations = 30;
   double epsilon_px = 0.01;
-  /// Smallest eigenvalue of the gradient matrix; patches with less texture are not tracked.
-  static constexpr double kMinEigenvalue = 1e-4;
   /// Verification of a tracked point. Not a key: code sets it.
   FlowCheck check = FlowCheck::ForwardBackward;
-  /// Largest 1 - normalised cross-correlation of the patches, for any check except none; 2 disables it.
-  static constexpr double kMaxResidual = 0.3;
-  /// Largest distance from the start after tracking back, for check forward_backward.
-  static constexpr double kMaxForwardBackward_px = 1.0;
   /// Smallest distance from the image border, in both frames. Not a key: code sets it.
   int border_px = 5;
 
@@ -68,8 +61,6 @@ enum class CorrespondenceSource { Auto, Host, Flow, Descriptors };
 struct CorrespondenceParams {
   CorrespondenceSource source = CorrespondenceSource::Auto;
   double max_depth_m = 8.0;
-  /// Largest relative depth difference to neighbouring pixels; beyond it, a pixel has no depth.
-  static constexpr double kMaxDepthEdge = 0.06;
   int threads = 1;
   FlowParams flow;
   DescriptorMatchParams descriptors;

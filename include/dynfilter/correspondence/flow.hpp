@@ -159,14 +159,14 @@ inline void FlowTracker::lucas_kanade(const ImagePyramid& a, const ImagePyramid&
                                       Points& to) {
   if (own()) {
     const LucasKanade tracker{params_.window_px, params_.levels, params_.max_iterations, params_.epsilon_px,
-                              FlowParams::kMinEigenvalue};
+                              FlowLimits::kMinEigenvalue};
     return tracker.track(a.levels(), b.levels(), 1, from, to, status_);
   }
   const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, params_.max_iterations,
                                   params_.epsilon_px);
   cv::calcOpticalFlowPyrLK(a.levels(), b.levels(), from, to, status_, cv::noArray(),
                            {params_.window_px, params_.window_px}, params_.levels, criteria,
-                           cv::OPTFLOW_USE_INITIAL_FLOW, FlowParams::kMinEigenvalue);
+                           cv::OPTFLOW_USE_INITIAL_FLOW, FlowLimits::kMinEigenvalue);
 }
 
 inline void FlowTracker::keep_inside(const cv::Size& size) {
@@ -181,7 +181,7 @@ inline void FlowTracker::check_each(const ImagePyramid& current, const ImagePyra
 
 inline void FlowTracker::keep_alike(const cv::Mat& current, const cv::Mat& reference) {
   keep([&](std::size_t k) {
-    return patches_(current, from_[k], reference, to_[k]) <= FlowParams::kMaxResidual;
+    return patches_(current, from_[k], reference, to_[k]) <= FlowLimits::kMaxResidual;
   });
 }
 
@@ -194,7 +194,7 @@ inline void FlowTracker::keep_returning(const ImagePyramid& current, const Image
   keep([&](std::size_t k) {
     const cv::Point2f miss = back_[k] - from_[k];
     return status_[k] != 0 &&
-           static_cast<double>(portable::hypot(miss.x, miss.y)) <= FlowParams::kMaxForwardBackward_px;
+           static_cast<double>(portable::hypot(miss.x, miss.y)) <= FlowLimits::kMaxForwardBackward_px;
   });
 }
 

@@ -16,6 +16,16 @@
 
 namespace dynfilter {
 
+/// What makes a tracked point reliable.
+struct FlowLimits {
+  /// Smallest eigenvalue of the gradient matrix; patches with less texture are not tracked.
+  static constexpr double kMinEigenvalue = 1e-4;
+  /// Largest 1 - normalised cross-correlation of the patches, for any check except none; 2 disables it.
+  static constexpr double kMaxResidual = 0.3;
+  /// Largest distance from the start after tracking back, for check forward_backward.
+  static constexpr double kMaxForwardBackward_px = 1.0;
+};
+
 /// Lucas-Kanade that starts each point next to its result.
 /// A grid of patches is tracked down to level 1 (coarse_flow.hpp), and each point is tracked on level 0 only.
 /// It starts from its guess or from one of the four grid nodes around it, whichever makes the patches most
@@ -87,7 +97,7 @@ template <class Kernels>
 void GuidedFlow::track_with(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
                             const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
                             std::vector<std::uint8_t>& status) {
-  coarse_.compute<Kernels>(from.levels(), to.levels(), params_.window_px, FlowParams::kMinEigenvalue,
+  coarse_.compute<Kernels>(from.levels(), to.levels(), params_.window_px, FlowLimits::kMinEigenvalue,
                            threads_);
   detail::in_ranges(static_cast<int>(from_px.size()), threads_, [&](int begin, int end) {
     detail::SmallWindow<Kernels> window(params_.window_px);
@@ -100,7 +110,7 @@ template <class Kernels>
 bool GuidedFlow::track_point(const Images& from, const Images& to, FlowCheck check,
                              const cv::Point2f& from_px, detail::SmallWindow<Kernels>& window,
                              cv::Point2f& px) const {
-  if (!window.cut(from[0], from_px) || !window.textured(FlowParams::kMinEigenvalue)) return false;
+  if (!window.cut(from[0], from_px) || !window.textured(FlowLimits::kMinEigenvalue)) return false;
   const detail::CoarseFlow::Around around = coarse_.around(from_px);
   const std::array<cv::Point2f, 5> flows{px - from_px, around[0], around[1], around[2], around[3]};
   px = from_px + most_alike(window, to[0], from_px, flows, 1);
@@ -114,19 +124,19 @@ template <class Kernels>
 bool GuidedFlow::alike(const Images& from, const Images& to, const cv::Point2f& from_px,
                        const cv::Point2f& px, detail::SmallWindow<Kernels>& window) const {
   const double residual = window.residual(to[0], px);
-  if (residual > FlowParams::kMaxResidual) return false;
+  if (residual > FlowLimits::kMaxResidual) return false;
   if (residual <= kSureResidual || from.size() < 2) return true;
-  return window.cut(from[1], from_px / 2) && window.residual(to[1], px / 2) <= FlowParams::kMaxResidual;
+  return window.cut(from[1], from_px / 2) && window.residual(to[1], px / 2) <= FlowLimits::kMaxResidual;
 }
 
 template <class Kernels>
 bool GuidedFlow::returns(const Images& from, const Images& to, const cv::Point2f& from_px,
                          const cv::Point2f& px, detail::SmallWindow<Kernels>& window) const {
   cv::Point2f back = from_px;
-  return window.cut(to[0], px) && window.textured(FlowParams::kMinEigenvalue) &&
+  return window.cut(to[0], px) && window.textured(FlowLimits::kMinEigenvalue) &&
          window.refine(from[0], kBackIterations, epsilon_px(), back) &&
          portable::hypot(back.x - from_px.x, back.y - from_px.y) <=
-             static_cast<float>(FlowParams::kMaxForwardBackward_px);
+             static_cast<float>(FlowLimits::kMaxForwardBackward_px);
 }
 
 }  // namespace dynfilter

@@ -21,6 +21,7 @@
 #include <dynfilter/evidence/history.hpp>
 #include <dynfilter/evidence/late_results.hpp>
 #include <dynfilter/evidence/matched_features.hpp>
+#include <dynfilter/geometry/depth_sampler.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <opencv2/core/mat.hpp>
@@ -134,7 +135,7 @@ class FrameEvidence final : public Evidence {
 
 inline FrameEvidence::FrameEvidence(const CorrespondenceParams& params)
     : params_(checked(params)),
-      current_(params.max_depth_m, CorrespondenceParams::kMaxDepthEdge),
+      current_(params.max_depth_m, DepthSampler::kMaxDepthEdge),
       matches_(params_, current_),
       models_(current_),
       tracks_(current_, matches_),

@@ -249,7 +249,7 @@ inline void FrameMatches::fill_reference_geometry(Match& match) {
     fill_stereo_depths(match);
   } else if (match.reference != nullptr) {
     const PastFrame& stored = *match.reference;
-    const DepthSampler image(stored.depth, stored.depth_unit_m, CorrespondenceParams::kMaxDepthEdge);
+    const DepthSampler image(stored.depth, stored.depth_unit_m, DepthSampler::kMaxDepthEdge);
     image.at_all(px, [&](std::size_t i, float in_image) {
       if (match.correspondences.found[i] == 0) return;
       const auto index = static_cast<std::size_t>(match.correspondences.reference_index[i]);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/frame_matches.hpp>

@@ -26,6 +26,8 @@ inline float depth_within(float depth_m, double max_depth_m) {
 /// Structured light often leaves holes at corners, where features are detected.
 class DepthSampler {
  public:
+  /// Largest relative depth difference to neighbouring pixels; beyond it, a pixel has no depth.
+  static constexpr double kMaxDepthEdge = 0.06;
   static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
   /// `depth`: CV_32FC1 or CV_16UC1. Any other type has no depth anywhere.

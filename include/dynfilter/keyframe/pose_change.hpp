@@ -6,6 +6,7 @@
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/keyframe/selector.hpp>

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>

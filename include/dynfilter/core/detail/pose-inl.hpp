@@ -37,4 +37,10 @@ DYNFILTER_INLINE bool is_rigid(const Pose& T_a_b, double tolerance) {
   return off.cwiseAbs().maxCoeff() <= tolerance && R.col(0).cross(R.col(1)).dot(R.col(2)) > 0;
 }
 
+DYNFILTER_INLINE Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
+  const double angle = omega.norm();
+  if (angle < 1e-12) return Eigen::Matrix3d::Identity();
+  return rotation_about(omega / angle, angle);
+}
+
 }  // namespace dynfilter

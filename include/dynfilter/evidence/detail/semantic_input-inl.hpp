@@ -6,6 +6,7 @@
 #include <cmath>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
+#include <dynfilter/core/limits.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
