@@ -3,6 +3,7 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <string>
+#include <vector>
 
 #include "doctest/doctest.h"
 
@@ -56,8 +57,8 @@ TEST_CASE("priors of two stages are joined, and what is not kept becomes unknown
   CHECK(a.count_prior() == 2);
   CHECK_FALSE(b.prior(1));
   a.cast(1, Vote::Dynamic, 0.75F), a.cast(2, Vote::Static);
-  const std::uint8_t kept[] = {1, 0, 1};
-  a.keep_only(Span<const std::uint8_t>(kept, 3));
+  const std::vector<std::uint8_t> kept{1, 0, 1};
+  a.keep_only(kept);
   CHECK(a[1] == Vote::Unknown);
   CHECK(a.suspicion(1) == 0.75F);
   CHECK(a[2] == Vote::Static);

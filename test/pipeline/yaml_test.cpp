@@ -208,7 +208,7 @@ TEST_CASE("combinators with parameters read them beside their stages") {  // x =
         "pipeline.before_pose[0].vote: unknown key `min_vote` (did you mean `min_votes`?); known keys: of, "
         "min_votes, min_share, weights");
   CHECK(error_of(head + "vote: { of: [ limit, limit ], weights: [ 1, 2000000 ] }\n") ==
-        "pipeline.before_pose[0].vote.weights: expected 0 to 1e+06, got `2000000`");
+        "pipeline.before_pose[0].vote.weights: expected 0 to 1e+06, got `2e+06`");
   CHECK(error_of(head + "vote: { of: [ limit ], weights: person }\n") ==
         "pipeline.before_pose[0].vote.weights: expected a number, got `person`");
   CHECK(

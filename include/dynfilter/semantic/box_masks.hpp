@@ -67,7 +67,6 @@ struct BoxMaskParams {
 /// Cost: linear in the pixels of the boxes, about 1 ms for a box of half the image.
 class BoxMasks {
  public:
-  /// Throws ConfigError if a parameter is out of range.
   explicit BoxMasks(BoxMaskParams params = BoxMaskParams());
 
   /// Adds a mask (CV_8UC1, 255 inside) to each selected detection without one.
