@@ -19,8 +19,8 @@ using namespace dynfilter;
 
 namespace {
 
-/// The same by a full search: of each miss the nearest at least 3 px away with a depth within 10 %. Of equals
-/// it is the first by row, then by column.
+/// The same by a full search: of each miss the nearest at least 3 px away with a depth within 10 %.
+/// Of equals the first by row, then by column.
 double scale_of_all(const std::vector<Miss>& misses, float reach_px) {
   std::vector<float> differences;
   for (const Miss& miss : misses) {

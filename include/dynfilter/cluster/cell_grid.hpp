@@ -19,8 +19,8 @@
 
 namespace dynfilter::detail {
 
-/// Points sorted into the cubes of a uniform grid: the neighbours of all points in one pass. Searches around
-/// single places in an image are those of PointGrid (core/point_grid.hpp).
+/// Points sorted into the cubes of a uniform grid, for the neighbours of all points in one pass.
+/// PointGrid (core/point_grid.hpp) searches around single places in an image.
 /// Stores only occupied cells, sorted by key (z, y, x).
 /// A row of neighbouring cells is therefore one contiguous run of points.
 /// A pass over all cells finds the neighbouring rows by advancing pointers, without hashing.
@@ -35,7 +35,9 @@ class CellGrid {
   /// Throws Error if several hundred thousand points are all far apart relative to `cell_m`.
   void build(Span<const cv::Point3f> points, double cell_m, int reach) {
     reach_ = reach;
-    collect(points);
+    index_.clear();
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (finite(points[i])) index_.push_back(static_cast<std::uint32_t>(i));
     place(points, cell_m);
     sort(points);
   }
@@ -173,12 +175,6 @@ class CellGrid {
       }
     }
     return true;
-  }
-
-  void collect(Span<const cv::Point3f> points) {
-    index_.clear();
-    for (std::size_t i = 0; i < points.size(); ++i)
-      if (finite(points[i])) index_.push_back(static_cast<std::uint32_t>(i));
   }
 
   /// Computes cell coordinates from 0.

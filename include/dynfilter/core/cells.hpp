@@ -11,8 +11,8 @@
 
 namespace dynfilter {
 
-/// The cell, out of `cells`, that a coordinate in cells is in. Coordinates beyond them are in the first or
-/// the last, NaN in the first.
+/// The cell, out of `cells`, that a coordinate in cells is in.
+/// Coordinates beyond them are in the first or the last, NaN in the first.
 template <class T>
 int cell_along(T at, int cells) {
   return at > 0 ? static_cast<int>(std::min(at, static_cast<T>(cells - 1))) : 0;
@@ -38,8 +38,7 @@ class CellLists {
   using Key = std::uint64_t;
   static constexpr Key kNoCell = std::numeric_limits<Key>::max();  ///< of items that are left out
 
-  /// A list for each of `cells` cells. key(i), below `cells`, is the cell of item i, and kNoCell leaves it
-  /// out.
+  /// A list for each of `cells` cells. key(i) is the cell of item i, and kNoCell leaves it out.
   /// Cost: O(n + cells).
   template <class KeyOf>
   void build(std::size_t cells, std::size_t n, const KeyOf& key) {
@@ -57,8 +56,9 @@ class CellLists {
       if (cell_of_[i] != kNone) entries_[next_[cell_of_[i]]++] = static_cast<std::int32_t>(i);
   }
 
-  /// A list for each occupied cell, in the order of the keys, which may be any. Cost: O(n), with a few passes
-  /// more for keys of more bits. Keys that leave too few bits for the index are sorted in O(n log n).
+  /// A list for each occupied cell, in the order of the keys, which may be any.
+  /// Cost: O(n), with more passes for keys of more bits. Keys that leave too few bits for the index are
+  /// sorted in O(n log n).
   template <class KeyOf>
   void build_occupied(std::size_t n, const KeyOf& key) {
     key_of_.resize(n);

@@ -57,8 +57,8 @@ class PointGrid {
     cells_.build_occupied(points.size(), cell_of);
   }
 
-  /// Like build(), for nearest() and ranges_outwards(). Where cells of that size crowd the points, they are
-  /// smaller.
+  /// Like build(), for nearest() and ranges_outwards(). The cells are smaller where that size crowds the
+  /// points.
   template <class P>
   void build_for_nearest(Span<P> points, float cell_px) {
     build(points, cell_px);
@@ -125,9 +125,9 @@ class PointGrid {
     double least_px = 0;  ///< and at least so far
     int self = -1;        ///< index of a point that does not count
   };
-  /// The points nearest to `at`, nearest first, then by index. Cells that are farther than what was found are
-  /// not read, so the cost does not depend on the radius. It is about 0.1 us for 6 of 1000 points, with cells
-  /// half as wide as the radius. Compares exact coordinates. Needs build_for_nearest().
+  /// The points nearest to `at`, nearest first, then by index. Compares exact coordinates.
+  /// Needs build_for_nearest(), with cells of half the radius. Cells beyond what was found are not read, so
+  /// the cost does not depend on the radius: about 0.1 us for 6 of 1000 points.
   void nearest(const cv::Point2d& at, const Nearest& wanted, std::vector<int>& out) {
     out.clear();
     found_.clear();

@@ -124,7 +124,8 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   /// a fifth of the middle of the scene. Movers often seem to be, because a walker is faster than a camera in
   /// the hand.
   static constexpr double kNearest = 5;
-  static constexpr std::size_t kLeastCells = 9;  ///< That tell the middle of the scene.
+  static constexpr std::size_t kLeastCells = 9;           ///< that tell the middle of the scene
+  static constexpr int kCellColumns = 12, kCellRows = 6;  ///< of the image, each with one vote
 
   void follow(const Evidence& evidence);
 
@@ -225,7 +226,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   double gap_s_ = 0, passed_s_ = 0, noise_px_ = 0;
 
   cv::Size2d extent_;
-  ImageCells<double> cells_{0, 0, 12, 6, 0.5};  ///< of positions from the middle
+  ImageCells<double> cells_{0, 0, kCellColumns, kCellRows, 0.5};  ///< of positions from the middle
   cv::Point2d centre_, focus_;
   double focal_px_ = 1, y_scale_ = 1;
   std::vector<TrackEvidence> evidence_, last_evidence_;

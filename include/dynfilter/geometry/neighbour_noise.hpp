@@ -57,8 +57,6 @@ class NeighbourNoise {
 
   static double median_chi2(MissAxes axes) { return axes == MissAxes::One ? 0.4549 : 2 * portable::log(2.0); }
 
-  /// Sorts the misses by cell, so that near ones are read together.
-  void sort_by_place(Span<const Miss> misses, float reach_px);
   /// The nearest neighbour on the same surface; null: none.
   const Miss* nearest(const Miss& miss, float reach_px) const;
   /// By place, so that the order of the points does not matter.
@@ -66,7 +64,7 @@ class NeighbourNoise {
   void compare(const Miss& a, const Miss& b);
 
   PointGrid grid_;
-  std::vector<Miss> by_place_;
+  std::vector<Miss> by_place_;  ///< by cell, so that near ones are read together
   std::vector<cv::Point2f> places_;
   std::vector<float> differences_;
 };

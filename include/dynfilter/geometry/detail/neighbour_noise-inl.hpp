@@ -20,7 +20,11 @@ namespace dynfilter {
 
 DYNFILTER_INLINE std::optional<double> NeighbourNoise::scale(Span<const Miss> misses, float reach_px,
                                                              MissAxes axes) {
-  sort_by_place(misses, reach_px);
+  places_.clear();
+  for (const Miss& miss : misses) places_.push_back(miss.place_px);
+  grid_.build_for_nearest(Span<const cv::Point2f>(places_), reach_px / 2);
+  by_place_.clear();
+  for (const std::int32_t i : grid_.entries()) by_place_.push_back(misses[static_cast<std::size_t>(i)]);
   differences_.clear();
   for (const Miss& miss : by_place_)
     if (const Miss* other = nearest(miss, reach_px)) compare(miss, *other);
@@ -37,14 +41,6 @@ DYNFILTER_INLINE std::optional<double> NeighbourNoise::whole_scale(Span<const Mi
     differences_.push_back(miss.miss_px.dot(miss.miss_px) / (miss.predicted_px * miss.predicted_px));
   const double whole = std::sqrt(static_cast<double>(median_in_place(differences_)) / median_chi2(axes));
   return std::clamp(whole, *unshared, kMostShared * *unshared);
-}
-
-inline void NeighbourNoise::sort_by_place(Span<const Miss> misses, float reach_px) {
-  places_.clear();
-  for (const Miss& miss : misses) places_.push_back(miss.place_px);
-  grid_.build_for_nearest(Span<const cv::Point2f>(places_), reach_px / 2);
-  by_place_.clear();
-  for (const std::int32_t i : grid_.entries()) by_place_.push_back(misses[static_cast<std::size_t>(i)]);
 }
 
 inline const Miss* NeighbourNoise::nearest(const Miss& miss, float reach_px) const {
