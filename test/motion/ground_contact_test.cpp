@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/geometry/image_neighbours.hpp>
 #include <dynfilter/motion/flow_groups.hpp>
 #include <dynfilter/motion/ground_contact.hpp>
 #include <optional>

@@ -109,7 +109,7 @@ struct PackOf {
   using Part = Vector<float, kLanes>;
   static constexpr int kWidth = 8, kParts = kWidth / kLanes;
 
-  Part part[kParts];
+  Part part[static_cast<std::size_t>(kParts)];
 
   PackOf() = default;
   DYNFILTER_AS_CALLER PackOf(float value) {  // NOLINT: converts a number to eight copies

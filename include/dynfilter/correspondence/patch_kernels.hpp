@@ -172,7 +172,7 @@ struct PatchKernels {
     Values inside_columns[Patch::kMaxBands];
     for (int b = 0; b < bands; ++b) inside_columns[b] = lanes_within(kColumn, 8 * b, -corner.x, last_column);
     Sums sums;
-    Filtered rows[kHeld];
+    Filtered rows[static_cast<std::size_t>(kHeld)];
     for (int k = 0; k + 1 < kHeld; ++k) rows[k].set(patch.around + k * 8, band, bands, bands_around);
     for (int y = 0, k = 0; y < window_px; y += kRows, ++k) {
       const Filtered &upper = rows[k % kHeld], &middle = rows[(k + 1) % kHeld];
@@ -222,7 +222,7 @@ struct PatchKernels {
       load_lane(&kept_[k][band][4 * row], four);
       return __builtin_convertvector(four, Float4);
     }
-    std::int32_t kept_[3][Patch::kMaxBands][4 * kRows];
+    std::int32_t kept_[3][Patch::kMaxBands][static_cast<std::size_t>(4 * kRows)];
   };
 
   static constexpr std::int16_t kColumn[16] = {0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7};
