@@ -214,7 +214,7 @@ def test_dense_map(rendered):
     """Points of the map lie where the depth image says, and the mover's are gone."""
     frame = rendered[0]
     labelled = frame.labels > 0
-    options = dict(leaf_m=0.05, carve=False, outliers=False)
+    options = dict(leaf_m=0.05, carve=False)
     whole, cut = dynfilter.StaticMap(**options), dynfilter.StaticMap(**options)
     given = dict(camera=frame.camera, depth=frame.depth, depth_unit_m=frame.depth_unit_m, bgr=frame.colour)
     assert whole.add(0, np.eye(4), **given).used
