@@ -19,7 +19,7 @@ libcxx() {
 }
 
 sources="$build/all.cpp test/consumer/project/main.cpp test/consumer/project/matches.cpp
-  test/consumer/project/clusters.cpp test/consumer/project/keyframes.cpp"
+  test/consumer/project/keyframes.cpp"
 git ls-files 'include/dynfilter/*.hpp' 2>/dev/null | grep -v -e '-inl.hpp$' -e facade/detail/ |
   sed 's|^include/\(.*\)|#include <\1>|' >$build/all.cpp
 includes="-Iinclude $(pkg-config --cflags-only-I opencv4 eigen3 | sed 's/-I/-isystem /g')"
