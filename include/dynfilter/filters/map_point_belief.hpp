@@ -101,7 +101,7 @@ inline const FieldTable<MapPointBeliefParams>& MapPointBeliefParams::fields() {
   return table;
 }
 
-inline MapPointBeliefFilter::MapPointBeliefFilter(Params params) : params_(std::move(params)) {
+inline MapPointBeliefFilter::MapPointBeliefFilter(Params params) : params_(params) {
   check_parameters(params_, kName);
 }
 

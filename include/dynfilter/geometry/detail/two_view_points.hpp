@@ -195,9 +195,11 @@ class TwoViewPoints {
   }
 
   void fill_cells() {
-    const auto index = [](float a) { return cell_along((a + 1.8F) / 0.9F, kSide); };
+    const auto index = [](float a) {
+      return static_cast<CellLists::Key>(cell_along((a + 1.8F) / 0.9F, kSide));
+    };
     cells_.build(kCells, count_, [&](std::size_t k) {
-      return static_cast<CellLists::Key>(index(y_[k]) * kSide + index(x_[k]));
+      return index(y_[k]) * static_cast<CellLists::Key>(kSide) + index(x_[k]);
     });
     used_cells_ = 0;
     for (std::size_t c = 0; c < kCells; ++c)
