@@ -160,11 +160,13 @@ TEST_CASE("every parameter of the sources is in one table of the docs") {
   for (const Parameter& parameter : all_parameters()) ++in_docs[parameter.name];
   in_docs.erase("pipeline");  // DynFilter.pipeline is read apart
   for (const auto& [name, count] : in_sources) {
-    CAPTURE(name);
+    const auto& shown = name;  // clang 14 captures no structured binding
+    CAPTURE(shown);
     CHECK(in_docs[name] == count);
   }
   for (const auto& [name, count] : in_docs) {
-    CAPTURE(name);
+    const auto& shown = name;
+    CAPTURE(shown);
     CHECK(in_sources[name] == count);
   }
 }
