@@ -50,6 +50,28 @@ TEST_CASE("a static desk, real frames: nothing gets worse" * doctest::test_suite
   CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "none") + 0.001);
 }
 
+// With exact depth nothing hides that patches slide along edges: every third feature missed its place.
+TEST_CASE("a static hospital, exact depth: edges do not move, and count across themselves only" *
+          doctest::test_suite("shared_data")) {
+  const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / "tartanair_hospital";
+  if (!fs::exists(folder)) {
+    MESSAGE("skipped: no ../shared/data");
+    return;
+  }
+  const auto run = [&](const std::string& options) {
+    const CommandResult result = dynfilter("compare '" + folder.string() + "' --json " + options);
+    CAPTURE(result.err);
+    REQUIRE(result.exit_code == 0);
+    return result.out;
+  };
+  const std::string json = run("--pipelines dynfilter");
+  CHECK(number_in(json, "\"pipeline\": \"dynfilter\"", "rejected_mean") <= 10);  // 1 %
+  const double ate_m = number_in(json, "\"pipeline\": \"dynfilter\"", "ate_rmse_m");
+  CHECK(ate_m <= 0.004);
+  const std::string plain = run("--pipelines dynfilter --no-weights");
+  CHECK(ate_m < 0.5 * number_in(plain, "\"pipeline\": \"dynfilter\"", "ate_rmse_m"));
+}
+
 // The first turns at 40 to 110 deg/s and is blurred, the second does not.
 TEST_CASE("static desks, real frames: rts_slam with its measured noise does not take blur for motion" *
           doctest::test_suite("shared_data")) {

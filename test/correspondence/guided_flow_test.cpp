@@ -28,6 +28,7 @@ const cv::Size kSize(640, 480);
 struct Tracked {
   Points px;
   std::vector<std::uint8_t> status;
+  std::vector<MatchSpread> spread;
   long count() const { return std::count(status.begin(), status.end(), std::uint8_t{1}); }
 };
 
@@ -37,8 +38,8 @@ Tracked track(const cv::Mat& from, const cv::Mat& to, const Points& points, cons
   ImagePyramid a, b;
   a.build(from, params.window_px, params.levels, false);
   b.build(to, params.window_px, params.levels, false);
-  Tracked out{guess.empty() ? points : guess, {}};
-  GuidedFlow(params, 1).track(a, b, check, points, out.px, out.status);
+  Tracked out{guess.empty() ? points : guess, {}, {}};
+  GuidedFlow(params, 1).track(a, b, check, points, out.px, out.status, out.spread);
   return out;
 }
 
@@ -251,11 +252,12 @@ TEST_CASE("Wider instructions and more threads give the same bits, in every wind
       b.build(noise ? test::noise_image(size, w, 1.2) : texture.image(size, {2.6, -1.3}), window_px, 4,
               false);
       const Points points = test::random_points(size, 200, 0, w);
-      std::vector<Tracked> runs(3, {points, {}});
+      std::vector<Tracked> runs(3, {points, {}, {}});
       for (std::size_t run = 0; run < 3; ++run) {
         GuidedFlow flow(params, run == 2 ? 2 : 1);
         flow.wide = run != 1;
-        flow.track(a, b, FlowCheck::ForwardBackward, points, runs[run].px, runs[run].status);
+        flow.track(a, b, FlowCheck::ForwardBackward, points, runs[run].px, runs[run].status,
+                   runs[run].spread);
       }
       CHECK(runs[0].count() > 50);
       for (std::size_t run = 1; run < 3; ++run) {
@@ -277,6 +279,29 @@ TEST_CASE("Flat images, wild positions and other pyramids are lost, not followed
   const Tracked led = track(image, image, from, wild);  // the grid leads there without the guess
   CHECK(led.count() == static_cast<long>(wild.size()));
   CHECK(track(image, test::noise_image({101, 80}, 5, 1), {{50, 40}}).count() == 0);
+}
+
+TEST_CASE("a match on stripes slides along them, one on corners does not slide") {
+  for (const double angle : {0.0, 0.4, 1.2, 2.5}) {
+    cv::Mat stripes(kSize, CV_8UC1);
+    const cv::Point2d edge(std::cos(angle), std::sin(angle));
+    for (int y = 0; y < kSize.height; ++y)
+      for (int x = 0; x < kSize.width; ++x)
+        stripes.at<unsigned char>(y, x) =
+            static_cast<unsigned char>(128 + 100 * std::sin(0.35 * (edge.x * y - edge.y * x)));
+    cv::Mat noise(kSize, CV_8UC1);
+    cv::RNG(7).fill(noise, cv::RNG::UNIFORM, 0, 9);  // a patch without any texture along is not tracked
+    const Tracked found = track(stripes + noise, stripes + noise, {{200, 200}, {301, 142}});
+    for (std::size_t i = 0; i < 2; ++i) {
+      REQUIRE(found.status[i] != 0);
+      CHECK(found.spread[i].along > 100.0F);
+      CHECK(std::abs(cv::Point2d(found.spread[i].edge).dot(edge)) > 0.999);
+    }
+  }
+  const cv::Mat corners = test::WaveTexture::broad(3).image(kSize);
+  const Tracked found = track(corners, corners, test::random_points(kSize, 200, 30, 4));
+  CHECK(std::count_if(found.spread.begin(), found.spread.end(),
+                      [](const MatchSpread& s) { return s.slides(); }) < 40);
 }
 
 }  // namespace guided_flow_test

@@ -26,7 +26,8 @@ struct Tracked {
 Tracked own(const LucasKanade& tracker, const ImagePyramid& a, const ImagePyramid& b,
             const std::vector<cv::Point2f>& points, std::size_t stride = 2) {
   Tracked out{points, {}};
-  tracker.track(a.levels(), b.levels(), stride, points, out.px, out.status);
+  std::vector<MatchSpread> spread;
+  tracker.track(a.levels(), b.levels(), stride, points, out.px, out.status, spread);
   return out;
 }
 
@@ -105,7 +106,8 @@ TEST_CASE("Flat images and wild positions are lost, not followed") {
   CHECK(own(LucasKanade(), textured, textured, wild).status == status);
   Tracked guessed{wild, {}};
   const std::vector<cv::Point2f> from(wild.size(), {50, 40});
-  LucasKanade().track(textured.levels(), textured.levels(), 2, from, guessed.px, guessed.status);
+  std::vector<MatchSpread> spread;
+  LucasKanade().track(textured.levels(), textured.levels(), 2, from, guessed.px, guessed.status, spread);
   CHECK(guessed.status == status);
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <vector>
@@ -17,6 +18,7 @@ struct Seen {
   std::int32_t index = -1;  ///< index in the previous frame; -1: only the position is known
   float depth_m = 2, was_depth_m = 2;
   bool found = true;
+  MatchSpread spread{};
 };
 
 /// Passes frames to FeatureTracks as FrameTracks does.
@@ -35,6 +37,7 @@ class Frames {
       px.push_back(f.px);
       depths_m.push_back(f.depth_m);
       if (f.found) match.correspondences.set(i, f.was_px, f.index);
+      match.correspondences.spread[i] = f.spread;
       match.reference_undistorted_px.push_back(f.was_px);
       match.reference_depth_m.push_back(f.was_depth_m);
     }
@@ -212,6 +215,30 @@ TEST_CASE("without depths, and with places that are none") {
   CHECK(tracks.previous(0) == 0);
   CHECK(tracks.previous(1) == -1);
   CHECK(std::isnan(tracks.depth_m(0, 1)));
+}
+
+TEST_CASE("feature tracks: what a track may have slid is the mean of its steps") {
+  FeatureTracks tracks({12, 3.0, true});
+  Frames frames;
+  MatchSpread edge;
+  edge.edge = {0.8F, -0.6F};
+  edge.along = 100;
+  edge.depth_per_px = 0.01F;
+  frames.show(tracks, 0, -1, {at(100, 100)});
+  for (int k = 1; k <= 4; ++k) {
+    const auto x = static_cast<float>(100 + k);
+    Seen seen = moved({x - 1, 100}, {x, 100}, 0);
+    if (k != 3) seen.spread = edge;  // one step has found a corner
+    frames.show(tracks, k, k - 1, {seen});
+    const MatchSpread spread = tracks.spread(0);
+    const double share = k < 3 ? 1.0 : k == 3 ? 2.0 / 3 : 3.0 / 4;
+    CHECK(spread.along == doctest::Approx(1 + 99 * share));
+    CHECK(spread.across == doctest::Approx(1));
+    CHECK(std::abs(spread.edge.dot(edge.edge)) == doctest::Approx(1));
+    if (k != 3) CHECK(spread.depth_per_px * spread.edge.dot(edge.edge) == doctest::Approx(0.01));
+  }
+  frames.show(tracks, 9, -1, {at(100, 100)});
+  CHECK_FALSE(tracks.spread(0).slides());
 }
 
 }  // namespace feature_tracks_test

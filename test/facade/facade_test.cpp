@@ -160,6 +160,7 @@ void check_equal(const Verdict& verdict, const facade::Verdicts& other) {
     different += (other.keep[i] != 0) != verdict.keep(i) ? 1 : 0;
     different += (other.decision[i] == 1) != (verdict.decision[i] == Vote::Dynamic) ? 1 : 0;
     different += (other.decision[i] == -1) != (verdict.decision[i] == Vote::Static) ? 1 : 0;
+    different += other.weight[i] != verdict.weight(i) ? 1 : 0;
   }
   CHECK(different == 0);
   CHECK(same_bits(other.suspicion.data(), verdict.suspicion));
@@ -177,7 +178,10 @@ void check_equal(const Verdict& verdict, const facade::Verdicts& other) {
 
 void check_equal(const Verdict& verdict, const dynfilter_verdicts& other) {
   REQUIRE(other.count == verdict.size());
-  for (std::size_t i = 0; i < verdict.size(); ++i) REQUIRE((other.keep[i] != 0) == verdict.keep(i));
+  for (std::size_t i = 0; i < verdict.size(); ++i) {
+    REQUIRE((other.keep[i] != 0) == verdict.keep(i));
+    REQUIRE(other.weight[i] == verdict.weight(i));
+  }
   CHECK(same_bits(other.suspicion, verdict.suspicion));
   CHECK(std::equal(verdict.reasons.begin(), verdict.reasons.end(), other.reasons));
   CHECK(other.rejected == verdict.report.rejected);

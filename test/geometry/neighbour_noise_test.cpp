@@ -128,10 +128,25 @@ TEST_CASE("odds of motion: a large miss accuses, none acquits, noise beyond any 
   MovingOddsInput in;
   in.sigma_px = 0.2, in.sigma_depth_m = 0.02, in.px_per_m = 250, in.elapsed_s = 0.2;
   CHECK(odds(in) < -1);
-  in.miss_px = 10, in.chi2 = 2500;
+  in.across2_px2 = 100, in.chi2 = 2500;
   CHECK(odds(in) > 5);
   in.sigma_px = in.sigma_depth_m = 1e6, in.chi2 = 1e-10;
   CHECK(std::abs(odds(in)) < 1e-3);
+}
+
+TEST_CASE("odds of motion: along an edge on which the match slides, a miss says nothing; across it, all") {
+  const MovingOdds odds({0.05, 1.0, 0.5});
+  MovingOddsInput in;
+  in.sigma_px = 0.2, in.sigma_depth_m = 0.02, in.px_per_m = 250, in.elapsed_s = 0.2, in.along = 1e4;
+  const double rest = odds(in);
+  in.along2_px2 = 100, in.chi2 = 100 / (0.04 * 1e4);
+  CHECK(odds(in) == doctest::Approx(rest).epsilon(0.05));
+  in.along = 1, in.chi2 = 2500;
+  const double corner = odds(in);
+  in.along2_px2 = 0, in.across2_px2 = 100;
+  CHECK(odds(in) == corner);  // a corner knows no direction
+  in.along = 1e4;
+  CHECK(odds(in) > 5);
 }
 
 }  // namespace neighbour_noise_test

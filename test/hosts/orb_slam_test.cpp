@@ -369,6 +369,8 @@ TEST_CASE_TEMPLATE("call point B: boxes empty the left half, for all sensors", F
       CHECK(verdict.kept() == expected.size());
       CHECK(verdict.report.rejected == 300 - expected.size());
       CHECK(filter.judged_keypoints().size() == 300);
+      CHECK(filter.weights().size() == expected.size());  // of the thinned frame
+      for (const float weight : filter.weights()) CHECK((weight > 0 && weight <= 1));
       check_thinned(host, expected, sensor);
     }
   }
@@ -398,7 +400,9 @@ TEST_CASE("call point C: map points go with their features") {
   host.frame.SetPose({});
   filter.before_tracking(host.frame, noise(640, 480), cv::Mat(), true);
   check_thinned(host, all_but(60, {}), Sensor::RgbD);
+  const std::vector<float> weights = filter.weights();
   filter.after_pose(host.frame);  // the boxes of the frame were none
+  CHECK(filter.weights() == weights);
   check_thinned(host, all_but(60, {}), Sensor::RgbD);
   CHECK(filter.verdict().report.call_point == CallPoint::AfterPose);
 }

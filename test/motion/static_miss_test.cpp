@@ -165,4 +165,46 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("static miss: chi2 is that of the whole covariance, with what a match slides") {
+  const Camera camera = geometry_test::camera();
+  const StaticMissModel model(camera, motion(), noise());
+  SampleGenerator rng(5);
+  for (int k = 0; k < 300; ++k) {
+    Pair pair(rng, {2.5F, -1.5F});
+    pair.now.depth_m *= 1.02F;
+    MatchSpread spread;
+    const double angle = rng.uniform(0, 3), s2 = noise().pixel_sigma_px * noise().pixel_sigma_px;
+    spread.edge = {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))};
+    spread.across = static_cast<float>(rng.uniform(1, 3));
+    spread.along = static_cast<float>(rng.uniform(3, 500));
+    spread.depth_per_px = static_cast<float>(rng.uniform(-0.02, 0.02));
+    const Eigen::Vector3d p = point(pair.then.px, pair.then.depth_m);
+    const Eigen::Vector3d ray = motion().R() * p, q = ray + motion().t();
+    const double sigma_then = noise().depth_noise.sigma_m(pair.then.depth_m) / pair.then.depth_m;
+    const double sigma_now = noise().depth_noise.sigma_m(pair.now.depth_m);
+    const Eigen::Vector3d g =
+        sigma_then * Eigen::Vector3d(camera.fx_px * (ray.x() - q.x() / q.z() * ray.z()) / q.z(),
+                                     camera.fy_px * (ray.y() - q.y() / q.z() * ray.z()) / q.z(), ray.z());
+    const Eigen::Vector3d v(spread.edge.x, spread.edge.y, spread.depth_per_px);
+    const Eigen::Matrix3d S = Eigen::Vector3d(s2 * spread.across, s2 * spread.across, sigma_now * sigma_now)
+                                  .asDiagonal()
+                                  .toDenseMatrix() +
+                              s2 * (spread.along - spread.across) * v * v.transpose() + g * g.transpose();
+    const cv::Point2f off = pair.now.px - pixel(q);
+    const Eigen::Vector3d r(off.x, off.y, pair.now.depth_m - q.z());
+    CHECK(static_cast<double>(model(pair.then, pair.now, spread).chi2) ==
+          doctest::Approx(r.dot(S.inverse() * r)).epsilon(1e-3));
+    pair.now.depth_m = kNan;  // the image alone
+    const Eigen::Matrix2d image = S.topLeftCorner<2, 2>();
+    CHECK(static_cast<double>(model(pair.then, pair.now, spread).chi2) ==
+          doctest::Approx(r.head<2>().dot(image.inverse() * r.head<2>())).epsilon(1e-3));
+    pair.then.depth_m = kNan;  // across the line: the variance in the direction of the miss
+    const StaticMiss line = model(pair.then, pair.now, spread);
+    const Eigen::Vector2d miss(line.miss_px.x, line.miss_px.y), n = miss.normalized();
+    const Eigen::Matrix2d M = s2 * (spread.across * Eigen::Matrix2d::Identity() +
+                                    (spread.along - spread.across) * v.head<2>() * v.head<2>().transpose());
+    CHECK(static_cast<double>(line.chi2) == doctest::Approx(miss.squaredNorm() / n.dot(M * n)).epsilon(1e-3));
+  }
+}
+
 }  // namespace static_miss_test

@@ -176,4 +176,19 @@ TEST_CASE("too few points, and points behind the camera, leave a finite pose") {
   CHECK(distance(T, truth) < 1e-6);
 }
 
+TEST_CASE("whitening: the inverse of the covariance, with what a sighting slides along an edge") {
+  Sighting s;
+  s.pixel_weight = 0.8, s.disparity_weight = 2;
+  CHECK(s.whitening().isApprox(Eigen::Vector3d(0.8, 0.8, 2).asDiagonal().toDenseMatrix()));
+  s.slide_px = {3, -4, 0.5};
+  Eigen::Matrix3d S = Eigen::Vector3d(1 / 0.64, 1 / 0.64, 0.25).asDiagonal();
+  S += s.slide_px * s.slide_px.transpose();
+  CHECK((s.whitening().transpose() * s.whitening()).isApprox(S.inverse(), 1e-9));
+  s.disparity_weight = 0;  // no depth: the image alone
+  const Eigen::Matrix2d image = S.topLeftCorner<2, 2>();
+  const Eigen::Matrix3d information = s.whitening().transpose() * s.whitening();
+  CHECK(information.topLeftCorner<2, 2>().isApprox(image.inverse(), 1e-9));
+  CHECK(information.row(2).isZero());
+}
+
 }  // namespace pose_refinement_test

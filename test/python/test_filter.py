@@ -132,6 +132,9 @@ def test_votes():
 
     verdict = dynfilter.Pipeline(Casts()).before_pose(np.zeros((5, 2)), timestamp=0, min_features=0)
     np.testing.assert_array_equal(verdict.suspicion, np.float32([0.75, 0.25, 0.125, 0.5, 0.5]))
+    moves, rests = np.float32([0.75, 0.25, 0.125]) ** 2, np.float32([0.25, 0.75, 0.875]) ** 2
+    expected = np.where(verdict.keep[:3], rests / (moves + rests), 0)
+    np.testing.assert_allclose(verdict.weight, [*expected, 1, 1], rtol=1e-6)
     assert list(verdict.prior) == [False, False, False, True, False]
     assert "a note" in verdict.report.stages[0].note
 

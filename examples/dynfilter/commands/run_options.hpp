@@ -36,6 +36,8 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
       ->type_name("FOLDER");
   command.add_flag("--no-masks", options.no_masks, "no masks, even if the sequence has some")
       ->excludes("--masks");
+  command.add_flag("--no-weights", options.no_weights,
+                   "the odometry trusts a feature that slides along an edge like any other");
   command
       .add_option(
           "--detector-mode", options.detector_mode,

@@ -75,10 +75,11 @@ void add_sensor(CLI::App& command, render::SequenceOptions& sequence) {
                   "exposure time, for motion blur; 0: none (default: 0, 12 for turn, shake)")
       ->type_name("MS")
       ->check(CLI::Range(0.0, 100.0));
-  command.add_option("--rolling-shutter-ms", sequence.rolling_shutter_ms, "readout time of all rows")
+  command
+      .add_option("--rolling-shutter-ms", sequence.rolling_shutter_ms,
+                  "readout time of all rows (default: 0, 30 for static_jerk)")
       ->type_name("MS")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
+      ->check(CLI::Range(0.0, 100.0));
   command
       .add_option("--depth-offset-ms", sequence.depth_offset_ms,
                   "delay of the depth image relative to the colour image")

@@ -59,7 +59,8 @@ class PoseManifold final : public ceres::Manifold {
 /// Pixel and disparity residual of one observation, in standard deviations, with analytic derivatives.
 class SightingCost final : public ceres::SizedCostFunction<3, 7, 3> {
  public:
-  SightingCost(const Pinhole& camera, const Sighting& sighting) : camera_(camera), sighting_(sighting) {}
+  SightingCost(const Pinhole& camera, const Sighting& sighting)
+      : camera_(camera), sighting_(sighting), W_(sighting.whitening()) {}
 
   /// False for a point behind the camera: Evaluate() then fails.
   static bool is_visible(const Eigen::Vector3d& camera_m) { return camera_m.z() > 0.01; }
@@ -70,11 +71,10 @@ class SightingCost final : public ceres::SizedCostFunction<3, 7, 3> {
     const Eigen::Vector3d p =
         R * Eigen::Map<const Eigen::Vector3d>(x[1]) + Eigen::Map<const Eigen::Vector3d>(x[0]);
     if (!is_visible(p)) return false;
-    const Eigen::Vector3d w = sighting_.weights();
     Eigen::Map<Eigen::Vector3d> r(residuals);
-    r = w.cwiseProduct(camera_.project(p) - sighting_.measured_px);
+    r = W_ * (camera_.project(p) - sighting_.measured_px);
     if (!jacobians) return true;
-    const Eigen::Matrix3d J = w.asDiagonal() * camera_.jacobian(p);
+    const Eigen::Matrix3d J = W_ * camera_.jacobian(p);
     if (jacobians[0]) {
       Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> out(jacobians[0]);
       out << J, -J * skew(p), Eigen::Vector3d::Zero();
@@ -89,6 +89,7 @@ class SightingCost final : public ceres::SizedCostFunction<3, 7, 3> {
  private:
   Pinhole camera_;
   Sighting sighting_;
+  Eigen::Matrix3d W_;
 };
 
 /// Ceres also logs what it tells in its summary, to stderr, whatever Solver::Options::logging_type is.
@@ -242,7 +243,7 @@ class BundleAdjuster {
         const Eigen::Vector3d p = map.keyframes[o.keyframe].T_camera_world * map.point(i).world_m;
         const bool agrees =
             p.z() > 0.05 &&
-            s.weights().cwiseProduct(camera_.project(p) - s.measured_px).squaredNorm() <= s.chi2_limit();
+            (s.whitening() * (camera_.project(p) - s.measured_px)).squaredNorm() <= s.chi2_limit();
         if (!agrees) map.forget(i, o);
       }
     }

@@ -21,6 +21,8 @@ class FeatureJudge {
       const FrameView& view) = 0;  ///< after extraction; the pose is a prediction or none
   virtual Flags after_pose(const FrameView& view) = 0;   ///< with a first pose and map points
   virtual Flags at_keyframe(const FrameView& view) = 0;  ///< before new map points are created
+  /// How far each feature of the last view may have slid along its edge. Empty: not known.
+  virtual Span<const MatchSpread> spread() const { return {}; }
   /// Called without a map, after before_pose. True if this frame must not be the first keyframe.
   virtual bool wait_for_keyframe() const { return false; }
   virtual void pose_refined(std::int64_t /*frame_id*/, const Pose& /*T_world_camera*/) {

@@ -15,6 +15,7 @@
 #include "frame_features.hpp"
 #include "io/sequence.hpp"
 #include "map.hpp"
+#include "options.hpp"
 #include "sensor.hpp"
 #include "track_result.hpp"
 
@@ -25,7 +26,8 @@ namespace dynfilter::odometry {
 /// It also keeps the rejections for the caller.
 class JudgeGate {
  public:
-  JudgeGate(Sensor sensor, FeatureJudge* judge) : sensor_(sensor), judge_(judge) {}
+  JudgeGate(const OdometryOptions& options, FeatureJudge* judge)
+      : sensor_(options.sensor), weighs_(options.weights), judge_(judge) {}
 
   void begin(std::int64_t frame_id, const io::SequenceFrame& frame, const Camera& camera,
              const SemanticInputs& inputs, std::size_t features) {
@@ -128,10 +130,13 @@ class JudgeGate {
     if (flags.size() != features.size()) return;
     for (std::size_t i = 0; i < flags.size(); ++i)
       if (flags[i]) rejected_at_[features.extracted[i]] = where;
+    const Span<const MatchSpread> spread = judge_->spread();
+    if (weighs_ && spread.size() == features.size()) features.spread.assign(spread.begin(), spread.end());
     features.compact(flags);
   }
 
   Sensor sensor_;
+  bool weighs_;
   FeatureJudge* judge_;
   FrameView view_;
   std::vector<cv::KeyPoint> extracted_;

@@ -24,7 +24,7 @@ class Odometry::Steps {
         mapper_(pinhole(), options),
         tracker_(pinhole(), options),
         two_views_(pinhole(), options.start),
-        gate_(options.sensor, judge) {}
+        gate_(options, judge) {}
 
   TrackResult process(const io::SequenceFrame& frame, const SemanticInputs& inputs,
                       const std::optional<Pose>& known) {
@@ -111,6 +111,7 @@ class Odometry::Steps {
     undistort(camera_, features_.keypoints, features_.keypoints_undistorted);
     measure_depth(frame);
     features_.map_point.assign(features_.size(), -1);
+    features_.spread.assign(features_.size(), {});
     features_.extracted.resize(features_.size());
     for (std::size_t i = 0; i < features_.size(); ++i) features_.extracted[i] = static_cast<std::int32_t>(i);
     image_ = frame.grey.size();

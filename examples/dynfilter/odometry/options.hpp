@@ -86,6 +86,7 @@ struct BundleOptions {
 
 struct OdometryOptions {
   Sensor sensor = Sensor::Rgbd;
+  bool weights = true;  ///< features that slide along an edge count across it only
   ExtractorOptions extractor;
   DepthOptions depth;
   StereoOptions stereo;

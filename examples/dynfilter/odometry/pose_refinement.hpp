@@ -120,12 +120,12 @@ class PoseRefiner {
   }
 
   void add(const Sighting& sighting, const Eigen::Vector3d& p, System& system) const {
-    const Eigen::Vector3d w = sighting.weights();
-    const Eigen::Vector3d r = w.cwiseProduct(camera_.project(p) - sighting.measured_px);
+    const Eigen::Matrix3d W = sighting.whitening();
+    const Eigen::Vector3d r = W * (camera_.project(p) - sighting.measured_px);
     const double squared = r.squaredNorm(), k = options_.huber;
     const double weight = squared <= k * k ? 1.0 : k / std::sqrt(squared);
     system.cost += 0.5 * (squared <= k * k ? squared : 2 * k * std::sqrt(squared) - k * k);
-    const Eigen::Matrix3d Jp = w.asDiagonal() * camera_.jacobian(p);
+    const Eigen::Matrix3d Jp = W * camera_.jacobian(p);
     Matrix36d J;
     J << Jp, -Jp * skew(p);
     system.H.triangularView<Eigen::Lower>() += weight * (J.transpose() * J);
@@ -150,9 +150,8 @@ class PoseRefiner {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector3d p = T * points[i].world_m;
       const Sighting& s = points[i].sighting;
-      inlier[i] =
-          p.z() > kNear &&
-          s.weights().cwiseProduct(camera_.project(p) - s.measured_px).squaredNorm() <= s.chi2_limit();
+      inlier[i] = p.z() > kNear &&
+                  (s.whitening() * (camera_.project(p) - s.measured_px)).squaredNorm() <= s.chi2_limit();
       count += inlier[i];
     }
     return count;

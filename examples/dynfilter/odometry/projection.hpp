@@ -48,8 +48,17 @@ struct Pinhole {
 struct Sighting {
   Eigen::Vector3d measured_px;
   double pixel_weight = 1, disparity_weight = 0;
+  /// What it may slide along an edge: one standard deviation of (u, v, disparity) [px].
+  Eigen::Vector3d slide_px = Eigen::Vector3d::Zero();
 
-  Eigen::Vector3d weights() const { return {pixel_weight, pixel_weight, disparity_weight}; }
+  /// W with W^T W the inverse of the covariance diag(1 / weights^2) + slide slide^T.
+  Eigen::Matrix3d whitening() const {
+    const Eigen::Vector3d w(pixel_weight, pixel_weight, disparity_weight), s = w.cwiseProduct(slide_px);
+    Eigen::Matrix3d W = w.asDiagonal();
+    const double s2 = s.squaredNorm();
+    if (s2 > 0) W -= ((1 - 1 / std::sqrt(1 + s2)) / s2) * s * s.cwiseProduct(w).transpose();
+    return W;
+  }
   /// 95 % quantile of chi-square for two or three residuals.
   double chi2_limit() const { return disparity_weight > 0 ? 7.815 : 5.991; }
 };

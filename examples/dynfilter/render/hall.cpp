@@ -9,7 +9,7 @@
 namespace dynfilter::render {
 
 Hall::Hall(MaterialSet& set, Random& random, int first_instance) {
-  const RoomMaterials materials(set, random, false);
+  const RoomMaterials materials(set, random, RoomLook::Furnished);
   FurnitureBuilder build(materials, random, false, first_instance);
   shell(build);
   racks(build);

@@ -7,10 +7,10 @@
 
 namespace dynfilter::render {
 
-Room::Room(MaterialSet& set, Random& random, bool plain, const std::vector<Eigen::Vector3f>& chairs,
+Room::Room(MaterialSet& set, Random& random, RoomLook look, const std::vector<Eigen::Vector3f>& chairs,
            int first_instance) {
-  const RoomMaterials materials(set, random, plain);
-  FurnitureBuilder build(materials, random, plain, first_instance);
+  const RoomMaterials materials(set, random, look);
+  FurnitureBuilder build(materials, random, look != RoomLook::Furnished, first_instance);
   shell(build);
   desks(build);
   along_walls(build);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/furniture.hpp"
+#include "render/room_materials.hpp"
 #include "render/surroundings.hpp"
 #include "render/texture.hpp"
 
@@ -17,7 +18,7 @@ namespace dynfilter::render {
 class Room : public Surroundings {
  public:
   /// `chairs`: x, y, yaw of additional chairs. Instances are numbered from `first_instance` + 1.
-  Room(MaterialSet& set, Random& random, bool plain, const std::vector<Eigen::Vector3f>& chairs,
+  Room(MaterialSet& set, Random& random, RoomLook look, const std::vector<Eigen::Vector3f>& chairs,
        int first_instance);
 
  private:

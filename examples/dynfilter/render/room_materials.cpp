@@ -345,9 +345,20 @@ cv::Mat door(Random& r) {
   return out;
 }
 
+cv::Mat joints(const cv::Scalar& colour, const cv::Scalar& joint, int wide_px, int high_px) {
+  constexpr int kSize = 512, kJoint_px = 5;
+  cv::Mat out(kSize, kSize, CV_8UC3, colour);
+  for (int at = 0; wide_px > 0 && at < kSize; at += wide_px)
+    cv::rectangle(out, {at, 0, kJoint_px, kSize}, joint, cv::FILLED);
+  for (int at = 0; high_px > 0 && at < kSize; at += high_px)
+    cv::rectangle(out, {0, at, kSize, kJoint_px}, joint, cv::FILLED);
+  return out;
+}
+
 }  // namespace picture
 
-RoomMaterials::RoomMaterials(MaterialSet& set, Random& r, bool plain) {
+RoomMaterials::RoomMaterials(MaterialSet& set, Random& r, RoomLook look) {
+  const bool plain = look != RoomLook::Furnished;
   const auto flat = [&](const cv::Scalar& c) { return set.add(cv::Mat(cv::Mat(8, 8, CV_8UC3, c))); };
   const cv::Scalar paint = r.colour_near(bgr(204, 200, 190), 10);
   wall = set.add(picture::plaster(r, paint, plain ? 0.012 : 0.09));
@@ -381,6 +392,18 @@ RoomMaterials::RoomMaterials(MaterialSet& set, Random& r, bool plain) {
   for (int i = 0; i < 3; ++i) screens.push_back(set.add(picture::screen(r), 0.35F, true));
   for (int i = 0; i < 8; ++i) covers.push_back(set.add(picture::book_cover(r)));
   for (int i = 0; i < 4; ++i) papers.push_back(set.add(picture::paper_sheet(r)));
+  if (look == RoomLook::Edges) set_edges(set, r);
+}
+
+void RoomMaterials::set_edges(MaterialSet& set, Random& r) {
+  const cv::Scalar paint = r.colour_near(bgr(206, 204, 198), 8);
+  floor = set.add(picture::joints(paint * 0.8, paint * 0.45, 128, 128));
+  wall = set.add(picture::joints(paint, paint * 0.7, 96, 0));
+  partition = set.add(picture::joints(paint * 0.7, paint * 0.4, 0, 32));
+  ceiling = set.add(picture::joints(paint * 1.1, paint * 0.75, 256, 64));
+  for (int& screen : screens) screen = set.add(cv::Mat(8, 8, CV_8UC3, bgr(36, 60, 96)), 0.35F, true);
+  for (int& window : windows)
+    window = set.add(picture::joints(bgr(236, 236, 228), bgr(120, 124, 130), 0, 16));
 }
 
 }  // namespace dynfilter::render

@@ -66,15 +66,28 @@ cv::Mat drawers(Random& r, const cv::Scalar& colour);
 
 cv::Mat door(Random& r);
 
+/// One colour with straight joints, `wide_px` and `high_px` apart in a picture of 512 px; 0: none that way.
+cv::Mat joints(const cv::Scalar& colour, const cv::Scalar& joint, int wide_px, int high_px);
+
 }  // namespace picture
 
-/// All materials of a room. `plain`: almost no texture for a corner detector.
+/// What is to be seen in a room.
+enum class RoomLook {
+  Furnished,
+  Plain,  ///< almost no texture for a corner detector
+  Edges   ///< long straight edges: tile joints, panels, blinds; as plain otherwise
+};
+
+/// All materials of a room.
 struct RoomMaterials {
   int wall, partition, floor, ceiling, light_panel, wood_light, wood_dark, metal, black, white, whiteboard,
       book_backs, pages, keyboard, cardboard, chair_fabric, leaf, pot, drawers, door, mug, radiator;
   std::vector<int> windows, posters, screens, covers, papers;
 
-  RoomMaterials(MaterialSet& set, Random& r, bool plain);
+  RoomMaterials(MaterialSet& set, Random& r, RoomLook look);
+
+ private:
+  void set_edges(MaterialSet& set, Random& r);
 };
 
 }  // namespace dynfilter::render

@@ -155,6 +155,18 @@ void walking_turn(Builder& b, double peak_deg_s) {
   b.exposure_ms = kIndoorExposure_ms;
 }
 
+void static_edges(Builder& b) {
+  static_desk(b);
+  b.look = RoomLook::Edges;
+}
+
+void static_jerk(Builder& b) {
+  constexpr double kReadout_ms = 30;  // of a colour camera of 2010
+  near_turn(b, 0);
+  b.camera.style = CameraStyle::Shake;
+  b.readout_ms = kReadout_ms;
+}
+
 void shake(Builder& b) {
   static_desk(b);
   b.camera.style = CameraStyle::Shake;
@@ -248,7 +260,7 @@ void majority(Builder& b) {
 }
 
 void low_texture(Builder& b) {
-  b.plain = true;
+  b.look = RoomLook::Plain;
   b.camera.style = CameraStyle::Xyz;
   const double shift = b.random().uniform();
   b.walker(Builder::oval({0, -0.45}, 1.15, 0.26), 0.95, shift);
@@ -259,6 +271,8 @@ const std::vector<Entry>& all() {
   constexpr double kHalfSecond = 0.5;  // 15 frames
   static const std::vector<Entry> entries{
       {"static_desk", static_desk},
+      {"static_edges", static_edges},
+      {"static_jerk", static_jerk},
       {"walking_xyz", [](Builder& b) { walking(b, CameraStyle::Xyz); }},
       {"walking_static", [](Builder& b) { walking(b, CameraStyle::Static); }},
       {"walking_rpy", [](Builder& b) { walking(b, CameraStyle::Rpy); }},
@@ -325,11 +339,12 @@ Scene make_scene(const std::string& name, std::uint64_t seed) {
     scene.surroundings =
         builder.surroundings
             ? builder.surroundings(scene.materials, random, static_cast<int>(movers))
-            : Room(scene.materials, random, builder.plain, builder.chairs, static_cast<int>(movers));
+            : Room(scene.materials, random, builder.look, builder.chairs, static_cast<int>(movers));
     const std::vector<Detectable>& objects = scene.surroundings->objects;
     scene.objects.insert(scene.objects.end(), objects.begin(), objects.end());
     scene.camera.emplace(builder.camera, random);
     scene.exposure_ms = builder.exposure_ms;
+    scene.readout_ms = builder.readout_ms;
     scene.camera_model = builder.camera_model;
     return scene;
   }

@@ -42,7 +42,8 @@ struct Scene {
   std::vector<Mover> movers;
   std::vector<Detectable> objects;  ///< entry i is instance i + 1
   std::optional<CameraMotion> camera;
-  double exposure_ms = 0;  ///< of its camera, unless the options replace it; 0: no motion blur
+  /// Of its camera, unless the options replace them; 0: no motion blur, no rolling shutter.
+  double exposure_ms = 0, readout_ms = 0;
   CameraModel camera_model;
 };
 
@@ -54,8 +55,8 @@ class SceneBuilder {
   double start_s = kAlways;  ///< time at which the movers begin to move
   CameraMotion::Options camera;
   std::vector<Eigen::Vector3f> chairs;  ///< x, y, yaw of chairs for sitting people
-  bool plain = false;
-  double exposure_ms = 0;
+  RoomLook look = RoomLook::Furnished;
+  double exposure_ms = 0, readout_ms = 0;
   CameraModel camera_model;
   /// Makes what does not move, with instances from `first_instance` + 1; empty: the office.
   std::function<Surroundings(MaterialSet&, Random&, int first_instance)> surroundings;
@@ -122,6 +123,12 @@ void turn_at_desk(Builder& b, double peak_deg_s);
 void near_turn(Builder& b, double peak_deg_s);
 
 void walking_turn(Builder& b, double peak_deg_s);
+
+/// Long straight edges and few corners, and nothing moves: joints, panels, blinds.
+void static_edges(Builder& b);
+
+/// A shaken camera with a rolling shutter near a desk, where nothing moves.
+void static_jerk(Builder& b);
 
 void shake(Builder& b);
 

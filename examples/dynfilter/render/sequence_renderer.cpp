@@ -83,7 +83,7 @@ inline std::string SequenceRenderer::text(double value) {
 inline void SequenceRenderer::check_shutter() const {
   const double most_ms = 1e3 / rate_hz();
   require("exposure_ms", exposure_ms(), 0, most_ms);
-  require("rolling_shutter_ms", options_.rolling_shutter_ms, 0, most_ms);
+  require("rolling_shutter_ms", readout_ms(), 0, most_ms);
 }
 
 inline DepthSensor::Options SequenceRenderer::depth_options(const SequenceOptions& o,
@@ -135,7 +135,7 @@ inline void SequenceRenderer::take_right_image(int index, double now_s, cv::Mat&
 
 inline void SequenceRenderer::expose(double now_s, const cv::Mat& drawn,
                                      const Eigen::Isometry3d& T_camera_eye, cv::Mat& colour) {
-  const double exposure_s = exposure_ms() / 1e3, readout_s = options_.rolling_shutter_ms / 1e3;
+  const double exposure_s = exposure_ms() / 1e3, readout_s = readout_ms() / 1e3;
   const double motion_px = largest_motion_px(now_s, exposure_s + readout_s);
   const Shutter shutter(exposure_s, readout_s, Shutter::steps_for(exposure_s, readout_s, motion_px),
                         camera_.height_px);

@@ -35,8 +35,8 @@ struct SequenceOptions {
   bool exposure_steps = false;        ///< gain jumps about once per second
   bool motion_blur = false;           ///< exposure of kBlurExposure_ms, unless exposure_ms is set
   std::optional<double> exposure_ms;  ///< 0: no motion blur; nullopt: value of the scene's camera
-  /// Time from the exposure of the first row to that of the last.
-  double rolling_shutter_ms = 0;
+  /// Time from the exposure of the first row to that of the last; nullopt: value of the scene's camera.
+  std::optional<double> rolling_shutter_ms;
   double depth_offset_ms = 0;    ///< delay of the depth image relative to its timestamp
   double calibration_error = 0;  ///< error of calibration(); 1: a bad calibration
   double image_noise = 1.6;      ///< grey levels; 0: no noise
@@ -78,7 +78,8 @@ class SequenceRenderer {
   const Camera& calibration() const { return calibration_; }
   const Scene& scene() const { return scene_; }
   int size() const { return options_.frames; }
-  /// Exposure that results from the options and the scene; 0: no motion blur.
+  /// What results from the options and the scene; 0: no rolling shutter, no motion blur.
+  double readout_ms() const { return options_.rolling_shutter_ms.value_or(scene_.readout_ms); }
   double exposure_ms() const {
     return options_.exposure_ms.value_or(options_.motion_blur ? kBlurExposure_ms : scene_.exposure_ms);
   }

@@ -24,7 +24,7 @@ SensorValues sensor_values(const SequenceRenderer& renderer) {
   const SequenceOptions& o = renderer.options();
   return {{"hz", renderer.rate_hz()},
           {"exposure_ms", renderer.exposure_ms()},
-          {"rolling_shutter_ms", o.rolling_shutter_ms},
+          {"rolling_shutter_ms", renderer.readout_ms()},
           {"depth_offset_ms", o.depth_offset_ms},
           {"calibration_error", o.calibration_error},
           {"exposure_variation", o.exposure_variation ? 1 : 0},

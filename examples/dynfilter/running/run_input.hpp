@@ -49,9 +49,10 @@ inline odometry::Sensor chosen_sensor(const RunOptions& options, const io::Seque
   return *named;
 }
 
-inline odometry::OdometryOptions odometry_options(odometry::Sensor sensor) {
+inline odometry::OdometryOptions odometry_options(odometry::Sensor sensor, bool weights) {
   odometry::OdometryOptions options;
   options.sensor = sensor;
+  options.weights = weights;
   return options;
 }
 

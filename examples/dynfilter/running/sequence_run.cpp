@@ -61,7 +61,7 @@ class SequenceRun {
         sequence_(open_sequence(options)),
         order_(playing_order(options, sequence_.size())),
         sensor_(chosen_sensor(options, sequence_)),
-        odometry_(sequence_.camera(), odometry_options(sensor_), &judge_),
+        odometry_(sequence_.camera(), odometry_options(sensor_, !options.no_weights), &judge_),
         record_(record.record) {
     identify();
     summary_.sensor = odometry::to_string(sensor_);

@@ -23,6 +23,7 @@ struct RunOptions {
   std::string detector_mode = "sync";  ///< "sync", "async", "late:3", "rate:2"
   bool reverse = false;
   bool no_detections = false, no_masks = false;  ///< true: ignored even if the sequence has some
+  bool no_weights = false;                       ///< features that slide along an edge count like others
   int threads = 1;
   std::size_t overlay_every = 0;  ///< 0: about fifty pictures in all
   bool force = false;             ///< replace the results in `out`

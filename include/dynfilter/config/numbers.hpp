@@ -20,6 +20,9 @@ std::ostringstream classic_output();
 /// Formats like printf's %g, with at most `digits` significant digits.
 std::string number_text(double value, int digits = 6);
 
+/// "0 to 5", or ">= 0" where the upper end is 1e9 or more, which stands for none.
+std::string range_text(double min, double max);
+
 /// Formats like printf's %f, with `decimals` digits after the point.
 std::string fixed_text(double value, int decimals);
 

@@ -20,17 +20,7 @@ struct FieldInfo {
 
 namespace detail {
 
-/// One type of parameter: how it is read, printed and checked, at the address of its value.
-class FieldType {
- public:
-  FieldType() = default;
-  FieldType(const FieldType&) = delete;
-  FieldType& operator=(const FieldType&) = delete;
-  virtual ~FieldType() = default;
-  virtual void read(void* value, const YamlNode& node) const = 0;
-  virtual std::string print(const void* value) const = 0;
-  virtual void check(const void* value, const std::string& path) const = 0;
-};
+class FieldType;  // how one type of parameter is read, printed and checked
 
 /// A parameter of any struct, at `offset` bytes from the struct's start. `p` is the struct.
 struct AnyField {
@@ -66,9 +56,6 @@ void check_all(const AnyFields& table, const void* p, const std::string& path);
 void read_all(const AnyFields& table, const YamlNode& node, void* p,
               const std::vector<std::string>& other_keys);
 std::vector<FieldInfo> describe_all(const AnyFields& table, const void* defaults);
-
-std::string shown(double value);
-std::string range_text(double min, double max);
 
 template <class P, class T>
 std::size_t offset_of(T P::*member) {
@@ -183,9 +170,8 @@ void check_parameters(const P& p, const std::string& path = "") {
   detail::check_all(P::fields().all(), &p, path);
 }
 
-/// Overwrites `p` with the values of the node.
-/// Throws ConfigError for unknown keys, wrong types and values out of range.
-/// Keys in `other_keys` are accepted and left to the caller.
+/// Overwrites `p` with the values of the node. Throws ConfigError for unknown keys, wrong types and values
+/// out of range. Keys in `other_keys` are accepted and left to the caller.
 template <class P>
 P read_parameters(const YamlNode& node, P p = P(), const std::vector<std::string>& other_keys = {}) {
   detail::read_all(P::fields().all(), node, &p, other_keys);

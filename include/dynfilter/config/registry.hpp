@@ -14,8 +14,7 @@
 
 namespace dynfilter {
 
-/// Description of a filter, available without creating one.
-/// `dynfilter filters` and the docs print it.
+/// Description of a filter, available without creating one. `dynfilter filters` and the docs print it.
 struct FilterCard {
   std::string name, summary;
   Needs needs;

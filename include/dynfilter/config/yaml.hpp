@@ -13,11 +13,9 @@ namespace dynfilter {
 
 struct YamlValue;  // yaml_text.hpp
 
-/// A strict view of one value of a YAML text.
-/// A wrong type, a number out of range or a duplicate key throws ConfigError with the path of the node and
-/// the expected type.
-/// A plain value is a number, a flag or a word if the reader expects one and YAML 1.1 agrees, with two
-/// exceptions:
+/// A strict view of one value of a YAML text. A wrong type, a number out of range or a duplicate key throws
+/// ConfigError with the path of the node and the expected type. A plain value is a number, a flag or a word
+/// if the reader expects one and YAML 1.1 agrees, with two exceptions:
 /// - `1e5` and `-.5` are numbers, as in OpenCV and JSON. YAML 1.1 takes them for words.
 /// - `true`, `yes`, `on` and their like are words where a word is expected, and keys are always words.
 class YamlNode {

@@ -7,10 +7,9 @@
 
 namespace dynfilter {
 
-/// Base of all exceptions that the library throws on purpose.
-/// The message is one line without a full stop and can be shown to a user:
-/// control characters are replaced, and the middle of a longer text than kMaxBytes is left out.
-/// Unusual frame data never throws: filters abstain on it.
+/// Base of all exceptions that the library throws on purpose. The message is one line that can be shown to a
+/// user. Control characters are replaced, and the middle of a longer text than kMaxBytes is left out. Unusual
+/// frame data never throws: filters abstain on it.
 class Error : public std::runtime_error {
  public:
   /// Room for a path, the fault and the known names.

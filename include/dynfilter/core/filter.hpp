@@ -21,9 +21,8 @@ class Filter {
   virtual std::string name() const = 0;
   virtual Needs needs() const = 0;
 
-  /// Casts votes for the features of the current frame.
-  /// `votes` has one entry per feature, all Unknown on entry.
-  /// Leave a feature Unknown if it cannot be judged. Unusual data must not throw.
+  /// Casts votes for the features of the current frame. `votes` has one entry per feature, all Unknown on
+  /// entry. Leave a feature Unknown if it cannot be judged. Unusual data must not throw.
   virtual void apply(const Evidence& evidence, Votes& votes) = 0;
 
   /// Clears the state from earlier frames.

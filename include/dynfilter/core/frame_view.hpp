@@ -30,11 +30,27 @@ inline std::vector<std::string> moving_classes() {
           "bus",      "train", "truck", "boat",    "aeroplane", "airplane", "motorbike"};
 }
 
-/// Matches that the host already has.
-/// Each current feature has the index of its match in the reference frame.
+/// How a match's error is distributed: a patch with an edge but no corner slides along the edge. The
+/// covariance of (u, v, depth) is, with the noise s [px] that the user of the match measures,
+///   S = s^2 (across diag(1, 1, 0) + (along - across) v v^T),  v = (edge, depth_per_px).
+/// Of a match of which nothing is known it is s^2 diag(1, 1, 0).
+struct MatchSpread {
+  cv::Point2f edge{1, 0};  ///< direction of the edge, of unit length
+  float along = 1;         ///< variance along the edge, at least that across it
+  float across = 1;        ///< variance across the edge
+  float depth_per_px = 0;  ///< slope of the surface along the edge [m/px], 0 where it is not known
+
+  bool slides() const { return along > across; }
+  bool valid() const { return across >= 1 && along >= across && std::isfinite(along + depth_per_px); }
+  /// What a scalar weight may promise: the information in the worst direction.
+  float reliability() const { return 1 / along; }
+};
+
+/// Matches that the host already has. Each current feature has the index of its match in the reference frame.
 struct HostMatches {
   std::int64_t reference_frame_id = -1;
   Span<const std::int32_t> reference_index;  ///< one entry per feature; -1: no match
+  Span<const MatchSpread> spread{};          ///< one entry per feature; empty: not known
 };
 
 /// Boxes of a detector. An empty list means that the detector found nothing.
@@ -59,12 +75,10 @@ struct KeyframeView {
   Span<const std::int64_t> map_point_ids;
 };
 
-/// One frame of the host. Non-owning, cheap to fill and valid for one call.
-/// After the call the toolkit neither reads nor refers to any memory of it: it deep-copies what it keeps.
-/// The exception is a depth image with `depth_handed_over`.
-/// Only `keypoints` is required.
-/// A filter lists its other inputs (core/needs.hpp) and abstains without them.
-/// Each per-feature array has one entry per keypoint or is empty.
+/// One frame of the host. Non-owning, cheap to fill and valid for one call. After the call the toolkit
+/// neither reads nor refers to any memory of it: it deep-copies what it keeps. The exception is a depth image
+/// with `depth_handed_over`. Only `keypoints` is required. A filter lists its other inputs (core/needs.hpp)
+/// and abstains without them. Each per-feature array has one entry per keypoint or is empty.
 struct FrameView {
   std::int64_t id = 0;  ///< increases from frame to frame
   double timestamp_s = 0;

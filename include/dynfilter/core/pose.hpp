@@ -7,9 +7,8 @@
 
 namespace dynfilter {
 
-/// A rigid transform. `T_a_b` maps points of frame b to frame a: p_a = R p_b + t, t in metres.
-/// It holds plain numbers because it crosses plugin boundaries.
-/// Eigen members would force one alignment on both sides.
+/// A rigid transform. `T_a_b` maps points of frame b to frame a: p_a = R p_b + t, t in metres. It holds plain
+/// numbers because it crosses plugin boundaries. Eigen members would force one alignment on both sides.
 struct Pose {
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
   std::array<double, 3> translation_m{};

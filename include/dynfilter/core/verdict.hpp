@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <string>
 #include <vector>
@@ -45,8 +46,7 @@ struct FrameReport {
   std::vector<StageReport> stages;
   std::vector<std::string> notes;  ///< floor events, resets and inputs that could not be used
   std::size_t features = 0, rejected = 0, restored = 0;
-  /// Delay the first keyframe: too much moves, or no feature could be judged yet.
-  /// See InitialisationParams.
+  /// Delay the first keyframe: too much moves, or no feature could be judged yet. See InitialisationParams.
   bool wait_for_keyframe = false;
   double correspondence_ms = 0;  ///< time to find correspondences
   double total_ms = 0;           ///< total time, correspondences included
@@ -67,12 +67,17 @@ struct Verdict {
   /// 1: judged dynamic but restored by the floor, decision Unknown.
   std::vector<std::uint8_t> restored;
   std::vector<std::uint64_t> reasons;  ///< bit k: report.stages[k] voted dynamic
+  std::vector<MatchSpread> spread;     ///< of the match with the last frame; empty: no stage asked for it
   /// At a keyframe, one entry per feature with a map point.
   std::vector<MapPointVerdict> map_points;
   FrameReport report;
 
   std::size_t size() const { return decision.size(); }
   bool keep(std::size_t i) const { return decision[i] != Vote::Dynamic; }
+  /// For the host's optimiser: what to multiply the feature's information (1 / sigma^2) with, in [0, 1]. The
+  /// probability that it stands still, times how well its match is determined in the worst direction. The
+  /// suspicion s of a distance d with the limit l is d / (d + l); the probability is 1 / (1 + (d / l)^2).
+  float weight(std::size_t i) const;
   std::size_t kept() const;
   /// Names of the stages that voted feature i dynamic, e.g. "epipolar+trajectory_consistency".
   /// "" if none did.

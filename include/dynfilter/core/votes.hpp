@@ -19,11 +19,9 @@ constexpr const char* to_string(Vote vote) {
   return vote == Vote::Static ? "static" : vote == Vote::Dynamic ? "dynamic" : "unknown";
 }
 
-/// One vote per feature with a suspicion in [0, 1].
-/// 0 is certainly static, 1 certainly dynamic, 0.5 undecided.
-/// The floor restores the least suspicious features first.
-/// A prior suspect is excluded from model fitting and judged more strictly, but it is not voted dynamic for
-/// that reason.
+/// One vote per feature with a suspicion in [0, 1]. 0 is certainly static, 1 certainly dynamic, 0.5
+/// undecided. The floor restores the least suspicious features first. A prior suspect is excluded from model
+/// fitting and judged more strictly, but it is not voted dynamic for that reason.
 class Votes {
  public:
   static constexpr float kNoIdea = 0.5F;
@@ -55,8 +53,7 @@ class Votes {
   void add_priors(const Votes& other) {
     for (std::size_t i = 0; i < prior_.size(); ++i) prior_[i] |= other.prior_[i];
   }
-  /// Sets votes to Unknown where `kept` is 0. `kept` has one entry per feature.
-  /// Suspicions do not change.
+  /// Sets votes to Unknown where `kept` is 0. `kept` has one entry per feature. Suspicions do not change.
   void keep_only(Span<const std::uint8_t> kept) {
     for (std::size_t i = 0; i < vote_.size(); ++i) vote_[i] = kept[i] != 0 ? vote_[i] : Vote::Unknown;
   }

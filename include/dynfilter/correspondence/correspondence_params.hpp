@@ -5,9 +5,8 @@
 
 namespace dynfilter {
 
-/// Verification of a tracked point.
-/// LK's own status accepts 987 of 1000 points between unrelated images.
-/// See docs/explanation/correspondence.md for figures of each check.
+/// Verification of a tracked point. LK's own status accepts 987 of 1000 points between unrelated images. See
+/// docs/explanation/correspondence.md for figures of each check.
 enum class FlowCheck {
   None,      ///< LK's status and the borders only
   Residual,  ///< also requires similar patches

@@ -22,6 +22,7 @@ struct Correspondences {
   std::vector<std::uint8_t> found;        ///< 0 or 1
   /// Feature of the reference frame; -1: none (always for flow).
   std::vector<std::int32_t> reference_index;
+  std::vector<MatchSpread> spread;  ///< of the match's error
 
   /// Resizes to n entries, none found. Reuses memory.
   void reset(std::size_t n);
@@ -63,6 +64,7 @@ inline void Correspondences::reset(std::size_t n) {
   reference_px.assign(n, {kNan, kNan});
   found.assign(n, 0);
   reference_index.assign(n, -1);
+  spread.assign(n, {});
 }
 
 /// Converts the host's matches.
@@ -90,7 +92,10 @@ inline std::size_t correspondences_from_host(const HostMatches& matches,
       continue;
     }
     const cv::Point2f& px = reference_keypoints[static_cast<std::size_t>(index)].pt;
-    if (detail::finite(px)) out.set(i, px, index);
+    if (!detail::finite(px)) continue;
+    out.set(i, px, index);
+    if (matches.spread.size() == current_count && matches.spread[i].valid())
+      out.spread[i] = matches.spread[i];
   }
   return out_of_range;
 }

@@ -6,6 +6,7 @@
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
@@ -73,7 +74,9 @@ class FlowTracker {
     return params_.engine != FlowEngine::OpenCv && LucasKanade::supports(params_.window_px);
   }
 
-  void lucas_kanade(const ImagePyramid& a, const ImagePyramid& b, const Points& from, Points& to);
+  /// OpenCV's does not tell its gradients: then nothing is known of the spread.
+  void lucas_kanade(const ImagePyramid& a, const ImagePyramid& b, const Points& from, Points& to,
+                    std::vector<MatchSpread>& spread);
 
   void keep_inside(const cv::Size& size);
 
@@ -93,6 +96,7 @@ class FlowTracker {
   std::vector<std::size_t> index_;  // of the points that are still tracked
   Points from_, start_, to_, back_;
   std::vector<std::uint8_t> status_;
+  std::vector<MatchSpread> spread_, back_spread_;
   PatchResidual patches_;
   Points chained_, chain_start_;
 };
@@ -130,14 +134,17 @@ inline void FlowTracker::track(const ImagePyramid& current, const ImagePyramid& 
   collect(current.size(), current_px, guess);
   if (index_.empty()) return;
   if (guided()) {
-    guided_.track(current, reference, check, from_, to_, status_);
+    guided_.track(current, reference, check, from_, to_, status_, spread_);
     keep_inside(current.size());
   } else {
-    lucas_kanade(current, reference, from_, to_);
+    lucas_kanade(current, reference, from_, to_, spread_);
     keep_inside(current.size());
     check_each(current, reference, check);
   }
-  for (std::size_t k = 0; k < index_.size(); ++k) out.set(index_[k], to_[k]);
+  for (std::size_t k = 0; k < index_.size(); ++k) {
+    out.set(index_[k], to_[k]);
+    out.spread[index_[k]] = spread_[k];
+  }
 }
 
 inline void FlowTracker::collect(const cv::Size& size, Span<const cv::Point2f> current_px,
@@ -156,12 +163,13 @@ inline void FlowTracker::collect(const cv::Size& size, Span<const cv::Point2f> c
 }
 
 inline void FlowTracker::lucas_kanade(const ImagePyramid& a, const ImagePyramid& b, const Points& from,
-                                      Points& to) {
+                                      Points& to, std::vector<MatchSpread>& spread) {
   if (own()) {
     const LucasKanade tracker{params_.window_px, params_.levels, params_.max_iterations, params_.epsilon_px,
                               FlowLimits::kMinEigenvalue};
-    return tracker.track(a.levels(), b.levels(), 1, from, to, status_);
+    return tracker.track(a.levels(), b.levels(), 1, from, to, status_, spread);
   }
+  spread.assign(from.size(), {});
   const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, params_.max_iterations,
                                   params_.epsilon_px);
   cv::calcOpticalFlowPyrLK(a.levels(), b.levels(), from, to, status_, cv::noArray(),
@@ -190,7 +198,7 @@ inline void FlowTracker::keep_returning(const ImagePyramid& current, const Image
   // Tracking back must not start from the answer: its guess is the expected motion.
   back_.resize(to_.size());
   for (std::size_t k = 0; k < to_.size(); ++k) back_[k] = to_[k] + (from_[k] - start_[k]);
-  lucas_kanade(reference, current, to_, back_);
+  lucas_kanade(reference, current, to_, back_, back_spread_);
   keep([&](std::size_t k) {
     const cv::Point2f miss = back_[k] - from_[k];
     return status_[k] != 0 &&
@@ -207,12 +215,14 @@ void FlowTracker::keep(const Test& test) {
     from_[kept] = from_[k];
     start_[kept] = start_[k];
     to_[kept] = to_[k];
+    spread_[kept] = spread_[k];
     ++kept;
   }
   index_.resize(kept);
   from_.resize(kept);
   start_.resize(kept);
   to_.resize(kept);
+  spread_.resize(kept);
 }
 
 }  // namespace dynfilter

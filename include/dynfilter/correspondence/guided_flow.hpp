@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/correspondence/coarse_flow.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
@@ -47,7 +48,7 @@ class GuidedFlow {
   /// Cost: about 0.18 ms at 640 x 480 and 0.57 ms for 1000 points, checked both ways, on one core with AVX2.
   void track(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
              const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
-             std::vector<std::uint8_t>& status);
+             std::vector<std::uint8_t>& status, std::vector<MatchSpread>& spread);
 
  private:
   static constexpr int kMinWindow = 12;  ///< With fewer pixels, the checks accept chance.
@@ -59,11 +60,11 @@ class GuidedFlow {
   template <class Kernels>
   void track_with(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
                   const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
-                  std::vector<std::uint8_t>& status);
+                  std::vector<std::uint8_t>& status, std::vector<MatchSpread>& spread);
 
   template <class Kernels>
   bool track_point(const Images& from, const Images& to, FlowCheck check, const cv::Point2f& from_px,
-                   detail::SmallWindow<Kernels>& window, cv::Point2f& px) const;
+                   detail::SmallWindow<Kernels>& window, cv::Point2f& px, MatchSpread& spread) const;
 
   /// The patches look alike. Where they hardly do, those of level 1 have to as well, because so few pixels
   /// may resemble each other by chance.
@@ -84,33 +85,36 @@ class GuidedFlow {
 
 inline void GuidedFlow::track(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
                               const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
-                              std::vector<std::uint8_t>& status) {
+                              std::vector<std::uint8_t>& status, std::vector<MatchSpread>& spread) {
   status.assign(from_px.size(), 0);
+  spread.assign(from_px.size(), {});
   if (!from.fits(to) || !supports(params_.window_px)) return;
   if (wide && uses_avx2())
-    track_with<detail::SmallPatchKernels<16>>(from, to, check, from_px, px, status);
+    track_with<detail::SmallPatchKernels<16>>(from, to, check, from_px, px, status, spread);
   else
-    track_with<detail::SmallPatchKernels<8>>(from, to, check, from_px, px, status);
+    track_with<detail::SmallPatchKernels<8>>(from, to, check, from_px, px, status, spread);
 }
 
 template <class Kernels>
 void GuidedFlow::track_with(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
                             const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
-                            std::vector<std::uint8_t>& status) {
+                            std::vector<std::uint8_t>& status, std::vector<MatchSpread>& spread) {
   coarse_.compute<Kernels>(from.levels(), to.levels(), params_.window_px, FlowLimits::kMinEigenvalue,
                            threads_);
   detail::in_ranges(static_cast<int>(from_px.size()), threads_, [&](int begin, int end) {
     detail::SmallWindow<Kernels> window(params_.window_px);
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
-      status[k] = track_point(from.levels(), to.levels(), check, from_px[k], window, px[k]) ? 1 : 0;
+      status[k] =
+          track_point(from.levels(), to.levels(), check, from_px[k], window, px[k], spread[k]) ? 1 : 0;
   });
 }
 
 template <class Kernels>
 bool GuidedFlow::track_point(const Images& from, const Images& to, FlowCheck check,
                              const cv::Point2f& from_px, detail::SmallWindow<Kernels>& window,
-                             cv::Point2f& px) const {
+                             cv::Point2f& px, MatchSpread& spread) const {
   if (!window.cut(from[0], from_px) || !window.textured(FlowLimits::kMinEigenvalue)) return false;
+  spread = window.spread();
   const detail::CoarseFlow::Around around = coarse_.around(from_px);
   const std::array<cv::Point2f, 5> flows{px - from_px, around[0], around[1], around[2], around[3]};
   px = from_px + most_alike(window, to[0], from_px, flows, 1);

@@ -6,8 +6,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/patch_kernels.hpp>
+#include <dynfilter/correspondence/patch_spread.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -39,7 +41,7 @@ struct LucasKanade {
   /// Points are tracked independently.
   void track(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to, std::size_t stride,
              const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& to_px,
-             std::vector<std::uint8_t>& status) const;
+             std::vector<std::uint8_t>& status, std::vector<MatchSpread>& spread) const;
 
  private:
   using Patch = detail::Patch;
@@ -48,7 +50,7 @@ struct LucasKanade {
   template <class Kernels>
   void track_points(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to, std::size_t stride,
                     int top, const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& to_px,
-                    std::vector<std::uint8_t>& status) const;
+                    std::vector<std::uint8_t>& status, std::vector<MatchSpread>& spread) const;
 
   template <class Kernels>
   bool track_level(const cv::Mat& from, const cv::Mat& to, const cv::Point2f& from_px, Patch& patch,
@@ -60,21 +62,24 @@ struct LucasKanade {
 
 inline void LucasKanade::track(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
                                std::size_t stride, const std::vector<cv::Point2f>& from_px,
-                               std::vector<cv::Point2f>& to_px, std::vector<std::uint8_t>& status) const {
+                               std::vector<cv::Point2f>& to_px, std::vector<std::uint8_t>& status,
+                               std::vector<MatchSpread>& spread) const {
   status.assign(from_px.size(), 0);
+  spread.assign(from_px.size(), {});
   const auto count = static_cast<int>(std::min(from.size(), to.size()) / stride);
   const int top = std::min(levels, count - 1);
   if (top < 0 || !supports(window_px)) return;
   if (wide && uses_avx2())
-    track_points<detail::PatchKernels<16>>(from, to, stride, top, from_px, to_px, status);
+    track_points<detail::PatchKernels<16>>(from, to, stride, top, from_px, to_px, status, spread);
   else
-    track_points<detail::PatchKernels<8>>(from, to, stride, top, from_px, to_px, status);
+    track_points<detail::PatchKernels<8>>(from, to, stride, top, from_px, to_px, status, spread);
 }
 
 template <class Kernels>
 void LucasKanade::track_points(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
                                std::size_t stride, int top, const std::vector<cv::Point2f>& from_px,
-                               std::vector<cv::Point2f>& to_px, std::vector<std::uint8_t>& status) const {
+                               std::vector<cv::Point2f>& to_px, std::vector<std::uint8_t>& status,
+                               std::vector<MatchSpread>& spread) const {
   const auto track_range = [&](const cv::Range& range) {
     Patch patch;
     for (int i = range.start; i < range.end; ++i) {
@@ -86,6 +91,7 @@ void LucasKanade::track_points(const std::vector<cv::Mat>& from, const std::vect
         const cv::Point2f start = from_px[k] * std::ldexp(1.0F, -level);
         status[k] = track_level<Kernels>(from[l], to[l], start, patch, at) ? 1 : 0;
       }
+      spread[k] = PatchSpread::of(patch.xx, patch.xy, patch.yy);
       to_px[k] = at;
     }
   };

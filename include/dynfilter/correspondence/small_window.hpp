@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/correspondence/patch_spread.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 
@@ -94,6 +96,8 @@ class SmallWindow {
     xx_ = xx * scale, xy_ = xy * scale, yy_ = yy * scale;
     return true;
   }
+  /// Of a match of the patch. After textured().
+  MatchSpread spread() const { return PatchSpread::of(xx_, xy_, yy_); }
 
   /// Mean square of image - patch, without the mean, at the nearest whole pixel. Infinite if not readable.
   /// A quarter of the cost of a step: enough to choose between places that are pixels apart.

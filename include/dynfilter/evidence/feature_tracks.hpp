@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <limits>
@@ -85,6 +86,8 @@ class FeatureTracks {
   float depth_m(std::size_t i, int k) const { return place(i, k).depth_m; }
   /// Index in the previously added frame of the feature that continues here; -1: none.
   int previous(std::size_t i) const { return previous_[i]; }
+  /// Mean over the steps of feature i.
+  MatchSpread spread(std::size_t i) const;
 
  private:
   static constexpr float kDepthShare = 0.04F;
@@ -93,6 +96,12 @@ class FeatureTracks {
   struct Place {
     cv::Point2f undistorted_px;
     float depth_m;
+  };
+  /// Of a track's steps: the mean of what each adds to the unit covariance. Of the last one: the surface's
+  /// slope, along the edge.
+  struct Slide {
+    float xx = 0, xy = 0, yy = 0;
+    cv::Point2f depth_per_px;
   };
   struct LastFeature {
     cv::Point2f px;  ///< distorted
@@ -120,6 +129,7 @@ class FeatureTracks {
   static void shift_places(const Place* from, int count, const Place& shift, Place* to);
 
   void take_over(std::size_t i, int previous);
+  static Slide slide_of(const MatchSpread& spread);
 
   TrackOptions options_;
   std::size_t max_length_;
@@ -127,6 +137,7 @@ class FeatureTracks {
   bool has_last_ = false, goes_on_ = false;
   std::int64_t last_id_ = 0;
   std::vector<Place> past_, last_past_;  ///< row_places() per feature
+  std::vector<Slide> slide_, last_slide_;
   std::vector<cv::Point2f> last_px_;
   std::vector<LastFeature> last_by_place_;
   std::vector<int> length_, last_length_, previous_;

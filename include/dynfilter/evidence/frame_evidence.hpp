@@ -71,6 +71,8 @@ class FrameEvidence final : public Evidence {
   const std::vector<std::string>& input_notes() const { return current_.notes(); }
   /// What was odd about the host's matches. Empty: nothing.
   std::string take_match_note() { return matches_.take_note(); }
+  /// Of the match with the last frame. Null: nobody asked for that match.
+  const std::vector<MatchSpread>* spread() const { return matches_.spread(); }
 
   const FrameView& frame() const override { return current_.frame(); }
   CallPoint call_point() const override { return call_point_; }

@@ -61,6 +61,9 @@ class FrameMatches {
   /// A match with the last frame costs nothing more, because there is one, or no such frame.
   bool has_step() const;
 
+  /// Of the match with the last frame. Null: nobody asked for that match.
+  const std::vector<MatchSpread>* spread() const;
+
   double correspondence_ms() const { return correspondence_ms_; }
   void set_clock(double (*clock_ms)()) { now_ms_ = clock_ms; }
   /// What was odd about the host's matches. Empty: nothing.
@@ -94,6 +97,8 @@ class FrameMatches {
 
   void fill_reference_geometry(Match& match);
   void fill_stereo_depths(Match& match);
+  /// The slope of the surface along the edges on which matches slide, in this frame's depth image.
+  void fill_slopes(Match& match) const;
 
   /// Makes deep copies, because hosts reuse buffers. The pyramid is the copy of the grey image.
   bool keep(StoredFrame& stored);
@@ -163,6 +168,13 @@ inline const Match& FrameMatches::step_match() {
 inline bool FrameMatches::has_step() const {
   const StoredFrame* last = resolve(Reference());
   return last == nullptr || is_matched(last);
+}
+
+inline const std::vector<MatchSpread>* FrameMatches::spread() const {
+  const StoredFrame* last = resolve(Reference());
+  for (const Match& match : matches_)
+    if (match.valid && last != nullptr && match.reference == last) return &match.correspondences.spread;
+  return nullptr;
 }
 
 inline FlowParams FrameMatches::checked_once(FlowParams params) {
@@ -258,8 +270,23 @@ inline void FrameMatches::fill_reference_geometry(Match& match) {
           depth_within(by_feature ? stored.depth_m[index] : in_image, params_.max_depth_m);
     });
   }
+  fill_slopes(match);
   match.reference_points_m.resize(n);
   back_project(camera, match.reference_undistorted_px, match.reference_depth_m, match.reference_points_m);
+}
+
+inline void FrameMatches::fill_slopes(Match& match) const {
+  constexpr float kReach_px = 6, kAnyEdge = 1e9F;
+  const FrameView& frame = current_.frame();
+  if (frame.depth.empty()) return;
+  const DepthSampler depth(frame.depth, frame.depth_unit_m, static_cast<double>(kAnyEdge));
+  for (std::size_t i = 0; i < current_.size(); ++i) {
+    MatchSpread& spread = match.correspondences.spread[i];
+    if (!match.found(i) || !spread.slides()) continue;
+    const cv::Point2f& px = current_.pixels()[i];
+    const float rise_m = depth.at(px + kReach_px * spread.edge) - depth.at(px - kReach_px * spread.edge);
+    if (std::isfinite(rise_m)) spread.depth_per_px = rise_m / (2 * kReach_px);
+  }
 }
 
 /// There is no depth image: the depth is that of the reference frame's feature.

@@ -100,7 +100,8 @@ typedef struct dynfilter_verdicts {
   size_t stage_count, rejected;
   int32_t wait_for_keyframe;
   double correspondence_ms, total_ms;
-  const char* notes; /* lines; "" if none */
+  const char* notes;   /* lines; "" if none */
+  const float* weight; /* [0, 1]: what an optimiser multiplies the keypoint's information with */
 } dynfilter_verdicts;
 
 /* What one stage of the pipeline did with the last frame. Strings live until the next call with the filter.

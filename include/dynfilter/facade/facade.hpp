@@ -113,6 +113,7 @@ struct Verdicts {
   std::vector<std::uint8_t> keep;      ///< 0: on something that moves
   std::vector<std::int8_t> decision;   ///< 1 dynamic, 0 unknown (kept), -1 static
   std::vector<float> suspicion;        ///< [0, 1]; negative: no stage judged it
+  std::vector<float> weight;           ///< [0, 1]: what an optimiser multiplies the information with
   std::vector<std::uint8_t> restored;  ///< 1: dynamic, but brought back by the floor
   std::vector<std::uint64_t> reasons;  ///< bit k: stages[k] called it dynamic
   std::vector<std::string> stages;

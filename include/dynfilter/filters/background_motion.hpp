@@ -36,7 +36,7 @@ struct BackgroundMotionParams {
   static constexpr double kMovingShare = 0.05;
   static constexpr double kMemory_s = 0.036;  ///< Time constant of a track's belief.
   /// Time constant of having moved: a mover that stops is not yet background.
-  static constexpr double kMobility_s = 0.65;
+  static constexpr double kMobility_s = 2;
   /// Radius of the neighbourhood whose evidence is averaged.
   double neighbour_px = 25;
   /// Largest difference in depth within a neighbourhood.
@@ -138,7 +138,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
 
   void judge(const Evidence& evidence, const Match& match, Votes& votes);
 
-  /// Nothing is rejected against a background that is probably a mover.
+  /// Nothing is rejected against a background that is probably a mover, and nothing is learned.
   void abstain(const Evidence& evidence, Votes& votes);
   void forget_motion();
   float score(std::size_t i) const { return 1 / (1 + portable::exp(-belief_[i] / 2)); }
@@ -166,6 +166,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   bool follow_background(const Evidence& evidence, const Match& match, Votes& votes);
 
   void note_motion(Votes& votes) const;
+  void note_slides(const Match& match, Votes& votes) const;
+  static constexpr float kSlides = 100;  ///< variance along the edge that is worth a note: ten deviations
 
   /// T_world_camera of the last frames, newest first; the world is the first camera.
   void remember_pose();
@@ -182,14 +184,15 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
     SeenPoint then;
     float image_px = 0;
     StaticMiss::Axes axes = StaticMiss::Axes::None;
+    MatchSpread spread;
     bool in_space() const { return axes == StaticMiss::Axes::Space; }
     /// Says for standing still, too. A mover that keeps to its epipolar line, as most on a road, does not
     /// miss the line.
     bool can_show_rest() const { return axes == StaticMiss::Axes::Space || axes == StaticMiss::Axes::Image; }
   };
   void measure_misses(const Evidence& evidence, const Match& match);
-  void measure(const Evidence& evidence, std::size_t i, int gap, const SeenPoint& then, Measured& out,
-               std::vector<Miss>* misses);
+  void measure(const Evidence& evidence, std::size_t i, int gap, const SeenPoint& then,
+               const MatchSpread& spread, Measured& out, std::vector<Miss>* misses);
   SeenPoint now(const Evidence& evidence, std::size_t i) const {
     return {evidence.undistorted_pixels()[i], evidence.depths_m()[i]};
   }
@@ -223,6 +226,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   }
   float odds_of(const Evidence& evidence, std::size_t i, const Measured& measured, double relief_per_m,
                 const MovingOdds& odds) const;
+  /// The part of the odds' input that is measured in the image. `shift_px`: of the patch's two surfaces.
+  MovingOddsInput odds_in_image(const Measured& measured, const StaticMiss& miss, double shift_px) const;
 
   // ---- free space
   /// What the last frame saw, and the oldest one within the window.

@@ -7,6 +7,7 @@
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/match.hpp>
@@ -49,6 +50,7 @@ struct EpipolarParams {
 ///           The report names the model that was used.
 ///           With measured_noise, max_distance_px is multiplied by max(1, sigma / (1/3 px)).
 ///           sigma is that of the seeds' misses in this frame (geometry/neighbour_noise.hpp).
+///           Where the match slides along an edge, sigma is larger in that direction.
 /// Needs:    correspondences; undistorted pixels, from a camera or from the host.
 /// Abstains: without correspondence, without model,
 ///           and where static parallax and motion cannot be separated.
@@ -84,6 +86,10 @@ class EpipolarFilter final : public NamedFilter<EpipolarFilter> {
   static cv::Point2f beside_point_px(const TwoViewModel& model, cv::Point2f then, cv::Point2f now) {
     return now - cv::Point2f(transfer(model.H, then));
   }
+
+  /// With measured_noise, for a match that slides along an edge: by the noise in the direction of the miss.
+  double limit_px(const TwoViewModel& model, bool by_line, const MatchSpread& spread, cv::Point2f then,
+                  cv::Point2f now) const;
 
   void judge_by_model(const Evidence& evidence, const Match& match, const TwoViewModel& model,
                       Votes& votes) const;
@@ -168,15 +174,28 @@ inline double EpipolarFilter::noise_factor(const Evidence& evidence, const Match
   return std::max(1.0, noise_px.value_or(0) / kUsualNoise_px);
 }
 
+inline double EpipolarFilter::limit_px(const TwoViewModel& model, bool by_line, const MatchSpread& spread,
+                                       cv::Point2f then, cv::Point2f now) const {
+  if (!params_.measured_noise || !spread.slides()) return limit_px_;
+  const auto terms = detail::epipolar_terms(model.F, then, now);
+  const cv::Point2d miss =
+      by_line ? cv::Point2d(terms.X, terms.Y) : cv::Point2d(beside_point_px(model, then, now));
+  const double length2 = miss.dot(miss), along = miss.dot(cv::Point2d(spread.edge));
+  if (!(length2 > 0)) return limit_px_;
+  return limit_px_ * std::sqrt(spread.across + (spread.along - spread.across) * along * along / length2);
+}
+
 inline void EpipolarFilter::judge_by_model(const Evidence& evidence, const Match& match,
                                            const TwoViewModel& model, Votes& votes) const {
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!evidence.judged(i) || !match.found(i)) continue;
     const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
-    const TwoViewVerdict verdict = judge(model, then, now, limit_px_);
+    const bool by_line = model.kind == TwoViewKind::Fundamental;
+    const double most_px = limit_px(model, by_line, match.correspondences.spread[i], then, now);
+    const TwoViewVerdict verdict = judge(model, then, now, most_px);
     if (verdict == TwoViewVerdict::CannotSay) continue;
     votes.cast(i, verdict == TwoViewVerdict::Inconsistent ? Vote::Dynamic : Vote::Static,
-               suspicion(distance_px(model, then, now), limit_px_));
+               suspicion(distance_px(model, then, now), most_px));
   }
 }
 
@@ -187,7 +206,8 @@ inline void EpipolarFilter::judge_by_fundamental(const Evidence& evidence, const
     const cv::Point2f &then = match.reference_undistorted_px[i], &now = evidence.undistorted_pixels()[i];
     const double d = epipolar_distance_px(model.F, then, now);
     if (std::isnan(d)) continue;
-    votes.cast(i, d > limit_px_ ? Vote::Dynamic : Vote::Static, suspicion(d, limit_px_));
+    const double most_px = limit_px(model, true, match.correspondences.spread[i], then, now);
+    votes.cast(i, d > most_px ? Vote::Dynamic : Vote::Static, suspicion(d, most_px));
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <limits>
@@ -32,7 +33,8 @@ struct RigidResidual {
 
 /// Predicts image position and depth (u, v, depth) of static reference points under q = R p + t.
 /// Normalises the residual r:
-///   chi2 = r^T S^-1 r,  S = diag(su^2, su^2, sz(c)^2) + G Sp G^T + L C L^T.
+///   chi2 = r^T S^-1 r,  S = diag(su^2, su^2, sz(c)^2) + G Sp G^T + E + L C L^T.
+/// E is what the match can slide along an edge (core/frame_view.hpp).
 /// Sp is the noise of the reference point (depth noise along its ray), G = d(u, v, z)/dp.
 /// C is the motion's covariance (translation, rotation; as in RigidMotion), L = d(u, v, z)/d(motion).
 /// This is first-order propagation (Hartley and Zisserman, section 5.2).
@@ -45,22 +47,26 @@ class RigidResidualModel {
   RigidResidualModel(const Camera& camera, const Pose& T_current_reference,
                      const RigidResidualNoise& noise = {}, const double* motion_covariance = nullptr);
 
-  RigidResidual operator()(const cv::Point3f& reference, const cv::Point3f& current) const;
+  RigidResidual operator()(const cv::Point3f& reference, const cv::Point3f& current,
+                           const MatchSpread& spread = {}) const;
   /// The same without chi2, at half the cost.
   RigidResidual miss(const cv::Point3f& reference, const cv::Point3f& current) const;
 
  private:
   bool predict(const cv::Point3f& reference, const cv::Point3f& current, Eigen::Vector3d& p,
                Eigen::Vector3d& q, Eigen::Vector3d& r, RigidResidual& out) const;
-  /// S = D + w w^T with D diagonal. The Sherman-Morrison formula inverts it.
+  /// S = D + w w^T + v v^T with D diagonal. The Woodbury formula inverts it.
   double chi2_of_exact_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
-                              double current_z) const;
+                              double current_z, const MatchSpread& spread) const;
+  /// v of E = v v^T.
+  Eigen::Vector3d slide(const MatchSpread& spread) const;
 
   /// r^T S^-1 r for the full S. With M = (I, -[q]x) and the blocks T, X, W of C, M C M^T = T + X[q]x +
   /// (X[q]x)^T - [q]x W [q]x. d(u, v, z)/dq is sparse.
   /// Scalar code takes half the time of the matrix form.
   double chi2_of_estimated_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p,
-                                  const Eigen::Vector3d& q, double current_z) const;
+                                  const Eigen::Vector3d& q, double current_z,
+                                  const MatchSpread& spread) const;
 
   static constexpr double kNearest_m = 1e-3;  ///< in front of the camera
 

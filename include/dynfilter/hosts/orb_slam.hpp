@@ -129,6 +129,9 @@ class OrbSlam {
   /// Of the last call; in the order of judged_keypoints(), which is the host's order before it was thinned.
   const Verdict& verdict() const { return verdict_; }
   const std::vector<cv::KeyPoint>& judged_keypoints() const { return keypoints_; }
+  /// Per feature of the frame as it is now: what the host's optimisers multiply mvInvLevelSigma2 with
+  /// (Verdict::weight, of before_tracking or after_extraction). Empty while the filter is off.
+  const std::vector<float>& weights() const { return weights_; }
   std::string summary() const { return summary_line(verdict_.report); }
   /// See draw_verdict(): red is rejected.
   cv::Mat draw(const cv::Mat& image) const { return draw_verdict(image, keypoints_, verdict_); }
@@ -224,6 +227,7 @@ class OrbSlam {
   orb_slam::KeyframeReader keyframe_reader_;
   Verdict verdict_;
   std::vector<cv::KeyPoint> keypoints_;
+  std::vector<float> weights_;
   cv::Mat grey_, depth_;  ///< of the last frame
   cv::Mat detector_image_;
   bool has_detector_image_ = false;  ///< for the next frame

@@ -15,9 +15,11 @@ struct MovingOddsModel {
 
 /// A miss against the background's motion, and what it is compared with.
 struct MovingOddsInput {
-  double chi2 = 0;           ///< of the whole miss under the static hypothesis
-  double miss_px = 0;        ///< its part in the image
-  double sigma_px = 1;       ///< noise of the image part, per axis
+  double chi2 = 0;  ///< of the whole miss under the static hypothesis
+  /// Squares of its parts in the image across the edge of the match and along it (core/frame_view.hpp).
+  double across2_px2 = 0, along2_px2 = 0;
+  double sigma_px = 1;       ///< noise of the image part across the edge
+  double along = 1;          ///< variance along the edge over that across it
   double sigma_depth_m = 1;  ///< noise of one depth
   double px_per_m = 1;       ///< focal length over depth
   double elapsed_s = 0;      ///< between the two frames
@@ -42,19 +44,22 @@ class MovingOdds {
       : model_(model), prior_(portable::log(model.moving_share / (1 - model.moving_share))) {}
 
   double operator()(const MovingOddsInput& in) const {
-    const double image2 = in.miss_px * in.miss_px / (in.sigma_px * in.sigma_px);
+    const double per_s2 = 1 / (in.sigma_px * in.sigma_px);
+    const double across2 = in.across2_px2 * per_s2, along2 = in.along2_px2 * per_s2;
+    const double image2 = across2 + along2 / in.along;
     const double depth2 = in.depth_axis ? std::max(0.0, in.chi2 - image2) : 0;
     const double fixed = 1 + in.chi2 / kNu;
     double sum = 0;
     for (const double speed_mps : {model_.slow_mps, model_.fast_mps}) {
       const double moved_m = speed_mps * in.elapsed_s, moved_px = moved_m * in.px_per_m;
-      const double a = moved_px * moved_px / (in.sigma_px * in.sigma_px);
+      const double a = moved_px * moved_px * per_s2;
       const double b = in.depth_axis ? moved_m * moved_m / (2 * in.sigma_depth_m * in.sigma_depth_m) : 0;
-      const double wide = (in.depth_axis ? image2 : in.chi2) / (1 + a) + depth2 / (1 + b);
+      const double image = in.depth_axis ? across2 / (1 + a) + along2 / (in.along + a) : in.chi2 / (1 + a);
+      const double wide = image + depth2 / (1 + b);
       const double ratio = fixed / (1 + wide / kNu);
       const double root = std::sqrt(ratio);
-      sum +=
-          to_half_of(ratio, root, in) / ((in.image_axes == 2 ? 1 + a : std::sqrt(1 + a)) * std::sqrt(1 + b));
+      sum += to_half_of(ratio, root, in) /
+             std::sqrt((1 + a) * (in.image_axes == 2 ? 1 + a / in.along : 1) * (1 + b));
     }
     return portable::log(std::max(kLeast, sum / 2)) + prior_;
   }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <limits>
@@ -34,11 +35,11 @@ struct StaticMiss {
 /// Misses of static points under a known motion q = R p + t.
 ///
 /// Space: RigidResidualModel. Image: the point is put into the other frame;
-///   chi2 = r^T S^-1 r,  S = su^2 I + g g^T,  g = d(u, v)/dz sigma_z(z),
+///   chi2 = r^T S^-1 r, S = S_m + g g^T, g = d(u, v)/dz sigma_z(z), S_m of the match (core/frame_view.hpp),
 /// with the frame whose depth is known as the one that predicts. Line: the ray of the reference feature has
 /// the image points pi(R x + rho t), with the inverse depth rho in [0, 1 / kNearest_m]. The nearest of them
-/// is triangulated linearly; chi2 is the squared distance from it over su^2. Far points do not move with t,
-/// so their whole miss counts.
+/// is triangulated linearly; chi2 is the squared distance from it over S_m's variance in that direction. Far
+/// points do not move with t, so their whole miss counts.
 class StaticMissModel {
  public:
   StaticMissModel(const Camera& camera, const Pose& T_current_reference, const RigidResidualNoise& noise)
@@ -48,7 +49,7 @@ class StaticMissModel {
         backward_(inverse(T_current_reference)),
         space_(camera, T_current_reference, noise) {}
 
-  StaticMiss operator()(const SeenPoint& then, const SeenPoint& now) const;
+  StaticMiss operator()(const SeenPoint& then, const SeenPoint& now, const MatchSpread& spread = {}) const;
   /// The same without chi2 where both depths are known.
   StaticMiss miss(const SeenPoint& then, const SeenPoint& now) const;
 
@@ -56,12 +57,13 @@ class StaticMissModel {
   static constexpr double kNearest_m = 0.5;  ///< nothing is nearer to a camera
   static constexpr double kInFront_m = 1e-3;
 
-  StaticMiss in_space(const SeenPoint& then, const SeenPoint& now) const;
+  StaticMiss in_space(const SeenPoint& then, const SeenPoint& now, const MatchSpread& spread) const;
   StaticMiss of(const RigidResidual& r, const SeenPoint& now) const;
 
-  StaticMiss in_image(const Pose& T, const SeenPoint& from, const SeenPoint& to) const;
+  StaticMiss in_image(const Pose& T, const SeenPoint& from, const SeenPoint& to,
+                      const MatchSpread& spread) const;
 
-  StaticMiss off_line(const SeenPoint& then, const SeenPoint& now) const;
+  StaticMiss off_line(const SeenPoint& then, const SeenPoint& now, const MatchSpread& spread) const;
   static constexpr double kFar_m = 1000;  ///< of a point that the motion does not shift
 
   StaticMiss result(StaticMiss::Axes axes, const Eigen::Vector2d& r, double chi2, double depth_m) const;

@@ -24,8 +24,7 @@ struct StageDeleter {
 };
 using StagePtr = std::unique_ptr<Stage, StageDeleter>;
 
-/// All parts of a pipeline.
-/// pipeline/compose.hpp creates them in C++, pipeline/pipeline_yaml.hpp from YAML.
+/// All parts of a pipeline. pipeline/compose.hpp creates them in C++, pipeline/pipeline_yaml.hpp from YAML.
 struct PipelineConfig {
   std::string name = "pipeline";
   PipelineParams params;
@@ -67,8 +66,7 @@ class Pipeline {
   }
   const Verdict& process(const FrameView& frame, CallPoint call_point, const HostLimits& limits = {});
 
-  /// Discards all earlier frames.
-  /// Call it on loss of tracking, after relocalisation or at a new scene.
+  /// Discards all earlier frames. Call it on loss of tracking, after relocalisation or at a new scene.
   void reset();
 
   /// Sets the refined pose of an earlier frame. Ignored if the frame is no longer kept.

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/provider.hpp>
@@ -204,7 +205,7 @@ inline void AsyncRunner::abandon_if_hung() {
     final_result_ = std::move(state_->latest);
   }
   final_.abandoned = true;
-  final_.last_error = "took longer than " + detail::shown(params_.timeout_s) + " s for one image: abandoned";
+  final_.last_error = "took longer than " + number_text(params_.timeout_s) + " s for one image: abandoned";
   worker_.detach();
   state_.reset();
 }

@@ -112,7 +112,11 @@ class PyPipeline {
       result->verdict = pipeline_.process(data_.view, point, limits);
       result->keypoints.assign(data_.keypoints.data(), data_.keypoints.data() + data_.keypoints.size());
       result->keep.resize(result->verdict.size());
-      for (std::size_t i = 0; i < result->keep.size(); ++i) result->keep[i] = result->verdict.keep(i) ? 1 : 0;
+      result->weight.resize(result->verdict.size());
+      for (std::size_t i = 0; i < result->keep.size(); ++i) {
+        result->keep[i] = result->verdict.keep(i) ? 1 : 0;
+        result->weight[i] = result->verdict.weight(i);
+      }
     }
     link_->rethrow_error();
     return result;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <dynfilter/config/near_miss.hpp>
+#include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
 #include <stdexcept>
@@ -59,7 +60,7 @@ std::vector<PythonField> fields_of(py::handle filter_class) {
 
 double in_range(const PythonField& field, const YamlNode& node, double value) {
   if (!(value >= field.min && value <= field.max))
-    node.fail("expected " + field.info.range + ", got `" + detail::shown(value) + "`");
+    node.fail("expected " + field.info.range + ", got `" + dynfilter::number_text(value) + "`");
   return value;
 }
 

@@ -156,6 +156,15 @@ void bind_verdict(py::module_& module) {
             return shown(py::dtype::of<float>(), suspicion.data(), suspicion.size(), self);
           },
           "(n,) float32 in [0, 1]; 0.5: no stage has an idea")
+      .def_property_readonly(
+          "weight",
+          [](py::object self) {
+            const auto& weight = self.cast<const PyVerdict&>().weight;
+            return shown(py::dtype::of<float>(), weight.data(), weight.size(), self);
+          },
+          "(n,) float32 in [0, 1]: what an optimiser multiplies the feature's information (1 / sigma^2) "
+          "with;\n"
+          "the probability that it stands still, times how well its match is determined")
       .def_property_readonly("prior", bytes(&Verdict::prior), "(n,) bool: a semantic stage suspects it")
       .def_property_readonly("restored", bytes(&Verdict::restored),
                              "(n,) bool: judged dynamic, but brought back by the floor")

@@ -11,6 +11,7 @@ namespace dynfilter::python {
 struct PyVerdict {
   Verdict verdict;
   std::vector<std::uint8_t> keep;
+  std::vector<float> weight;
   std::vector<cv::KeyPoint> keypoints;
 };
 

@@ -35,6 +35,11 @@ DYNFILTER_INLINE std::string number_text(double value, int digits) {
 /// Digits of the largest double before the point.
 inline constexpr std::size_t kMostDigits = std::numeric_limits<double>::max_exponent10 + 1;
 
+DYNFILTER_INLINE std::string range_text(double min, double max) {
+  constexpr double kNoEnd = 1e9;
+  return max >= kNoEnd ? ">= " + number_text(min) : number_text(min) + " to " + number_text(max);
+}
+
 DYNFILTER_INLINE std::string fixed_text(double value, int decimals) {
   char text[kMostDigits + 64];  // with a sign, a point and usual decimals
   const auto end =

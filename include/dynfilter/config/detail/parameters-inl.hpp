@@ -14,6 +14,18 @@ namespace dynfilter {
 
 namespace detail {
 
+/// One type of parameter: how it is read, printed and checked, at the address of its value.
+class FieldType {
+ public:
+  FieldType() = default;
+  FieldType(const FieldType&) = delete;
+  FieldType& operator=(const FieldType&) = delete;
+  virtual ~FieldType() = default;
+  virtual void read(void* value, const YamlNode& node) const = 0;
+  virtual std::string print(const void* value) const = 0;
+  virtual void check(const void* value, const std::string& path) const = 0;
+};
+
 /// A type whose values are T. The types below say how one is read, printed and checked.
 template <class T>
 class FieldOf : public FieldType {
@@ -33,13 +45,14 @@ class FieldOf : public FieldType {
 template <class T>
 void check_range(T value, Range<T> range, const std::string& path) {
   if (!(value >= range.min && value <= range.max))
-    throw ConfigError(path, "expected " + range_text(range.min, range.max) + ", got `" + shown(value) + "`");
+    throw ConfigError(path,
+                      "expected " + range_text(range.min, range.max) + ", got `" + number_text(value) + "`");
 }
 
 template <class T>
 std::string shown_list(const std::vector<T>& values) {
   std::vector<std::string> words;
-  for (const T value : values) words.push_back(shown(static_cast<double>(value)));
+  for (const T value : values) words.push_back(number_text(static_cast<double>(value)));
   return "[" + joined(words) + "]";
 }
 
@@ -49,7 +62,7 @@ class RealField final : public FieldOf<double> {
 
  private:
   void read_value(double& value, const YamlNode& node) const override { value = node.real(); }
-  std::string text_of(const double& value) const override { return shown(value); }
+  std::string text_of(const double& value) const override { return number_text(value); }
   void check_value(const double& value, const std::string& path) const override {
     check_range(value, range_, path);
   }
@@ -252,14 +265,6 @@ DYNFILTER_INLINE std::vector<FieldInfo> describe_all(const AnyFields& table, con
     infos.back().default_value = field.print(defaults);
   }
   return infos;
-}
-
-DYNFILTER_INLINE std::string shown(double value) {
-  return number_text(value);
-}
-
-DYNFILTER_INLINE std::string range_text(double min, double max) {
-  return max >= 1e9 ? ">= " + shown(min) : shown(min) + " to " + shown(max);
 }
 
 }  // namespace detail

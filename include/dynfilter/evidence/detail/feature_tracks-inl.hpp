@@ -9,6 +9,7 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/correspondence/patch_spread.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 
@@ -22,6 +23,8 @@ DYNFILTER_INLINE void FeatureTracks::follow(std::int64_t frame_id, const Match& 
   goes_on_ = match.reference != nullptr && has_last_ && match.reference->id == last_id_;
   std::swap(past_, last_past_);
   std::swap(length_, last_length_);
+  std::swap(slide_, last_slide_);
+  slide_.assign(n, {});
   past_.resize(n * row_places());
   length_.assign(n, 0);
   previous_.assign(n, -1);
@@ -31,6 +34,7 @@ DYNFILTER_INLINE void FeatureTracks::follow(std::int64_t frame_id, const Match& 
     if (match.reference == nullptr || !match.found(i)) continue;
     place(i, 1) = {match.reference_undistorted_px[i], reference_depth_m(match, i)};
     length_[i] = 1;
+    slide_[i] = slide_of(match.correspondences.spread[i]);
     if (goes_on_) take_over(i, previous_of(match, i));
   }
   last_px_ = px;
@@ -90,6 +94,30 @@ inline void FeatureTracks::take_over(std::size_t i, int previous) {
   const float deeper_m = place(i, 1).depth_m - past[0].depth_m;
   length_[i] = std::min(last_length_[j] + 1, static_cast<int>(max_length_));
   shift_places(past + 1, length_[i] - 1, {shift, deeper_m}, &place(i, 2));
+  const Slide& before = last_slide_[j];
+  Slide& mean = slide_[i];
+  const auto share = 1 / static_cast<float>(length_[i]);
+  mean.xx = before.xx + share * (mean.xx - before.xx);
+  mean.xy = before.xy + share * (mean.xy - before.xy);
+  mean.yy = before.yy + share * (mean.yy - before.yy);
+}
+
+inline FeatureTracks::Slide FeatureTracks::slide_of(const MatchSpread& spread) {
+  const float more = spread.along - spread.across, x = spread.edge.x, y = spread.edge.y;
+  const float across = spread.across - 1;
+  return {more * x * x + across, more * x * y, more * y * y + across, spread.depth_per_px * spread.edge};
+}
+
+DYNFILTER_INLINE MatchSpread FeatureTracks::spread(std::size_t i) const {
+  const Slide& mean = slide_[i];
+  MatchSpread spread;
+  if (mean.xx == 0 && mean.yy == 0) return spread;
+  const detail::Axes2 axes = detail::axes_of(mean.xx, mean.xy, mean.yy);
+  spread.edge = {static_cast<float>(axes.x), static_cast<float>(axes.y)};
+  spread.along = static_cast<float>(1 + axes.most);
+  spread.across = static_cast<float>(1 + axes.least);
+  spread.depth_per_px = mean.depth_per_px.dot(spread.edge);
+  return spread;
 }
 
 }  // namespace dynfilter

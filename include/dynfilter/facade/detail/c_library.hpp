@@ -138,6 +138,7 @@ void show(const dynfilter_filter& from, dynfilter_verdicts& to) {
   to.wait_for_keyframe = v.wait_for_keyframe ? 1 : 0;
   to.correspondence_ms = v.correspondence_ms, to.total_ms = v.total_ms;
   to.notes = from.notes.c_str();
+  to.weight = v.weight.data();
 }
 
 int fail(dynfilter_filter* filter, const char* why) noexcept {

@@ -87,9 +87,10 @@ FrameView view_of(const Frame& frame, const std::vector<Detection>& detections) 
 
 void copy_verdict(const Verdict& from, Verdicts& to) {
   const std::size_t n = from.size();
-  to.keep.resize(n), to.decision.resize(n);
+  to.keep.resize(n), to.decision.resize(n), to.weight.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     to.keep[i] = from.keep(i) ? 1 : 0;
+    to.weight[i] = from.weight(i);
     to.decision[i] = from.decision[i] == Vote::Dynamic ? 1 : from.decision[i] == Vote::Static ? -1 : 0;
   }
   to.suspicion = from.suspicion;

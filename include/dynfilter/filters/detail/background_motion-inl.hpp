@@ -67,13 +67,13 @@ inline void BackgroundMotionFilter::judge(const Evidence& evidence, const Match&
     return votes.note("no earlier frame");
   }
   if (!follow_background(evidence, match, votes)) return;
+  if (estimator_.confidence() < least_confidence_) return abstain(evidence, votes);
   measure_misses(evidence, match);
   measure_noise(evidence);
   weigh_misses(evidence);
   add_neighbours(evidence);
   set_rest_log_odds();
   find_cores(evidence);
-  if (estimator_.confidence() < least_confidence_) return abstain(evidence, votes);
   for (std::size_t i = 0; i < evidence.size(); ++i)
     if (evidence.judged(i)) cast(evidence, i, votes);
 }
@@ -81,8 +81,7 @@ inline void BackgroundMotionFilter::judge(const Evidence& evidence, const Match&
 inline void BackgroundMotionFilter::abstain(const Evidence& evidence, Votes& votes) {
   votes.note("background uncertain");
   for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (evidence.judged(i)) votes.cast(i, Vote::Unknown, score(i));
-  belief_.assign(evidence.size(), 0);  // what was measured against it must not decide later frames
+    if (evidence.judged(i)) votes.cast(i, Vote::Unknown, Votes::kNoIdea);
   if (least_confidence_ == kLeastFirstConfidence) forget_motion();  // nor expect it to go on
 }
 
@@ -169,6 +168,7 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
   scene.noise_ratio = step_ratio_;
   motion_ = estimator_.estimate(scene);
   note_motion(votes);
+  note_slides(match, votes);
   if (!motion_.ok) {
     forget_motion();
     return false;
@@ -187,6 +187,14 @@ inline void BackgroundMotionFilter::note_motion(Votes& votes) const {
               : p.from == MotionProposal::From::Predicted ? "as the host predicts"
                                                           : "by support"),
              ", one of ", estimator_.proposals().size());
+}
+
+inline void BackgroundMotionFilter::note_slides(const Match& match, Votes& votes) const {
+  const std::vector<MatchSpread>& spread = match.correspondences.spread;
+  const auto slide = static_cast<std::size_t>(
+      std::count_if(spread.begin(), spread.end(), [](const MatchSpread& s) { return s.along >= kSlides; }));
+  if (slide > 0)
+    votes.note(slide, slide == 1 ? " feature slides along an edge" : " features slide along an edge");
 }
 
 inline void BackgroundMotionFilter::remember_pose() {
@@ -226,22 +234,23 @@ inline void BackgroundMotionFilter::measure_misses(const Evidence& evidence, con
   track_misses_.clear();
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!match.found(i)) continue;
-    measure(evidence, i, 1, {match.reference_undistorted_px[i], match.reference_depth_m[i]}, step_[i],
-            nullptr);
+    measure(evidence, i, 1, {match.reference_undistorted_px[i], match.reference_depth_m[i]},
+            match.correspondences.spread[i], step_[i], nullptr);
     const int longest = std::min(tracks_->length(i), static_cast<int>(models_.size()));
     if (longest > 1)
-      measure(evidence, i, longest, {tracks_->at(i, longest), tracks_->depth_m(i, longest)}, track_[i],
-              &track_misses_);
+      measure(evidence, i, longest, {tracks_->at(i, longest), tracks_->depth_m(i, longest)},
+              tracks_->spread(i), track_[i], &track_misses_);
   }
 }
 
 inline void BackgroundMotionFilter::measure(const Evidence& evidence, std::size_t i, int gap,
-                                            const SeenPoint& then, Measured& out, std::vector<Miss>* misses) {
+                                            const SeenPoint& then, const MatchSpread& spread, Measured& out,
+                                            std::vector<Miss>* misses) {
   const SeenPoint seen = now(evidence, i);
   if (!judges_directions_ && !(valid_depth(then.depth_m) && valid_depth(seen.depth_m))) return;
   const StaticMiss miss = models_[static_cast<std::size_t>(gap - 1)].miss(then, seen);
   if (miss.axes == StaticMiss::Axes::None) return;
-  out = {gap, then, miss.image_px, miss.axes};
+  out = {gap, then, miss.image_px, miss.axes, spread};
   if (misses == nullptr || !out.in_space()) return;
   misses->push_back({evidence.pixels()[i], seen.depth_m, miss.miss_px,
                      static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
@@ -337,25 +346,38 @@ inline float BackgroundMotionFilter::odds_of(const Evidence& evidence, std::size
                                              const MovingOdds& odds) const {
   if (measured.gap == 0) return kLeastOdds;
   const SeenPoint seen = now(evidence, i);
-  const StaticMiss miss = models_[static_cast<std::size_t>(measured.gap - 1)](measured.then, seen);
+  const StaticMiss miss =
+      models_[static_cast<std::size_t>(measured.gap - 1)](measured.then, seen, measured.spread);
   if (miss.axes == StaticMiss::Axes::None) return kLeastOdds;
-  MovingOddsInput in;
-  in.chi2 = static_cast<double>(miss.chi2);
-  in.sigma_px = sigma_px(measured.gap);
-  if (relief_per_m > 0) {
-    const Pose motion = between(0, static_cast<std::size_t>(measured.gap));
-    const double shift_px = relief_shift_px(*evidence.frame().camera, motion, seen.px, relief_per_m);
-    const double match2_px2 = in.sigma_px * in.sigma_px, whole2_px2 = match2_px2 + shift_px * shift_px;
-    in.chi2 *= match2_px2 / whole2_px2;
-    in.sigma_px = std::sqrt(whole2_px2);
-  }
-  in.miss_px = static_cast<double>(miss.image_px);
-  in.image_axes = miss.axes == StaticMiss::Axes::Line ? 1 : 2;
+  double shift_px = 0;
+  if (relief_per_m > 0)
+    shift_px = relief_shift_px(*evidence.frame().camera, between(0, static_cast<std::size_t>(measured.gap)),
+                               seen.px, relief_per_m);
+  MovingOddsInput in = odds_in_image(measured, miss, shift_px);
   in.depth_axis = measured.in_space();
   if (in.depth_axis) in.sigma_depth_m = noise(1).depth_noise.sigma_m(static_cast<double>(seen.depth_m));
   in.px_per_m = static_cast<double>(miss.px_per_m);
   in.elapsed_s = elapsed_s(static_cast<std::size_t>(measured.gap));
   return std::clamp(static_cast<float>(odds(in)), kLeastOdds, kMostOdds);
+}
+
+inline MovingOddsInput BackgroundMotionFilter::odds_in_image(const Measured& measured, const StaticMiss& miss,
+                                                             double shift_px) const {
+  MovingOddsInput in;
+  in.chi2 = static_cast<double>(miss.chi2);
+  in.image_axes = miss.axes == StaticMiss::Axes::Line ? 1 : 2;
+  const double miss2_px2 = static_cast<double>(miss.image_px * miss.image_px);
+  const double sigma2_px2 = sigma_px(measured.gap) * sigma_px(measured.gap), shift2_px2 = shift_px * shift_px;
+  double across2_px2 = sigma2_px2 * measured.spread.across, along2_px2 = sigma2_px2 * measured.spread.along;
+  if (in.image_axes == 1 && in.chi2 > 0)
+    across2_px2 = along2_px2 = miss2_px2 / in.chi2;  // the miss's own axis
+  in.chi2 *= across2_px2 / (across2_px2 + shift2_px2);
+  in.sigma_px = std::sqrt(across2_px2 + shift2_px2);
+  in.along = (along2_px2 + shift2_px2) / (across2_px2 + shift2_px2);
+  const double along_px = static_cast<double>(miss.miss_px.dot(measured.spread.edge));
+  in.along2_px2 = along_px * along_px;
+  in.across2_px2 = std::max(0.0, miss2_px2 - in.along2_px2);
+  return in;
 }
 
 inline void BackgroundMotionFilter::open_views(const Evidence& evidence) {

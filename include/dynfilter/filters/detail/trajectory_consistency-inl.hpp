@@ -94,7 +94,8 @@ inline void TrajectoryConsistencyFilter::judge_noise(const Evidence& evidence, c
                                     fitted ? motion.covariance.data() : nullptr);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!judgeable(evidence, match, i)) continue;
-    const RigidResidual r = residual(match.reference_points_m[i], evidence.points_m()[i]);
+    const MatchSpread spread = params_.measured_noise ? match.correspondences.spread[i] : MatchSpread();
+    const RigidResidual r = residual(match.reference_points_m[i], evidence.points_m()[i], spread);
     if (r.valid && possible(displacement_m(motion, match, evidence, i)))
       cast(votes, i, static_cast<double>(r.chi2), Params::kMaxChi2);
   }

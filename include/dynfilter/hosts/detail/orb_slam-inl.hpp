@@ -94,6 +94,12 @@ DYNFILTER_INLINE void OrbSlam::note_restart(std::int64_t id) {
 DYNFILTER_INLINE void OrbSlam::judge(const FrameView& view, CallPoint point, int min_features) {
   keypoints_.assign(view.keypoints.begin(), view.keypoints.end());
   verdict_ = pipeline_.process(view, point, {min_features});
+  if (point == CallPoint::BeforePose) weights_.assign(verdict_.size(), 1);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < weights_.size() && i < verdict_.size(); ++i)
+    if (verdict_.keep(i))
+      weights_[kept++] = point == CallPoint::BeforePose ? verdict_.weight(i) : weights_[i];
+  weights_.resize(kept);
   watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected + verdict_.report.restored);
   warn(watch_.take_warning());
 }
@@ -101,6 +107,7 @@ DYNFILTER_INLINE void OrbSlam::judge(const FrameView& view, CallPoint point, int
 DYNFILTER_INLINE const Verdict& OrbSlam::nothing_judged() {
   verdict_ = Verdict();
   keypoints_.clear();
+  weights_.clear();
   return verdict_;
 }
 

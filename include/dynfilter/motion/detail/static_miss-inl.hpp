@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
@@ -15,12 +16,13 @@
 
 namespace dynfilter {
 
-DYNFILTER_INLINE StaticMiss StaticMissModel::operator()(const SeenPoint& then, const SeenPoint& now) const {
+DYNFILTER_INLINE StaticMiss StaticMissModel::operator()(const SeenPoint& then, const SeenPoint& now,
+                                                        const MatchSpread& spread) const {
   const bool then_known = valid_depth(then.depth_m), now_known = valid_depth(now.depth_m);
-  if (then_known && now_known) return in_space(then, now);
-  if (then_known) return in_image(forward_, then, now);
-  if (now_known) return in_image(backward_, now, then);
-  return off_line(then, now);
+  if (then_known && now_known) return in_space(then, now, spread);
+  if (then_known) return in_image(forward_, then, now, spread);
+  if (now_known) return in_image(backward_, now, then, spread);
+  return off_line(then, now, spread);
 }
 
 DYNFILTER_INLINE StaticMiss StaticMissModel::miss(const SeenPoint& then, const SeenPoint& now) const {
@@ -30,8 +32,10 @@ DYNFILTER_INLINE StaticMiss StaticMissModel::miss(const SeenPoint& then, const S
       now);
 }
 
-inline StaticMiss StaticMissModel::in_space(const SeenPoint& then, const SeenPoint& now) const {
-  return of(space_(back_project(camera_, then.px, then.depth_m), back_project(camera_, now.px, now.depth_m)),
+inline StaticMiss StaticMissModel::in_space(const SeenPoint& then, const SeenPoint& now,
+                                            const MatchSpread& spread) const {
+  return of(space_(back_project(camera_, then.px, then.depth_m), back_project(camera_, now.px, now.depth_m),
+                   spread),
             now);
 }
 
@@ -46,7 +50,8 @@ inline StaticMiss StaticMissModel::of(const RigidResidual& r, const SeenPoint& n
   return out;
 }
 
-inline StaticMiss StaticMissModel::in_image(const Pose& T, const SeenPoint& from, const SeenPoint& to) const {
+inline StaticMiss StaticMissModel::in_image(const Pose& T, const SeenPoint& from, const SeenPoint& to,
+                                            const MatchSpread& spread) const {
   StaticMiss out;
   const Eigen::Vector3d ray = T.R() * bearing(from.px);
   const double z_m = from.depth_m;
@@ -57,11 +62,19 @@ inline StaticMiss StaticMissModel::in_image(const Pose& T, const SeenPoint& from
   const double sigma_m = noise_.depth_noise.sigma_m(z_m) / q.z();
   const Eigen::Vector2d g(camera_.fx_px * sigma_m * (ray.x() - q.x() / q.z() * ray.z()),
                           camera_.fy_px * sigma_m * (ray.y() - q.y() / q.z() * ray.z()));
-  const double s2 = noise_.pixel_sigma_px * noise_.pixel_sigma_px, rg = r.dot(g);
-  return result(StaticMiss::Axes::Image, r, (r.squaredNorm() - rg * rg / (s2 + g.squaredNorm())) / s2, q.z());
+  const double s2 = noise_.pixel_sigma_px * noise_.pixel_sigma_px * spread.across;
+  const Eigen::Vector2d e(spread.edge.x, spread.edge.y);
+  const double explained =
+      1 - spread.across / static_cast<double>(spread.along);  // of the part along the edge
+  const auto dot = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return (a.dot(b) - explained * a.dot(e) * b.dot(e)) / s2;
+  };
+  const double rg = dot(r, g);
+  return result(StaticMiss::Axes::Image, r, dot(r, r) - rg * rg / (1 + dot(g, g)), q.z());
 }
 
-inline StaticMiss StaticMissModel::off_line(const SeenPoint& then, const SeenPoint& now) const {
+inline StaticMiss StaticMissModel::off_line(const SeenPoint& then, const SeenPoint& now,
+                                            const MatchSpread& spread) const {
   const Eigen::Vector3d a = forward_.R() * bearing(then.px), t = forward_.t();
   const Eigen::Vector3d b = bearing(now.px);
   // (a_x + rho t_x) - b_x (a_z + rho t_z) = 0, and the same for y.
@@ -72,8 +85,11 @@ inline StaticMiss StaticMissModel::off_line(const SeenPoint& then, const SeenPoi
   const Eigen::Vector3d q = a + per_m * t;
   if (!(q.z() > kInFront_m)) return {};
   const Eigen::Vector2d r = pixel(now.px) - pixel(q);
+  const double r2 = r.squaredNorm(), along = r.x() * spread.edge.x + r.y() * spread.edge.y;
   const double s2 = noise_.pixel_sigma_px * noise_.pixel_sigma_px;
-  return result(StaticMiss::Axes::Line, r, r.squaredNorm() / s2, per_m > 0 ? q.z() / per_m : kFar_m);
+  const double variance_r2 = s2 * (spread.across * r2 + (spread.along - spread.across) * along * along);
+  return result(StaticMiss::Axes::Line, r, r2 > 0 ? r2 * r2 / variance_r2 : 0,
+                per_m > 0 ? q.z() / per_m : kFar_m);
 }
 
 inline StaticMiss StaticMissModel::result(StaticMiss::Axes axes, const Eigen::Vector2d& r, double chi2,

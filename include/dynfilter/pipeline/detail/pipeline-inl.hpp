@@ -64,6 +64,7 @@ class Pipeline::Impl {
       reports.finish();
       note_budget(reports);
       take_verdict();
+      take_spread();
       if (reports.collects_suspicions()) reject_suspects(reports);
       floor_.apply(evidence_.frame(), limits.min_features, verdict_);
       initialisation_.apply(verdict_);
@@ -129,6 +130,7 @@ class Pipeline::Impl {
     verdict_.prior.assign(n, 0);
     verdict_.restored.assign(n, 0);
     verdict_.reasons.assign(n, 0);
+    verdict_.spread.clear();
     verdict_.map_points.clear();
   }
 
@@ -169,6 +171,10 @@ class Pipeline::Impl {
       verdict_.prior[i] = judgement_.votes.prior(i) ? 1 : 0;
       verdict_.reasons[i] = judgement_.reasons[i];
     }
+  }
+
+  void take_spread() {
+    if (const std::vector<MatchSpread>* spread = evidence_.spread()) verdict_.spread = *spread;
   }
 
   /// The reasons are the stages that suspect it.

@@ -20,7 +20,7 @@ DYNFILTER_INLINE void check_runner(const RunnerParams& params) {
   const auto check = [](const char* name, double value, double least, double most) {
     if (!(value >= least && value <= most))
       throw ConfigError(std::string("runner.") + name,
-                        "expected " + detail::range_text(least, most) + ", got " + detail::shown(value));
+                        "expected " + range_text(least, most) + ", got " + number_text(value));
   };
   check("late_frames", params.late_frames, 0, 1000);
   check("rate_hz", params.rate_hz, 0.001, 1000);
