@@ -168,6 +168,10 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   void note_motion(Votes& votes) const;
   void note_slides(const Match& match, Votes& votes) const;
   static constexpr float kSlides = 100;  ///< variance along the edge that is worth a note: ten deviations
+  /// The same from which on a match says nothing of the background's motion, if enough others do.
+  static constexpr float kSaysNothing = 1000;
+  static constexpr std::size_t kEnoughFirm = 100;
+  void drop_sliding_seeds(const Match& match);
 
   /// T_world_camera of the last frames, newest first; the world is the first camera.
   void remember_pose();
@@ -196,6 +200,9 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   SeenPoint now(const Evidence& evidence, std::size_t i) const {
     return {evidence.undistorted_pixels()[i], evidence.depths_m()[i]};
   }
+  /// A long slide along an edge misses across it, too: the edge's direction is not exact.
+  MatchSpread spread_of(const MatchSpread& spread, const StaticMiss& miss, int gap) const;
+  static constexpr float kEdgeTurn_rad = 0.02F;
   /// Noise that neighbours do not share, summed over the frames of a track.
   double chained_noise_px(std::size_t gap) const;
   RigidResidualNoise noise(double pixel_sigma_px) const;
@@ -285,7 +292,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   std::vector<Measured> step_, track_;
   std::vector<Miss> track_misses_;
   std::vector<float> ratios_;
-  std::vector<int> seeds_;
+  std::vector<int> seeds_, firm_;
   std::vector<float> remembered_, static_belief_, own_;
   std::vector<float> belief_, last_belief_;
   std::vector<std::uint8_t> seen_, is_core_;

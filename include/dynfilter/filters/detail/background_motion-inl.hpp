@@ -160,6 +160,7 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
   const bool known = camera_poses_.size() >= 2;  // what the camera does: then suspects take part
   evidence.collect_seeds(match, known, seeds_);
   if (static_cast<int>(seeds_.size()) < kMinSeeds) evidence.collect_seeds(match, true, seeds_);
+  drop_sliding_seeds(match);
   scene.seeds = seeds_;
   scene.predicted = evidence.host_motion(match);
   if (known) scene.expected = usual_step();
@@ -250,10 +251,29 @@ inline void BackgroundMotionFilter::measure(const Evidence& evidence, std::size_
   if (!judges_directions_ && !(valid_depth(then.depth_m) && valid_depth(seen.depth_m))) return;
   const StaticMiss miss = models_[static_cast<std::size_t>(gap - 1)].miss(then, seen);
   if (miss.axes == StaticMiss::Axes::None) return;
-  out = {gap, then, miss.image_px, miss.axes, spread};
+  out = {gap, then, miss.image_px, miss.axes, spread_of(spread, miss, gap)};
   if (misses == nullptr || !out.in_space()) return;
   misses->push_back({evidence.pixels()[i], seen.depth_m, miss.miss_px,
                      static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
+}
+
+inline MatchSpread BackgroundMotionFilter::spread_of(const MatchSpread& spread, const StaticMiss& miss,
+                                                     int gap) const {
+  MatchSpread out = spread;
+  if (!spread.slides()) return out;
+  const float off = kEdgeTurn_rad * miss.miss_px.dot(spread.edge) /
+                    static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)));
+  out.across += off * off;
+  out.along = std::max(out.along, out.across);
+  return out;
+}
+
+inline void BackgroundMotionFilter::drop_sliding_seeds(const Match& match) {
+  const std::vector<MatchSpread>& spread = match.correspondences.spread;
+  firm_.clear();
+  for (const int i : seeds_)
+    if (spread[static_cast<std::size_t>(i)].along < kSaysNothing) firm_.push_back(i);
+  if (firm_.size() >= kEnoughFirm) std::swap(seeds_, firm_);
 }
 
 DYNFILTER_INLINE double BackgroundMotionFilter::chained_noise_px(std::size_t gap) const {
