@@ -70,6 +70,10 @@ TEST_CASE("a static hospital, exact depth: edges do not move, and count across t
   CHECK(ate_m <= 0.004);
   const std::string plain = run("--pipelines dynfilter --no-weights");
   CHECK(ate_m < 0.5 * number_in(plain, "\"pipeline\": \"dynfilter\"", "ate_rmse_m"));
+  // Backwards the camera nears a wall of two long joints: features slide by 100 px along them.
+  const CommandResult back = dynfilter("run '" + folder.string() + "' --reverse --json");
+  REQUIRE(back.exit_code == 0);
+  CHECK(number_in(back.out, "{", "rejected_mean") <= 10);
 }
 
 // The first turns at 40 to 110 deg/s and is blurred, the second does not.
