@@ -76,6 +76,26 @@ TEST_CASE("a static hospital, exact depth: edges do not move, and count across t
   CHECK(number_in(back.out, "{", "rejected_mean") <= 10);
 }
 
+// Rows of a rolling shutter are times: in a jerk the floor, 12 % of the points, was taken for the background.
+TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic" *
+          doctest::test_suite("shared_data")) {
+  for (const char* sequence : {"tum_fr1_xyz_jerk", "tum_fr1_xyz", "tum_fr1_rpy", "tartanair_hospital"})
+    for (const char* way : {"", "--reverse"}) {
+      CAPTURE(sequence);
+      CAPTURE(way);
+      const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / sequence;
+      if (!fs::exists(folder)) {
+        MESSAGE("skipped: no ../shared/data");
+        return;
+      }
+      const CommandResult result = dynfilter("run '" + folder.string() + "' --json " + way);
+      CAPTURE(result.err);
+      REQUIRE(result.exit_code == 0);
+      CHECK(number_in(result.out, "{", "rejected_mean") <=
+            0.01 * number_in(result.out, "{", "features_mean"));
+    }
+}
+
 // The first turns at 40 to 110 deg/s and is blurred, the second does not.
 TEST_CASE("static desks, real frames: rts_slam with its measured noise does not take blur for motion" *
           doctest::test_suite("shared_data")) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/motion/rigid_background.hpp>
-#include <utility>
 #include <vector>
 
 #include "doctest/doctest.h"
@@ -94,6 +93,14 @@ std::vector<double> brute_force_orders(const Cells& cells, const std::vector<std
 /// Points of so many columns.
 constexpr std::size_t points_of(int columns) {
   return static_cast<std::size_t>(columns) * kRows * 4;
+}
+
+/// What the distance from the expected motion costs a motion of so many columns. The share of its points
+/// counts the more, the farther it is. Half a point is added to both parts of the odds.
+double distance_cost(double d2, int columns) {
+  const double mine = static_cast<double>(points_of(columns)) + 0.5,
+               others = static_cast<double>(points_of(kColumns - columns)) + 0.5;
+  return std::log1p(d2) - 0.1 * std::log(mine / others) * d2 / (1 + d2);
 }
 
 }  // namespace
@@ -189,7 +196,7 @@ TEST_CASE("three motions: the order of each is over both others, and all count a
 
 // Each motion is compared where its own points are: the mover's at 1.8 m, where a shift is 3 / 1.8 times as
 // long.
-TEST_CASE("distance from what is expected costs log(1 + d^2), over a motion's own points and at most 20 px") {
+TEST_CASE("distance from what is expected costs, over a motion's own points and at most 20 px") {
   const Pose camera = shift(0.03), mover = shift(-0.02, 0.01);
   for (const double expected_x_m : {0.035, 0.1}) {
     Cells cells;
@@ -199,15 +206,15 @@ TEST_CASE("distance from what is expected costs log(1 + d^2), over a motion's ow
     scene.expected = shift(expected_x_m);
     RigidBackgroundEstimator estimator;
     REQUIRE(estimator.estimate(scene).ok);
-    const auto cost = [&](const Pose& T, double depth_m) {
+    const auto cost = [&](const Pose& T, double depth_m, int columns) {
       const double d = std::min(20.0, apart_px(T, *scene.expected, depth_m)) / (2 * kUnknownMiss_px);
-      return std::log1p(d * d);
+      return distance_cost(d * d, columns);
     };
-    for (const auto& [T, depth_m] :
-         {std::pair<Pose, double>(camera, 3.0), std::pair<Pose, double>(mover, 1.8)}) {
-      const MotionProposal p = near_to(estimator, T);
-      CHECK(p.score == Approx(std::log(p.area) + p.order - cost(T, depth_m)).epsilon(0.01));
-    }
+    const MotionProposal of_camera = near_to(estimator, camera), of_mover = near_to(estimator, mover);
+    CHECK(of_camera.score ==
+          Approx(std::log(of_camera.area) + of_camera.order - cost(camera, 3, 10)).epsilon(0.01));
+    CHECK(of_mover.score ==
+          Approx(std::log(of_mover.area) + of_mover.order - cost(mover, 1.8, 6)).epsilon(0.01));
   }
 }
 
@@ -219,7 +226,11 @@ double distance_of(RigidBackgroundEstimator& estimator, const Cells& cells, cons
   scene.expected = expected;
   REQUIRE(estimator.estimate(scene).ok);
   const MotionProposal& p = estimator.proposals()[estimator.chosen()];
-  return std::sqrt(std::expm1(std::log(p.area) + p.order - p.score));
+  const double cost = std::log(p.area) + p.order - p.score;
+  double low = 0, high = 20;  // the cost grows with the distance
+  for (int k = 0; k < 60; ++k)
+    (distance_cost((low + high) * (low + high) / 4, kColumns) < cost ? low : high) = (low + high) / 2;
+  return low;
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ ROOMS = [
           "pipeline/detail/vote_stage-inl.hpp", "pipeline/detail/temporal_stage-inl.hpp",
           "pipeline/detail/stage-inl.hpp", "pipeline/detail/combinator-inl.hpp"]),
     Room("floor", ["pipeline/detail/floor-inl.hpp"], ["pipeline/floor_test.cpp"]),
-    Room("residuals", ["geometry/detail/rigid_residual-inl.hpp", "motion/detail/static_miss-inl.hpp",
+    Room("residuals", ["geometry/rigid_residual.hpp", "motion/static_miss.hpp",
                        "geometry/detail/rigid_misses-inl.hpp"],
          ["motion/static_miss_test.cpp", "geometry/rigid_misses_test.cpp", "geometry/rigid_motion_test.cpp"]),
     Room("background", ["motion/detail/rigid_background-inl.hpp"],

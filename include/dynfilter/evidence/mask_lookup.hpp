@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <dynfilter/core/frame_view.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
@@ -90,8 +93,50 @@ bool MaskLookup::any_chord(const cv::Point2f& px, double radius_px, const F& f) 
   return false;
 }
 
-}  // namespace dynfilter
+inline cv::Size image_size(const FrameView& frame) {
+  if (!frame.grey.empty()) return frame.grey.size();
+  if (!frame.depth.empty()) return frame.depth.size();
+  return frame.camera ? cv::Size(frame.camera->width_px, frame.camera->height_px) : cv::Size();
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/evidence/detail/mask_lookup-inl.hpp>
-#endif
+inline MaskLookup::MaskLookup(const cv::Mat& labels, cv::Size image, const std::vector<int>& wanted) {
+  if (labels.empty() || labels.type() != CV_8UC1) return;
+  labels_ = labels;
+  if (image.width <= 0 || image.height <= 0) image = labels.size();
+  scale_x_ = static_cast<double>(labels.cols) / image.width;
+  scale_y_ = static_cast<double>(labels.rows) / image.height;
+  width_px_ = image.width;
+  height_px_ = image.height;
+  wanted_.fill(wanted.empty());
+  wanted_[0] = false;
+  for (const int label : wanted)
+    if (label >= 0 && label < 256) wanted_[static_cast<std::size_t>(label)] = true;
+}
+
+inline bool MaskLookup::at(const cv::Point2f& px) const {
+  if (!inside(px)) return false;
+  return counts(labels_.at<std::uint8_t>(row_of(std::round(px.y)), column_of(std::round(px.x))));
+}
+
+inline bool MaskLookup::near(const cv::Point2f& px, double radius_px) const {
+  return any_chord(px, radius_px, [&](int row, int from, int to) { return any(row, from, to); });
+}
+
+inline bool MaskLookup::any(int row, int from, int to) const {
+  const std::uint8_t* pixels = labels_.ptr<std::uint8_t>(row);
+  while (from <= to) {
+    if (from + 7 <= to) {
+      std::uint64_t eight = 0;
+      std::memcpy(&eight, pixels + from, sizeof(eight));
+      if (eight == 0) {
+        from += 8;
+        continue;
+      }
+    }
+    if (counts(pixels[from])) return true;
+    ++from;
+  }
+  return false;
+}
+
+}  // namespace dynfilter

@@ -22,6 +22,7 @@
 #include <dynfilter/motion/moving_odds.hpp>
 #include <dynfilter/motion/neighbour_field.hpp>
 #include <dynfilter/motion/rigid_background.hpp>
+#include <dynfilter/motion/row_twist.hpp>
 #include <dynfilter/motion/static_miss.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
@@ -135,6 +136,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// The same for the first choice, which is made again: likelier than all others together. Small errors of a
   /// static world look like several motions then.
   static constexpr double kLeastFirstConfidence = 0.5;
+  static constexpr double kSureFirstConfidence = 0.7;  ///< below, the first choice rejects nothing
 
   void judge(const Evidence& evidence, const Match& match, Votes& votes);
 
@@ -197,9 +199,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   void measure_misses(const Evidence& evidence, const Match& match);
   void measure(const Evidence& evidence, std::size_t i, int gap, const SeenPoint& then,
                const MatchSpread& spread, Measured& out, std::vector<Miss>* misses);
-  SeenPoint now(const Evidence& evidence, std::size_t i) const {
-    return {evidence.undistorted_pixels()[i], evidence.depths_m()[i]};
-  }
+  /// As all rows would have been seen at once, against the frame `gap` frames back.
+  SeenPoint now(const Evidence& evidence, std::size_t i, int gap) const;
   /// A long slide along an edge misses across it, too: the edge's direction is not exact.
   MatchSpread spread_of(const MatchSpread& spread, const StaticMiss& miss, int gap) const;
   static constexpr float kEdgeTurn_rad = 0.02F;
@@ -277,12 +278,13 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   NeighbourNoise neighbour_noise_;
   RigidMotion motion_;
   std::vector<Pose> camera_poses_;
+  std::vector<RowTwist> twists_;                   ///< of the last steps, newest first
   std::vector<double> stamps_s_, match_noise_px_;  ///< newest first
   std::vector<std::int64_t> frame_ids_;            ///< newest first
   std::size_t unbroken_ = 0;                       ///< steps in camera_poses_, each from the frame before
   double step_ratio_ = kFirstStepRatio, track_ratio_ = kFirstTrackRatio;
   double least_confidence_ = kLeastConfidence;
-  bool first_choice_ = true;
+  bool first_choice_ = true, rejects_ = true;
   float rest_log_odds_ = 0;                  ///< [nats]
   double step_scale_ = 1, track_scale_ = 1;  ///< of chained_noise_px(), in this frame
   DepthNoise sensor_;                        ///< of this frame's depths

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/motion/rigid_background_scene.hpp>
+#include <dynfilter/motion/row_twist.hpp>
 #include <memory>
 #include <vector>
 
@@ -22,11 +23,12 @@ class RigidBackgroundSearch;
 ///    ones (Kish, Survey Sampling, 1965, section 5.4). rho is the share of a match's error variance that
 ///    neighbours have in common.
 /// 3. The background is the motion with the largest
-///      log(area) - log(1 + d^2) + order.
+///      log(area) - log(1 + d^2) + order + 0.1 log(n / (1 - n)) d^2 / (1 + d^2).
 ///    area: share of the visible surface [m^2], weighted by what was static before. A piece of surface is
 ///    equally likely to move wherever it is.
 ///    d: distance of its points in the image from the expected motion, in units of the usual distance.
 ///    order: share of the neighbours on other motions that are in front.
+///    n: share of the points that it explains. Where no motion is as expected, a few points decide nothing.
 ///    A motion that explains less than 4 % of the points is never the background. If none explains more,
 ///    there is no motion. The exponentials of the scores, normalised, give the confidence.
 ///
@@ -55,6 +57,8 @@ class RigidBackgroundEstimator {
   double match_noise_px() const;
   /// Error of this frame's depths in units of the sensor's noise model, at least 1.
   double depth_factor() const;
+  /// Of the current frame against the reference: the motion holds for points that it has straightened.
+  const RowTwist& row_twist() const;
   /// Forgets how smoothly the camera moves.
   void reset();
 

@@ -22,6 +22,8 @@ struct RigidBackgroundScene {
   Span<const float> mobility;                      ///< [0, 1] moved recently; empty: none did
   Span<const int> seeds;                           ///< features that may be used, ascending
   std::optional<Pose> expected;                    ///< T_current_reference of a camera with constant velocity
+  double elapsed_s = 0;                            ///< since the reference; 0: not known
+  std::optional<Eigen::Vector3d> last_turn_radps;  ///< rate of turn of T_current_reference in the last step
   std::optional<Pose> predicted;                   ///< T_current_reference of the host
   DepthNoise depth_noise{};                        ///< of the sensor
   /// Whole error of a static match over the noise that neighbours do not share.

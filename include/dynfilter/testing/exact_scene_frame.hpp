@@ -68,6 +68,7 @@ struct ExactFrame {
   cv::Mat descriptors;
   std::int64_t reference_frame_id = -1;  ///< of the matches; -1: no matches
   std::vector<std::int32_t> reference_index;
+  std::vector<MatchSpread> spread;  ///< of the matches; empty: not known
   std::vector<std::int64_t> map_point_ids;
   std::vector<cv::Point3f> map_points_world_m;
   std::optional<std::vector<Detection>> detections;
@@ -98,7 +99,7 @@ inline FrameView ExactFrame::view() const {
   view.pose_provenance = pose_provenance;
   view.map_point_ids = map_point_ids;
   view.map_points_world_m = map_points_world_m;
-  if (reference_frame_id >= 0) view.matches = HostMatches{reference_frame_id, reference_index};
+  if (reference_frame_id >= 0) view.matches = HostMatches{reference_frame_id, reference_index, spread};
   if (detections) view.detections = DetectionInput{detections_frame_id, *detections};
   return view;
 }

@@ -39,6 +39,7 @@ DYNFILTER_INLINE void BackgroundMotionFilter::reset() {
   last_places_.clear();
   estimator_.reset();
   match_noise_px_.clear();
+  twists_.clear();
   stamps_s_.clear();
   frame_ids_.clear();
   unbroken_ = 0;
@@ -68,6 +69,8 @@ inline void BackgroundMotionFilter::judge(const Evidence& evidence, const Match&
   }
   if (!follow_background(evidence, match, votes)) return;
   if (estimator_.confidence() < least_confidence_) return abstain(evidence, votes);
+  rejects_ = least_confidence_ != kLeastFirstConfidence || estimator_.confidence() >= kSureFirstConfidence;
+  if (!rejects_) votes.note("the first choice of a background rejects nothing: it is not sure");
   measure_misses(evidence, match);
   measure_noise(evidence);
   weigh_misses(evidence);
@@ -88,6 +91,7 @@ inline void BackgroundMotionFilter::abstain(const Evidence& evidence, Votes& vot
 inline void BackgroundMotionFilter::forget_motion() {
   camera_poses_.clear();
   match_noise_px_.clear();
+  twists_.clear();
   unbroken_ = 0;
 }
 
@@ -164,6 +168,8 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
   scene.seeds = seeds_;
   scene.predicted = evidence.host_motion(match);
   if (known) scene.expected = usual_step();
+  scene.elapsed_s = elapsed_s(1);
+  if (known) scene.last_turn_radps = rotation_vector(between(0, 1).R()) / (elapsed_s(2) - elapsed_s(1));
   least_confidence_ = !known && first_choice_ ? kLeastFirstConfidence : kLeastConfidence;
   first_choice_ = false;
   scene.noise_ratio = step_ratio_;
@@ -205,6 +211,7 @@ inline void BackgroundMotionFilter::remember_pose() {
   const Eigen::Matrix3d R = Eigen::Quaterniond(T.R()).normalized().toRotationMatrix();
   camera_poses_.insert(camera_poses_.begin(), Pose::from(R, T.t()));
   match_noise_px_.insert(match_noise_px_.begin(), estimator_.match_noise_px());
+  twists_.insert(twists_.begin(), estimator_.row_twist());
   // As many as lie within the window, two at least.
   std::size_t keep = 2;
   while (keep < camera_poses_.size() - 1 && keep < kMaxFrames &&
@@ -212,6 +219,7 @@ inline void BackgroundMotionFilter::remember_pose() {
     ++keep;
   if (camera_poses_.size() > keep + 1) camera_poses_.resize(keep + 1);
   if (match_noise_px_.size() > keep) match_noise_px_.resize(keep);
+  if (twists_.size() > keep) twists_.resize(keep);
 }
 
 inline Pose BackgroundMotionFilter::usual_step() const {
@@ -247,7 +255,7 @@ inline void BackgroundMotionFilter::measure_misses(const Evidence& evidence, con
 inline void BackgroundMotionFilter::measure(const Evidence& evidence, std::size_t i, int gap,
                                             const SeenPoint& then, const MatchSpread& spread, Measured& out,
                                             std::vector<Miss>* misses) {
-  const SeenPoint seen = now(evidence, i);
+  const SeenPoint seen = now(evidence, i, gap);
   if (!judges_directions_ && !(valid_depth(then.depth_m) && valid_depth(seen.depth_m))) return;
   const StaticMiss miss = models_[static_cast<std::size_t>(gap - 1)].miss(then, seen);
   if (miss.axes == StaticMiss::Axes::None) return;
@@ -255,6 +263,20 @@ inline void BackgroundMotionFilter::measure(const Evidence& evidence, std::size_
   if (misses == nullptr || !out.in_space()) return;
   misses->push_back({evidence.pixels()[i], seen.depth_m, miss.miss_px,
                      static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
+}
+
+inline SeenPoint BackgroundMotionFilter::now(const Evidence& evidence, std::size_t i, int gap) const {
+  SeenPoint seen{evidence.undistorted_pixels()[i], evidence.depths_m()[i]};
+  RowTwist over_gap;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(gap) && k < twists_.size(); ++k)
+    over_gap.a_rad += twists_[k].a_rad;
+  if (over_gap.none()) return seen;
+  const Camera& c = *evidence.frame().camera;
+  const Eigen::Vector3d ray((seen.px.x - c.cx_px) / c.fx_px, (seen.px.y - c.cy_px) / c.fy_px, 1);
+  const Eigen::Vector3d q = over_gap.straighten(ray, RowTwist::row(c, evidence.pixels()[i].y));
+  return {{static_cast<float>(c.fx_px * q.x() / q.z() + c.cx_px),
+           static_cast<float>(c.fy_px * q.y() / q.z() + c.cy_px)},
+          static_cast<float>(seen.depth_m * q.z())};
 }
 
 inline MatchSpread BackgroundMotionFilter::spread_of(const MatchSpread& spread, const StaticMiss& miss,
@@ -365,7 +387,7 @@ inline float BackgroundMotionFilter::odds_of(const Evidence& evidence, std::size
                                              const Measured& measured, double relief_per_m,
                                              const MovingOdds& odds) const {
   if (measured.gap == 0) return kLeastOdds;
-  const SeenPoint seen = now(evidence, i);
+  const SeenPoint seen = now(evidence, i, measured.gap);
   const StaticMiss miss =
       models_[static_cast<std::size_t>(measured.gap - 1)](measured.then, seen, measured.spread);
   if (miss.axes == StaticMiss::Axes::None) return kLeastOdds;
@@ -467,7 +489,7 @@ inline bool BackgroundMotionFilter::supported(const Evidence& evidence, std::siz
 inline void BackgroundMotionFilter::cast(const Evidence& evidence, std::size_t i, Votes& votes) const {
   const float limit = seen_[i] != 0 ? limit_with_evidence(evidence, i) : limit_without_evidence(evidence, i);
   if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score(i));
-  const bool supported = evidence.prior(i) || near_core(evidence, i);
+  const bool supported = rejects_ && (evidence.prior(i) || near_core(evidence, i));
   votes.cast(i, supported ? Vote::Dynamic : Vote::Unknown, score(i));
 }
 

@@ -12,6 +12,7 @@
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/motion/rigid_background_scene.hpp>
+#include <dynfilter/motion/row_twist.hpp>
 #include <opencv2/core.hpp>
 #include <tuple>
 #include <vector>
@@ -33,6 +34,13 @@ class BackgroundPoints {
     scene_ = &scene;
     fill_cells();
     collect();
+    lay_out();
+    set_depth_noise(scene.depth_noise);
+  }
+
+  /// Points of the scene have moved. The same features take part.
+  void follow(const RigidBackgroundScene& scene) {
+    scene_ = &scene;
     lay_out();
     set_depth_noise(scene.depth_noise);
   }
@@ -80,8 +88,25 @@ class BackgroundPoints {
     }
   }
 
+  /// Points then (p) and now (u = x/z, v = y/z, z), with what RowTwistFit needs.
+  struct PointPack {
+    Pack p[3], u, v, z, depth_m2, s, weight;
+  };
+  template <class F>
+  void for_each_pack(const F& visit) const {
+    for (std::size_t k = 0; k < stride_; k += Pack::kWidth)
+      visit(PointPack{{pack(kX, k), pack(kY, k), pack(kZ, k)},
+                      pack(kU, k),
+                      pack(kV, k),
+                      pack(kDepth, k),
+                      pack(kVariance, k),
+                      pack(kRow, k),
+                      pack(kStill, k)});
+  }
+
  private:
-  enum Column { kX, kY, kZ, kU, kV, kDepth, kVariance, kCount };  ///< x, y, z then; x/z, y/z, z now
+  /// x, y, z then; x/z, y/z, z now; row; 1: did not move recently.
+  enum Column { kX, kY, kZ, kU, kV, kDepth, kVariance, kRow, kStill, kCount };
   static constexpr std::size_t kPerCell = 4;
   static constexpr float kBehind_px2 = 1e9F;  ///< residual of a point behind the camera
 
@@ -142,10 +167,13 @@ class BackgroundPoints {
     for (const Candidate& candidate : candidates_) features_.push_back(candidate.index);
     stride_ = (size() + Pack::kWidth - 1) / Pack::kWidth * Pack::kWidth;
     columns_.assign(kCount * stride_, 1);  // padding: any point in front of the camera
+    std::fill_n(column(kStill), stride_, 0.0F);
     for (std::size_t k = 0; k < size(); ++k) {
       const cv::Point3f &p = reference_m(k), &c = current_m(k);
       column(kX)[k] = p.x, column(kY)[k] = p.y, column(kZ)[k] = p.z;
       column(kU)[k] = c.x / c.z, column(kV)[k] = c.y / c.z, column(kDepth)[k] = c.z;
+      column(kRow)[k] = static_cast<float>(RowTwist::row(scene_->camera, pixel(k).y));
+      column(kStill)[k] = moved_recently(k, RigidBackgroundScene::kMobile) ? 0 : 1;
       cells_of_.push_back(cell_at(pixel(k)));
     }
   }

@@ -39,10 +39,16 @@ class MotionProposals {
 
   MotionProposals() : rigid_(rigid_options()) {}
 
-  /// Proposes motions for the points of the scene. `points` have been sampled from it.
-  void search(const RigidBackgroundScene& scene, BackgroundPoints& points) {
+  /// A fit to all points with a shrinking inlier distance. It follows most points, whatever its start.
+  /// `points` have been sampled from the scene. Both must outlive search().
+  RigidMotion follow_most(const RigidBackgroundScene& scene, BackgroundPoints& points) {
     scene_ = &scene;
     points_ = &points;
+    return fit_gradually();
+  }
+  /// Proposes motions for the points. `most`: of follow_most().
+  void search(const RigidMotion& most) {
+    graduated_ = most;
     proposals_.clear();
     image2_px2_.clear();
     depth2_.clear();
@@ -96,7 +102,6 @@ class MotionProposals {
 
   // ---- the noise of this frame
   void measure_noise() {
-    graduated_ = fit_gradually();
     const Pose start = graduated_.ok ? graduated_.T_current_reference : scene_->expected.value_or(Pose());
     misses_.measure(scene_->camera, start,
                     {scene_->reference_m, scene_->current_m, scene_->pixels, scene_->depth_noise},
@@ -106,7 +111,6 @@ class MotionProposals {
     match_noise_px_ = neighbour_noise_.scale(misses_.misses(), kNeighbourReach_px).value_or(kFirstNoise_px);
     noise_px_ = std::max(kNarrow_px, scene_->noise_ratio * match_noise_px_);
   }
-  /// A fit to all points with a shrinking inlier distance. It follows most points, whatever its start.
   RigidMotion fit_gradually() {
     RigidMotion motion;
     Pose start = scene_->expected.value_or(Pose());

@@ -18,6 +18,8 @@
 #include <dynfilter/motion/detail/background_points.hpp>
 #include <dynfilter/motion/detail/motion_proposals.hpp>
 #include <dynfilter/motion/detail/motion_selection.hpp>
+#include <dynfilter/motion/detail/row_twist_fit.hpp>
+#include <dynfilter/motion/row_twist.hpp>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -31,7 +33,8 @@ namespace detail {
 class RigidBackgroundSearch {
  public:
   RigidMotion estimate(const RigidBackgroundScene& scene) {
-    scene_ = &scene;
+    straight_ = scene;
+    scene_ = &straight_;
     const RigidMotion motion = estimate_of_scene();
     scene_ = nullptr;
     return motion;
@@ -40,12 +43,14 @@ class RigidBackgroundSearch {
   const std::vector<MotionProposal>& proposals() const { return search_.all(); }
   std::size_t chosen() const { return chosen_; }
   double confidence() const { return confidence_; }
+  const RowTwist& row_twist() const { return twist_; }
   std::size_t points() const { return points_.size(); }
   double match_noise_px() const { return search_.match_noise_px(); }
   double depth_factor() const { return search_.depth_factor(); }
   void reset() {
     usual_miss_px_ = kUnknownMiss_px;
     confidence_ = 1;
+    readout_ = {};
   }
 
  private:
@@ -61,12 +66,17 @@ class RigidBackgroundSearch {
   static constexpr double kUnknownMiss_px = 3;      ///< usual distance from the expected motion, at first
   static constexpr double kLeastMiss_px = 0.15;
   static constexpr double kMostMiss_px = 20;  ///< a point's distance between motions, cut off
+  static constexpr double kShare = 0.1;       ///< weight of how many points a motion explains
   static constexpr double kDepthCap_m = 4;    ///< farther, depths are too inexact to tell motions apart
 
   RigidMotion estimate_of_scene() {
     chosen_ = 0;
     points_.sample(*scene_);
-    search_.search(*scene_, points_);
+    RigidMotion most = search_.follow_most(*scene_, points_);
+    const Rows rows = fit_rows(most);
+    twist_ = rows.fit.ok ? rows.fit.twist : RowTwist();
+    if (rows.fit.ok) most.T_current_reference = rows.fit.T, straighten();
+    search_.search(most);
     if (proposals().empty()) return {};
     select();
     assign();
@@ -74,7 +84,51 @@ class RigidBackgroundSearch {
     if (!explains_enough(chosen_slot_)) return {};
     const RigidMotion motion = refine_background();
     if (motion.ok && scene_->expected) learn_smoothness(motion.T_current_reference);
+    if (motion.ok && rows.fit.ok && scene_->last_turn_radps) learn_readout(rows);
     return motion;
+  }
+
+  // ---- rows that are times
+  struct Rows {
+    double change_radps = 0, sigma_rad = 0;  ///< of the rate of turn against the last step; of the twist
+    RowTwistFit fit;                         ///< not `ok`: rows as good as at once, or movers fitted
+  };
+  static constexpr double kLeastTwist_px = 0.1;  ///< from the upper to the lower edge: nothing shows less
+  static constexpr double kTwistNoise_px = 0.7;  ///< of a match, before the frame's noise is measured
+  static constexpr double kTwistShare = 0.9;     ///< of the points, while it is not known that rows are times
+  static constexpr double kMostPoints = 0.4;     ///< on the background: a mover has no say in the readout
+
+  /// A twist can bend a motion until it explains movers, too. So it must explain nearly all points, as long
+  /// as nothing else says that the camera's rows are times.
+  Rows fit_rows(const RigidMotion& most) const {
+    Rows rows;
+    if (!most.ok || !(scene_->elapsed_s > 0)) return rows;
+    Eigen::Vector3d change = rotation_vector(most.T_current_reference.R()) / scene_->elapsed_s;
+    if (scene_->last_turn_radps) change -= *scene_->last_turn_radps;
+    rows.change_radps = change.norm();
+    rows.sigma_rad = readout_.sigma_rad(rows.change_radps);
+    if (scene_->camera.fy_px * rows.sigma_rad < kLeastTwist_px) return rows;
+    rows.fit =
+        RowTwistFit::of(points_, scene_->camera, most.T_current_reference, rows.sigma_rad, kTwistNoise_px);
+    rows.fit.ok = rows.fit.ok && (readout_.rolls() || rows.fit.share >= kTwistShare);
+    return rows;
+  }
+  /// Puts the current points where one instant would show them.
+  void straighten() {
+    straight_m_.assign(scene_->current_m.begin(), scene_->current_m.end());
+    for (const int i : points_.features()) {
+      const auto k = static_cast<std::size_t>(i);
+      cv::Point3f& c = straight_m_[k];
+      const double s = RowTwist::row(scene_->camera, scene_->pixels[k].y);
+      const Eigen::Vector3f q = twist_.straighten({c.x, c.y, c.z}, s).cast<float>();
+      c = {q.x(), q.y(), q.z()};
+    }
+    straight_.current_m = straight_m_;
+    points_.follow(straight_);
+  }
+  void learn_readout(const Rows& rows) {
+    if (explained_[chosen_slot_] < kMostPoints * static_cast<double>(points())) return;
+    readout_.learn(rows.change_radps, rows.sigma_rad, rows.fit.twist.a_rad, rows.fit.variance_rad2);
   }
 
   // ---- which motions are needed
@@ -143,6 +197,7 @@ class RigidBackgroundSearch {
         const double d =
             distance_px(slot, slot, places_[slot], expected_) / std::max(kLeastMiss_px, 2 * usual_miss_px_);
         p.score -= portable::log1p(d * d);
+        p.score += kShare * log_odds_of_share(slot) * d * d / (1 + d * d);
       }
     }
     chosen_slot_ = 0;
@@ -150,6 +205,10 @@ class RigidBackgroundSearch {
       if (rank(chosen_slot_) < rank(slot)) chosen_slot_ = slot;
     chosen_ = selected_[chosen_slot_];
     measure_confidence();
+  }
+  double log_odds_of_share(std::size_t slot) const {
+    const double share = (explained_[slot] + 0.5) / (static_cast<double>(points()) + 1);
+    return portable::log(share / (1 - share));
   }
   std::pair<bool, double> rank(std::size_t slot) { return {explains_enough(slot), proposal(slot).score}; }
   /// Motions that the noise cannot distinguish from the chosen one do not count against it.
@@ -281,6 +340,10 @@ class RigidBackgroundSearch {
   }
 
   const RigidBackgroundScene* scene_ = nullptr;  ///< during estimate() only
+  RigidBackgroundScene straight_;                ///< the scene, its points straightened
+  std::vector<cv::Point3f> straight_m_;
+  RowReadout readout_;
+  RowTwist twist_;
   Points points_;
   MotionProposals search_;
   MotionSelection selection_;
@@ -332,6 +395,9 @@ DYNFILTER_INLINE double RigidBackgroundEstimator::match_noise_px() const {
 }
 DYNFILTER_INLINE double RigidBackgroundEstimator::depth_factor() const {
   return search_->depth_factor();
+}
+DYNFILTER_INLINE const RowTwist& RigidBackgroundEstimator::row_twist() const {
+  return search_->row_twist();
 }
 DYNFILTER_INLINE void RigidBackgroundEstimator::reset() {
   search_->reset();

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/simd.hpp>
+#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/motion/detail/background_points.hpp>
+#include <dynfilter/motion/row_twist.hpp>
+
+namespace dynfilter::detail {
+
+/// A rigid motion and the twist of the rows at once: reweighted Gauss-Newton in nine unknowns. The twist is
+/// expected to be short. With h the moved and twisted point and g the derivative of a residual by h,
+///   J = [g, h x g, -s (h x g)].
+/// Cost: six iterations over the points.
+struct RowTwistFit {
+  static constexpr int kIterations = 6;
+  static constexpr float kScale2 = 3;          ///< of the Cauchy weights: residuals in standard deviations
+  static constexpr float kExplained2 = 9;      ///< three standard deviations
+  static constexpr float kDepthWeight = 0.1F;  ///< depth is not taken at the time of a row
+  using Matrix9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
+  using Vector9 = Eigen::Matrix<double, 9, 1>;
+
+  bool ok = false;
+  Pose T;
+  RowTwist twist;
+  double share = 0;                                         ///< of the points that both explain
+  Eigen::Vector3d variance_rad2 = Eigen::Vector3d::Zero();  ///< of the twist, with the prior
+
+  /// `sigma_px`: noise of a match.
+  static RowTwistFit of(const BackgroundPoints& points, const Camera& camera, const Pose& start,
+                        double twist_sigma_rad, double sigma_px) {
+    RowTwistFit fit;
+    fit.T = start;
+    Matrix9 normal;
+    const double per_prior2 = 1 / (twist_sigma_rad * twist_sigma_rad);
+    for (int k = 0; k < kIterations; ++k) {
+      Vector9 step;
+      fit.linearise(points, camera, sigma_px, normal, step);
+      normal.diagonal().tail<3>().array() += per_prior2;
+      step.tail<3>() += -per_prior2 * fit.twist.a_rad;
+      Matrix9 used = normal;
+      if (!solve_positive_definite(used.data(), step.data(), 9) || !step.allFinite()) return fit;
+      const Eigen::Matrix3d turn = exp_so3(step.segment<3>(3));
+      fit.T = Pose::from(turn * fit.T.R(), turn * fit.T.t() + step.head<3>());
+      fit.twist.a_rad += step.tail<3>();
+      if (step.tail<6>().cwiseAbs().maxCoeff() < kGoodEnough_rad) break;
+    }
+    Matrix9 covariance;
+    if (!invert_positive_definite(normal.data(), covariance.data(), 9)) return fit;
+    fit.variance_rad2 = covariance.diagonal().tail<3>();
+    fit.ok = true;
+    return fit;
+  }
+
+ private:
+  static constexpr double kGoodEnough_rad = 2e-5;  ///< a hundredth of a pixel
+
+  /// J^T W J and -J^T W r.
+  void linearise(const BackgroundPoints& points, const Camera& camera, double sigma_px, Matrix9& normal,
+                 Vector9& step) {
+    Pack sums[9][9], right[9], inside = 0, all = 0;
+    for (int i = 0; i < 9; ++i) std::fill_n(sums[i], 9, right[i] = 0);
+    const Eigen::Matrix3f R = T.R().cast<float>();
+    const Eigen::Vector3f t = T.t().cast<float>(), a = twist.a_rad.cast<float>();
+    const auto fx = static_cast<float>(camera.fx_px / sigma_px),
+               fy = static_cast<float>(camera.fy_px / sigma_px);
+    points.for_each_pack([&](const BackgroundPoints::PointPack& k) {
+      Pack q[3];
+      for (int r = 0; r < 3; ++r) q[r] = R(r, 0) * k.p[0] + (R(r, 1) * k.p[1] + R(r, 2) * k.p[2]) + t(r);
+      const Pack x = q[0] - k.s * (a(1) * q[2] - a(2) * q[1]), y = q[1] - k.s * (a(2) * q[0] - a(0) * q[2]),
+                 z = q[2] - k.s * (a(0) * q[1] - a(1) * q[0]);
+      const Pack per_z = 1.0F / max(z, 1e-3F), u = x * per_z, v = y * per_z,
+                 wz = kDepthWeight / sqrt(k.depth_m2);
+      const Pack residuals[3] = {fx * (u - k.u), fy * (v - k.v), wz * (z - k.z)};
+      const Pack chi2 =
+          residuals[0] * residuals[0] + residuals[1] * residuals[1] + residuals[2] * residuals[2];
+      const Pack near = 1.0F / (1.0F + chi2 * (1 / kScale2)), w = k.weight * greater(z, 1e-3F) * near * near;
+      inside += k.weight * greater(Pack(kExplained2), chi2), all += k.weight;
+      const Pack g[3][3] = {
+          {fx * per_z, 0, -(fx * per_z * u)}, {0, fy * per_z, -(fy * per_z * v)}, {0, 0, wz}};
+      for (int r = 0; r < 3; ++r) {
+        Pack J[9] = {g[r][0],
+                     g[r][1],
+                     g[r][2],
+                     y * g[r][2] - z * g[r][1],
+                     z * g[r][0] - x * g[r][2],
+                     x * g[r][1] - y * g[r][0]};
+        for (int i = 0; i < 3; ++i) J[6 + i] = -(k.s * J[3 + i]);
+        for (int i = 0; i < 9; ++i) {
+          const Pack weighted = w * J[i];
+          right[i] += weighted * residuals[r];
+          for (int j = 0; j <= i; ++j) sums[i][j] += weighted * J[j];
+        }
+      }
+    });
+    share = static_cast<double>(inside.sum() / std::max(1.0F, all.sum()));
+    for (int i = 0; i < 9; ++i) {
+      step(i) = -right[i].sum();
+      for (int j = 0; j <= i; ++j) normal(i, j) = normal(j, i) = sums[i][j].sum();
+    }
+  }
+};
+
+}  // namespace dynfilter::detail
