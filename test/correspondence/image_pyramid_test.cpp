@@ -34,6 +34,36 @@ TEST_CASE("A pyramid owns its pixels") {
   CHECK(pyramid.levels().size() == 8);  // four images, each with its derivatives
 }
 
+// OpenCV's pyramid is the twin. Sizes around the width of vectors, odd ones, and a white image, whose sums
+// are the largest.
+TEST_CASE("Without derivatives the images and borders are OpenCV's, and building again allocates nothing") {
+  ImagePyramid pyramid;
+  for (const int window_px : {3, 16, 21})
+    for (const cv::Size size :
+         {cv::Size(640, 480), {1, 1}, {7, 9}, {61, 83}, {66, 34}, {129, 257}, {752, 480}}) {
+      CAPTURE(window_px);
+      CAPTURE(size);
+      const cv::Mat large = test::noise_image(size + cv::Size(9, 5), 7, 0);
+      const cv::Mat images[] = {large(cv::Rect({4, 3}, size)), cv::Mat(size, CV_8UC1, cv::Scalar(255))};
+      std::vector<const unsigned char*> first;
+      for (const cv::Mat& image : images) {
+        pyramid.build(image, window_px, 4, false);
+        std::vector<cv::Mat> twin;
+        cv::buildOpticalFlowPyramid(image, twin, {window_px, window_px}, 4, false,
+                                    cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED, cv::BORDER_CONSTANT, false);
+        REQUIRE(pyramid.levels().size() == twin.size());
+        for (std::size_t k = 0; k < twin.size(); ++k) {
+          cv::Mat ours = pyramid.levels()[k], theirs = twin[k];
+          ours.adjustROI(window_px, window_px, window_px, window_px);
+          theirs.adjustROI(window_px, window_px, window_px, window_px);
+          CHECK(equal(ours, theirs));
+        }
+        if (first.empty()) first = addresses(pyramid);
+        CHECK(addresses(pyramid) == first);
+      }
+    }
+}
+
 TEST_CASE("Building again allocates nothing and gives what a fresh one gives") {
   ImagePyramid pyramid, fresh;
   pyramid.build(test::noise_image({320, 240}, 1, 0), 21, 3);

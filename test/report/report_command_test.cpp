@@ -42,6 +42,19 @@ TEST_CASE("run writes the page with its results, compare with all runs") {
       verdicts += frames[verdict][k].get<double>();
     CHECK(verdicts == frames["features"][k].get<double>());
   }
+  // Mean weights are those of the kept features in verdicts.csv.
+  std::vector<double> weights(14), kept(14);
+  std::istringstream rows(read_text(out / "rts_slam/verdicts.csv"));
+  std::string row, cell;
+  for (std::getline(rows, row); std::getline(rows, row);) {
+    std::vector<std::string> cells;
+    for (std::istringstream line(row); std::getline(line, cell, ',');) cells.push_back(cell);
+    const double weight = std::stod(cells.at(5));
+    CHECK((weight >= 0 && weight <= 1));
+    if (cells[3] != "dynamic") weights[std::stoul(cells[0])] += weight, ++kept[std::stoul(cells[0])];
+  }
+  for (std::size_t k = 0; k < 14; ++k)
+    CHECK(frames["weight"][k].get<double>() == doctest::Approx(weights[k] / kept[k]).epsilon(0.002));
   CHECK(std::sqrt(squares / 14) == doctest::Approx(run["summary"]["ate_rmse_m"].get<double>()).epsilon(1e-4));
   CHECK(rejected / 14 == doctest::Approx(run["summary"]["rejected_mean"].get<double>()));
   CHECK(run["pictures"].size() == 14);

@@ -60,6 +60,7 @@ inline Json frames_json(const RunRecord& r) {
           {"unknown",
            rows([&, k = std::size_t{0}](const FrameRow& f) mutable { return f.unknown - r.restored[k++]; })},
           {"restored", r.restored},
+          {"weight", rows([](const FrameRow& f) { return rounded(f.weight_mean, kTenthMm); })},
           {"rejected", rows([](const FrameRow& f) { return f.dynamic; })},
           {"tracked_points", rows([](const FrameRow& f) { return f.tracked_points; })},
           {"precision", share([](const auto& truth) { return truth.precision(); })},

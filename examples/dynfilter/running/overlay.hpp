@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
@@ -19,6 +20,10 @@ struct MarkedFeature {
   Vote decision = Vote::Unknown;
   bool restored = false;      ///< dynamic, restored by the floor
   std::uint64_t reasons = 0;  ///< bit k: stage k of `OverlayFrame::stages` voted dynamic
+  float weight = 1;           ///< for an optimiser
+  cv::Point2f edge{};         ///< direction of the edge that it slides along; 0: a corner
+
+  bool slides() const { return edge.dot(edge) > 0; }
 };
 
 struct OverlayFrame {
@@ -31,7 +36,8 @@ struct OverlayFrame {
 };
 
 /// Draws verdicts: static green, unknown grey, dynamic red with a symbol and shade per stage.
-/// A feature with several stages has several symbols.
+/// A feature with several stages has several symbols. A kept one that slides along an edge is a dash along it.
+/// The darker a kept feature, the smaller its weight.
 /// Also draws boxes and masks, and a legend with counts below the picture.
 class Overlay {
  public:
@@ -103,8 +109,9 @@ class Overlay {
     const cv::Point p(cvRound(at.x), cvRound(at.y));
     if (f.decision != Vote::Dynamic) {
       const cv::Scalar colour = f.decision == Vote::Static ? kGreen : f.restored ? kAmber : kGrey;
+      if (f.slides()) return dash(at, f.edge, colour, picture);
       cv::circle(picture, p, 4, {0, 0, 0}, cv::FILLED, cv::LINE_AA);
-      cv::circle(picture, p, 3, colour, cv::FILLED, cv::LINE_AA);
+      cv::circle(picture, p, 3, colour * brightness(f.weight), cv::FILLED, cv::LINE_AA);
       return;
     }
     bool any = false;
@@ -114,6 +121,15 @@ class Overlay {
       any = true;
     }
     if (!any) symbol(0, p, shade(0), picture);
+  }
+
+  static double brightness(float weight) { return 0.35 + 0.65 * std::sqrt(static_cast<double>(weight)); }
+
+  static void dash(cv::Point2f at, cv::Point2f edge, const cv::Scalar& colour, cv::Mat& picture) {
+    constexpr float kHalf_px = 7;
+    const cv::Point a = at - kHalf_px * edge, b = at + kHalf_px * edge;
+    cv::line(picture, a, b, {0, 0, 0}, 4, cv::LINE_AA);
+    cv::line(picture, a, b, colour, 2, cv::LINE_AA);
   }
 
   // Cross, circle, square, diamond and plus differ without colour and are readable when superposed.
@@ -139,13 +155,14 @@ class Overlay {
   }
 
   static std::vector<LegendEntry> legend_of(const OverlayFrame& frame) {
-    std::size_t of_static = 0, of_unknown = 0, of_restored = 0, dynamic = 0;
+    std::size_t of_static = 0, of_unknown = 0, of_restored = 0, dynamic = 0, slides = 0;
     std::vector<std::size_t> of_stage(frame.stages.size(), 0);
     for (const MarkedFeature& f : frame.features) {
       of_static += f.decision == Vote::Static;
       of_restored += f.decision == Vote::Unknown && f.restored;
       of_unknown += f.decision == Vote::Unknown && !f.restored;
       dynamic += f.decision == Vote::Dynamic;
+      slides += f.decision != Vote::Dynamic && f.slides();
       for (std::size_t k = 0; f.decision == Vote::Dynamic && k < of_stage.size(); ++k)
         of_stage[k] += f.reasons >> k & 1U;
     }
@@ -153,7 +170,10 @@ class Overlay {
                                     {{{}, Vote::Unknown, false, 0}, "unknown " + std::to_string(of_unknown)}};
     if (of_restored > 0)
       legend.push_back({{{}, Vote::Unknown, true, 0}, "kept by the floor " + std::to_string(of_restored)});
-    legend.push_back({{{-1, -1}, Vote::Unknown, false, 0}, "dynamic " + std::to_string(dynamic) + ", by"});
+    if (slides > 0)
+      legend.push_back(
+          {{{}, Vote::Unknown, false, 0, 1, {1, 0}}, "of them along an edge " + std::to_string(slides)});
+    legend.push_back({{{-1, -1}, Vote::Unknown, false, 0}, "dynamic " + std::to_string(dynamic) + (dynamic > 0 ? ", by" : "")});
     for (std::size_t k = 0; k < of_stage.size(); ++k) {
       if (of_stage[k] == 0) continue;
       legend.push_back({{{}, Vote::Dynamic, false, std::uint64_t{1} << k},

@@ -34,6 +34,14 @@ struct FrameVerdict {
     return static_cast<std::size_t>(std::count_if(
         features.begin(), features.end(), [&](const MarkedFeature& f) { return f.decision == vote; }));
   }
+  /// Of the kept features; 1 without any.
+  double mean_weight() const {
+    double sum = 0;
+    std::size_t kept = 0;
+    for (const MarkedFeature& f : features)
+      if (f.decision != Vote::Dynamic) sum += static_cast<double>(f.weight), ++kept;
+    return kept > 0 ? sum / static_cast<double>(kept) : 1;
+  }
   std::size_t restored() const {
     return static_cast<std::size_t>(
         std::count_if(features.begin(), features.end(), [](const MarkedFeature& f) { return f.restored; }));
@@ -118,6 +126,9 @@ class PipelineJudge final : public odometry::FeatureJudge {
       if (verdict.decision[i] != Vote::Unknown || verdict.restored[i]) feature.decision = verdict.decision[i];
       feature.restored = feature.restored || verdict.restored[i];
       feature.reasons |= named_reasons(verdict, i);
+      feature.weight = verdict.weight(i);
+      if (i < verdict.spread.size() && verdict.spread[i].along >= MatchSpread::kFar)
+        feature.edge = verdict.spread[i].edge;
       flags_[i] = verdict.keep(i) ? 0 : 1;
       if (verdict.keep(i)) alive_[left++] = alive_[i];
     }

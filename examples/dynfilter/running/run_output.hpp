@@ -31,9 +31,10 @@ class RunOutput {
         verdicts_(folder_.path() / kVerdicts) {
     std::filesystem::create_directory(folder_.path() / "overlay");
     frames_ << "frame,timestamp_s,state,keyframe,relocalised,features,static,dynamic,unknown,restored,"
-               "tracked_points,dynamic_rejected,dynamic_kept,static_rejected,static_kept,dont_care,total_ms,"
+               "weight_mean,tracked_points,dynamic_rejected,dynamic_kept,static_rejected,static_kept,dont_"
+               "care,total_ms,"
                "extraction_ms,correspondence_ms,filters_ms,tracking_ms,cpu_ms,cpu_judge_ms,note\n";
-    verdicts_ << "frame,x_px,y_px,verdict,restored,reasons\n";
+    verdicts_ << "frame,x_px,y_px,verdict,restored,weight,reasons\n";
   }
 
   /// Every how many-th frame gets a picture.
@@ -44,8 +45,9 @@ class RunOutput {
     frames_ << csv_line(row);
     frame_verdicts_.clear();
     for (const MarkedFeature& f : judge.record().features) {
-      fmt::format_to(std::back_inserter(frame_verdicts_), "{},{:.2f},{:.2f},{},{},{}\n", row.index, f.pixel.x,
-                     f.pixel.y, to_string(f.decision), f.restored ? 1 : 0, judge.reason(f));
+      fmt::format_to(std::back_inserter(frame_verdicts_), "{},{:.2f},{:.2f},{},{},{:.3g},{}\n", row.index,
+                     f.pixel.x, f.pixel.y, to_string(f.decision), f.restored ? 1 : 0, f.weight,
+                     judge.reason(f));
     }
     verdicts_ << frame_verdicts_;
     check_written();
@@ -82,12 +84,14 @@ class RunOutput {
 
   static std::string csv_line(const FrameRow& r) {
     return fmt::format(
-        "{},{:.6f},{},{:d},{:d},{},{},{},{},{},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},"
+        "{},{:.6f},{},{:d},{:d},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:"
+        ".3f},"
         "{:.3f},\"{}\"\n",
         r.index, r.timestamp_s, r.state, r.keyframe, r.relocalised, r.features, r.of_static, r.dynamic,
-        r.unknown, r.restored, r.tracked_points, r.truth.dynamic_rejected, r.truth.dynamic_kept,
-        r.truth.static_rejected, r.truth.static_kept_count, r.truth.dont_care, r.total_ms(), r.extraction_ms,
-        r.correspondence_ms, r.filters_ms, r.tracking_ms, r.cpu_ms, r.cpu_judge_ms, r.note);
+        r.unknown, r.restored, r.weight_mean, r.tracked_points, r.truth.dynamic_rejected,
+        r.truth.dynamic_kept, r.truth.static_rejected, r.truth.static_kept_count, r.truth.dont_care,
+        r.total_ms(), r.extraction_ms, r.correspondence_ms, r.filters_ms, r.tracking_ms, r.cpu_ms,
+        r.cpu_judge_ms, r.note);
   }
 
   ResultsFolder& folder_;

@@ -30,6 +30,7 @@ struct FrameRow {
   std::string state;
   bool keyframe = false, relocalised = false;
   std::size_t features = 0, of_static = 0, dynamic = 0, unknown = 0, restored = 0, tracked_points = 0;
+  double weight_mean = 1;  ///< of the kept features, for an optimiser
   eval::Classification truth;
   double extraction_ms = 0, correspondence_ms = 0, filters_ms = 0, tracking_ms = 0;
   double cpu_ms = 0, cpu_judge_ms = 0;  ///< of all threads; of correspondence and filters

@@ -287,6 +287,7 @@ class SequenceRun {
     row.features = verdict.features.size();
     row.of_static = verdict.count(Vote::Static), row.dynamic = verdict.count(Vote::Dynamic);
     row.unknown = verdict.count(Vote::Unknown), row.restored = verdict.restored();
+    row.weight_mean = verdict.mean_weight();
     row.tracked_points = static_cast<std::size_t>(result.tracked_points);
     row.extraction_ms = result.ms.extraction;
     row.correspondence_ms = verdict.correspondence_ms;

@@ -40,6 +40,8 @@ struct MatchSpread {
   float across = 1;        ///< variance across the edge
   float depth_per_px = 0;  ///< slope of the surface along the edge [m/px], 0 where it is not known
 
+  static constexpr float kFar = 100;  ///< variance along the edge that is worth a note: ten deviations
+
   bool slides() const { return along > across; }
   bool valid() const { return across >= 1 && along >= across && std::isfinite(along + depth_per_px); }
   /// What a scalar weight may promise: the information in the worst direction.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/cpu.hpp>
+#include <dynfilter/core/simd.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -29,6 +33,65 @@ void in_ranges(int count, int threads, const Work& work) {
   if (threads <= 1) return work(0, count);
   const auto part = [&](const cv::Range& range) { work(range.start, range.end); };
   cv::parallel_for_({0, count}, RangeBody(part), threads);
+}
+
+/// Sums 1 4 6 4 1 over the pixels around every second one of a row, plus 8 for rounding. Reads two pixels on
+/// either side of it.
+template <int kLanes>
+DYNFILTER_AS_CALLER inline void binomial_across(const std::uint8_t* from, int count, std::uint16_t* to) {
+  using Pairs = Integers<std::uint16_t, 2 * kLanes>;  // of pixels, the even one first
+  constexpr bool kLittleEndian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
+  static constexpr std::uint16_t kRound[16] = {8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8};
+  const Pairs round = Pairs::load(kRound);
+  int x = 0;
+  for (; kLittleEndian && x + 2 * kLanes <= count; x += 2 * kLanes) {
+    Pairs left, middle, right;
+    load_lane(from + 2 * x - 2, left.v), load_lane(from + 2 * x, middle.v),
+        load_lane(from + 2 * x + 2, right.v);
+    const Pairs even = (middle << 8) >> 8;
+    (round + ((left << 8) >> 8) + ((right << 8) >> 8) + (((left >> 8) + (middle >> 8) + even) << 2) +
+     (even << 1))
+        .store(to + x);
+  }
+  for (; x < count; ++x) {
+    const std::uint8_t* p = from + 2 * x;
+    to[x] = static_cast<std::uint16_t>(8 + p[-2] + p[2] + 4 * (p[-1] + p[1]) + 6 * p[0]);
+  }
+}
+
+/// The same over five rows of sums.
+template <int kLanes>
+DYNFILTER_AS_CALLER inline void binomial_down(const std::uint16_t* const (&rows)[5], int count,
+                                              std::uint8_t* to) {
+  using Sums = Integers<std::uint16_t, 2 * kLanes>;
+  int x = 0;
+  for (; x + 2 * kLanes <= count; x += 2 * kLanes) {
+    const auto r = [&](int k) DYNFILTER_AS_CALLER { return Sums::load(rows[k] + x); };
+    const Sums sum = r(0) + r(4) + ((r(1) + r(3) + r(2)) << 2) + (r(2) << 1);
+    store_lane(to + x, __builtin_convertvector(sum.v >> 8, Vector<std::uint8_t, 2 * kLanes>));
+  }
+  for (; x < count; ++x)
+    to[x] = static_cast<std::uint8_t>(
+        (rows[0][x] + rows[4][x] + 4 * (rows[1][x] + rows[3][x]) + 6 * rows[2][x]) >> 8);
+}
+
+/// cv::pyrDown, bit for bit, in a quarter of its instructions. `from` has a border of two pixels at least.
+inline void halve(const cv::Mat& from, std::vector<std::uint16_t>& scratch, cv::Mat& to) {
+  const auto width = static_cast<std::size_t>(to.cols);
+  scratch.resize(5 * width);
+  call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
+    const auto sums = [&](int row) {
+      return scratch.data() + static_cast<std::size_t>((row + 5) % 5) * width;
+    };
+    for (int y = 0, next = -2; y < to.rows; ++y) {
+      for (; next <= 2 * y + 2; ++next)
+        binomial_across<lanes()>(from.data + next * static_cast<std::ptrdiff_t>(from.step), to.cols,
+                                 sums(next));
+      const std::uint16_t* const rows[5] = {sums(2 * y - 2), sums(2 * y - 1), sums(2 * y), sums(2 * y + 1),
+                                            sums(2 * y + 2)};
+      binomial_down<lanes()>(rows, to.cols, to.ptr(y));
+    }
+  });
 }
 
 }  // namespace dynfilter::detail
@@ -72,7 +135,12 @@ class ImagePyramid {
   void swap(ImagePyramid& other) noexcept;
 
  private:
-  std::vector<cv::Mat> levels_;
+  /// Isolated: the border of a region must not contain pixels of the larger image.
+  static constexpr int kBorder = cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED;
+  void build_levels(const cv::Mat& grey, int levels);
+
+  std::vector<cv::Mat> levels_, bordered_;  ///< inner parts, and whole ones
+  std::vector<std::uint16_t> scratch_;
   cv::Size size_;
   int window_px_ = 0;
 };
@@ -93,13 +161,32 @@ inline void ImagePyramid::build(const cv::Mat& grey, int window_px, int levels, 
   }
   window_px_ = window_px;
   size_ = grey.size();
-  // Isolated: the border of a region must not contain pixels of the larger image.
-  cv::buildOpticalFlowPyramid(grey, levels_, {window_px, window_px}, levels, derivatives,
-                              cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED, cv::BORDER_CONSTANT, false);
+  if (!derivatives) return build_levels(grey, levels);
+  cv::buildOpticalFlowPyramid(grey, levels_, {window_px, window_px}, levels, true, kBorder,
+                              cv::BORDER_CONSTANT, false);
+}
+
+/// The same without derivatives.
+inline void ImagePyramid::build_levels(const cv::Mat& grey, int levels) {
+  cv::Size size = grey.size();
+  levels_.clear();
+  for (std::size_t k = 0; k <= static_cast<std::size_t>(levels); ++k) {
+    if (k > 0 && (size.width <= window_px_ || size.height <= window_px_)) return;
+    if (k == bordered_.size()) bordered_.emplace_back();
+    bordered_[k].create(size.height + 2 * window_px_, size.width + 2 * window_px_, CV_8UC1);
+    cv::Mat inner = bordered_[k](cv::Rect({window_px_, window_px_}, size));
+    if (k > 0) detail::halve(levels_[k - 1], scratch_, inner);
+    cv::copyMakeBorder(k > 0 ? inner : grey, bordered_[k], window_px_, window_px_, window_px_, window_px_,
+                       kBorder);
+    levels_.push_back(inner);
+    size = {(size.width + 1) / 2, (size.height + 1) / 2};
+  }
 }
 
 inline void ImagePyramid::swap(ImagePyramid& other) noexcept {
   std::swap(levels_, other.levels_);
+  std::swap(bordered_, other.bordered_);
+  std::swap(scratch_, other.scratch_);
   std::swap(size_, other.size_);
   std::swap(window_px_, other.window_px_);
 }

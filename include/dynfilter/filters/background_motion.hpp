@@ -169,7 +169,6 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
 
   void note_motion(Votes& votes) const;
   void note_slides(const Match& match, Votes& votes) const;
-  static constexpr float kSlides = 100;  ///< variance along the edge that is worth a note: ten deviations
   /// The same from which on a match says nothing of the background's motion, if enough others do.
   static constexpr float kSaysNothing = 1000;
   static constexpr std::size_t kEnoughFirm = 100;
@@ -279,6 +278,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   RigidMotion motion_;
   std::vector<Pose> camera_poses_;
   std::vector<RowTwist> twists_;                   ///< of the last steps, newest first
+  std::vector<RowTwist> twist_over_;               ///< their sums, over one step and more
   std::vector<double> stamps_s_, match_noise_px_;  ///< newest first
   std::vector<std::int64_t> frame_ids_;            ///< newest first
   std::size_t unbroken_ = 0;                       ///< steps in camera_poses_, each from the frame before

@@ -63,8 +63,13 @@ class NeighbourNoise {
   /// The nearest neighbour on the same surface; null: none.
   const Miss* nearest(const Miss& miss, float reach_px) const;
   /// By place, so that the order of the points does not matter.
-  static bool before(const Miss& a, const Miss& b);
-  void compare(const Miss& a, const Miss& b);
+  static bool before(const Miss& a, const Miss& b) {
+    return a.place_px.y != b.place_px.y ? a.place_px.y < b.place_px.y : a.place_px.x < b.place_px.x;
+  }
+  void compare(const Miss& a, const Miss& b) {
+    const cv::Point2f d = a.miss_px - b.miss_px;
+    differences_.push_back(d.dot(d) / (a.predicted_px * a.predicted_px + b.predicted_px * b.predicted_px));
+  }
 
   PointGrid grid_;
   std::vector<Miss> by_place_;  ///< by cell, so that near ones are read together
@@ -114,15 +119,6 @@ inline const Miss* NeighbourNoise::nearest(const Miss& miss, float reach_px) con
     return reach();
   });
   return best;
-}
-
-inline bool NeighbourNoise::before(const Miss& a, const Miss& b) {
-  return a.place_px.y != b.place_px.y ? a.place_px.y < b.place_px.y : a.place_px.x < b.place_px.x;
-}
-
-inline void NeighbourNoise::compare(const Miss& a, const Miss& b) {
-  const cv::Point2f d = a.miss_px - b.miss_px;
-  differences_.push_back(d.dot(d) / (a.predicted_px * a.predicted_px + b.predicted_px * b.predicted_px));
 }
 
 }  // namespace dynfilter

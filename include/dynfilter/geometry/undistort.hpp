@@ -2,8 +2,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/span.hpp>
+#include <dynfilter/geometry/depth_noise.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 
@@ -53,8 +56,71 @@ inline cv::Point2f project(const Camera& camera, const cv::Point3f& point_m) {
           static_cast<float>(point_m.y * inv_z * camera.fy_px + camera.cy_px)};
 }
 
-}  // namespace dynfilter
+namespace detail {
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/geometry/detail/undistort-inl.hpp>
-#endif
+inline Distorted distort_normalised(const std::array<double, 5>& k, double x, double y) {
+  const double k1 = k[0], k2 = k[1], p1 = k[2], p2 = k[3], k3 = k[4];
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  const double slope = 2 * (k1 + r2 * (2 * k2 + r2 * 3 * k3));  // d radial / d r2, times 2
+  return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+          y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
+          radial + slope * x * x + 2 * p1 * y + 6 * p2 * x, slope * x * y + 2 * p1 * x + 2 * p2 * y,
+          radial + slope * y * y + 6 * p1 * y + 2 * p2 * x};
+}
+
+inline cv::Point2d undistort_normalised(const std::array<double, 5>& k, double xd, double yd) {
+  constexpr int kSteps = 4;
+  double x = xd, y = yd;
+  for (int i = 0; i < kSteps; ++i) {
+    const Distorted d = distort_normalised(k, x, y);
+    const double det = d.dx_dx * d.dy_dy - d.dx_dy * d.dx_dy;
+    const double ex = xd - d.x, ey = yd - d.y;
+    x += (d.dy_dy * ex - d.dx_dy * ey) / det;
+    y += (d.dx_dx * ey - d.dx_dy * ex) / det;
+  }
+  const Distorted d = distort_normalised(k, x, y);
+  const bool converged = std::abs(d.x - xd) + std::abs(d.y - yd) < 1e-6;  // about 1/2000 px
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  return converged ? cv::Point2d(x, y) : cv::Point2d(nan, nan);
+}
+
+}  // namespace detail
+inline cv::Point2f undistort_point(const Camera& camera, cv::Point2f distorted_px) {
+  if (!camera.distorted()) return distorted_px;
+  const cv::Point2d n =
+      detail::undistort_normalised(camera.distortion, (distorted_px.x - camera.cx_px) / camera.fx_px,
+                                   (distorted_px.y - camera.cy_px) / camera.fy_px);
+  return {static_cast<float>(n.x * camera.fx_px + camera.cx_px),
+          static_cast<float>(n.y * camera.fy_px + camera.cy_px)};
+}
+
+inline cv::Point2f distort_point(const Camera& camera, cv::Point2f ideal_px) {
+  if (!camera.distorted()) return ideal_px;
+  const detail::Distorted d =
+      detail::distort_normalised(camera.distortion, (ideal_px.x - camera.cx_px) / camera.fx_px,
+                                 (ideal_px.y - camera.cy_px) / camera.fy_px);
+  return {static_cast<float>(d.x * camera.fx_px + camera.cx_px),
+          static_cast<float>(d.y * camera.fy_px + camera.cy_px)};
+}
+
+inline void undistort_points(const Camera& camera, Span<const cv::Point2f> in, Span<cv::Point2f> out) {
+  for (std::size_t i = 0; i < in.size(); ++i) out[i] = undistort_point(camera, in[i]);
+}
+
+inline cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px, float depth_m) {
+  if (!valid_depth(depth_m)) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    return {nan, nan, nan};
+  }
+  const double z = depth_m;
+  return {static_cast<float>((undistorted_px.x - camera.cx_px) / camera.fx_px * z),
+          static_cast<float>((undistorted_px.y - camera.cy_px) / camera.fy_px * z), depth_m};
+}
+
+inline void back_project(const Camera& camera, Span<const cv::Point2f> undistorted_px,
+                         Span<const float> depth_m, Span<cv::Point3f> out) {
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = back_project(camera, undistorted_px[i], depth_m[i]);
+}
+
+}  // namespace dynfilter

@@ -10,7 +10,7 @@
 namespace dynfilter {
 
 /// A colour copy of a grey or colour image with a ring per feature. Green is kept, red rejected, yellow
-/// rejected but restored by the floor.
+/// rejected but restored by the floor. What slides along an edge is a dash along it.
 cv::Mat draw_verdict(const cv::Mat& image, Span<const cv::KeyPoint> keypoints, const Verdict& verdict);
 
 /// One line for a log: "frame 12: 1003 features, 210 rejected, 0 restored; background_motion 210; notes".

@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
 
 namespace dynfilter {
 
@@ -46,8 +54,67 @@ class MaskedImage {
   cv::Mat mask_, small_, smooth_, alpha_;
 };
 
-}  // namespace dynfilter
+inline MaskedImage::MaskedImage(const MaskedImageParams& params) : params_(params) {
+  for (const double px : {params.radius_px, params.keep_radius_px, params.feather_px})
+    if (!(px >= 0 && px <= MaskedImageParams::kMax_px))
+      throw ConfigError("masked_image", "expected 0 to 500 px, got " + std::to_string(px));
+}
 
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/hosts/detail/masked_image-inl.hpp>
-#endif
+inline const cv::Mat& MaskedImage::mask(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
+                                        const cv::Size& size) {
+  mask_.create(size, CV_8UC1);
+  mask_.setTo(0);
+  const std::size_t n = std::min(keypoints.size(), verdict.size());
+  for (std::size_t i = 0; i < n; ++i)
+    if (!verdict.keep(i)) disc(keypoints[i], params_.radius_px, 255);
+  for (std::size_t i = 0; i < n; ++i)
+    if (verdict.keep(i)) disc(keypoints[i], params_.keep_radius_px, 0);
+  return mask_;
+}
+
+inline void MaskedImage::zero_depth(const cv::Mat& depth, const cv::Mat& mask, cv::Mat& out) {
+  depth.copyTo(out);
+  if (out.size() == mask.size()) out.setTo(cv::Scalar::all(0), mask);
+}
+
+inline void MaskedImage::paint(const cv::Mat& image, const cv::Mat& mask, cv::Mat& out) {
+  image.copyTo(out);
+  if (image.empty() || image.depth() != CV_8U || image.size() != mask.size() || cv::countNonZero(mask) == 0)
+    return;
+  smooth(image);
+  feather(mask);
+  const int channels = image.channels();
+  for (int y = 0; y < image.rows; ++y) {
+    const std::uint8_t* a = alpha_.ptr(y);
+    const std::uint8_t* s = smooth_.ptr(y);
+    std::uint8_t* o = out.ptr(y);
+    for (int x = 0; x < image.cols; ++x) {
+      if (a[x] == 0) continue;
+      for (int c = 0; c < channels; ++c) {
+        const int k = x * channels + c;
+        o[k] = static_cast<std::uint8_t>((o[k] * (255 - a[x]) + s[k] * a[x] + 127) / 255);
+      }
+    }
+  }
+}
+
+inline void MaskedImage::disc(const cv::KeyPoint& keypoint, double radius_px, int value) {
+  if (!std::isfinite(keypoint.pt.x) || !std::isfinite(keypoint.pt.y)) return;
+  const double scale = std::pow(1.2, std::clamp(keypoint.octave, 0, 16));
+  cv::circle(mask_, keypoint.pt, cvRound(radius_px * scale), cv::Scalar(value), cv::FILLED);
+}
+
+inline void MaskedImage::smooth(const cv::Mat& image) {
+  cv::resize(image, small_, cv::Size(std::max(1, image.cols / 8), std::max(1, image.rows / 8)), 0, 0,
+             cv::INTER_AREA);
+  cv::GaussianBlur(small_, small_, cv::Size(0, 0), 3);
+  cv::resize(small_, smooth_, image.size(), 0, 0, cv::INTER_LINEAR);
+}
+
+inline void MaskedImage::feather(const cv::Mat& mask) {
+  const int width = 2 * cvRound(params_.feather_px) + 1;
+  cv::dilate(mask, alpha_, cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(width, width)));
+  cv::blur(alpha_, alpha_, cv::Size(width, width));
+}
+
+}  // namespace dynfilter

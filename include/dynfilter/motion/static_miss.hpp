@@ -72,9 +72,13 @@ class StaticMissModel {
 
   StaticMiss result(StaticMiss::Axes axes, const Eigen::Vector2d& r, double chi2, double depth_m) const;
 
-  Eigen::Vector3d bearing(const cv::Point2f& px) const;
+  Eigen::Vector3d bearing(const cv::Point2f& px) const {
+    return {(px.x - camera_.cx_px) / camera_.fx_px, (px.y - camera_.cy_px) / camera_.fy_px, 1};
+  }
   static Eigen::Vector2d pixel(const cv::Point2f& px) { return {px.x, px.y}; }
-  Eigen::Vector2d pixel(const Eigen::Vector3d& q) const;
+  Eigen::Vector2d pixel(const Eigen::Vector3d& q) const {
+    return {camera_.fx_px * q.x() / q.z() + camera_.cx_px, camera_.fy_px * q.y() / q.z() + camera_.cy_px};
+  }
 
   Camera camera_;
   RigidResidualNoise noise_;
@@ -168,14 +172,6 @@ inline StaticMiss StaticMissModel::result(StaticMiss::Axes axes, const Eigen::Ve
   out.chi2 = static_cast<float>(chi2);
   out.px_per_m = static_cast<float>(camera_.fx_px / std::min(kFar_m, depth_m));
   return out;
-}
-
-inline Eigen::Vector3d StaticMissModel::bearing(const cv::Point2f& px) const {
-  return {(px.x - camera_.cx_px) / camera_.fx_px, (px.y - camera_.cy_px) / camera_.fy_px, 1};
-}
-
-inline Eigen::Vector2d StaticMissModel::pixel(const Eigen::Vector3d& q) const {
-  return {camera_.fx_px * q.x() / q.z() + camera_.cx_px, camera_.fy_px * q.y() / q.z() + camera_.cy_px};
 }
 
 }  // namespace dynfilter

@@ -198,8 +198,8 @@ inline void BackgroundMotionFilter::note_motion(Votes& votes) const {
 
 inline void BackgroundMotionFilter::note_slides(const Match& match, Votes& votes) const {
   const std::vector<MatchSpread>& spread = match.correspondences.spread;
-  const auto slide = static_cast<std::size_t>(
-      std::count_if(spread.begin(), spread.end(), [](const MatchSpread& s) { return s.along >= kSlides; }));
+  const auto slide = static_cast<std::size_t>(std::count_if(
+      spread.begin(), spread.end(), [](const MatchSpread& s) { return s.along >= MatchSpread::kFar; }));
   if (slide > 0)
     votes.note(slide, slide == 1 ? " feature slides along an edge" : " features slide along an edge");
 }
@@ -236,6 +236,8 @@ inline Pose BackgroundMotionFilter::usual_step() const {
 inline void BackgroundMotionFilter::measure_misses(const Evidence& evidence, const Match& match) {
   const Camera& camera = *evidence.frame().camera;
   models_.clear();
+  twist_over_ = twists_;
+  for (std::size_t k = 1; k < twists_.size(); ++k) twist_over_[k].a_rad += twist_over_[k - 1].a_rad;
   for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
     models_.emplace_back(camera, between(0, gap), noise(chained_noise_px(gap)));
   step_.assign(evidence.size(), {});
@@ -266,10 +268,8 @@ inline void BackgroundMotionFilter::measure(const Evidence& evidence, std::size_
 }
 
 inline SeenPoint BackgroundMotionFilter::now(const Evidence& evidence, std::size_t i, int gap) const {
-  SeenPoint seen{evidence.undistorted_pixels()[i], evidence.depths_m()[i]};
-  RowTwist over_gap;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(gap) && k < twists_.size(); ++k)
-    over_gap.a_rad += twists_[k].a_rad;
+  const SeenPoint seen{evidence.undistorted_pixels()[i], evidence.depths_m()[i]};
+  const RowTwist& over_gap = twist_over_[static_cast<std::size_t>(gap - 1)];
   if (over_gap.none()) return seen;
   const Camera& c = *evidence.frame().camera;
   const Eigen::Vector3d ray((seen.px.x - c.cx_px) / c.fx_px, (seen.px.y - c.cy_px) / c.fy_px, 1);
@@ -342,6 +342,8 @@ inline double BackgroundMotionFilter::usual(double base, double most, double& ra
 inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   const Camera& camera = *evidence.frame().camera;
   models_.clear();
+  twist_over_ = twists_;
+  for (std::size_t k = 1; k < twists_.size(); ++k) twist_over_[k].a_rad += twist_over_[k - 1].a_rad;
   for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
     models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
   const MovingOdds odds({Params::kSlow_mps, Params::kFast_mps, Params::kMovingShare});

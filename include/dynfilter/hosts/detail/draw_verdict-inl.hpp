@@ -29,7 +29,10 @@ DYNFILTER_INLINE cv::Mat draw_verdict(const cv::Mat& image, Span<const cv::KeyPo
     const cv::Scalar colour = !verdict.keep(i)           ? cv::Scalar(0, 0, 255)
                               : verdict.restored[i] != 0 ? cv::Scalar(0, 220, 255)
                                                          : cv::Scalar(0, 200, 0);
-    cv::circle(out, at, verdict.keep(i) ? 2 : 3, colour, 1, cv::LINE_AA);
+    if (verdict.keep(i) && i < verdict.spread.size() && verdict.spread[i].along >= MatchSpread::kFar)
+      cv::line(out, at - 4 * verdict.spread[i].edge, at + 4 * verdict.spread[i].edge, colour, 1, cv::LINE_AA);
+    else
+      cv::circle(out, at, verdict.keep(i) ? 2 : 3, colour, 1, cv::LINE_AA);
   }
   return out;
 }

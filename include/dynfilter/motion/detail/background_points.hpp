@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/cells.hpp>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
@@ -89,19 +90,20 @@ class BackgroundPoints {
   }
 
   /// Points then (p) and now (u = x/z, v = y/z, z), with what RowTwistFit needs.
+  template <class P>
   struct PointPack {
-    Pack p[3], u, v, z, depth_m2, s, weight;
+    P p[3], u, v, z, depth_m2, s, weight;
   };
-  template <class F>
-  void for_each_pack(const F& visit) const {
+  template <class P, class F>
+  DYNFILTER_AS_CALLER void for_each_pack(const F& visit) const {
     for (std::size_t k = 0; k < stride_; k += Pack::kWidth)
-      visit(PointPack{{pack(kX, k), pack(kY, k), pack(kZ, k)},
-                      pack(kU, k),
-                      pack(kV, k),
-                      pack(kDepth, k),
-                      pack(kVariance, k),
-                      pack(kRow, k),
-                      pack(kStill, k)});
+      visit(PointPack<P>{{pack<P>(kX, k), pack<P>(kY, k), pack<P>(kZ, k)},
+                         pack<P>(kU, k),
+                         pack<P>(kV, k),
+                         pack<P>(kDepth, k),
+                         pack<P>(kVariance, k),
+                         pack<P>(kRow, k),
+                         pack<P>(kStill, k)});
   }
 
  private:
@@ -181,7 +183,10 @@ class BackgroundPoints {
   std::size_t feature(std::size_t k) const { return static_cast<std::size_t>(features_[k]); }
   float* column(int c) { return columns_.data() + static_cast<std::size_t>(c) * stride_; }
   const float* column(int c) const { return columns_.data() + static_cast<std::size_t>(c) * stride_; }
-  Pack pack(int c, std::size_t k) const { return Pack::load(column(c) + k); }
+  template <class P = Pack>
+  DYNFILTER_AS_CALLER P pack(int c, std::size_t k) const {
+    return P::load(column(c) + k);
+  }
 
   const RigidBackgroundScene* scene_ = nullptr;
   CellLists cells_;  ///< of the seeds

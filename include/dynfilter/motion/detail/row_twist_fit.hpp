@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
@@ -62,36 +63,43 @@ struct RowTwistFit {
   /// J^T W J and -J^T W r.
   void linearise(const BackgroundPoints& points, const Camera& camera, double sigma_px, Matrix9& normal,
                  Vector9& step) {
-    Pack sums[9][9], right[9], inside = 0, all = 0;
-    for (int i = 0; i < 9; ++i) std::fill_n(sums[i], 9, right[i] = 0);
+    const auto f = [&](double f_px) { return static_cast<float>(f_px / sigma_px); };
+    call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
+      sum_up<PackOf<lanes()>>(points, f(camera.fx_px), f(camera.fy_px), normal, step);
+    });
+  }
+  template <class P>
+  DYNFILTER_AS_CALLER void sum_up(const BackgroundPoints& points, float fx, float fy, Matrix9& normal,
+                                  Vector9& step) {
+    P sums[9][9], right[9], inside = 0, all = 0;
+    for (int i = 0; i < 9; ++i) {
+      right[i] = 0;
+      for (int j = 0; j <= i; ++j) sums[i][j] = 0;
+    }
     const Eigen::Matrix3f R = T.R().cast<float>();
     const Eigen::Vector3f t = T.t().cast<float>(), a = twist.a_rad.cast<float>();
-    const auto fx = static_cast<float>(camera.fx_px / sigma_px),
-               fy = static_cast<float>(camera.fy_px / sigma_px);
-    points.for_each_pack([&](const BackgroundPoints::PointPack& k) {
-      Pack q[3];
+    points.for_each_pack<P>([&](const BackgroundPoints::PointPack<P>& k) DYNFILTER_AS_CALLER {
+      P q[3];
       for (int r = 0; r < 3; ++r) q[r] = R(r, 0) * k.p[0] + (R(r, 1) * k.p[1] + R(r, 2) * k.p[2]) + t(r);
-      const Pack x = q[0] - k.s * (a(1) * q[2] - a(2) * q[1]), y = q[1] - k.s * (a(2) * q[0] - a(0) * q[2]),
-                 z = q[2] - k.s * (a(0) * q[1] - a(1) * q[0]);
-      const Pack per_z = 1.0F / max(z, 1e-3F), u = x * per_z, v = y * per_z,
-                 wz = kDepthWeight / sqrt(k.depth_m2);
-      const Pack residuals[3] = {fx * (u - k.u), fy * (v - k.v), wz * (z - k.z)};
-      const Pack chi2 =
-          residuals[0] * residuals[0] + residuals[1] * residuals[1] + residuals[2] * residuals[2];
-      const Pack near = 1.0F / (1.0F + chi2 * (1 / kScale2)), w = k.weight * greater(z, 1e-3F) * near * near;
-      inside += k.weight * greater(Pack(kExplained2), chi2), all += k.weight;
-      const Pack g[3][3] = {
-          {fx * per_z, 0, -(fx * per_z * u)}, {0, fy * per_z, -(fy * per_z * v)}, {0, 0, wz}};
+      const P x = q[0] - k.s * (a(1) * q[2] - a(2) * q[1]), y = q[1] - k.s * (a(2) * q[0] - a(0) * q[2]),
+              z = q[2] - k.s * (a(0) * q[1] - a(1) * q[0]);
+      const P per_z = 1.0F / max(z, 1e-3F), u = x * per_z, v = y * per_z,
+              wz = kDepthWeight / sqrt(k.depth_m2);
+      const P residuals[3] = {fx * (u - k.u), fy * (v - k.v), wz * (z - k.z)};
+      const P chi2 = residuals[0] * residuals[0] + residuals[1] * residuals[1] + residuals[2] * residuals[2];
+      const P near = 1.0F / (1.0F + chi2 * (1 / kScale2)), w = k.weight * greater(z, 1e-3F) * near * near;
+      inside += k.weight * greater(P(kExplained2), chi2), all += k.weight;
+      const P g[3][3] = {{fx * per_z, 0, -(fx * per_z * u)}, {0, fy * per_z, -(fy * per_z * v)}, {0, 0, wz}};
       for (int r = 0; r < 3; ++r) {
-        Pack J[9] = {g[r][0],
-                     g[r][1],
-                     g[r][2],
-                     y * g[r][2] - z * g[r][1],
-                     z * g[r][0] - x * g[r][2],
-                     x * g[r][1] - y * g[r][0]};
+        P J[9] = {g[r][0],
+                  g[r][1],
+                  g[r][2],
+                  y * g[r][2] - z * g[r][1],
+                  z * g[r][0] - x * g[r][2],
+                  x * g[r][1] - y * g[r][0]};
         for (int i = 0; i < 3; ++i) J[6 + i] = -(k.s * J[3 + i]);
         for (int i = 0; i < 9; ++i) {
-          const Pack weighted = w * J[i];
+          const P weighted = w * J[i];
           right[i] += weighted * residuals[r];
           for (int j = 0; j <= i; ++j) sums[i][j] += weighted * J[j];
         }
@@ -99,8 +107,8 @@ struct RowTwistFit {
     });
     share = static_cast<double>(inside.sum() / std::max(1.0F, all.sum()));
     for (int i = 0; i < 9; ++i) {
-      step(i) = -right[i].sum();
-      for (int j = 0; j <= i; ++j) normal(i, j) = normal(j, i) = sums[i][j].sum();
+      step(i) = static_cast<double>(-right[i].sum());
+      for (int j = 0; j <= i; ++j) normal(i, j) = normal(j, i) = static_cast<double>(sums[i][j].sum());
     }
   }
 };
