@@ -44,15 +44,27 @@ class MotionProposals {
   RigidMotion follow_most(const RigidBackgroundScene& scene, BackgroundPoints& points) {
     scene_ = &scene;
     points_ = &points;
-    return fit_gradually();
+    const RigidMotion motion = fit_gradually();
+    measure_noise(motion);
+    return motion;
   }
-  /// Proposes motions for the points. `most`: of follow_most().
+  /// Of the points as they are now. `most`: of follow_most().
+  void measure_noise(const RigidMotion& most) {
+    const Pose start = most.ok ? most.T_current_reference : scene_->expected.value_or(Pose());
+    misses_.measure(scene_->camera, start,
+                    {scene_->reference_m, scene_->current_m, scene_->pixels, scene_->depth_noise},
+                    points_->features());
+    rigid_.options().depth_noise = scene_->depth_noise.scaled(depth_factor());
+    points_->set_depth_noise(scene_->depth_noise.scaled(depth_factor()));
+    match_noise_px_ = neighbour_noise_.scale(misses_.misses(), kNeighbourReach_px).value_or(kFirstNoise_px);
+    noise_px_ = std::max(kNarrow_px, scene_->noise_ratio * match_noise_px_);
+  }
+  /// Proposes motions for the points, with the noise as it was measured last.
   void search(const RigidMotion& most) {
     graduated_ = most;
     proposals_.clear();
     image2_px2_.clear();
     depth2_.clear();
-    measure_noise();
     propose_known();
     propose_by_support();
   }
@@ -100,17 +112,6 @@ class MotionProposals {
     return options;
   }
 
-  // ---- the noise of this frame
-  void measure_noise() {
-    const Pose start = graduated_.ok ? graduated_.T_current_reference : scene_->expected.value_or(Pose());
-    misses_.measure(scene_->camera, start,
-                    {scene_->reference_m, scene_->current_m, scene_->pixels, scene_->depth_noise},
-                    points_->features());
-    rigid_.options().depth_noise = scene_->depth_noise.scaled(depth_factor());
-    points_->set_depth_noise(scene_->depth_noise.scaled(depth_factor()));
-    match_noise_px_ = neighbour_noise_.scale(misses_.misses(), kNeighbourReach_px).value_or(kFirstNoise_px);
-    noise_px_ = std::max(kNarrow_px, scene_->noise_ratio * match_noise_px_);
-  }
   RigidMotion fit_gradually() {
     RigidMotion motion;
     Pose start = scene_->expected.value_or(Pose());

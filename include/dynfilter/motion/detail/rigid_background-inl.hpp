@@ -75,7 +75,11 @@ class RigidBackgroundSearch {
     RigidMotion most = search_.follow_most(*scene_, points_);
     const Rows rows = fit_rows(most);
     twist_ = rows.fit.ok ? rows.fit.twist : RowTwist();
-    if (rows.fit.ok) most.T_current_reference = rows.fit.T, straighten();
+    if (rows.fit.ok) {
+      most.T_current_reference = rows.fit.T;
+      straighten();
+      search_.measure_noise(most);
+    }
     search_.search(most);
     if (proposals().empty()) return {};
     select();
@@ -94,7 +98,6 @@ class RigidBackgroundSearch {
     RowTwistFit fit;                         ///< not `ok`: rows as good as at once, or movers fitted
   };
   static constexpr double kLeastTwist_px = 0.1;  ///< from the upper to the lower edge: nothing shows less
-  static constexpr double kTwistNoise_px = 0.7;  ///< of a match, before the frame's noise is measured
   static constexpr double kTwistShare = 0.9;     ///< of the points, while it is not known that rows are times
   static constexpr double kMostPoints = 0.4;     ///< on the background: a mover has no say in the readout
 
@@ -108,8 +111,8 @@ class RigidBackgroundSearch {
     rows.change_radps = change.norm();
     rows.sigma_rad = readout_.sigma_rad(rows.change_radps);
     if (scene_->camera.fy_px * rows.sigma_rad < kLeastTwist_px) return rows;
-    rows.fit =
-        RowTwistFit::of(points_, scene_->camera, most.T_current_reference, rows.sigma_rad, kTwistNoise_px);
+    rows.fit = RowTwistFit::of(points_, scene_->camera, most.T_current_reference, rows.sigma_rad,
+                               search_.noise_px());
     rows.fit.ok = rows.fit.ok && (readout_.rolls() || rows.fit.share >= kTwistShare);
     return rows;
   }

@@ -19,8 +19,9 @@ namespace dynfilter::detail {
 /// Cost: six iterations over the points.
 struct RowTwistFit {
   static constexpr int kIterations = 6;
-  static constexpr float kScale2 = 3;          ///< of the Cauchy weights: residuals in standard deviations
-  static constexpr float kExplained2 = 9;      ///< three standard deviations
+  static constexpr double kWide_px = 0.7;  ///< noise assumed at first, halfway to the measured one each time
+  static constexpr float kScale2 = 3;      ///< of the Cauchy weights: residuals in standard deviations
+  static constexpr float kExplained2 = 9;  ///< three standard deviations
   static constexpr float kDepthWeight = 0.1F;  ///< depth is not taken at the time of a row
   using Matrix9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
   using Vector9 = Eigen::Matrix<double, 9, 1>;
@@ -31,13 +32,14 @@ struct RowTwistFit {
   double share = 0;                                         ///< of the points that both explain
   Eigen::Vector3d variance_rad2 = Eigen::Vector3d::Zero();  ///< of the twist, with the prior
 
-  /// `sigma_px`: noise of a match.
+  /// `noise_px`: of a match.
   static RowTwistFit of(const BackgroundPoints& points, const Camera& camera, const Pose& start,
-                        double twist_sigma_rad, double sigma_px) {
+                        double twist_sigma_rad, double noise_px) {
     RowTwistFit fit;
     fit.T = start;
     Matrix9 normal;
     const double per_prior2 = 1 / (twist_sigma_rad * twist_sigma_rad);
+    double sigma_px = std::max(kWide_px, noise_px);
     for (int k = 0; k < kIterations; ++k) {
       Vector9 step;
       fit.linearise(points, camera, sigma_px, normal, step);
@@ -48,7 +50,8 @@ struct RowTwistFit {
       const Eigen::Matrix3d turn = exp_so3(step.segment<3>(3));
       fit.T = Pose::from(turn * fit.T.R(), turn * fit.T.t() + step.head<3>());
       fit.twist.a_rad += step.tail<3>();
-      if (step.tail<6>().cwiseAbs().maxCoeff() < kGoodEnough_rad) break;
+      if (sigma_px < kGoodEnough * noise_px && step.tail<6>().cwiseAbs().maxCoeff() < kGoodEnough_rad) break;
+      sigma_px = k + 2 < kIterations ? (sigma_px + noise_px) / 2 : noise_px;
     }
     Matrix9 covariance;
     if (!invert_positive_definite(normal.data(), covariance.data(), 9)) return fit;
@@ -58,7 +61,7 @@ struct RowTwistFit {
   }
 
  private:
-  static constexpr double kGoodEnough_rad = 2e-5;  ///< a hundredth of a pixel
+  static constexpr double kGoodEnough = 1.5, kGoodEnough_rad = 2e-5;  ///< a hundredth of a pixel
 
   /// J^T W J and -J^T W r.
   void linearise(const BackgroundPoints& points, const Camera& camera, double sigma_px, Matrix9& normal,
