@@ -92,7 +92,7 @@ void check_operations() {
   detail::compiled_for<kLanes == 8>([&]() DYNFILTER_AS_CALLER {
     const P x = P::load(a), y = P::load(b);
     (x + y).store(r[0]), (x - y).store(r[1]), (x * y).store(r[2]), (x / y).store(r[3]), (-x).store(r[4]);
-    max(x, y).store(r[5]), min(x, y).store(r[6]), greater(x, y).store(r[7]), not_above(x, y).store(r[8]);
+    max(x, y).store(r[5]), min(x, y).store(r[6]), above(x, y).store(r[7]), not_above(x, y).store(r[8]);
     sqrt(x * x).store(r[9]), (1 - x * 2).store(r[10]), where_positive(x, y, x).store(r[11]);
   });
   const auto same = [](float found, float expected) {

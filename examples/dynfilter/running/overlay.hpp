@@ -173,7 +173,8 @@ class Overlay {
     if (slides > 0)
       legend.push_back(
           {{{}, Vote::Unknown, false, 0, 1, {1, 0}}, "of them along an edge " + std::to_string(slides)});
-    legend.push_back({{{-1, -1}, Vote::Unknown, false, 0}, "dynamic " + std::to_string(dynamic) + (dynamic > 0 ? ", by" : "")});
+    legend.push_back({{{-1, -1}, Vote::Unknown, false, 0},
+                      "dynamic " + std::to_string(dynamic) + (dynamic > 0 ? ", by" : "")});
     for (std::size_t k = 0; k < of_stage.size(); ++k) {
       if (of_stage[k] == 0) continue;
       legend.push_back({{{}, Vote::Dynamic, false, std::uint64_t{1} << k},

@@ -170,7 +170,7 @@ struct PackOf {
     return r;
   }
   /// 1 where a > b, else 0.
-  DYNFILTER_AS_CALLER friend PackOf greater(const PackOf& a, const PackOf& b) {
+  DYNFILTER_AS_CALLER friend PackOf above(const PackOf& a, const PackOf& b) {
     PackOf r = 1;
     for (int k = 0; k < kParts; ++k) r.part[k] = a.part[k] > b.part[k] ? r.part[k] : Part{};
     return r;

@@ -28,12 +28,6 @@ Field<P> motion_source(const char* name, MotionSource P::*member) {
                 "estimated poses of the host");
 }
 
-/// The camera's motion since the match's reference, T_current_reference.
-/// nullopt if there is none; the report names the reason or the source.
-/// The host's motion has no inliers and no covariance. `seeds` is a buffer.
-std::optional<RigidMotion> camera_motion(const Evidence& evidence, const Match& match, MotionSource source,
-                                         Votes& votes, std::vector<int>& seeds);
-
 namespace detail {
 
 /// Fits on the seeds, or on all features if the seeds give no motion.
@@ -55,6 +49,9 @@ inline std::optional<RigidMotion> fitted_motion(const Evidence& evidence, const 
 
 }  // namespace detail
 
+/// The camera's motion since the match's reference, T_current_reference.
+/// nullopt if there is none; the report names the reason or the source.
+/// The host's motion has no inliers and no covariance. `seeds` is a buffer.
 inline std::optional<RigidMotion> camera_motion(const Evidence& evidence, const Match& match,
                                                 MotionSource source, Votes& votes, std::vector<int>& seeds) {
   if (source == MotionSource::Seeds) return detail::fitted_motion(evidence, match, votes, seeds);

@@ -11,20 +11,6 @@
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
-namespace detail {
-
-struct Distorted {
-  double x, y;                 ///< distorted normalised coordinates
-  double dx_dx, dx_dy, dy_dy;  ///< Jacobian; it is symmetric: dy_dx = dx_dy
-};
-
-Distorted distort_normalised(const std::array<double, 5>& k, double x, double y);
-
-/// Newton's method with a fixed number of steps.
-/// It converges quadratically: six steps reach 1e-9, OpenCV's fixed-point iteration needs dozens.
-cv::Point2d undistort_normalised(const std::array<double, 5>& k, double xd, double yd);
-
-}  // namespace detail
 
 /// Maps a pixel of the distorted image to a pixel of an ideal camera with the same intrinsics.
 /// NaN for NaN input and where the distortion polynomial has no inverse, far outside the image.
@@ -58,6 +44,11 @@ inline cv::Point2f project(const Camera& camera, const cv::Point3f& point_m) {
 
 namespace detail {
 
+struct Distorted {
+  double x, y;                 ///< distorted normalised coordinates
+  double dx_dx, dx_dy, dy_dy;  ///< Jacobian; it is symmetric: dy_dx = dx_dy
+};
+
 inline Distorted distort_normalised(const std::array<double, 5>& k, double x, double y) {
   const double k1 = k[0], k2 = k[1], p1 = k[2], p2 = k[3], k3 = k[4];
   const double r2 = x * x + y * y;
@@ -69,6 +60,8 @@ inline Distorted distort_normalised(const std::array<double, 5>& k, double x, do
           radial + slope * y * y + 6 * p1 * y + 2 * p2 * x};
 }
 
+/// Newton's method with a fixed number of steps.
+/// It converges quadratically: six steps reach 1e-9, OpenCV's fixed-point iteration needs dozens.
 inline cv::Point2d undistort_normalised(const std::array<double, 5>& k, double xd, double yd) {
   constexpr int kSteps = 4;
   double x = xd, y = yd;

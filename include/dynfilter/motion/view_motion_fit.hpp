@@ -128,13 +128,13 @@ inline double ViewMotionFit::fill(const ViewMotion& motion, double sigma_px,
     Pack ahead;
     if (motion.has_baseline()) {
       const auto t = terms.across(ax, ay, x, y, ahead);
-      const Pack weight = greater(ahead, 0) * given / (t.squared + t.cross * t.cross * inverse2);
+      const Pack weight = above(ahead, 0) * given / (t.squared + t.cross * t.cross * inverse2);
       equations.add<5>(t.cross, weight, t.by);
       total += weight * t.squared;
     } else {
       const auto t = terms.rest(ax, ay, x, y, ahead);
       const Pack squared = t.px[0] * t.px[0] + t.px[1] * t.px[1];
-      const Pack weight = greater(ahead, 0) * given / (1 + squared * inverse2);
+      const Pack weight = above(ahead, 0) * given / (1 + squared * inverse2);
       for (int axis = 0; axis < 2; ++axis) equations.add<3>(t.px[axis], weight, t.by[axis]);
       total += weight;
     }

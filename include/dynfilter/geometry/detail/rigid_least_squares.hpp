@@ -112,10 +112,10 @@ DYNFILTER_AS_CALLER inline void add_points(const RigidPoints& points, RobustLoss
   const P q[3] = {m[0] * px + m[1] * py + m[2] * pz + m[3], m[4] * px + m[5] * py + m[6] * pz + m[7],
                   m[8] * px + m[9] * py + m[10] * pz + m[11]};
   P wx = get(RigidPoints::kWx), wy = get(RigidPoints::kWy);
-  P u = 0, v = 0, valid = greater(wz, 0);  // padding has no weight
+  P u = 0, v = 0, valid = above(wz, 0);  // padding has no weight
   P r[3];
   if (points.image_depth) {
-    valid *= greater(q[2], 1e-3F);  // no residual behind the camera
+    valid *= above(q[2], 1e-3F);  // no residual behind the camera
     const P inv_z = 1.0F / max(q[2], 1e-3F);
     u = q[0] * inv_z, v = q[1] * inv_z;
     wx *= cz, wy *= cz;  // in units of f / sigma

@@ -176,7 +176,7 @@ struct RigidPoints {
     float m[12];
     to_float(T, m);
     Pack n = 0;
-    for (std::size_t i = 0; i < stride; i += kPack) n += greater(limit, chi2(m, i));
+    for (std::size_t i = 0; i < stride; i += kPack) n += above(limit, chi2(m, i));
     // Residuals of the padding are 0, or NaN if T overflows.
     const auto padding = static_cast<int>(stride - count);
     return std::max(0, static_cast<int>(n.sum()) - (limit > 0 ? padding : 0));

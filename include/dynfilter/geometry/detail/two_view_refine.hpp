@@ -112,7 +112,7 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
     const Pack taper = max(1.0F - e * e * inv_den * inv_cut, 0);
     Pack w = taper * taper * inv_den;
     if (selection.errors || i + Pack::kWidth > points.count()) w *= selected(points, selection, i);
-    used += static_cast<int>(greater(w, 0).sum());
+    used += static_cast<int>(above(w, 0).sum());
     const Pack wu = w * u, wv = w * v, we = w * e, ue = we * u, ve = we * v;
     const Pack left[6] = {wu * u, wu * v, wv * v, wu, wv, w}, right[5] = {x * x, x * y, y * y, x, y};
     for (int k = 0; k < 6; ++k) {
@@ -226,7 +226,7 @@ inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix
     Pack wi = taper * taper * inv;
     if (selection.errors || i + Pack::kWidth > points.count()) wi *= selected(points, selection, i);
     const Pack w = wi * inv;
-    used += static_cast<int>(greater(w, 0).sum());
+    used += static_cast<int>(above(w, 0).sum());
     const Pack left[4] = {w, w * X, w * Y, w * (X * X + Y * Y)}, right[5] = {x * x, x * y, y * y, x, y};
     for (int k = 0; k < 4; ++k) {
       for (int m = 0; m < 5; ++m) A[k][m] += left[k] * right[m];

@@ -263,7 +263,7 @@ class MotionProposals {
   Pack explained(std::size_t h, float per_s2, std::size_t k) const {
     const std::size_t at = h * points_->stride() + k;
     const Pack chi2 = Pack::load(image2_px2_.data() + at) * per_s2 + Pack::load(depth2_.data() + at);
-    return Pack::load(in_rest_.data() + k) * greater(static_cast<float>(rigid_.options().inlier_chi2), chi2);
+    return Pack::load(in_rest_.data() + k) * above(static_cast<float>(rigid_.options().inlier_chi2), chi2);
   }
   std::size_t explained_by(std::size_t h, double sigma_px) const {
     const auto per_s2 = static_cast<float>(1 / (sigma_px * sigma_px));

@@ -32,14 +32,15 @@ struct RowTwistFit {
   double share = 0;                                         ///< of the points that both explain
   Eigen::Vector3d variance_rad2 = Eigen::Vector3d::Zero();  ///< of the twist, with the prior
 
-  /// `noise_px`: of a match.
+  /// `noise_px`: of a match. A blurred frame's own noise would explain too much.
   static RowTwistFit of(const BackgroundPoints& points, const Camera& camera, const Pose& start,
                         double twist_sigma_rad, double noise_px) {
     RowTwistFit fit;
     fit.T = start;
     Matrix9 normal;
     const double per_prior2 = 1 / (twist_sigma_rad * twist_sigma_rad);
-    double sigma_px = std::max(kWide_px, noise_px);
+    noise_px = std::min(kWide_px, noise_px);
+    double sigma_px = kWide_px;
     for (int k = 0; k < kIterations; ++k) {
       Vector9 step;
       fit.linearise(points, camera, sigma_px, normal, step);
@@ -90,8 +91,8 @@ struct RowTwistFit {
               wz = kDepthWeight / sqrt(k.depth_m2);
       const P residuals[3] = {fx * (u - k.u), fy * (v - k.v), wz * (z - k.z)};
       const P chi2 = residuals[0] * residuals[0] + residuals[1] * residuals[1] + residuals[2] * residuals[2];
-      const P near = 1.0F / (1.0F + chi2 * (1 / kScale2)), w = k.weight * greater(z, 1e-3F) * near * near;
-      inside += k.weight * greater(P(kExplained2), chi2), all += k.weight;
+      const P near = 1.0F / (1.0F + chi2 * (1 / kScale2)), w = k.weight * above(z, 1e-3F) * near * near;
+      inside += k.weight * above(P(kExplained2), chi2), all += k.weight;
       const P g[3][3] = {{fx * per_z, 0, -(fx * per_z * u)}, {0, fy * per_z, -(fy * per_z * v)}, {0, 0, wz}};
       for (int r = 0; r < 3; ++r) {
         P J[9] = {g[r][0],
