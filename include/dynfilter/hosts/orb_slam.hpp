@@ -129,8 +129,9 @@ class OrbSlam {
   /// Of the last call; in the order of judged_keypoints(), which is the host's order before it was thinned.
   const Verdict& verdict() const { return verdict_; }
   const std::vector<cv::KeyPoint>& judged_keypoints() const { return keypoints_; }
-  /// Per feature of the frame as it is now: what the host's optimisers multiply mvInvLevelSigma2 with
-  /// (Verdict::weight, of before_tracking or after_extraction). Empty while the filter is off.
+  /// Verdict::weight per feature of the frame as it is now, of before_tracking or after_extraction. The
+  /// host's optimiser multiplies mvInvLevelSigma2 with it and divides by it in its test of outliers. Empty
+  /// while the filter is off.
   const std::vector<float>& weights() const { return weights_; }
   std::string summary() const { return summary_line(verdict_.report); }
   /// See draw_verdict(): red is rejected.
