@@ -44,9 +44,9 @@ TEST_CASE("run writes the page with its results, compare with all runs") {
   }
   // Mean weights are those of the kept features in verdicts.csv.
   std::vector<double> weights(14), kept(14);
-  std::istringstream rows(read_text(out / "rts_slam/verdicts.csv"));
+  std::istringstream verdicts_csv(read_text(out / "rts_slam/verdicts.csv"));
   std::string row, cell;
-  for (std::getline(rows, row); std::getline(rows, row);) {
+  for (std::getline(verdicts_csv, row); std::getline(verdicts_csv, row);) {
     std::vector<std::string> cells;
     for (std::istringstream line(row); std::getline(line, cell, ',');) cells.push_back(cell);
     const double weight = std::stod(cells.at(5));
