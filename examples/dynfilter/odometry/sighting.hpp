@@ -9,9 +9,6 @@
 
 namespace dynfilter::odometry {
 
-/// An edge's direction is not exact: what slides far misses across it, too.
-constexpr double kEdgeTurn_rad = 0.02;
-
 /// The measurement of a feature. Coarser octaves have more noise.
 inline Sighting sighting(const OdometryOptions& options, const Pinhole& camera, const FrameFeatures& features,
                          std::size_t i) {
@@ -22,12 +19,10 @@ inline Sighting sighting(const OdometryOptions& options, const Pinhole& camera, 
   s.measured_px = {keypoint.pt.x, keypoint.pt.y, has_depth ? camera.baseline_fx_px_m / depth_m : 0.0};
   s.pixel_weight = std::pow(options.extractor.scale_factor, -keypoint.octave);
   const MatchSpread& spread = features.spread[i];
-  if (spread.slides()) {
+  if (spread.slides())
     s.slide_px = std::sqrt(static_cast<double>(spread.along - spread.across)) / s.pixel_weight *
                  Eigen::Vector3d(spread.edge.x, spread.edge.y,
                                  has_depth ? -s.measured_px.z() / depth_m * spread.depth_per_px : 0.0);
-    s.pixel_weight /= std::sqrt(1 + kEdgeTurn_rad * kEdgeTurn_rad * static_cast<double>(spread.along));
-  }
   if (!has_depth) return s;
   // A projected pattern is measured at full size, a patch of the right image in the feature's octave.
   s.disparity_weight = options.sensor == Sensor::Stereo ? s.pixel_weight / options.stereo.disparity_sigma_px
