@@ -8,6 +8,7 @@
 
 #include "doctest/doctest.h"
 #include "geometry/rigid_scene.hpp"
+#include "motion/scene_of.hpp"
 
 namespace background_score_test {
 
@@ -47,16 +48,7 @@ struct Cells {
           seeds.push_back(static_cast<int>(seeds.size()));
         }
   }
-  RigidBackgroundScene scene() const {
-    RigidBackgroundScene scene;
-    scene.camera = geometry_test::camera();
-    scene.reference_m = reference_m;
-    scene.current_m = current_m;
-    scene.pixels = pixels;
-    scene.static_belief = belief;
-    scene.seeds = seeds;
-    return scene;
-  }
+  RigidBackgroundScene scene() const { return motion_test::scene_of(*this); }
 
   std::vector<cv::Point3f> reference_m, current_m;
   std::vector<cv::Point2f> pixels;

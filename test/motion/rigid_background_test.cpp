@@ -8,6 +8,7 @@
 
 #include "doctest/doctest.h"
 #include "geometry/rigid_scene.hpp"
+#include "motion/scene_of.hpp"
 
 namespace rigid_background_test {
 
@@ -39,16 +40,7 @@ struct Parts {
       seeds.push_back(static_cast<int>(seeds.size()));
     }
   }
-  RigidBackgroundScene scene() const {
-    RigidBackgroundScene scene;
-    scene.camera = geometry_test::camera();
-    scene.reference_m = reference_m;
-    scene.current_m = current_m;
-    scene.pixels = pixels;
-    scene.static_belief = belief;
-    scene.seeds = seeds;
-    return scene;
-  }
+  RigidBackgroundScene scene() const { return motion_test::scene_of(*this); }
   Parts permuted() const {
     Parts out;
     std::vector<int> order(seeds.size());

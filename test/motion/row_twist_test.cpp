@@ -6,6 +6,7 @@
 
 #include "doctest/doctest.h"
 #include "geometry/rigid_scene.hpp"
+#include "motion/scene_of.hpp"
 
 namespace row_twist_test {
 
@@ -39,16 +40,7 @@ struct RolledRoom {
       seeds.push_back(i);
     }
   }
-  RigidBackgroundScene scene() const {
-    RigidBackgroundScene scene;
-    scene.camera = geometry_test::camera();
-    scene.reference_m = reference_m;
-    scene.current_m = current_m;
-    scene.pixels = pixels;
-    scene.static_belief = belief;
-    scene.seeds = seeds;
-    return scene;
-  }
+  RigidBackgroundScene scene() const { return motion_test::scene_of(*this); }
 };
 
 }  // namespace
@@ -83,7 +75,7 @@ TEST_CASE("row twist: none is found where all rows are read at once") {
   CHECK(estimator.row_twist().a_rad.norm() < 1e-5);
 }
 
-// The upper third moves sideways as one. A twist about the optical axis' normal would explain it, too.
+// The upper third moves sideways as one. A twist about the vertical axis would explain a part of that, too.
 TEST_CASE("row twist: what moves in a part of the image is no twist, while no readout is known") {
   RolledRoom room(Pose::from(exp_so3({0.01, -0.004, 0.002}), {0.01, 0, 0.005}), {0, 0, 0});
   const Camera c = geometry_test::camera();

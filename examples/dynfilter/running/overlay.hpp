@@ -37,7 +37,7 @@ struct OverlayFrame {
 
 /// Draws verdicts: static green, unknown grey, dynamic red with a symbol and shade per stage.
 /// A feature with several stages has several symbols. What slides along an edge is a dash along it, if kept.
-/// The darker a kept feature, the smaller its weight.
+/// The darker a dot, the smaller its weight.
 /// Also draws boxes and masks, and a legend with counts below the picture.
 class Overlay {
  public:

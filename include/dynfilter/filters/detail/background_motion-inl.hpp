@@ -342,8 +342,6 @@ inline double BackgroundMotionFilter::usual(double base, double most, double& ra
 inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   const Camera& camera = *evidence.frame().camera;
   models_.clear();
-  twist_over_ = twists_;
-  for (std::size_t k = 1; k < twists_.size(); ++k) twist_over_[k].a_rad += twist_over_[k - 1].a_rad;
   for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
     models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
   const MovingOdds odds({Params::kSlow_mps, Params::kFast_mps, Params::kMovingShare});

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <dynfilter/motion/rigid_background_scene.hpp>
+
+#include "geometry/rigid_scene.hpp"
+
+namespace motion_test {
+
+using dynfilter::RigidBackgroundScene;
+
+/// The scene of a test's columns: reference_m, current_m, pixels, belief and seeds, which must outlive it.
+template <class Columns>
+RigidBackgroundScene scene_of(const Columns& columns) {
+  RigidBackgroundScene scene;
+  scene.camera = geometry_test::camera();
+  scene.reference_m = columns.reference_m;
+  scene.current_m = columns.current_m;
+  scene.pixels = columns.pixels;
+  scene.static_belief = columns.belief;
+  scene.seeds = columns.seeds;
+  return scene;
+}
+
+}  // namespace motion_test
