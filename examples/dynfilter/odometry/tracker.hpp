@@ -52,23 +52,22 @@ class Tracker {
   void forget_motion() { velocity_.reset(); }
 
   /// Estimates a first pose from the points of the last frame, including those without a map point.
+  /// If most matches contradict the pose, the true ones may lie outside of the search window. So wider ones
+  /// are tried, too, and the pose with the most inliers is taken.
   bool track_last_frame(const Map& map, const Eigen::Isometry3d& predicted, FrameFeatures& features,
                         Eigen::Isometry3d& pose) {
     collect_last_points(map);
-    const MatchOptions& m = options_.match;
-    const struct {
-      const Eigen::Isometry3d& from;
-      double radius_px;
-    } attempts[] = {{predicted, m.motion_radius_px},
-                    {predicted, 2 * m.motion_radius_px},
-                    {last_pose_, 4 * m.motion_radius_px}};
-    for (const auto& attempt : attempts) {
-      matcher_.match(search_, attempt.from, features, grid_,
-                     {attempt.radius_px, 1, m.max_distance, m.max_ratio}, found_);
-      pose = attempt.from;
-      if (refine_found(features, pose) >= options_.min_inliers) return true;
+    const double radius_px = options_.match.motion_radius_px;
+    const Attempt attempts[] = {{predicted, radius_px}, {predicted, 2 * radius_px}, {last_pose_, 4 * radius_px}};
+    const Attempt* best = nullptr;
+    int most = options_.min_inliers - 1;
+    for (const Attempt& attempt : attempts) {
+      const int inliers = track_from(attempt, features, pose);
+      if (inliers >= options_.min_inliers && 2 * inliers > static_cast<int>(pose_points_.size())) return true;
+      if (inliers > most) best = &attempt, most = inliers;
     }
-    return false;
+    if (best != nullptr) track_from(*best, features, pose);
+    return best != nullptr;
   }
 
   /// Refines the pose with the points of covisible keyframes. Returns the number of inliers.
@@ -158,6 +157,19 @@ class Tracker {
 
  private:
   static constexpr int kMinRecovered = 12;
+
+  struct Attempt {
+    Eigen::Isometry3d from;
+    double radius_px;
+  };
+  /// Returns the number of inliers.
+  int track_from(const Attempt& attempt, FrameFeatures& features, Eigen::Isometry3d& pose) {
+    const MatchOptions& m = options_.match;
+    matcher_.match(search_, attempt.from, features, grid_, {attempt.radius_px, 1, m.max_distance, m.max_ratio},
+                   found_);
+    pose = attempt.from;
+    return refine_found(features, pose);
+  }
 
   void collect_last_points(const Map& map) {
     search_.clear();
