@@ -35,6 +35,7 @@ struct BackgroundMotionParams {
   static constexpr double kFast_mps = 1.0;   ///< Speed of fast movers, standard deviation.
   /// Share of features that move, before anything was measured.
   static constexpr double kMovingShare = 0.05;
+  static constexpr double kMovingSuspects = 0.35;  ///< the same of features that a detector suspects
   static constexpr double kMemory_s = 0.036;  ///< Time constant of a track's belief.
   /// Time constant of having moved: a mover that stops is not yet background.
   static constexpr double kMobility_s = 2;
@@ -42,8 +43,6 @@ struct BackgroundMotionParams {
   double neighbour_px = 25;
   /// Largest difference in depth within a neighbourhood.
   double neighbour_m = 0.12;
-  /// Log-odds of motion that a prior suspect has in addition. Not a key: code sets it.
-  double prior_suspicion = 0.1;
 
   static const FieldTable<BackgroundMotionParams>& fields();
 };
@@ -120,7 +119,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr float kNoiseReach_px = 30;
   // Features without evidence: how far their neighbourhood reaches, and the belief they must exceed [nats].
   // Without a depth they may lie on another surface than their neighbours.
-  static constexpr float kUnseenReach = 2.5F, kUnseenLimit = 0;
+  static constexpr float kUnseenReach = 2.5F, kUnseenLimit = 0, kSuspectLimit = -0.1F;
   static constexpr float kBlindReach = 1.5F, kBlindLimit = 0.6F;
   static constexpr float kMobilityReach = 1.2F;  ///< features that appear take mobility from as far
   static constexpr float kBlindTrust = 0.3F;     ///< of neighbours, for a feature without depth
@@ -262,10 +261,6 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// What a feature with evidence must exceed: the odds against motion in this frame. A world where hardly
   /// anything moves is left alone; where most features move, the slightest evidence counts.
   void set_rest_log_odds();
-  /// A detector's word is enough beside any evidence.
-  float limit_with_evidence(const Evidence& evidence, std::size_t i) const {
-    return evidence.prior(i) ? 0 : rest_log_odds_;
-  }
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
   /// suspects it can look at; without one the neighbours must speak for motion. Structured light has holes
   /// beside near surfaces, on what is behind them.

@@ -345,6 +345,7 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   for (std::size_t gap = 1; gap < camera_poses_.size(); ++gap)
     models_.emplace_back(camera, between(0, gap), noise(sigma_px(static_cast<int>(gap))));
   const MovingOdds odds({Params::kSlow_mps, Params::kFast_mps, Params::kMovingShare});
+  const MovingOdds odds_of_suspect({Params::kSlow_mps, Params::kFast_mps, Params::kMovingSuspects});
   const auto kept = static_cast<float>(portable::exp(-elapsed_s(1) / Params::kMemory_s));
   open_views(evidence);
   seen_.assign(evidence.size(), 0);
@@ -352,7 +353,7 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     own_[i] = kept * remembered_[i];
     const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
-    const float now = matched ? odds_of_match(evidence, i, odds) : space_odds(evidence.points_m()[i]);
+    const float now = matched ? odds_of_match(evidence, i, evidence.prior(i) ? odds_of_suspect : odds) : space_odds(evidence.points_m()[i]);
     const bool can_show_rest = step_[i].can_show_rest() || track_[i].can_show_rest();
     if (std::isnan(now) || (now <= 0 && !can_show_rest)) continue;
     seen_[i] = 1;
@@ -451,7 +452,6 @@ inline void BackgroundMotionFilter::add_neighbours(const Evidence& evidence) {
       [&](std::size_t i) { return seen_[i] != 0 ? 1.0F : 0.0F; });
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     belief_[i] = own_[i] + mean_around(evidence, i);
-    if (evidence.prior(i)) belief_[i] += static_cast<float>(params_.prior_suspicion);
   }
 }
 
@@ -487,7 +487,7 @@ inline bool BackgroundMotionFilter::supported(const Evidence& evidence, std::siz
 }
 
 inline void BackgroundMotionFilter::cast(const Evidence& evidence, std::size_t i, Votes& votes) const {
-  const float limit = seen_[i] != 0 ? limit_with_evidence(evidence, i) : limit_without_evidence(evidence, i);
+  const float limit = seen_[i] != 0 ? rest_log_odds_ : limit_without_evidence(evidence, i);
   if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score(i));
   const bool supported = rejects_ && (evidence.prior(i) || near_core(evidence, i));
   votes.cast(i, supported ? Vote::Dynamic : Vote::Unknown, score(i));
@@ -505,7 +505,7 @@ inline float BackgroundMotionFilter::limit_without_evidence(const Evidence& evid
   const bool blind = std::isnan(evidence.depths_m()[i]);
   if (!evidence.prior(i))
     return blind ? kBlindLimit + (judges_directions_ ? 0 : rest_log_odds_) : kUnseenLimit;
-  return blind ? static_cast<float>(params_.prior_suspicion) : 0.0F;
+  return blind ? kUnseenLimit : kSuspectLimit;
 }
 
 }  // namespace dynfilter

@@ -74,8 +74,8 @@ class RigidBackgroundSearch {
     points_.sample(*scene_);
     RigidMotion most = search_.follow_most(*scene_, points_);
     const Rows rows = fit_rows(most);
-    twist_ = rows.fit.ok ? rows.fit.twist : RowTwist();
-    if (rows.fit.ok) {
+    twist_ = rows.believed ? rows.fit.twist : RowTwist();
+    if (rows.believed) {
       most.T_current_reference = rows.fit.T;
       straighten();
       search_.measure_noise(most);
@@ -95,11 +95,13 @@ class RigidBackgroundSearch {
   // ---- rows that are times
   struct Rows {
     double change_radps = 0, sigma_rad = 0;  ///< of the rate of turn against the last step; of the twist
-    RowTwistFit fit;                         ///< not `ok`: rows as good as at once, or movers fitted
+    RowTwistFit fit;                         ///< not `ok`: rows as good as at once
+    bool believed = false;                   ///< no mover was fitted
   };
   static constexpr double kLeastTwist_px = 0.1;  ///< from the upper to the lower edge: nothing shows less
   static constexpr double kTwistShare = 0.9;     ///< of the points, while it is not known that rows are times
-  static constexpr double kMostPoints = 0.4;     ///< on the background: a mover has no say in the readout
+  static constexpr double kMostPoints = 0.4;  ///< on the background: a mover has no say in the readout
+  static constexpr double kLearnShare = 0.5;  ///< of the points that a twist explains: the same of the fit
 
   /// A twist can bend a motion until it explains movers, too. So it must explain nearly all points, as long
   /// as nothing else says that the camera's rows are times.
@@ -113,7 +115,7 @@ class RigidBackgroundSearch {
     if (scene_->camera.fy_px * rows.sigma_rad < kLeastTwist_px) return rows;
     rows.fit = RowTwistFit::of(points_, scene_->camera, most.T_current_reference, rows.sigma_rad,
                                search_.noise_px());
-    rows.fit.ok = rows.fit.ok && (readout_.rolls() || rows.fit.share >= kTwistShare);
+    rows.believed = rows.fit.ok && (readout_.rolls() || rows.fit.share >= kTwistShare);
     return rows;
   }
   /// Puts the current points where one instant would show them.
@@ -130,6 +132,7 @@ class RigidBackgroundSearch {
     points_.follow(straight_);
   }
   void learn_readout(const Rows& rows) {
+    if (rows.fit.share < kLearnShare) return;
     if (explained_[chosen_slot_] < kMostPoints * static_cast<double>(points())) return;
     readout_.learn(rows.change_radps, rows.sigma_rad, rows.fit.twist.a_rad, rows.fit.variance_rad2);
   }
