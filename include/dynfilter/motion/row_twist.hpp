@@ -35,15 +35,14 @@ class RowReadout {
  public:
   /// Root of the mean square [s].
   double readout_s() const {
-    double sum = 0, sum2_s2 = 0;
-    for (int k = 0; k < kValues; ++k) {
-      const double p = portable::exp(log_p_[k]);
-      sum += p, sum2_s2 += p * kReadout_s[k] * kReadout_s[k];
-    }
-    return std::sqrt(sum2_s2 / sum);
+    double sum2_s2 = 0;
+    for (int k = 0; k < kValues; ++k) sum2_s2 += portable::exp(log_p_[k]) * kReadout_s[k] * kReadout_s[k];
+    return std::sqrt(sum2_s2 / sum());
   }
   /// Whether no doubt is left that the rows are not read at once.
   bool rolls() const { return log_p_[0] <= -kNoDoubt_nats; }
+  /// Whether nothing speaks for rows that are read at once.
+  bool may_roll() const { return kValues * portable::exp(log_p_[0]) <= sum(); }
   /// Standard deviation of a twist, per axis. `change_radps`: of the rate of turn, against the last step.
   double sigma_rad(double change_radps) const {
     const double s = readout_s();
@@ -76,6 +75,12 @@ class RowReadout {
   static constexpr double kNu = 3;                ///< degrees of freedom
   static constexpr double kNoDoubt_nats = 4.6;    ///< one in a hundred
   static constexpr double kMostSure_nats = 20;    ///< another camera is learned within seconds
+
+  double sum() const {
+    double sum = 0;
+    for (const double p : log_p_) sum += portable::exp(p);
+    return sum;
+  }
 
   double log_p_[kValues] = {};
 };

@@ -103,8 +103,8 @@ class RigidBackgroundSearch {
   static constexpr double kMostPoints = 0.4;  ///< on the background: a mover has no say in the readout
   static constexpr double kLearnShare = 0.5;  ///< of the points that a twist explains: the same of the fit
 
-  /// A twist can bend a motion until it explains movers, too. So it must explain nearly all points, as long
-  /// as nothing else says that the camera's rows are times.
+  /// A twist can bend a motion until it explains movers, too. So it is believed where the camera's rows are
+  /// known to be times. While nothing is known of them, it must explain nearly all points.
   Rows fit_rows(const RigidMotion& most) const {
     Rows rows;
     if (!most.ok || !(scene_->elapsed_s > 0)) return rows;
@@ -115,7 +115,8 @@ class RigidBackgroundSearch {
     if (scene_->camera.fy_px * rows.sigma_rad < kLeastTwist_px) return rows;
     rows.fit = RowTwistFit::of(points_, scene_->camera, most.T_current_reference, rows.sigma_rad,
                                search_.noise_px());
-    rows.believed = rows.fit.ok && (readout_.rolls() || rows.fit.share >= kTwistShare);
+    rows.believed =
+        rows.fit.ok && (readout_.rolls() || (readout_.may_roll() && rows.fit.share >= kTwistShare));
     return rows;
   }
   /// Puts the current points where one instant would show them.
