@@ -77,7 +77,7 @@ TEST_CASE("a static hospital, exact depth: edges do not move, and count across t
 }
 
 // Rows of a rolling shutter are times: in a jerk the floor, 12 % of the points, was taken for the background.
-TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic" *
+TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and ATE is no worse" *
           doctest::test_suite("shared_data")) {
   for (const char* sequence : {"tum_fr1_xyz_jerk", "tum_fr1_xyz", "tum_fr1_rpy", "tartanair_hospital"})
     for (const char* way : {"", "--reverse"}) {
@@ -93,6 +93,9 @@ TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic" *
       REQUIRE(result.exit_code == 0);
       CHECK(number_in(result.out, "{", "rejected_mean") <=
             0.01 * number_in(result.out, "{", "features_mean"));
+      const CommandResult none = dynfilter("run '" + folder.string() + "' --pipeline none --json " + way);
+      REQUIRE(none.exit_code == 0);
+      CHECK(number_in(result.out, "{", "ate_rmse_m") <= 1.02 * number_in(none.out, "{", "ate_rmse_m"));
     }
 }
 

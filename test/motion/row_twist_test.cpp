@@ -91,6 +91,29 @@ TEST_CASE("row twist: what moves in a part of the image is no twist, while no re
   CHECK(estimator.row_twist().none());
 }
 
+// The readout is learned although a quarter of the image moves, and the twist is believed then.
+TEST_CASE("row twist: a camera whose rows are times is known after a while, with movers in every frame") {
+  const Camera c = geometry_test::camera();
+  RigidBackgroundEstimator estimator;
+  SampleGenerator rng(11);
+  Eigen::Vector3d a_rad = Eigen::Vector3d::Zero();
+  for (int frame = 0; frame < 12; ++frame) {
+    a_rad = 0.002 * Eigen::Vector3d(rng.normal(), rng.normal(), rng.normal());
+    RolledRoom room(Pose::from(exp_so3(6 * a_rad / 5), {0.01, 0, 0.005}), a_rad);
+    for (std::size_t i = 0; i < room.pixels.size(); ++i)
+      if (room.pixels[i].x < 0.5 * c.cx_px) {
+        room.current_m[i].x += 0.05F;
+        room.pixels[i].x += static_cast<float>(c.fx_px * 0.05) / room.current_m[i].z;
+      }
+    RigidBackgroundScene scene = room.scene();
+    scene.elapsed_s = 1.0 / 30;
+    scene.last_turn_radps = Eigen::Vector3d::Zero();
+    REQUIRE(estimator.estimate(scene).ok);
+    if (frame == 0) CHECK(estimator.row_twist().none());
+  }
+  CHECK((estimator.row_twist().a_rad - a_rad).norm() < 0.1 * a_rad.norm());
+}
+
 TEST_CASE("row twist: straightening is the first order of a turn") {
   const RowTwist twist{{0.01, 0.02, -0.01}};
   const Eigen::Vector3d q(0.3, -0.2, 2);
@@ -104,6 +127,8 @@ TEST_CASE("row readout: learned from twists, and a camera without one needs no t
   for (const double readout_s : {0.0, 0.016, 0.033}) {
     CAPTURE(readout_s);
     RowReadout readout;
+    CHECK(readout.may_roll());  // nothing is known
+    CHECK(!readout.rolls());
     for (int frame = 0; frame < 60; ++frame) {
       const double change_radps = 0.3, sigma_rad = readout.sigma_rad(change_radps), noise_rad = 0.0005;
       const double per_own2 = 1 / (noise_rad * noise_rad), per_prior2 = 1 / (sigma_rad * sigma_rad);
@@ -116,6 +141,8 @@ TEST_CASE("row readout: learned from twists, and a camera without one needs no t
     }
     CHECK(readout.readout_s() >= 0.7 * readout_s);
     CHECK(readout.readout_s() <= 1.3 * readout_s + 0.002);
+    CHECK(readout.rolls() == (readout_s > 0));
+    CHECK(readout.may_roll() == (readout_s > 0));
   }
 }
 

@@ -27,9 +27,9 @@ inline Sighting sighting(const OdometryOptions& options, const Pinhole& camera, 
                                  has_depth ? -s.measured_px.z() / depth_m * spread.depth_per_px : 0.0);
   if (!has_depth) return s;
   // A projected pattern is measured at full size, a patch of the right image in the feature's octave.
-  s.disparity_weight = rests * (options.sensor == Sensor::Stereo
-                                    ? octave_weight / options.stereo.disparity_sigma_px
-                                    : 1.0 / options.depth.disparity_sigma_px);
+  s.disparity_weight =
+      rests * (options.sensor == Sensor::Stereo ? octave_weight / options.stereo.disparity_sigma_px
+                                                : 1.0 / options.depth.disparity_sigma_px);
   return s;
 }
 

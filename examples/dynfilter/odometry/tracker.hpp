@@ -58,7 +58,8 @@ class Tracker {
                         Eigen::Isometry3d& pose) {
     collect_last_points(map);
     const double radius_px = options_.match.motion_radius_px;
-    const Attempt attempts[] = {{predicted, radius_px}, {predicted, 2 * radius_px}, {last_pose_, 4 * radius_px}};
+    const Attempt attempts[] = {
+        {predicted, radius_px}, {predicted, 2 * radius_px}, {last_pose_, 4 * radius_px}};
     const Attempt* best = nullptr;
     int most = options_.min_inliers - 1;
     for (const Attempt& attempt : attempts) {
@@ -165,8 +166,8 @@ class Tracker {
   /// Returns the number of inliers.
   int track_from(const Attempt& attempt, FrameFeatures& features, Eigen::Isometry3d& pose) {
     const MatchOptions& m = options_.match;
-    matcher_.match(search_, attempt.from, features, grid_, {attempt.radius_px, 1, m.max_distance, m.max_ratio},
-                   found_);
+    matcher_.match(search_, attempt.from, features, grid_,
+                   {attempt.radius_px, 1, m.max_distance, m.max_ratio}, found_);
     pose = attempt.from;
     return refine_found(features, pose);
   }

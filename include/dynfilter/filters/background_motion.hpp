@@ -36,7 +36,7 @@ struct BackgroundMotionParams {
   /// Share of features that move, before anything was measured.
   static constexpr double kMovingShare = 0.05;
   static constexpr double kMovingSuspects = 0.35;  ///< the same of features that a detector suspects
-  static constexpr double kMemory_s = 0.036;  ///< Time constant of a track's belief.
+  static constexpr double kMemory_s = 0.036;       ///< Time constant of a track's belief.
   /// Time constant of having moved: a mover that stops is not yet background.
   static constexpr double kMobility_s = 2;
   /// Radius of the neighbourhood whose evidence is averaged.
@@ -52,19 +52,17 @@ struct BackgroundMotionParams {
 /// Formula:  the background's motion is chosen among several (motion/rigid_background.hpp). Prior suspects
 ///           take part once the camera's motion is known. Each feature's residual against it in (u, v, depth)
 ///           gives log-odds of motion (motion/moving_odds.hpp), over one frame and over its track of up to
-///           0.2 s. The larger log-odds count, but a miss of the last frame that the track undoes does not.
-///           In a
-///           patch over two surfaces their shift against each other is added to the noise
-///           (motion/patch_relief.hpp). The noise is measured in every frame and for both gaps: the
-///           differences between neighbours (geometry/neighbour_noise.hpp), times a ratio for errors that
-///           neighbours share (calibration, clock, blur). The ratio is the median residual of the features
-///           that follow the background, at most 1.5 times what is usual for this camera. A
+///           0.2 s. A prior suspect has a larger prior. The larger log-odds count, but a miss of the last
+///           frame that the track undoes does not. In a patch over two surfaces their shift against each
+///           other is added to the noise (motion/patch_relief.hpp). The noise is measured in every frame and
+///           for both gaps: the differences between neighbours (geometry/neighbour_noise.hpp), times a ratio
+///           for errors that neighbours share (calibration, clock, blur). The ratio is the median residual
+///           of the features that follow the background, at most 1.5 times what is usual for this camera. A
 ///           feature without a match, in a place that an earlier view saw through, has the log-odds of
 ///           motion/free_space.hpp. Belief = odds + memory * belief in the last frame, plus the mean over
-///           neighbours at a similar depth, plus
-///           prior_suspicion for prior suspects. Dynamic above the log-odds against motion in this frame
-///           (prior suspects: above 0), if a core is near: a feature with evidence of motion among others
-///           with evidence of motion.
+///           neighbours at a similar depth. Dynamic above the log-odds against motion in this frame, if a
+///           core is near: a feature with evidence of motion among others with evidence of motion. A prior
+///           suspect needs no core.
 /// Votes:    with a confidence, the probability that the chosen motion is the background's. It weighs what
 ///           later frames take over. Below 1/3 every vote is Unknown: nothing is rejected against a
 ///           background that may be a mover.
@@ -132,8 +130,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr double kReachSigmas = 3;  ///< Of two depths' noise.
   static constexpr int kMinSeeds = 30;
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
-  /// The same for the first choice, which is made again: likelier than all others together. Small errors of a
-  /// static world look like several motions then.
+  /// The same for the first choice, which is made again: likelier than all others together.
   static constexpr double kLeastFirstConfidence = 0.5;
   static constexpr double kSureFirstConfidence = 0.7;  ///< below, the first choice rejects nothing
 
@@ -258,12 +255,10 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
 
   void cast(const Evidence& evidence, std::size_t i, Votes& votes) const;
 
-  /// What a feature with evidence must exceed: the odds against motion in this frame. A world where hardly
-  /// anything moves is left alone; where most features move, the slightest evidence counts.
+  /// What a feature with evidence must exceed: the log-odds against motion in this frame.
   void set_rest_log_odds();
   /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
-  /// suspects it can look at; without one the neighbours must speak for motion. Structured light has holes
-  /// beside near surfaces, on what is behind them.
+  /// suspects it can look at. Structured light has holes beside near surfaces, on what is behind them.
   float limit_without_evidence(const Evidence& evidence, std::size_t i) const;
 
   Params params_;

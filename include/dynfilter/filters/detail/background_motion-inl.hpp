@@ -353,7 +353,8 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     own_[i] = kept * remembered_[i];
     const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
-    const float now = matched ? odds_of_match(evidence, i, evidence.prior(i) ? odds_of_suspect : odds) : space_odds(evidence.points_m()[i]);
+    const float now = matched ? odds_of_match(evidence, i, evidence.prior(i) ? odds_of_suspect : odds)
+                              : space_odds(evidence.points_m()[i]);
     const bool can_show_rest = step_[i].can_show_rest() || track_[i].can_show_rest();
     if (std::isnan(now) || (now <= 0 && !can_show_rest)) continue;
     seen_[i] = 1;

@@ -100,8 +100,7 @@ class RigidBackgroundSearch {
   };
   static constexpr double kLeastTwist_px = 0.1;  ///< from the upper to the lower edge: nothing shows less
   static constexpr double kTwistShare = 0.9;     ///< of the points, while it is not known that rows are times
-  static constexpr double kMostPoints = 0.4;  ///< on the background: a mover has no say in the readout
-  static constexpr double kLearnShare = 0.5;  ///< of the points that a twist explains: the same of the fit
+  static constexpr double kLearnShare = 0.7;     ///< of the points: fewer have no say in the readout
 
   /// A twist can bend a motion until it explains movers, too. So it is believed where the camera's rows are
   /// known to be times. While nothing is known of them, it must explain nearly all points.
@@ -134,7 +133,6 @@ class RigidBackgroundSearch {
   }
   void learn_readout(const Rows& rows) {
     if (rows.fit.share < kLearnShare) return;
-    if (explained_[chosen_slot_] < kMostPoints * static_cast<double>(points())) return;
     readout_.learn(rows.change_radps, rows.sigma_rad, rows.fit.twist.a_rad, rows.fit.variance_rad2);
   }
 
