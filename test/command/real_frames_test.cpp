@@ -80,7 +80,7 @@ TEST_CASE("a static hospital, exact depth: edges do not move, and count across t
 TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and ATE is no worse" *
           doctest::test_suite("shared_data")) {
   for (const char* sequence : {"tum_fr1_xyz_jerk", "tum_fr1_xyz", "tum_fr1_rpy", "tartanair_hospital"})
-    for (const char* way : {"", "--reverse"}) {
+    for (const std::string way : {"", "--reverse", "--reverse --start 1", "--reverse --start 2"}) {
       CAPTURE(sequence);
       CAPTURE(way);
       const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / sequence;
@@ -93,6 +93,7 @@ TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and
       REQUIRE(result.exit_code == 0);
       CHECK(number_in(result.out, "{", "rejected_mean") <=
             0.01 * number_in(result.out, "{", "features_mean"));
+      if (way.size() > 9) continue;  // so few frames that ATE is chance
       const CommandResult none = dynfilter("run '" + folder.string() + "' --pipeline none --json " + way);
       REQUIRE(none.exit_code == 0);
       CHECK(number_in(result.out, "{", "ate_rmse_m") <= 1.02 * number_in(none.out, "{", "ate_rmse_m"));

@@ -644,18 +644,18 @@ TEST_CASE("background_motion: a long slide along an edge misses across it, and d
 }
 
 // In some views the first choice among three motions of about equal area is not sure.
-TEST_CASE("background_motion: the first choice rejects nothing unless it is sure") {
+TEST_CASE("background_motion: the first choices reject nothing unless they are sure") {
   int unsure = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const ExactScene scene = noisy(testing::preset(Preset::Majority).seed(seed));
     Player player;
     player.show(scene.frame(0));
-    const Votes votes = player.show(scene.frame(1));
-    if (player.note.find("rejects nothing") == std::string::npos) continue;
-    ++unsure;
-    std::size_t dynamic = 0;
-    for (std::size_t i = 0; i < votes.size(); ++i) dynamic += votes[i] == Vote::Dynamic ? 1 : 0;
-    CHECK(dynamic == 0);
+    for (int k = 1; k < 4; ++k) {
+      const Votes& votes = player.show(scene.frame(k));
+      if (player.note.find("reject nothing") == std::string::npos) continue;
+      ++unsure;
+      CHECK(votes.count(Vote::Dynamic) == 0);
+    }
   }
   CHECK(unsure > 0);
 }

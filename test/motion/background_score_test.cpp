@@ -92,7 +92,7 @@ constexpr std::size_t points_of(int columns) {
 double distance_cost(double d2, int columns) {
   const double mine = static_cast<double>(points_of(columns)) + 0.5,
                others = static_cast<double>(points_of(kColumns - columns)) + 0.5;
-  return std::log1p(d2) - 0.1 * std::log(mine / others) * d2 / (1 + d2);
+  return std::log1p(d2) - 0.1 * std::log(mine / others) * (0.5 + d2) / (1 + d2);
 }
 
 }  // namespace

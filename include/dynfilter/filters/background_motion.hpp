@@ -132,10 +132,10 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
   /// The same for the first choice, which is made again: likelier than all others together.
   static constexpr double kLeastFirstConfidence = 0.5;
-  static constexpr double kSureFirstConfidence = 0.7;  ///< below, the first choice rejects nothing
+  static constexpr double kSureFirstConfidence = 0.7;  ///< below, the first choices reject nothing ...
+  static constexpr std::size_t kFirstPoses = 4;        ///< ... and no track is followed over them
 
   void judge(const Evidence& evidence, const Match& match, Votes& votes);
-
   /// Nothing is rejected against a background that is probably a mover, and nothing is learned.
   void abstain(const Evidence& evidence, Votes& votes);
   void forget_motion();
@@ -271,7 +271,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   std::vector<RowTwist> twist_over_;               ///< their sums, over one step and more
   std::vector<double> stamps_s_, match_noise_px_;  ///< newest first
   std::vector<std::int64_t> frame_ids_;            ///< newest first
-  std::size_t unbroken_ = 0;                       ///< steps in camera_poses_, each from the frame before
+  std::size_t unbroken_ = 0;  ///< newest steps, each from the frame before, with a sure background
   double step_ratio_ = kFirstStepRatio, track_ratio_ = kFirstTrackRatio;
   double least_confidence_ = kLeastConfidence;
   bool first_choice_ = true, rejects_ = true;

@@ -23,12 +23,11 @@ class RigidBackgroundSearch;
 ///    ones (Kish, Survey Sampling, 1965, section 5.4). rho is the share of a match's error variance that
 ///    neighbours have in common.
 /// 3. The background is the motion with the largest
-///      log(area) - log(1 + d^2) + order + 0.1 log(n / (1 - n)) d^2 / (1 + d^2).
-///    area: share of the visible surface [m^2], weighted by what was static before. A piece of surface is
-///    equally likely to move wherever it is.
+///      log(area) - log(1 + d^2) + order + 0.1 log(n / (1 - n)) (0.5 + d^2) / (1 + d^2).
+///    area: share of the visible surface [m^2], weighted by what was static before.
 ///    d: distance of its points in the image from the expected motion, in units of the usual distance.
 ///    order: share of the neighbours on other motions that are in front.
-///    n: share of the points that it explains. Where no motion is as expected, a few points decide nothing.
+///    n: share of the points that it explains. A few points decide little, and less where they surprise.
 ///    A motion that explains less than 4 % of the points is never the background. If none explains more,
 ///    there is no motion. The exponentials of the scores, normalised, give the confidence.
 ///

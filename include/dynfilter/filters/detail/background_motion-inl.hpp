@@ -69,8 +69,7 @@ inline void BackgroundMotionFilter::judge(const Evidence& evidence, const Match&
   }
   if (!follow_background(evidence, match, votes)) return;
   if (estimator_.confidence() < least_confidence_) return abstain(evidence, votes);
-  rejects_ = least_confidence_ != kLeastFirstConfidence || estimator_.confidence() >= kSureFirstConfidence;
-  if (!rejects_) votes.note("the first choice of a background rejects nothing: it is not sure");
+  if (!rejects_) votes.note("the first choices of a background reject nothing: they are not sure");
   measure_misses(evidence, match);
   measure_noise(evidence);
   weigh_misses(evidence);
@@ -182,7 +181,8 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
   }
   remember_pose();
   const bool with_last = frame_ids_.size() > 1 && match.reference->id == frame_ids_[1];
-  unbroken_ = with_last ? unbroken_ + 1 : 0;
+  rejects_ = camera_poses_.size() > kFirstPoses || estimator_.confidence() >= kSureFirstConfidence;
+  unbroken_ = with_last && rejects_ ? unbroken_ + 1 : 0;
   return true;
 }
 
@@ -247,7 +247,7 @@ inline void BackgroundMotionFilter::measure_misses(const Evidence& evidence, con
     if (!match.found(i)) continue;
     measure(evidence, i, 1, {match.reference_undistorted_px[i], match.reference_depth_m[i]},
             match.correspondences.spread[i], step_[i], nullptr);
-    const int longest = std::min(tracks_->length(i), static_cast<int>(models_.size()));
+    const int longest = std::min(tracks_->length(i), static_cast<int>(std::min(unbroken_, models_.size())));
     if (longest > 1)
       measure(evidence, i, longest, {tracks_->at(i, longest), tracks_->depth_m(i, longest)},
               tracks_->spread(i), track_[i], &track_misses_);

@@ -65,9 +65,10 @@ class RigidBackgroundSearch {
   static constexpr float kDepthStep = 1.08F;        ///< a point farther by this factor is behind
   static constexpr double kUnknownMiss_px = 3;      ///< usual distance from the expected motion, at first
   static constexpr double kLeastMiss_px = 0.15;
-  static constexpr double kMostMiss_px = 20;  ///< a point's distance between motions, cut off
-  static constexpr double kShare = 0.1;       ///< weight of how many points a motion explains
-  static constexpr double kDepthCap_m = 4;    ///< farther, depths are too inexact to tell motions apart
+  static constexpr double kMostMiss_px = 20;   ///< a point's distance between motions, cut off
+  static constexpr double kShare = 0.1;        ///< weight of how many points a motion explains ...
+  static constexpr double kShareAlways = 0.5;  ///< ... and of it, where the motion is as expected
+  static constexpr double kDepthCap_m = 4;     ///< farther, depths are too inexact to tell motions apart
 
   RigidMotion estimate_of_scene() {
     chosen_ = 0;
@@ -202,7 +203,7 @@ class RigidBackgroundSearch {
         const double d =
             distance_px(slot, slot, places_[slot], expected_) / std::max(kLeastMiss_px, 2 * usual_miss_px_);
         p.score -= portable::log1p(d * d);
-        p.score += kShare * log_odds_of_share(slot) * d * d / (1 + d * d);
+        p.score += kShare * log_odds_of_share(slot) * (kShareAlways + d * d) / (1 + d * d);
       }
     }
     chosen_slot_ = 0;
