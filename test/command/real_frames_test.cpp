@@ -93,10 +93,13 @@ TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and
       REQUIRE(result.exit_code == 0);
       CHECK(number_in(result.out, "{", "rejected_mean") <=
             0.01 * number_in(result.out, "{", "features_mean"));
-      if (way.size() > 9) continue;  // so few frames that ATE is chance
+      if (way.size() > 9) continue;       // so few frames that ATE is chance
+      constexpr double kSome_m = 0.0002;  // 2 % of a jerk's ATE are 0.1 mm
       const CommandResult none = dynfilter("run '" + folder.string() + "' --pipeline none --json " + way);
       REQUIRE(none.exit_code == 0);
-      CHECK(number_in(result.out, "{", "ate_rmse_m") <= 1.02 * number_in(none.out, "{", "ate_rmse_m"));
+      const double ate_m = number_in(result.out, "{", "ate_rmse_m"),
+                   none_m = number_in(none.out, "{", "ate_rmse_m");
+      CHECK(ate_m <= std::max(1.02 * none_m, none_m + kSome_m));
     }
 }
 

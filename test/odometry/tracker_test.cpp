@@ -26,7 +26,7 @@ struct Frames {
     features.descriptors.push_back(descriptor);
     features.depth_m.push_back(static_cast<float>(depth_m));
     features.map_point.push_back(-1);
-    features.worth.emplace_back();
+    features.spread.emplace_back();
     features.keypoints_undistorted = features.keypoints;
   }
   Descriptor look() {

@@ -8,12 +8,6 @@
 
 namespace dynfilter::odometry {
 
-/// For the optimisers: how far a feature may have slid along its edge, and whether it stands still.
-struct FeatureWorth {
-  MatchSpread spread;
-  float static_probability = 1;
-};
-
 /// Decides which features are on moving objects, at the three call points of SLAM front ends.
 /// A result has one flag per feature of the view (1: reject) or is empty (reject none).
 /// It is valid until the next call.
@@ -27,8 +21,8 @@ class FeatureJudge {
       const FrameView& view) = 0;  ///< after extraction; the pose is a prediction or none
   virtual Flags after_pose(const FrameView& view) = 0;   ///< with a first pose and map points
   virtual Flags at_keyframe(const FrameView& view) = 0;  ///< before new map points are created
-  /// What each feature of the last view is worth. Empty: not known.
-  virtual Span<const FeatureWorth> worth() const { return {}; }
+  /// How far each feature of the last view may have slid along its edge. Empty: not known.
+  virtual Span<const MatchSpread> spread() const { return {}; }
   /// Called without a map, after before_pose. True if this frame must not be the first keyframe.
   virtual bool wait_for_keyframe() const { return false; }
   virtual void pose_refined(std::int64_t /*frame_id*/, const Pose& /*T_world_camera*/) {

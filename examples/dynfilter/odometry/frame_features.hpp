@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "descriptor.hpp"
-#include "feature_judge.hpp"
 #include "options.hpp"
 
 namespace dynfilter::odometry {
@@ -27,7 +26,7 @@ struct FrameFeatures {
   std::vector<float> right_u_px;        ///< stereo: column in the right image, NaN: no match; else empty
   std::vector<std::int64_t> map_point;  ///< -1: no map point
   std::vector<std::int32_t> extracted;  ///< index among the extracted features
-  std::vector<FeatureWorth> worth;
+  std::vector<MatchSpread> spread;      ///< how far each may have slid along its edge
 
   std::size_t size() const { return keypoints.size(); }
 
@@ -40,7 +39,7 @@ struct FrameFeatures {
     if (!right_u_px.empty()) compact_array(right_u_px, rejected);
     compact_array(map_point, rejected);
     compact_array(extracted, rejected);
-    compact_array(worth, rejected);
+    compact_array(spread, rejected);
   }
 
  private:

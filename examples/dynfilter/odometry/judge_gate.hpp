@@ -130,8 +130,8 @@ class JudgeGate {
     if (flags.size() != features.size()) return;
     for (std::size_t i = 0; i < flags.size(); ++i)
       if (flags[i]) rejected_at_[features.extracted[i]] = where;
-    const Span<const FeatureWorth> worth = judge_->worth();
-    if (weighs_ && worth.size() == features.size()) features.worth.assign(worth.begin(), worth.end());
+    const Span<const MatchSpread> spread = judge_->spread();
+    if (weighs_ && spread.size() == features.size()) features.spread.assign(spread.begin(), spread.end());
     features.compact(flags);
   }
 

@@ -111,7 +111,7 @@ class Odometry::Steps {
     undistort(camera_, features_.keypoints, features_.keypoints_undistorted);
     measure_depth(frame);
     features_.map_point.assign(features_.size(), -1);
-    features_.worth.assign(features_.size(), {});
+    features_.spread.assign(features_.size(), {});
     features_.extracted.resize(features_.size());
     for (std::size_t i = 0; i < features_.size(); ++i) features_.extracted[i] = static_cast<std::int32_t>(i);
     image_ = frame.grey.size();

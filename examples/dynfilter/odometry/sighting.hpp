@@ -17,19 +17,16 @@ inline Sighting sighting(const OdometryOptions& options, const Pinhole& camera, 
   const bool has_depth = depth_m > 0;
   Sighting s;
   s.measured_px = {keypoint.pt.x, keypoint.pt.y, has_depth ? camera.baseline_fx_px_m / depth_m : 0.0};
-  const double octave_weight = std::pow(options.extractor.scale_factor, -keypoint.octave);
-  const double rests = std::sqrt(static_cast<double>(features.worth[i].static_probability));
-  s.pixel_weight = rests * octave_weight;
-  const MatchSpread& spread = features.worth[i].spread;
+  s.pixel_weight = std::pow(options.extractor.scale_factor, -keypoint.octave);
+  const MatchSpread& spread = features.spread[i];
   if (spread.slides())
-    s.slide_px = std::sqrt(static_cast<double>(spread.along - spread.across)) / octave_weight *
+    s.slide_px = std::sqrt(static_cast<double>(spread.along - spread.across)) / s.pixel_weight *
                  Eigen::Vector3d(spread.edge.x, spread.edge.y,
                                  has_depth ? -s.measured_px.z() / depth_m * spread.depth_per_px : 0.0);
   if (!has_depth) return s;
   // A projected pattern is measured at full size, a patch of the right image in the feature's octave.
-  s.disparity_weight =
-      rests * (options.sensor == Sensor::Stereo ? octave_weight / options.stereo.disparity_sigma_px
-                                                : 1.0 / options.depth.disparity_sigma_px);
+  s.disparity_weight = options.sensor == Sensor::Stereo ? s.pixel_weight / options.stereo.disparity_sigma_px
+                                                        : 1.0 / options.depth.disparity_sigma_px;
   return s;
 }
 

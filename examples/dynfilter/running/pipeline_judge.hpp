@@ -74,7 +74,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
   }
   void reset() override { pipeline_.reset(); }
   bool wait_for_keyframe() const override { return wait_; }
-  Span<const odometry::FeatureWorth> worth() const override { return worth_; }
+  Span<const MatchSpread> spread() const override { return spread_; }
 
   const FrameVerdict& record() const { return record_; }
   const Pipeline& pipeline() const { return pipeline_; }
@@ -112,9 +112,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
     record_.filters_ms += verdict.report.total_ms - verdict.report.correspondence_ms;
     wait_ = verdict.report.wait_for_keyframe;
     flags_.assign(view.size(), 0);
-    worth_.clear();
-    for (std::size_t i = 0; i < verdict.spread.size(); ++i)
-      worth_.push_back({verdict.spread[i], verdict.static_probability(i)});
+    spread_ = verdict.spread;
     if (pipeline_.stages(point)) take(verdict);
     return flags_;
   }
@@ -165,7 +163,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
   StageTotals totals_;
   FrameVerdict record_;
   std::vector<std::size_t> alive_;  ///< view index -> extracted feature
-  std::vector<odometry::FeatureWorth> worth_;
+  std::vector<MatchSpread> spread_;
   std::vector<std::uint8_t> flags_;
   bool wait_ = false;
   std::vector<std::string> stages_;
