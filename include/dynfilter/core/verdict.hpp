@@ -78,7 +78,6 @@ struct Verdict {
   /// probability that it stands still, times how well its match is determined in the worst direction. The
   /// suspicion s of a distance d with the limit l is d / (d + l); the probability is 1 / (1 + (d / l)^2).
   float weight(std::size_t i) const;
-  float static_probability(std::size_t i) const;  ///< its first factor; 1 where nothing was judged
   std::size_t kept() const;
   /// Names of the stages that voted feature i dynamic, e.g. "epipolar+trajectory_consistency".
   /// "" if none did.

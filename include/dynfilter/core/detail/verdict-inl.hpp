@@ -15,13 +15,10 @@ DYNFILTER_INLINE std::size_t Verdict::kept() const {
 
 DYNFILTER_INLINE float Verdict::weight(std::size_t i) const {
   if (!keep(i)) return 0;
-  return static_probability(i) * (spread.empty() ? 1 : spread[i].reliability());
-}
-
-DYNFILTER_INLINE float Verdict::static_probability(std::size_t i) const {
-  if (suspicion[i] == Votes::kNoIdea) return 1;
+  const float reliable = spread.empty() ? 1 : spread[i].reliability();
+  if (suspicion[i] == Votes::kNoIdea) return reliable;
   const float moves2 = suspicion[i] * suspicion[i], rests2 = (1 - suspicion[i]) * (1 - suspicion[i]);
-  return rests2 / (rests2 + moves2);
+  return reliable * rests2 / (rests2 + moves2);
 }
 
 DYNFILTER_INLINE std::string Verdict::reason(std::size_t i) const {

@@ -451,9 +451,7 @@ inline void BackgroundMotionFilter::add_neighbours(const Evidence& evidence) {
   places_.lay_out(
       evidence_, [&](std::size_t i) { return own_[i]; },
       [&](std::size_t i) { return seen_[i] != 0 ? 1.0F : 0.0F; });
-  for (std::size_t i = 0; i < evidence.size(); ++i) {
-    belief_[i] = own_[i] + mean_around(evidence, i);
-  }
+  for (std::size_t i = 0; i < evidence.size(); ++i) belief_[i] = own_[i] + mean_around(evidence, i);
 }
 
 inline float BackgroundMotionFilter::mean_around(const Evidence& evidence, std::size_t i) const {
