@@ -4,7 +4,7 @@
 #   bash test/run.sh            everything but what only --long does; ends with a table of seconds per step
 #   bash test/run.sh --quick    only the optimized build and its tests
 #   bash test/run.sh --long     also clang-tidy over every file, more sanitizers, every compiler, fuzzing for 10 minutes
-# FUZZ_SECONDS: for how long each fuzz target runs, default 40 (--long: 600). Two of the seven run at a time, and beside the
+# FUZZ_SECONDS: for how long each fuzz target runs, default 20 (--long: 600). Two of the seven run at a time, and beside the
 # last one the linter, so that all of them take four times as long.
 # The last line is "N passed, N failed, N skipped"; the exit code is 0 when nothing failed.
 set -u
@@ -123,7 +123,8 @@ if [ "$mode" != quick ]; then
     build_targets clang-more || not_built clang-more
     run_tests clang-more clang
   fi
-  build_and_test asan-ubsan
+  build asan-ubsan
+  if [ "$mode" = long ]; then run_tests asan-ubsan-all asan-ubsan; else run_tests asan-ubsan; fi
   if [ "$mode" = long ]; then
     build_and_test asan-ubsan-gcc
     build_and_test tsan
@@ -131,7 +132,7 @@ if [ "$mode" != quick ]; then
   fi
   step "fuzz"
   # The same inputs for the same sources: a commit is judged by what it changed. --long looks for new ones.
-  if [ "$mode" = long ]; then seconds=600; else seconds=40 DYNFILTER_FUZZ_SEED=${DYNFILTER_FUZZ_SEED:-1}; fi
+  if [ "$mode" = long ]; then seconds=600; else seconds=20 DYNFILTER_FUZZ_SEED=${DYNFILTER_FUZZ_SEED:-1}; fi
   export DYNFILTER_FUZZ_SEED
   fuzz() { bash test/fuzz/run.sh "${FUZZ_SECONDS:-$seconds}" "$@"; }
   check fuzz fuzz yaml frames files sequences protocol facade
