@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/sequence.hpp"
+#include "io/cpu_clock.hpp"
 #include "io/euroc_index.hpp"
 #include "io/image_folder_index.hpp"
 #include "io/kitti_index.hpp"
@@ -8,7 +9,6 @@
 #include "io/tum_index.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <dynfilter/config/camera_file.hpp>
@@ -32,10 +32,6 @@ inline SequenceIndex read_index(const std::filesystem::path& folder, const Seque
       folder.string() +
       ": is no sequence: no rgb.txt (TUM), no calib.txt with image_0/ (KITTI), no mav0/cam0/data.csv "
       "(EuRoC) and no images");
-}
-
-inline double ms_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 }
 
 inline void shrink(cv::Mat& image, double scale, int interpolation) {
@@ -105,7 +101,6 @@ SequenceFrame Sequence::load(std::size_t i) const {
 }
 
 std::optional<SequenceFrame> Sequence::read(std::size_t i) const {
-  const auto begin = std::chrono::steady_clock::now();
   SequenceFrame frame;
   if (stream_) {
     std::optional<TimedImage> image = stream_->read(i);
@@ -117,10 +112,9 @@ std::optional<SequenceFrame> Sequence::read(std::size_t i) const {
   } else {
     frame = load_files(i);
   }
-  frame.decode_ms = detail::ms_since(begin);
-  const auto decoded = std::chrono::steady_clock::now();
+  const CpuClock clock = CpuClock::of_thread();
   convert(frame);
-  frame.convert_ms = detail::ms_since(decoded);
+  frame.convert_ms = clock.ms();
   return frame;
 }
 

@@ -44,8 +44,7 @@ struct SequenceFrame {
   cv::Mat right;            ///< CV_8UC1, rectified, of the right camera; empty: no right image
   cv::Mat depth;            ///< CV_16UC1, 0 for no depth; empty: no depth image
   double depth_unit_m = 0;  ///< metres per unit of `depth`
-  double decode_ms = 0;     ///< time to read the images
-  double convert_ms = 0;    ///< time for grey, scale and rectification
+  double convert_ms = 0;    ///< CPU time for grey, scale and rectification
 };
 
 /// A video file, a camera (camera:0), images by a pattern ('frames/*.png'), or a recording as downloaded.

@@ -79,22 +79,27 @@ class VideoStream::Decoder {
   }
   bool is_open() const { return capture_.isOpened(); }
 
-  /// Counts the packets of a file without decoding them: the header's count is often a guess.
-  std::size_t count_frames() const {
-    const Quiet quiet;
+  /// What the header counts, which is an estimate in some containers.
+  std::size_t claimed_frames() const {
+    constexpr double kMost = 1e9;
     const double claimed = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+    return claimed >= 1 && claimed <= kMost ? static_cast<std::size_t>(claimed) : 0;
+  }
+
+  /// Counts the packets of a file, without decoding them.
+  std::size_t count_packets() const {
+    const Quiet quiet;
     cv::VideoCapture packets;
     std::size_t count = 0;
     if (packets.open(address_, file_reader()) && packets.set(cv::CAP_PROP_FORMAT, -1))
-      while (packets.grab()) ++count;
-    if (count > 0) return count;
-    return claimed >= 1 ? static_cast<std::size_t>(claimed) : 1;
+      while (grab_next(packets)) ++count;
+    return count;
   }
 
   double rate_hz() const { return capture_.get(cv::CAP_PROP_FPS); }
   bool grab() {
     const Quiet quiet;
-    return capture_.grab();
+    return camera_ ? capture_.grab() : grab_next(capture_);
   }
   cv::Mat retrieve() {
     const Quiet quiet;
@@ -109,6 +114,14 @@ class VideoStream::Decoder {
   }
 
  private:
+  // A packet that cannot be decoded ends one call, not the file.
+  static bool grab_next(cv::VideoCapture& capture) {
+    constexpr int kMostBroken = 100;  // one after another
+    for (int tries = 0; tries < kMostBroken; ++tries)
+      if (capture.grab()) return true;
+    return false;
+  }
+
   std::string address_;
   bool camera_;
   cv::VideoCapture capture_;
@@ -126,7 +139,8 @@ class VideoStream::Decoder {
   Decoder(const std::string&, bool) {}
   void open() {}
   bool is_open() const { return false; }
-  std::size_t count_frames() const { return 0; }
+  std::size_t claimed_frames() const { return 0; }
+  std::size_t count_packets() const { return 0; }
   double rate_hz() const { return 0; }
   bool grab() { return false; }
   cv::Mat retrieve() { return {}; }
@@ -156,7 +170,7 @@ std::shared_ptr<VideoStream> VideoStream::of_file(const std::filesystem::path& p
   stream->decoder_ = std::make_unique<Decoder>(path.string(), false);
   if (!stream->decoder_->is_open())
     throw IoError(stream->name_ + ": is no video that OpenCV can read, or its end is missing; " + accepted());
-  stream->size_ = stream->decoder_->count_frames();
+  stream->count_frames();
   stream->find_rate();
   const cv::Mat first = stream->advance() ? stream->decoder_->retrieve() : cv::Mat();
   if (first.empty())
@@ -177,6 +191,15 @@ std::shared_ptr<VideoStream> VideoStream::of_camera(const std::string& address) 
   stream->size_px_ = first.size();
   stream->find_rate();
   return stream;
+}
+
+void VideoStream::count_frames() {
+  constexpr double kEstimated = 1.02;  // a header's count that is off by this is an estimate
+  const std::size_t claimed = decoder_->claimed_frames(), packets = decoder_->count_packets();
+  size_ = packets > 0 ? packets : std::max<std::size_t>(1, claimed);
+  if (static_cast<double>(claimed) > kEstimated * static_cast<double>(size_) + 1)
+    notes_.push_back("the file says that it has " + std::to_string(claimed) + " frames, but holds " +
+                     std::to_string(size_) + ": it may be truncated");
 }
 
 void VideoStream::find_rate() {
@@ -208,8 +231,8 @@ bool VideoStream::advance() {
   if (!decoder_->grab()) {
     end_ = grabbed_;
     if (!camera_ && grabbed_ < size_)
-      notes_.push_back(std::to_string(grabbed_) + " of the " + std::to_string(size_) +
-                       " frames that the file counts were decoded: damaged ones are skipped");
+      notes_.push_back(std::to_string(size_ - grabbed_) + " of " + std::to_string(size_) +
+                       " frames could not be decoded and are skipped");
     return false;
   }
   if (grabbed_ == stamps_s_.size()) stamps_s_.push_back(stamp_of(decoder_->position_s()));

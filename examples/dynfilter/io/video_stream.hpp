@@ -59,6 +59,7 @@ class VideoStream {
   class Decoder;
   VideoStream(std::string name, bool camera);
 
+  void count_frames();
   void find_rate();
   bool advance();
   double stamp_of(double position_s);

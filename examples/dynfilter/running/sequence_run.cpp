@@ -22,6 +22,7 @@
 #include "frame_show.hpp"
 #include "identity.hpp"
 #include "interruption.hpp"
+#include "io/cpu_clock.hpp"
 #include "io/pose_lookup.hpp"
 #include "io/sequence.hpp"
 #include "io/trajectory.hpp"
@@ -251,6 +252,7 @@ class SequenceRun {
 
   /// False where the source ends, or the user ends it.
   bool play(std::size_t i, std::size_t next) {
+    const io::CpuClock all = io::CpuClock::of_process();
     std::optional<io::SequenceFrame> read = sequence_.read(i);
     if (!read) return false;
     io::SequenceFrame& frame = *read;
@@ -260,18 +262,22 @@ class SequenceRun {
     blank_depth_ += !frame.depth.empty() && !has_any_depth(frame) ? 1 : 0;
     if (oracle_) truth_->labels = sequence_.load_labels(i);
     keep_pace(frame.timestamp_s);
+    const io::CpuClock boxes = io::CpuClock::of_thread();
     const odometry::SemanticInputs inputs =
         feed_->next(static_cast<std::int64_t>(statistics_.frames()), frame);
+    costs_.boxes_ms += boxes.ms(), costs_.grey_ms += frame.convert_ms;
+    const io::CpuClock judging = io::CpuClock::of_thread();
     const odometry::TrackResult result = odometry_.process(frame, inputs, pose_at(i));
+    add_costs(result.ms, judging.ms());
     const FrameRow row = row_of(i, result);
     statistics_.add(row);
     if (map_) {
       map_->add(i, frame, result, odometry_, inputs, judge_.record(), oracle_ ? truth_->labels : cv::Mat());
     }
-    const CostWatch drawing;
+    const io::CpuClock drawing = io::CpuClock::of_thread();
     take_record(row, frame, inputs);
     const std::optional<cv::Mat> shown = shown_picture(row, frame, inputs);
-    add_costs(frame, row, drawing.ms());
+    costs_.drawing_ms += drawing.ms(), costs_.process_ms += all.ms();
     return !shown || show_->add(*shown, frame.timestamp_s, played_s(next), played_rate_hz());
   }
 
@@ -283,12 +289,11 @@ class SequenceRun {
     return rate_hz > 0 ? rate_hz / static_cast<double>(sequence_.is_stream() ? options_.step : 1) : kUsual_hz;
   }
 
-  void add_costs(const io::SequenceFrame& frame, const FrameRow& row, double drawing_ms) {
-    costs_.decode_ms += frame.decode_ms, costs_.grey_ms += frame.convert_ms;
-    costs_.features_ms += row.extraction_ms;
-    costs_.verdict_ms += row.correspondence_ms + row.filters_ms;
-    costs_.poses_ms += has_poses() ? row.tracking_ms : 0;
-    costs_.drawing_ms += drawing_ms;
+  // The odometry's own clocks count elapsed time, or all threads.
+  void add_costs(const odometry::StageTimes& elapsed, double cpu_ms) {
+    const double per_ms = elapsed.total() > 0 ? cpu_ms / elapsed.total() : 0;
+    costs_.features_ms += per_ms * elapsed.extraction, costs_.verdict_ms += per_ms * elapsed.judge;
+    costs_.poses_ms += has_poses() ? per_ms * (elapsed.tracking + elapsed.mapping) : 0;
   }
 
   void open_recorder(const RecordOptions& record) {
