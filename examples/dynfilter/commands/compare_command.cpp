@@ -17,6 +17,7 @@
 
 #include "command.hpp"
 #include "eval/statistics.hpp"
+#include "io/sequence_source.hpp"
 #include "report/map_sample.hpp"
 #include "report/page.hpp"
 #include "report/picture.hpp"
@@ -75,6 +76,10 @@ void check_names(CompareOptions& options) {
   for (const std::string& pipeline : options.pipelines)
     pipelines.push_back({named_pipeline(pipeline, registry).name, pipeline});
   check_distinct(pipelines);
+  const bool twice = options.pipelines.size() > 1 || options.variants;
+  for (const std::string& sequence : options.sequences)
+    if (twice && io::kind_of_source(sequence) == io::SourceKind::Camera)
+      throw Error(sequence + ": a camera plays once; record it with `dynfilter run` and --video, then compare");
   options.sequence_names = distinct_names(options.sequences);
 }
 
@@ -265,7 +270,7 @@ std::vector<std::string> cells_of(const Row& row) {
   return {s.sequence,
           row.variant,
           s.pipeline,
-          fmt::format("{}/{}", s.tracked_frames, s.frames),
+          s.verdicts_only ? "-" : fmt::format("{}/{}", s.tracked_frames, s.frames),
           cell(s.ate_rmse_m, 4),
           cell(s.rpe_trans_rmse_m, 4),
           cell(s.rpe_rot_rmse_deg, 3),

@@ -222,7 +222,7 @@ inline void Sequence::guess_camera() {
   camera_.width_px = size.width, camera_.height_px = size.height;
   camera_px_ = size;
   camera_is_guessed_ = true;
-  index_.notes.push_back("no camera is known: its focal length is guessed as " +
+  index_.notes.push_back("no camera file: the focal length is guessed as " +
                          std::to_string(std::max(size.width, size.height)) +
                          " pixels, the larger side of the image; --camera gives the true one");
 }

@@ -25,7 +25,7 @@ function valueOf(summary, key) {
 
 function shownFigure(summary, spec, withUnit) {
   const text = figure(valueOf(summary, spec.key), spec.digits);
-  if (spec.key === "tracked_frames") return `${text} of ${summary.frames}`;
+  if (spec.key === "tracked_frames") return summary.verdicts_only ? NONE : `${text} of ${summary.frames}`;
   return withUnit && spec.unit && text !== NONE ? `${text} ${spec.unit}` : text;
 }
 

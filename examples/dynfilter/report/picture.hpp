@@ -30,29 +30,48 @@ inline std::size_t picture_step(std::size_t frames, std::size_t most, std::size_
   return step * std::max<std::size_t>(1, (drawn + kept - 1) / kept);
 }
 
-/// A JPEG of at most `most_bytes`, as far as the lowest quality and the smallest size allow.
-inline std::vector<std::uint8_t> encode_picture(const cv::Mat& picture, std::size_t most_bytes) {
-  cv::Mat shown = picture;
-  const auto narrow = [&](int width_px) {
-    if (shown.cols > width_px)
-      cv::resize(picture, shown, {width_px, std::max(1, picture.rows * width_px / picture.cols)}, 0, 0,
-                 cv::INTER_AREA);
-  };
-  const bool small = most_bytes < kSmallPictureBytes;
-  const std::vector<int> widths_px = small ? std::vector<int>{kSmallPictureWidth_px, 400, 320, 240, 160}
-                                           : std::vector<int>{kPictureWidth_px, kPictureWidth_px * 2 / 3,
-                                                              kPictureWidth_px / 3};
-  std::vector<std::uint8_t> bytes;
-  for (const int width_px : widths_px) {
-    narrow(width_px);
-    for (const int quality : {70, 55, 40}) {
-      if (!cv::imencode(".jpg", shown, bytes,
-                        {cv::IMWRITE_JPEG_QUALITY, quality, cv::IMWRITE_JPEG_OPTIMIZE, 1}))
-        throw Error("a picture of the report cannot be encoded");
-      if (bytes.size() <= most_bytes) return bytes;
+/// Encodes pictures of one size in bytes each, as far as the lowest quality and the smallest width allow.
+/// It begins with what fitted the last picture, because those of a recording are alike.
+class PictureEncoder {
+ public:
+  explicit PictureEncoder(std::size_t most_bytes) : most_bytes_(most_bytes) {
+    const bool small = most_bytes < kSmallPictureBytes;
+    const std::vector<int> widths_px = small ? std::vector<int>{kSmallPictureWidth_px, 400, 320, 240, 160}
+                                             : std::vector<int>{kPictureWidth_px, kPictureWidth_px * 2 / 3,
+                                                                kPictureWidth_px / 3};
+    for (const int width_px : widths_px)
+      for (const int quality : {70, 55, 40}) forms_.push_back({width_px, quality});
+  }
+
+  std::vector<std::uint8_t> encode(const cv::Mat& picture) {
+    std::vector<std::uint8_t> bytes;
+    if (form_ > 0) --form_;  // this one may be simpler
+    for (;; ++form_) {
+      bytes = jpeg(picture, forms_[form_]);
+      if (bytes.size() <= most_bytes_ || form_ + 1 == forms_.size()) return bytes;
     }
   }
-  return bytes;
-}
+
+ private:
+  struct Form {
+    int width_px, quality;
+  };
+
+  static std::vector<std::uint8_t> jpeg(const cv::Mat& picture, const Form& form) {
+    cv::Mat shown = picture;
+    if (picture.cols > form.width_px)
+      cv::resize(picture, shown, {form.width_px, std::max(1, picture.rows * form.width_px / picture.cols)}, 0, 0,
+                 cv::INTER_AREA);
+    std::vector<std::uint8_t> bytes;
+    if (!cv::imencode(".jpg", shown, bytes,
+                      {cv::IMWRITE_JPEG_QUALITY, form.quality, cv::IMWRITE_JPEG_OPTIMIZE, 1}))
+      throw Error("a picture of the report cannot be encoded");
+    return bytes;
+  }
+
+  std::size_t most_bytes_;
+  std::vector<Form> forms_;
+  std::size_t form_ = 0;
+};
 
 }  // namespace dynfilter::command::report

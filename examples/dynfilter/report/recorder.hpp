@@ -35,6 +35,7 @@ class RunRecorder {
       : step_(picture_step(frames, pictures, step)),
         bytes_each_(picture_bytes / std::max<std::size_t>(1, (frames + step_ - 1) / step_)),
         most_pictures_(pictures),
+        encoder_(bytes_each_),
         map_points_(map_points) {
     for (const StageTotal& stage : stages.stages())
       record_.stages.push_back({stage.call_point, stage.name, stage.path, stage.depth, {}});
@@ -46,7 +47,7 @@ class RunRecorder {
   /// Width to draw a picture in: small ones have symbols large enough to be seen. 0: as large as it gets.
   int picture_width_px() const { return bytes_each_ < kSmallPictureBytes ? kSmallPictureWidth_px : 0; }
   void add_picture(const cv::Mat& drawn) {
-    record_.pictures.push_back({place(), encode_picture(drawn, bytes_each_)});
+    record_.pictures.push_back({place(), encoder_.encode(drawn)});
   }
 
   /// `age_frames`: of the boxes or masks that the frame got; NaN without any.
@@ -229,7 +230,9 @@ class RunRecorder {
   }
 
   RunRecord record_;
-  std::size_t step_, bytes_each_, most_pictures_, map_points_, frames_ = 0;
+  std::size_t step_, bytes_each_, most_pictures_;
+  PictureEncoder encoder_;
+  std::size_t map_points_, frames_ = 0;
   std::size_t every_ = 1;  ///< how many frames a row is for
   eval::Similarity T_;     ///< estimate to truth
   bool aligned_ = false;

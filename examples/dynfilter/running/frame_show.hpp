@@ -25,7 +25,7 @@ class FrameShow {
   bool wants_frames() const { return window_ || video_; }
 
   /// True if the frame is left out, because the window would come too late with it.
-  bool drops(double timestamp_s) { return window_ && window_->is_late(timestamp_s); }
+  bool drops(double next_s) { return window_ && window_->is_late(next_s); }
   std::size_t dropped() const { return window_ ? window_->dropped() : 0; }
 
   /// Returns false if the user wants to end. `rate_hz`: of the played frames.

@@ -76,7 +76,8 @@ LiveWindow::LiveWindow(std::string title, bool paced) : title_(std::move(title))
   if (!has_display())
     throw Error("--live: there is no display (DISPLAY and WAYLAND_DISPLAY are not set)" + instead);
   if (!opens_a_window()) throw Error("--live: the display does not let a window be opened" + instead);
-  cv::namedWindow(title_, cv::WINDOW_NORMAL | cv::WINDOW_KEEPRATIO);
+  ::setenv("QT_LOGGING_RULES", "*.warning=false", 0);  // Qt's lines on stderr are no errors
+  cv::namedWindow(title_, cv::WINDOW_NORMAL | cv::WINDOW_KEEPRATIO | cv::WINDOW_GUI_NORMAL);
 }
 
 LiveWindow::~LiveWindow() {
@@ -101,6 +102,10 @@ void LiveWindow::put(const cv::Mat& picture) const {
   cv::imshow(title_, picture);
 }
 
+void LiveWindow::fit(const cv::Mat& picture) const {
+  cv::resizeWindow(title_, picture.cols, picture.rows);
+}
+
 #else
 
 LiveWindow::LiveWindow(std::string title, bool paced) : title_(std::move(title)), paced_(paced) {
@@ -112,6 +117,7 @@ LiveWindow::Key LiveWindow::wait(int) const {
   return Key::End;
 }
 void LiveWindow::put(const cv::Mat&) const {}
+void LiveWindow::fit(const cv::Mat&) const {}
 
 #endif
 
@@ -121,8 +127,8 @@ int LiveWindow::ms_until(double timestamp_s) const {
   return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(due - Clock::now()).count());
 }
 
-bool LiveWindow::is_late(double timestamp_s) {
-  if (!paced_ || paused_ || !began_ || ms_until(timestamp_s) >= 0) return false;
+bool LiveWindow::is_late(double next_s) {
+  if (!paced_ || paused_ || !began_ || ms_until(next_s) >= 0) return false;
   ++dropped_;
   return true;
 }
@@ -130,6 +136,7 @@ bool LiveWindow::is_late(double timestamp_s) {
 bool LiveWindow::show(const cv::Mat& picture, double timestamp_s, double next_s) {
   if (!began_)
     began_ = Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timestamp_s));
+  if (last_.empty()) fit(picture);
   last_.push_back(picture);
   if (last_.size() > kStepsBack) last_.pop_front();
   put(picture);

@@ -19,8 +19,8 @@ class LiveWindow {
   LiveWindow(const LiveWindow&) = delete;
   LiveWindow& operator=(const LiveWindow&) = delete;
 
-  /// True if a frame of this time should have been shown already: it is dropped to keep the pace.
-  bool is_late(double timestamp_s);
+  /// True if the frame after it is due already: this one is dropped to keep the pace.
+  bool is_late(double next_s);
 
   /// Shows a picture until the next frame is due. False if the user wants to end.
   bool show(const cv::Mat& picture, double timestamp_s, double next_s);
@@ -36,6 +36,7 @@ class LiveWindow {
   int ms_until(double timestamp_s) const;
   bool hold(Key first);
   void put(const cv::Mat& picture) const;
+  void fit(const cv::Mat& picture) const;
 
   std::string title_;
   bool paced_;  ///< a file plays at its own pace; a camera sets it itself

@@ -89,8 +89,9 @@ class SequenceRun {
   Summary run(const std::function<void(std::size_t, std::size_t)>& progress) {
     for (std::size_t k = 0; k < order_.size(); ++k) {
       progress(k, order_.size());
-      if (show_->drops(played_s(order_[k]))) continue;
-      if (!play(order_[k], k + 1 < order_.size() ? order_[k + 1] : order_[k] + 1)) break;
+      const double next_s = k + 1 < order_.size() ? played_s(order_[k + 1]) : INFINITY;
+      if (show_->drops(next_s)) continue;
+      if (!play(order_[k], k)) break;
     }
     const auto step = [&] { progress(order_.size(), order_.size()); };
     step();
@@ -133,7 +134,10 @@ class SequenceRun {
     std::vector<std::string> notes = sequence_.notes();  // of a video they are complete at the end
     summary_.notes.insert(summary_.notes.begin(), notes.begin(), notes.end());
     if (show_->dropped() > 0)
-      count_note(fmt::format("{} dropped to keep the pace of the {}", frames(show_->dropped()), "recording"));
+      count_note(fmt::format("{} dropped to keep the pace of the recording", frames(show_->dropped())));
+    if (camera_dropped_ > 0)
+      count_note(fmt::format("about {} of the camera were missed: it sends more than are processed",
+                             frames(camera_dropped_)));
     if (!sequence_.is_stream()) return;
     costs_.frames = statistics_.frames();
     if (!sequence_.is_camera()) costs_.source_rate_hz = sequence_.rate_hz();
@@ -144,6 +148,7 @@ class SequenceRun {
   void settle_poses() {
     if (!has_poses()) {
       summary_.verdicts_only = true;
+      count_note("the camera is not known: verdicts only, no trajectory");
     } else if (sequence_.is_stream() && summary_.tracked_frames == 0) {
       summary_.verdicts_only = true;
       count_note("the camera did not move enough for a map: verdicts only");
@@ -251,7 +256,7 @@ class SequenceRun {
   }
 
   /// False where the source ends, or the user ends it.
-  bool play(std::size_t i, std::size_t next) {
+  bool play(std::size_t i, std::size_t k) {
     const io::CpuClock all = io::CpuClock::of_process();
     std::optional<io::SequenceFrame> read = sequence_.read(i);
     if (!read) return false;
@@ -271,6 +276,7 @@ class SequenceRun {
     add_costs(result.ms, judging.ms());
     const FrameRow row = row_of(i, result);
     statistics_.add(row);
+    count_missed(frame.timestamp_s);
     if (map_) {
       map_->add(i, frame, result, odometry_, inputs, judge_.record(), oracle_ ? truth_->labels : cv::Mat());
     }
@@ -278,7 +284,16 @@ class SequenceRun {
     take_record(row, frame, inputs);
     const std::optional<cv::Mat> shown = shown_picture(row, frame, inputs);
     costs_.drawing_ms += drawing.ms(), costs_.process_ms += all.ms();
-    return !shown || show_->add(*shown, frame.timestamp_s, played_s(next), played_rate_hz());
+    const double next_s = k + 1 < order_.size() ? played_s(order_[k + 1]) : frame.timestamp_s;
+    return !shown || show_->add(*shown, frame.timestamp_s, next_s, played_rate_hz());
+  }
+
+  // A camera drops frames itself. Its stamps then have a gap.
+  void count_missed(double timestamp_s) {
+    if (!sequence_.is_camera()) return;
+    const double gap = (timestamp_s - last_s_) * sequence_.rate_hz();
+    if (statistics_.frames() > 1 && gap > 1.5) camera_dropped_ += static_cast<std::size_t>(std::lround(gap)) - 1;
+    last_s_ = timestamp_s;
   }
 
   double played_rate_hz() const {
@@ -471,7 +486,8 @@ class SequenceRun {
   FrameStatistics statistics_;
   NoteCounts notes_, stage_notes_;
   Summary summary_;
-  std::size_t blank_depth_ = 0;
+  std::size_t blank_depth_ = 0, camera_dropped_ = 0;
+  double last_s_ = 0;  ///< stamp of the last frame
   bool oracle_ = false, judged_by_truth_ = false, any_depth_ = false;
 };
 
