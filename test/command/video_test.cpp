@@ -34,7 +34,8 @@ class Clip {
  public:
   Clip() : file_(root_.path() / "clip.avi") { write(file_, 24); }
   static void write(const fs::path& file, int frames) {
-    cv::VideoWriter writer(file.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25, kSize);
+    cv::VideoWriter writer(file.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25,
+                           kSize);
     REQUIRE(writer.isOpened());
     for (int i = 0; i < frames; ++i) writer.write(scene(i));
   }
@@ -92,7 +93,8 @@ TEST_CASE("run on a video: verdicts, no trajectory, and where to write them") {
   CHECK(contains(text.out, "guessed as 320 pixels"));
   CHECK(contains(text.out, "CPU time      decoding "));
   CHECK(contains(text.out, "frames a second on one core besides decoding; the video has 25"));
-  CHECK(contains(text.out, "--out dynfilter_clip writes dynfilter_clip/report.html, --video dynfilter_clip.mp4"));
+  CHECK(contains(text.out,
+                 "--out dynfilter_clip writes dynfilter_clip/report.html, --video dynfilter_clip.mp4"));
   const CommandResult json = dynfilter("run " + Clip::file() + " --json");
   REQUIRE(json.exit_code == 0);
   CHECK(value_of(json.out, "frames") == "24");
@@ -115,8 +117,9 @@ TEST_CASE("the verdicts of a video are those of its images") {
   }
   write_text(folder.path() / "times.txt", times);
   std::string tables[3];
-  const std::string inputs[] = {Clip::file(), "'" + folder.path().string() + "'",
-                                "'" + (folder.path() / "images" / "*.png").string() + "' --camera camera.yaml"};
+  const std::string inputs[] = {
+      Clip::file(), "'" + folder.path().string() + "'",
+      "'" + (folder.path() / "images" / "*.png").string() + "' --camera camera.yaml"};
   for (int k = 0; k < 2; ++k) {
     const fs::path out = folder.path() / ("out" + std::to_string(k));
     const CommandResult result = dynfilter("run " + inputs[k] + " --out '" + out.string() + "'");
@@ -127,7 +130,8 @@ TEST_CASE("the verdicts of a video are those of its images") {
   }
   CHECK(tables[0].size() > 10'000);
   CHECK(tables[0] == tables[1]);
-  const CommandResult pattern = dynfilter("run '" + (folder.path() / "images" / "*.png").string() + "' --json");
+  const CommandResult pattern =
+      dynfilter("run '" + (folder.path() / "images" / "*.png").string() + "' --json");
   REQUIRE(pattern.exit_code == 0);
   CHECK(value_of(pattern.out, "frames") == "24");
 }
@@ -180,7 +184,8 @@ TEST_CASE("--video writes the annotated video, or nothing") {
   for (const char* name : {"out.mp4", "out.avi"}) {
     CAPTURE(name);
     const fs::path file = folder.path() / name;
-    const CommandResult result = dynfilter("run " + Clip::file() + " --step 2 --video '" + file.string() + "'");
+    const CommandResult result =
+        dynfilter("run " + Clip::file() + " --step 2 --video '" + file.string() + "'");
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
     CHECK(contains(result.out, "written to " + file.string()));
@@ -198,9 +203,12 @@ TEST_CASE("--video writes the annotated video, or nothing") {
     CHECK(red > 100);  // rejected features are drawn
   }
   const std::string file = (folder.path() / "out.mp4").string();
-  check_refused("run " + Clip::file() + " --video '" + file + "'", "exists: choose another name, or replace it with --force");
-  check_refused("run " + Clip::file() + " --video '" + file + ".gif'", "expected a name that ends with .mp4, .mov, .mkv or .avi");
-  check_refused("run " + Clip::file() + " --video '" + folder.path().string() + "/no/x.mp4'", "no such folder");
+  check_refused("run " + Clip::file() + " --video '" + file + "'",
+                "exists: choose another name, or replace it with --force");
+  check_refused("run " + Clip::file() + " --video '" + file + ".gif'",
+                "expected a name that ends with .mp4, .mov, .mkv or .avi");
+  check_refused("run " + Clip::file() + " --video '" + folder.path().string() + "/no/x.mp4'",
+                "no such folder");
   CHECK(entries(folder.path()) == 2);
   CHECK(dynfilter("run " + Clip::file() + " --frames 3 --force --video '" + file + "'").exit_code == 0);
   CHECK(entries(folder.path()) == 2);
@@ -209,10 +217,11 @@ TEST_CASE("--video writes the annotated video, or nothing") {
 TEST_CASE("an error in the middle leaves no half-written video") {
   const TemporaryFolder folder;
   fs::create_directories(folder.path() / "in");
-  for (int i = 0; i < 4; ++i) cv::imwrite((folder.path() / "in" / (std::to_string(i) + ".png")).string(), scene(i));
+  for (int i = 0; i < 4; ++i)
+    cv::imwrite((folder.path() / "in" / (std::to_string(i) + ".png")).string(), scene(i));
   fs::resize_file(folder.path() / "in" / "3.png", 5000);
-  check_refused("run '" + (folder.path() / "in").string() + "' --video '" + (folder.path() / "x.mp4").string() +
-                    "' --out '" + (folder.path() / "out").string() + "'",
+  check_refused("run '" + (folder.path() / "in").string() + "' --video '" +
+                    (folder.path() / "x.mp4").string() + "' --out '" + (folder.path() / "out").string() + "'",
                 "3.png: is truncated");
   CHECK(entries(folder.path()) == 1);
 }
@@ -223,9 +232,11 @@ TEST_CASE("what a video or a camera cannot do names the option that helps") {
   write_text(folder.path() / "poses.txt", "0 0 0 0 0 0 0 1\n");
   check_refused("map " + Clip::file() + " '" + (folder.path() / "poses.txt").string() + "'",
                 "a map needs depth images, and a video has none; give a folder with depth");
-  check_refused("run " + Clip::file() + " --map '" + nowhere + ".ply'", "a map needs depth images, and a video has none");
+  check_refused("run " + Clip::file() + " --map '" + nowhere + ".ply'",
+                "a map needs depth images, and a video has none");
   check_refused("run " + Clip::file() + " --sensor rgbd", "has no depth images, which the sensor rgbd needs");
-  check_refused("run " + Clip::file() + " --reverse", "is decoded forwards only; extract its images to a folder");
+  check_refused("run " + Clip::file() + " --reverse",
+                "is decoded forwards only; extract its images to a folder");
   check_refused("run " + Clip::file() + " --start 24", "the sequence has only 24 frames");
   check_refused("run " + Clip::file() + " --pipeline oracle", "has no label images, which `oracle` needs");
   const std::string camera = "'camera:" + Clip::file().substr(1);
@@ -236,7 +247,8 @@ TEST_CASE("what a video or a camera cannot do names the option that helps") {
   const CommandResult ended = dynfilter("run " + camera + " --frames 500 --json");
   CHECK(value_of(ended.out, "frames") == "24");
   for (const char* command : {"run", "map", "compare", "detect"}) {
-    const std::string more = command == std::string("map")       ? " '" + (folder.path() / "poses.txt").string() + "'"
+    const std::string more = command == std::string("map")
+                                 ? " '" + (folder.path() / "poses.txt").string() + "'"
                              : command == std::string("compare") ? " --pipelines none"
                              : command == std::string("detect")  ? " --detector files --frames 1"
                                                                  : " --out '" + nowhere + "' --frames 1";
@@ -252,8 +264,8 @@ TEST_CASE("--live without a display is one line") {
     CAPTURE(display);
     const TemporaryFolder folder;
     const std::string err = (folder.path() / "err").string();
-    const std::string line = std::string(display) + " '" DYNFILTER_COMMAND "' run " + Clip::file() + " --live --out '" +
-                             (folder.path() / "out").string() + "' >/dev/null 2>" + err;
+    const std::string line = std::string(display) + " '" DYNFILTER_COMMAND "' run " + Clip::file() +
+                             " --live --out '" + (folder.path() / "out").string() + "' >/dev/null 2>" + err;
     CHECK(WEXITSTATUS(std::system(line.c_str())) == 2);
     const std::string said = read_text(err);
     CHECK(said.rfind("dynfilter: --live: ", 0) == 0);
@@ -269,7 +281,8 @@ TEST_CASE("--live shows the features and keeps the pace, under Xvfb") {
     return;
   }
   const TemporaryFolder folder;
-  const std::string picture = (folder.path() / "window.png").string(), out = (folder.path() / "out.json").string();
+  const std::string picture = (folder.path() / "window.png").string(),
+                    out = (folder.path() / "out.json").string();
   const fs::path script = folder.path() / "script.sh", clip = folder.path() / "long.avi";
   Clip::write(clip, 100);
   write_text(script, "'" DYNFILTER_COMMAND "' run '" + clip.string() + "' --live --json >'" + out +

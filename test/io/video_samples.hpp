@@ -20,7 +20,8 @@ constexpr int kGreyStep = 8;  ///< the compression changes a grey level by less 
 inline void write_video(const std::filesystem::path& path, int frames, cv::Size size = {64, 48},
                         double rate_hz = 10) {
   const bool avi = path.extension() == ".avi";
-  const int codec = avi ? cv::VideoWriter::fourcc('M', 'J', 'P', 'G') : cv::VideoWriter::fourcc('m', 'p', '4', 'v');
+  const int codec =
+      avi ? cv::VideoWriter::fourcc('M', 'J', 'P', 'G') : cv::VideoWriter::fourcc('m', 'p', '4', 'v');
   cv::VideoWriter writer(path.string(), cv::CAP_FFMPEG, codec, rate_hz, size);
   REQUIRE(writer.isOpened());
   for (int i = 0; i < frames; ++i) writer.write(cv::Mat(size, CV_8UC3, cv::Scalar::all(kGreyStep * i % 256)));

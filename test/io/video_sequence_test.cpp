@@ -127,7 +127,8 @@ TEST_CASE("a broken frame in the middle is skipped and said") {
   std::vector<int> shown;
   std::vector<double> stamps_s;
   for (std::size_t i = 0; i < sequence.size(); ++i)
-    if (const auto frame = sequence.read(i)) shown.push_back(number_shown(*frame)), stamps_s.push_back(frame->timestamp_s);
+    if (const auto frame = sequence.read(i))
+      shown.push_back(number_shown(*frame)), stamps_s.push_back(frame->timestamp_s);
   CHECK(shown == std::vector<int>{0, 1, 2, 3, 5, 6, 7, 8, 9});
   CHECK(stamps_s[4] == doctest::Approx(0.5));
   CHECK(says(sequence, "1 of 10 frames could not be decoded and are skipped"));
@@ -183,7 +184,8 @@ TEST_CASE("too wide for one frame a second: --scale") {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "wide.avi";
   write_video(file, 2, {16000, 16});
-  has(complaint(file), "is 16000x16, and at most 8192 pixels a side are processed; make it smaller with --scale");
+  has(complaint(file),
+      "is 16000x16, and at most 8192 pixels a side are processed; make it smaller with --scale");
   io::SequenceOptions smaller;
   smaller.scale = 0.25;
   const io::Sequence sequence = io::Sequence::open(file, smaller);
@@ -198,7 +200,8 @@ TEST_CASE("a scaled image has a scaled camera, and the camera must fit the store
   io::SequenceOptions options;
   options.scale = 0.5;
   options.camera.emplace();
-  options.camera->fx_px = 50, options.camera->fy_px = 52, options.camera->cx_px = 31.5, options.camera->cy_px = 23.5;
+  options.camera->fx_px = 50, options.camera->fy_px = 52, options.camera->cx_px = 31.5,
+  options.camera->cy_px = 23.5;
   options.camera->width_px = 64, options.camera->height_px = 48;
   const io::Sequence sequence = io::Sequence::open(file, options);
   CHECK_FALSE(sequence.camera_is_guessed());

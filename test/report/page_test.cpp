@@ -79,8 +79,9 @@ TEST_CASE("pictures: how many, and none larger than it may be") {
   const cv::Mat read = cv::imdecode(jpeg, cv::IMREAD_COLOR);
   REQUIRE_FALSE(read.empty());
   CHECK(std::abs(static_cast<double>(read.cols) / read.rows - 1920.0 / 1080) < 0.02);
-  CHECK(cv::imdecode(report::PictureEncoder(100'000).encode(cv::Mat(12, 16, CV_8UC3, cv::Scalar(1))), 1).cols ==
-        16);
+  CHECK(
+      cv::imdecode(report::PictureEncoder(100'000).encode(cv::Mat(12, 16, CV_8UC3, cv::Scalar(1))), 1).cols ==
+      16);
 }
 
 TEST_CASE("a sample of the map is even, whatever the density of its parts") {

@@ -79,7 +79,8 @@ void check_names(CompareOptions& options) {
   const bool twice = options.pipelines.size() > 1 || options.variants;
   for (const std::string& sequence : options.sequences)
     if (twice && io::kind_of_source(sequence) == io::SourceKind::Camera)
-      throw Error(sequence + ": a camera plays once; record it with `dynfilter run` and --video, then compare");
+      throw Error(sequence +
+                  ": a camera plays once; record it with `dynfilter run` and --video, then compare");
   options.sequence_names = distinct_names(options.sequences);
 }
 

@@ -149,12 +149,18 @@ Json to_json(const Report& report) {
     classes[name] = {{"boxes", n.boxes}, {"images", n.images}, {"images_with_two", n.images_with_two}};
   for (const auto& [label, share] : report.label_share)
     labels[std::to_string(label)] = share / static_cast<double>(report.with_mask);
-  return {{"detector", report.detector},     {"input", report.input},
-          {"images", report.images},         {"with_boxes", report.with_found},
-          {"answers", report.with_boxes},    {"with_mask", report.with_mask},
-          {"boxes", report.boxes},           {"classes", classes},
-          {"label_share", labels},           {"failed", report.failed},
-          {"last_error", report.last_error}, {"ms", report.median_ms},
+  return {{"detector", report.detector},
+          {"input", report.input},
+          {"images", report.images},
+          {"with_boxes", report.with_found},
+          {"answers", report.with_boxes},
+          {"with_mask", report.with_mask},
+          {"boxes", report.boxes},
+          {"classes", classes},
+          {"label_share", labels},
+          {"failed", report.failed},
+          {"last_error", report.last_error},
+          {"ms", report.median_ms},
           {"notes", report.notes}};
 }
 
@@ -298,7 +304,9 @@ void add_detect(CLI::App& app, Action& action) {
                          "boxes and masks.\n\n"
                          "The folder of --out gets detections.txt (as run --detections reads it), "
                          "masks/ (as run --masks reads it), overlay/ and summary.json.");
-  command->add_option("INPUT", options->input, "an image file, or a sequence as `run` takes it: a folder, a video, camera:N")
+  command
+      ->add_option("INPUT", options->input,
+                   "an image file, or a sequence as `run` takes it: a folder, a video, camera:N")
       ->required()
       ->type_name("INPUT");
   command

@@ -229,19 +229,22 @@ inline void Sequence::guess_camera() {
 
 inline void Sequence::apply_scale(double scale) {
   constexpr int kMostSide_px = 8192;  // of larger images, one frame takes seconds
-  if (!(scale > 0 && scale <= 1)) throw Error("--scale " + std::to_string(scale) + ": expected above 0, at most 1");
+  if (!(scale > 0 && scale <= 1))
+    throw Error("--scale " + std::to_string(scale) + ": expected above 0, at most 1");
   if (stream_ || scale < 1) {
     const cv::Size size = first_image_size();
     const double side_px = scale * std::max(size.width, size.height);
     if (side_px > kMostSide_px)
-      throw IoError(folder_.string() + ": is " + text(size) + ", and at most " + std::to_string(kMostSide_px) +
+      throw IoError(folder_.string() + ": is " + text(size) + ", and at most " +
+                    std::to_string(kMostSide_px) +
                     " pixels a side are processed; make it smaller with --scale, as --scale 0.25");
   }
   if (scale == 1) return;
   scale_ = scale;
   camera_.fx_px *= scale, camera_.fy_px *= scale, camera_.baseline_fx_px_m *= scale;
   camera_.cx_px = (camera_.cx_px + 0.5) * scale - 0.5, camera_.cy_px = (camera_.cy_px + 0.5) * scale - 0.5;
-  camera_.width_px = cvRound(camera_.width_px * scale), camera_.height_px = cvRound(camera_.height_px * scale);
+  camera_.width_px = cvRound(camera_.width_px * scale),
+  camera_.height_px = cvRound(camera_.height_px * scale);
 }
 
 inline void Sequence::check_camera_size(const cv::Size& size, const std::string& file) const {

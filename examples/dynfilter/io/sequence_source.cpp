@@ -45,8 +45,8 @@ std::string camera_address(const std::filesystem::path& source) {
 }
 
 bool names_an_image(const std::filesystem::path& file) {
-  static constexpr const char* kSuffixes[] = {".png", ".jpg", ".jpeg", ".pgm", ".ppm", ".bmp",
-                                              ".tif", ".tiff", ".webp"};
+  static constexpr const char* kSuffixes[] = {".png", ".jpg", ".jpeg", ".pgm", ".ppm",
+                                              ".bmp", ".tif", ".tiff", ".webp"};
   std::string suffix = file.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

@@ -24,7 +24,8 @@ constexpr std::size_t kCameraFrames = 1'000'000;            // nine hours at 30 
 
 bool is_number(const std::string& text) {
   constexpr std::size_t kMostDigits = 4;
-  return !text.empty() && text.size() <= kMostDigits && text.find_first_not_of("0123456789") == std::string::npos;
+  return !text.empty() && text.size() <= kMostDigits &&
+         text.find_first_not_of("0123456789") == std::string::npos;
 }
 
 }  // namespace
@@ -58,7 +59,8 @@ int file_reader() {
 bool is_terminal_art(const cv::VideoCapture& capture) {
   const auto code = static_cast<unsigned>(capture.get(cv::CAP_PROP_FOURCC));
   std::string name;
-  for (unsigned shift = 0; shift < 32; shift += 8) name += static_cast<char>(std::tolower((code >> shift) & 0xFFU));
+  for (unsigned shift = 0; shift < 32; shift += 8)
+    name += static_cast<char>(std::tolower((code >> shift) & 0xFFU));
   return name == "ansi" || (code == 0 && capture.get(cv::CAP_PROP_FRAME_WIDTH) == 640 &&
                             capture.get(cv::CAP_PROP_FRAME_HEIGHT) == 400);
 }
@@ -159,8 +161,9 @@ std::string VideoStream::accepted() {
 
 VideoStream::VideoStream(std::string name, bool camera) : name_(std::move(name)), camera_(camera) {
   if (!built_in())
-    throw IoError(name_ + ": this build reads no video: it was built without OpenCV's videoio; give a folder "
-                          "of images");
+    throw IoError(name_ +
+                  ": this build reads no video: it was built without OpenCV's videoio; give a folder "
+                  "of images");
 }
 
 VideoStream::~VideoStream() = default;
@@ -173,8 +176,7 @@ std::shared_ptr<VideoStream> VideoStream::of_file(const std::filesystem::path& p
   stream->count_frames();
   stream->find_rate();
   const cv::Mat first = stream->advance() ? stream->decoder_->retrieve() : cv::Mat();
-  if (first.empty())
-    throw IoError(stream->name_ + ": has no frame that can be decoded; " + accepted());
+  if (first.empty()) throw IoError(stream->name_ + ": has no frame that can be decoded; " + accepted());
   stream->size_px_ = first.size();
   return stream;
 }
@@ -186,8 +188,9 @@ std::shared_ptr<VideoStream> VideoStream::of_camera(const std::string& address) 
   const cv::Mat first =
       stream->decoder_->is_open() && stream->advance() ? stream->decoder_->retrieve() : cv::Mat();
   if (first.empty())
-    throw IoError(stream->name_ + ": no image comes from this camera: it is not there, is in use or may not be "
-                                  "read; give camera:N of another one");
+    throw IoError(stream->name_ +
+                  ": no image comes from this camera: it is not there, is in use or may not be "
+                  "read; give camera:N of another one");
   stream->size_px_ = first.size();
   stream->find_rate();
   return stream;
@@ -215,8 +218,7 @@ std::optional<TimedImage> VideoStream::read(std::size_t i) {
   while (grabbed_ < i + 1)
     if (!advance()) return std::nullopt;
   TimedImage image{stamps_s_[i], decoder_->retrieve()};
-  if (image.colour.empty())
-    throw IoError(name_ + ": frame " + std::to_string(i) + " is not an 8-bit image");
+  if (image.colour.empty()) throw IoError(name_ + ": frame " + std::to_string(i) + " is not an 8-bit image");
   return image;
 }
 

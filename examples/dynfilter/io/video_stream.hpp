@@ -72,9 +72,9 @@ class VideoStream {
   std::size_t size_ = 0;
   cv::Size size_px_;
   double rate_hz_ = 0;
-  std::size_t grabbed_ = 0;         ///< images so far; the last one may not be converted yet
-  std::vector<double> stamps_s_;    ///< of the images so far, also after rewind()
-  bool counts_stamps_ = false;      ///< the container's stamps cannot be used any more
+  std::size_t grabbed_ = 0;       ///< images so far; the last one may not be converted yet
+  std::vector<double> stamps_s_;  ///< of the images so far, also after rewind()
+  bool counts_stamps_ = false;    ///< the container's stamps cannot be used any more
   std::vector<std::string> notes_;
   std::optional<std::size_t> end_;  ///< number of images, once known
 };

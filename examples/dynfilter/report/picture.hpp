@@ -36,9 +36,9 @@ class PictureEncoder {
  public:
   explicit PictureEncoder(std::size_t most_bytes) : most_bytes_(most_bytes) {
     const bool small = most_bytes < kSmallPictureBytes;
-    const std::vector<int> widths_px = small ? std::vector<int>{kSmallPictureWidth_px, 400, 320, 240, 160}
-                                             : std::vector<int>{kPictureWidth_px, kPictureWidth_px * 2 / 3,
-                                                                kPictureWidth_px / 3};
+    const std::vector<int> widths_px =
+        small ? std::vector<int>{kSmallPictureWidth_px, 400, 320, 240, 160}
+              : std::vector<int>{kPictureWidth_px, kPictureWidth_px * 2 / 3, kPictureWidth_px / 3};
     for (const int width_px : widths_px)
       for (const int quality : {70, 55, 40}) forms_.push_back({width_px, quality});
   }
@@ -60,8 +60,8 @@ class PictureEncoder {
   static std::vector<std::uint8_t> jpeg(const cv::Mat& picture, const Form& form) {
     cv::Mat shown = picture;
     if (picture.cols > form.width_px)
-      cv::resize(picture, shown, {form.width_px, std::max(1, picture.rows * form.width_px / picture.cols)}, 0, 0,
-                 cv::INTER_AREA);
+      cv::resize(picture, shown, {form.width_px, std::max(1, picture.rows * form.width_px / picture.cols)}, 0,
+                 0, cv::INTER_AREA);
     std::vector<std::uint8_t> bytes;
     if (!cv::imencode(".jpg", shown, bytes,
                       {cv::IMWRITE_JPEG_QUALITY, form.quality, cv::IMWRITE_JPEG_OPTIMIZE, 1}))

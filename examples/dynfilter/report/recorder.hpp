@@ -46,9 +46,7 @@ class RunRecorder {
   bool wants_picture() const { return frames_ % step_ == 0 && record_.pictures.size() < most_pictures_; }
   /// Width to draw a picture in: small ones have symbols large enough to be seen. 0: as large as it gets.
   int picture_width_px() const { return bytes_each_ < kSmallPictureBytes ? kSmallPictureWidth_px : 0; }
-  void add_picture(const cv::Mat& drawn) {
-    record_.pictures.push_back({place(), encoder_.encode(drawn)});
-  }
+  void add_picture(const cv::Mat& drawn) { record_.pictures.push_back({place(), encoder_.encode(drawn)}); }
 
   /// `age_frames`: of the boxes or masks that the frame got; NaN without any.
   void add(const FrameRow& row, const PipelineJudge& judge, double age_frames) {

@@ -45,14 +45,10 @@ inline std::string costs_text(const FrameCosts& c) {
 
 inline Json to_json(const FrameCosts& c) {
   const auto n = static_cast<double>(c.frames);
-  return {{"decoding_ms", c.decoding_ms() / n},
-          {"grey_ms", c.grey_ms / n},
-          {"features_ms", c.features_ms / n},
-          {"verdict_ms", c.verdict_ms / n},
-          {"poses_ms", c.poses_ms / n},
-          {"detector_ms", c.boxes_ms / n},
-          {"drawing_ms", c.drawing_ms / n},
-          {"rate_hz", number_or_null(c.rate_hz())},
+  return {{"decoding_ms", c.decoding_ms() / n}, {"grey_ms", c.grey_ms / n},
+          {"features_ms", c.features_ms / n},   {"verdict_ms", c.verdict_ms / n},
+          {"poses_ms", c.poses_ms / n},         {"detector_ms", c.boxes_ms / n},
+          {"drawing_ms", c.drawing_ms / n},     {"rate_hz", number_or_null(c.rate_hz())},
           {"source_rate_hz", c.source_rate_hz}};
 }
 

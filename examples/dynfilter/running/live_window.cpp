@@ -109,8 +109,9 @@ void LiveWindow::fit(const cv::Mat& picture) const {
 #else
 
 LiveWindow::LiveWindow(std::string title, bool paced) : title_(std::move(title)), paced_(paced) {
-  throw Error("--live: this build opens no window: it was built without OpenCV's highgui; --video FILE.mp4 "
-              "writes what it would show");
+  throw Error(
+      "--live: this build opens no window: it was built without OpenCV's highgui; --video FILE.mp4 "
+      "writes what it would show");
 }
 LiveWindow::~LiveWindow() = default;
 LiveWindow::Key LiveWindow::wait(int) const {
@@ -135,7 +136,8 @@ bool LiveWindow::is_late(double next_s) {
 
 bool LiveWindow::show(const cv::Mat& picture, double timestamp_s, double next_s) {
   if (!began_)
-    began_ = Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timestamp_s));
+    began_ = Clock::now() -
+             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timestamp_s));
   if (last_.empty()) fit(picture);
   last_.push_back(picture);
   if (last_.size() > kStepsBack) last_.pop_front();

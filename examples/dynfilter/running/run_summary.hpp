@@ -60,7 +60,7 @@ struct Summary {
   std::size_t frames = 0, tracked_frames = 0;
   /// There are no poses, because the camera is not known or did not move enough. That is no failure.
   bool verdicts_only = false;
-  std::optional<FrameCosts> costs;  ///< of a video
+  std::optional<FrameCosts> costs;     ///< of a video
   double first_s = NAN, last_s = NAN;  ///< stamps of the first and the last frame played
   double ate_rmse_m = NAN, rpe_trans_rmse_m = NAN, rpe_rot_rmse_deg = NAN;
   double precision = NAN, recall = NAN, static_kept = NAN;

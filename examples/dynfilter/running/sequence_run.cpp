@@ -292,7 +292,8 @@ class SequenceRun {
   void count_missed(double timestamp_s) {
     if (!sequence_.is_camera()) return;
     const double gap = (timestamp_s - last_s_) * sequence_.rate_hz();
-    if (statistics_.frames() > 1 && gap > 1.5) camera_dropped_ += static_cast<std::size_t>(std::lround(gap)) - 1;
+    if (statistics_.frames() > 1 && gap > 1.5)
+      camera_dropped_ += static_cast<std::size_t>(std::lround(gap)) - 1;
     last_s_ = timestamp_s;
   }
 
@@ -300,7 +301,8 @@ class SequenceRun {
     constexpr double kUsual_hz = 30;
     const std::size_t n = order_.size();
     double rate_hz = sequence_.rate_hz();
-    if (rate_hz == 0 && n > 1) rate_hz = static_cast<double>(n - 1) / (played_s(order_[n - 1]) - played_s(order_[0]));
+    if (rate_hz == 0 && n > 1)
+      rate_hz = static_cast<double>(n - 1) / (played_s(order_[n - 1]) - played_s(order_[0]));
     return rate_hz > 0 ? rate_hz / static_cast<double>(sequence_.is_stream() ? options_.step : 1) : kUsual_hz;
   }
 

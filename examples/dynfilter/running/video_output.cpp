@@ -97,7 +97,8 @@ void VideoOutput::open(const cv::Mat& picture, double rate_hz) {
   page_.create(size, CV_8UC3);
   for (const std::string_view codec : container_of(file_)->codecs)
     if (writer_->open(partial_, codec, rate_hz, size)) return;
-  throw IoError("--video " + file_.string() + ": this OpenCV cannot encode it here; --video NAME.avi takes Motion "
+  throw IoError("--video " + file_.string() +
+                ": this OpenCV cannot encode it here; --video NAME.avi takes Motion "
                 "JPEG, and --out writes pictures");
 }
 
