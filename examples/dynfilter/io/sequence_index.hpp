@@ -44,8 +44,8 @@ double stamp_of(const TextLine& line, std::size_t field, const std::filesystem::
 /// False for a repeated timestamp, which the caller skips. Throws IoError for an earlier one.
 bool comes_later(double timestamp_s, double last_s, const TextLine& line, const std::filesystem::path& path);
 
-/// Names of the images in a folder; empty if it does not exist. Numbers in them sort as numbers: 2.png is before
-/// 10.png.
+/// Names of the images in a folder; empty if it does not exist. Numbers in them sort as numbers: 2.png is
+/// before 10.png.
 std::vector<std::string> images_in(const std::filesystem::path& folder);
 
 /// Gives each frame the image of the same name in the folder `right`, and notes how many have none.

@@ -18,6 +18,7 @@ struct FrameCosts {
   double drawing_ms = 0;
   std::size_t frames = 0;
   double source_rate_hz = 0;  ///< of the video; 0: not known
+  bool encodes = false;       ///< a video is written, in threads of its own as well
 
   double without_decoding_ms() const {
     return grey_ms + features_ms + verdict_ms + poses_ms + boxes_ms + drawing_ms;
@@ -31,9 +32,9 @@ inline std::string costs_text(const FrameCosts& c) {
   if (c.frames == 0 || !(c.process_ms > 0)) return "";
   const auto share = [&](double ms) { return 100 * ms / c.process_ms; };
   std::string text = fmt::format(
-      "  CPU time      decoding {:.0f} %, grey and scale {:.0f} %, features {:.0f} %,\n"
+      "  CPU time      {} {:.0f} %, grey and scale {:.0f} %, features {:.0f} %,\n"
       "                flow and verdict {:.0f} %",
-      share(c.decoding_ms()), share(c.grey_ms), share(c.features_ms), share(c.verdict_ms));
+      c.encodes ? "decoding and encoding" : "decoding", share(c.decoding_ms()), share(c.grey_ms), share(c.features_ms), share(c.verdict_ms));
   if (c.poses_ms > 0) text += fmt::format(", poses {:.0f} %", share(c.poses_ms));
   if (share(c.boxes_ms) >= 1) text += fmt::format(", detector {:.0f} %", share(c.boxes_ms));
   text += fmt::format(", drawing {:.0f} % of {:.1f} ms a frame\n", share(c.drawing_ms),

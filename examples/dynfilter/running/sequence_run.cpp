@@ -140,6 +140,7 @@ class SequenceRun {
                              frames(camera_dropped_)));
     if (!sequence_.is_stream()) return;
     costs_.frames = statistics_.frames();
+    costs_.encodes = !options_.video.empty();
     if (!sequence_.is_camera()) costs_.source_rate_hz = sequence_.rate_hz();
     summary_.costs = costs_;
   }
