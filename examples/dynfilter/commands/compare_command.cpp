@@ -482,9 +482,9 @@ void add_compare(CLI::App& app, Action& action) {
                          "If a scene has several runs (seeds of a rendered scene, or "
                          "--variants), also the median of its runs. Different scenes are never "
                          "pooled.");
-  command->add_option("SEQUENCE", options->sequences, "folders, as `run` takes them")
+  command->add_option("SEQUENCE", options->sequences, "folders, videos or images, as `run` takes them")
       ->required()
-      ->type_name("FOLDER");
+      ->type_name("INPUT");
   command
       ->add_option("--pipelines", options->pipelines,
                    "presets (`dynfilter presets`) or YAML files, with commas between")

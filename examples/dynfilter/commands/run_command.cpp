@@ -93,9 +93,9 @@ void add_run(CLI::App& app, Action& action) {
       "report.html, a page with all of it.");
   command
       ->add_option("SEQUENCE", options->sequence,
-                   "a folder, a video file, camera:N or a pattern of images in quotes")
+                   "a folder, a video, camera:N, or images by a pattern in quotes")
       ->required()
-      ->type_name("SEQUENCE");
+      ->type_name("INPUT");
   command
       ->add_option("--pipeline", options->pipeline,
                    "a preset's name (dynfilter, none, oracle, ...: `dynfilter presets`) or a YAML file")

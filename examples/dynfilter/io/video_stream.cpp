@@ -22,17 +22,17 @@ constexpr double kUsualRate_hz = 30;
 constexpr double kLeastRate_hz = 0.1, kMostRate_hz = 1000;  // others are a container's nonsense
 constexpr std::size_t kCameraFrames = 1'000'000;            // nine hours at 30 Hz
 
-bool is_number(const std::string& text) {
-  constexpr std::size_t kMostDigits = 4;
-  return !text.empty() && text.size() <= kMostDigits &&
-         text.find_first_not_of("0123456789") == std::string::npos;
-}
-
 }  // namespace
 
 #ifdef DYNFILTER_HAS_VIDEOIO
 
 namespace {
+
+bool is_number(const std::string& text) {
+  constexpr std::size_t kMostDigits = 4;
+  return !text.empty() && text.size() <= kMostDigits &&
+         text.find_first_not_of("0123456789") == std::string::npos;
+}
 
 /// Neither OpenCV nor FFmpeg prints to stderr, which has one line for an error.
 class Quiet {

@@ -61,7 +61,7 @@ inline odometry::OdometryOptions odometry_options(odometry::Sensor sensor, bool 
 inline void check_stream(const RunOptions& options, const io::Sequence& sequence) {
   if (!sequence.is_stream()) return;
   if (options.reverse)
-    throw Error("--reverse: " + options.sequence +
+    throw Error("--reverse, --variants: " + options.sequence +
                 " is decoded forwards only; extract its images to a folder");
   if (sequence.is_camera() && options.frames == 0 && !options.live)
     throw Error(options.sequence + ": a camera has no end; give --frames N, or --live and end it with q");
