@@ -239,7 +239,8 @@ TEST_CASE("what a video or a camera cannot do names the option that helps") {
                 "is decoded forwards only; extract its images to a folder");
   check_refused("run " + Clip::file() + " --start 24", "the sequence has only 24 frames");
   check_refused("run " + Clip::file() + " --pipeline oracle", "has no label images, which `oracle` needs");
-  check_refused("compare " + Clip::file() + " --pipelines none --variants --frames 2", "is decoded forwards only");
+  check_refused("compare " + Clip::file() + " --pipelines none --variants --frames 2",
+                "is decoded forwards only");
   const std::string camera = "'camera:" + Clip::file().substr(1);
   check_refused("run " + camera, "a camera has no end; give --frames N, or --live and end it with q");
   check_refused("compare " + camera + " --frames 3 --pipelines none,dynfilter", "a camera plays once");

@@ -20,6 +20,7 @@
 #include "command_registry.hpp"
 #include "eval/classification.hpp"
 #include "frame_show.hpp"
+#include "given_poses.hpp"
 #include "identity.hpp"
 #include "interruption.hpp"
 #include "io/cpu_clock.hpp"
@@ -72,7 +73,7 @@ class SequenceRun {
     identify();
     summary_.sensor = odometry::to_string(sensor_);
     ground_truth_ = sequence_.ground_truth();
-    if (!options.trajectory.empty()) read_poses();
+    if (!options.trajectory.empty()) poses_.emplace(given_poses(options, sequence_, order_, summary_.notes));
     open_feed();
     oracle_ = uses_stage(judge_.pipeline(), OracleFilter::kName);
     require_labels(judge_.pipeline(), sequence_.has_labels(), options.sequence);
@@ -135,9 +136,9 @@ class SequenceRun {
     summary_.notes.insert(summary_.notes.begin(), notes.begin(), notes.end());
     if (show_->dropped() > 0)
       count_note(fmt::format("{} dropped to keep the pace of the recording", frames(show_->dropped())));
-    if (camera_dropped_ > 0)
+    if (missed_.count() > 0)
       count_note(fmt::format("about {} of the camera were missed: it sends more than are processed",
-                             frames(camera_dropped_)));
+                             frames(missed_.count())));
     if (!sequence_.is_stream()) return;
     costs_.frames = statistics_.frames();
     costs_.encodes = !options_.video.empty();
@@ -196,38 +197,6 @@ class SequenceRun {
     return options_.reverse ? 2 * sequence_.timestamp_s(order_[0]) - stamp_s : stamp_s;
   }
 
-  // Reads the poses of another SLAM. Frames without a pose are not played.
-  void read_poses() {
-    io::TrajectoryOddities odd;
-    const io::Trajectory given = io::read_tum_trajectory(options_.trajectory, odd);
-    const std::string name = std::filesystem::path(options_.trajectory).filename().string();
-    if (odd.backwards > 0)
-      count_note(fmt::format("{}: {} {} back: sorted by time", name, odd.backwards,
-                             odd.backwards == 1 ? "stamp goes" : "stamps go"));
-    if (odd.repeated > 0)
-      count_note(fmt::format("{}: {} repeated {}: the last pose counts", name, odd.repeated,
-                             odd.repeated == 1 ? "stamp" : "stamps"));
-    if (odd.no_pose > 0)
-      count_note(
-          fmt::format("{}: {} {} without a pose", name, odd.no_pose, odd.no_pose == 1 ? "line" : "lines"));
-    poses_.emplace(given, options_.max_gap_s);
-    const std::size_t all = order_.size();
-    const double first_s = sequence_.timestamp_s(order_.front()),
-                 last_s = sequence_.timestamp_s(order_.back());
-    order_.erase(std::remove_if(order_.begin(), order_.end(),
-                                [&](std::size_t i) { return !poses_->at(sequence_.timestamp_s(i)); }),
-                 order_.end());
-    if (order_.empty())
-      throw IoError(
-          fmt::format("{}: no pose for any of the {} (poses from {:.3f} to {:.3f} s, frames from {:.3f} to "
-                      "{:.3f} s)",
-                      options_.trajectory, frames(all), given.front().timestamp_s, given.back().timestamp_s,
-                      first_s, last_s));
-    if (order_.size() < all)
-      count_note(
-          fmt::format("{} of {} have no pose and are left out (none within {:g} s of each other around them)",
-                      all - order_.size(), frames(all), options_.max_gap_s));
-  }
   std::optional<Pose> pose_at(std::size_t i) const {
     return poses_ ? poses_->at(sequence_.timestamp_s(i)) : std::nullopt;
   }
@@ -274,10 +243,10 @@ class SequenceRun {
     costs_.boxes_ms += boxes.ms(), costs_.grey_ms += frame.convert_ms;
     const io::CpuClock judging = io::CpuClock::of_thread();
     const odometry::TrackResult result = odometry_.process(frame, inputs, pose_at(i));
-    add_costs(result.ms, judging.ms());
+    costs_.add(result.ms, judging.ms());
     const FrameRow row = row_of(i, result);
     statistics_.add(row);
-    count_missed(frame.timestamp_s);
+    if (sequence_.is_camera()) missed_.add(frame.timestamp_s, sequence_.rate_hz());
     if (map_) {
       map_->add(i, frame, result, odometry_, inputs, judge_.record(), oracle_ ? truth_->labels : cv::Mat());
     }
@@ -289,15 +258,6 @@ class SequenceRun {
     return !shown || show_->add(*shown, frame.timestamp_s, next_s, played_rate_hz());
   }
 
-  // A camera drops frames itself. Its stamps then have a gap.
-  void count_missed(double timestamp_s) {
-    if (!sequence_.is_camera()) return;
-    const double gap = (timestamp_s - last_s_) * sequence_.rate_hz();
-    if (statistics_.frames() > 1 && gap > 1.5)
-      camera_dropped_ += static_cast<std::size_t>(std::lround(gap)) - 1;
-    last_s_ = timestamp_s;
-  }
-
   double played_rate_hz() const {
     constexpr double kUsual_hz = 30;
     const std::size_t n = order_.size();
@@ -305,13 +265,6 @@ class SequenceRun {
     if (rate_hz == 0 && n > 1)
       rate_hz = static_cast<double>(n - 1) / (played_s(order_[n - 1]) - played_s(order_[0]));
     return rate_hz > 0 ? rate_hz / static_cast<double>(sequence_.is_stream() ? options_.step : 1) : kUsual_hz;
-  }
-
-  // The odometry's own clocks count elapsed time, or all threads.
-  void add_costs(const odometry::StageTimes& elapsed, double cpu_ms) {
-    const double per_ms = elapsed.total() > 0 ? cpu_ms / elapsed.total() : 0;
-    costs_.features_ms += per_ms * elapsed.extraction, costs_.verdict_ms += per_ms * elapsed.judge;
-    costs_.poses_ms += has_poses() ? per_ms * (elapsed.tracking + elapsed.mapping) : 0;
   }
 
   void open_recorder(const RecordOptions& record) {
@@ -489,8 +442,8 @@ class SequenceRun {
   FrameStatistics statistics_;
   NoteCounts notes_, stage_notes_;
   Summary summary_;
-  std::size_t blank_depth_ = 0, camera_dropped_ = 0;
-  double last_s_ = 0;  ///< stamp of the last frame
+  MissedFrames missed_;
+  std::size_t blank_depth_ = 0;
   bool oracle_ = false, judged_by_truth_ = false, any_depth_ = false;
 };
 
