@@ -39,8 +39,9 @@ class PictureEncoder {
     const std::vector<int> widths_px =
         small ? std::vector<int>{kSmallPictureWidth_px, 400, 320, 240, 160}
               : std::vector<int>{kPictureWidth_px, kPictureWidth_px * 2 / 3, kPictureWidth_px / 3};
+    const std::vector<int> qualities = small ? std::vector<int>{60, 40, 25} : std::vector<int>{70, 55, 40};
     for (const int width_px : widths_px)
-      for (const int quality : {70, 55, 40}) forms_.push_back({width_px, quality});
+      for (const int quality : qualities) forms_.push_back({width_px, quality});
   }
 
   std::vector<std::uint8_t> encode(const cv::Mat& picture) {

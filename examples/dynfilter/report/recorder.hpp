@@ -44,7 +44,7 @@ class RunRecorder {
 
   /// For the frame that add() gets next.
   bool wants_picture() const { return frames_ % step_ == 0 && record_.pictures.size() < most_pictures_; }
-  /// Width to draw a picture in: small ones have symbols large enough to be seen. 0: as large as it gets.
+  /// Width to draw a picture in. Small ones have symbols large enough to be seen, and no text. 0: any width.
   int picture_width_px() const { return bytes_each_ < kSmallPictureBytes ? kSmallPictureWidth_px : 0; }
   void add_picture(const cv::Mat& drawn) { record_.pictures.push_back({place(), encoder_.encode(drawn)}); }
 

@@ -51,19 +51,19 @@ class Overlay {
     const int rows = layout(legend, size.width, nullptr);
     cv::Mat canvas(size.height + kTitle_px + rows * kRow_px + 8, size.width, CV_8UC3, kPaper);
     cv::Mat picture = canvas(cv::Rect(0, kTitle_px, size.width, size.height));
-    paint_background(frame, picture);
-    for (const Detection& d : frame.detections)
-      cv::rectangle(picture, scaled(d.box, scale), kBox, 1, cv::LINE_AA);
-    for (const Vote layer : {Vote::Unknown, Vote::Static, Vote::Dynamic}) {
-      for (const MarkedFeature& f : frame.features) {
-        if (f.decision == layer) mark(f, f.pixel * scale, picture);
-      }
-    }
-    for (const Detection& d : frame.detections) paint_label(d, scale, picture);
+    paint(frame, scale, picture);
     cv::putText(canvas, frame.title, {8, 19}, cv::FONT_HERSHEY_SIMPLEX, 0.5, kInk, 1, cv::LINE_AA);
     cv::Mat strip = canvas(cv::Rect(0, kTitle_px + size.height, size.width, rows * kRow_px + 8));
     layout(legend, size.width, &strip);
     return canvas;
+  }
+
+  /// The picture alone, without title and legend.
+  cv::Mat draw_bare(const OverlayFrame& frame) const {
+    const float scale = scale_of(frame.colour);
+    cv::Mat picture(size_of(frame.colour, scale), CV_8UC3);
+    paint(frame, scale, picture);
+    return picture;
   }
 
  private:
@@ -76,6 +76,18 @@ class Overlay {
     MarkedFeature example;
     std::string text;
   };
+
+  static void paint(const OverlayFrame& frame, float scale, cv::Mat& picture) {
+    paint_background(frame, picture);
+    for (const Detection& d : frame.detections)
+      cv::rectangle(picture, scaled(d.box, scale), kBox, 1, cv::LINE_AA);
+    for (const Vote layer : {Vote::Unknown, Vote::Static, Vote::Dynamic}) {
+      for (const MarkedFeature& f : frame.features) {
+        if (f.decision == layer) mark(f, f.pixel * scale, picture);
+      }
+    }
+    for (const Detection& d : frame.detections) paint_label(d, scale, picture);
+  }
 
   float scale_of(const cv::Mat& image) const {
     if (most_width_px_ == 0) return kScale;

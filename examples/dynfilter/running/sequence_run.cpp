@@ -285,8 +285,10 @@ class SequenceRun {
     cv::Mat drawn;
     if (output_) drawn = output_->add(row, judge_, picture_of(frame, inputs, row));
     if (recorder_->wants_picture()) {
-      const int width_px = recorder_->picture_width_px();
-      if (drawn.empty() || width_px > 0) drawn = Overlay(width_px).draw(judged_picture(frame, inputs, row));
+      if (const int width_px = recorder_->picture_width_px(); width_px > 0)
+        drawn = Overlay(width_px).draw_bare(judged_picture(frame, inputs, row));
+      else if (drawn.empty())
+        drawn = Overlay().draw(judged_picture(frame, inputs, row));
       recorder_->add_picture(drawn);
     }
     recorder_->add(row, judge_, age_of(inputs));
