@@ -51,7 +51,10 @@ struct DetectOptions {
 class Images {
  public:
   explicit Images(const DetectOptions& options) {
-    if (io::names_an_image(options.input) && std::filesystem::is_regular_file(options.input)) {
+    std::error_code error;
+    const bool is_pattern = options.input.find_first_of("*?[") != std::string::npos;
+    if (io::names_an_image(options.input) && !is_pattern &&
+        !std::filesystem::is_directory(options.input, error)) {
       file_ = options.input;
       return;
     }
