@@ -1,6 +1,6 @@
 # What surrounds the toolkit: readers and writers of recordings, evaluation, rendered sequences. Ordinary sources, linked by the
 # command, the Python package and the tests. Not installed: nothing under include/ needs it.
-find_package(OpenCV QUIET OPTIONAL_COMPONENTS imgcodecs)  # writes pictures
+find_package(OpenCV QUIET OPTIONAL_COMPONENTS imgcodecs videoio)  # writes pictures, reads videos
 set(workshop_dir "${PROJECT_SOURCE_DIR}/examples/dynfilter")
 file(GLOB workshop_sources CONFIGURE_DEPENDS
   "${workshop_dir}/io/*.cpp" "${workshop_dir}/eval/*.cpp" "${workshop_dir}/render/*.cpp")
@@ -10,3 +10,9 @@ set_target_properties(dynfilter_workshop PROPERTIES UNITY_BUILD ON UNITY_BUILD_B
 target_include_directories(dynfilter_workshop PUBLIC "${workshop_dir}")
 target_link_libraries(dynfilter_workshop PUBLIC dynfilter::detectors dynfilter::mapping opencv_imgcodecs opencv_imgproc
   PRIVATE dynfilter_compile_options)
+if(TARGET opencv_videoio)
+  target_link_libraries(dynfilter_workshop PRIVATE opencv_videoio)
+  target_compile_definitions(dynfilter_workshop PRIVATE DYNFILTER_HAS_VIDEOIO)
+else()
+  message(STATUS "dynfilter: this OpenCV has no videoio: the command and Python read folders of images, and no videos")
+endif()

@@ -34,7 +34,7 @@ report::RunRecord long_run(std::size_t frames) {
   run.stages.push_back({"before_pose", "a", "before_pose/0", 0, std::vector<double>(frames, 1.2345678)});
   const std::size_t step = report::picture_step(frames, report::kMostPictures);
   const std::vector<std::uint8_t> jpeg =
-      report::encode_picture(noise(960, 780), report::kPictureBytes / ((frames + step - 1) / step));
+      report::PictureEncoder(report::kPictureBytes / ((frames + step - 1) / step)).encode(noise(960, 780));
   for (std::size_t k = 0; k < frames; ++k) {
     command::FrameRow row;
     row.index = k, row.timestamp_s = 1.7e9 + static_cast<double>(k) / 30, row.state = "tracked";
@@ -74,12 +74,14 @@ TEST_CASE("pictures: how many, and none larger than it may be") {
   CHECK(report::picture_step(0, 100) == 1);
   CHECK(report::picture_step(500, 100, 10) == 10);       // only 50 are drawn
   CHECK(report::picture_step(3000, 100, 20) % 20 == 0);  // no picture that is not drawn anyway
-  const std::vector<std::uint8_t> jpeg = report::encode_picture(noise(1920, 1080), 100'000);
+  const std::vector<std::uint8_t> jpeg = report::PictureEncoder(100'000).encode(noise(1920, 1080));
   CHECK(jpeg.size() <= 100'000);
   const cv::Mat read = cv::imdecode(jpeg, cv::IMREAD_COLOR);
   REQUIRE_FALSE(read.empty());
   CHECK(std::abs(static_cast<double>(read.cols) / read.rows - 1920.0 / 1080) < 0.02);
-  CHECK(cv::imdecode(report::encode_picture(cv::Mat(12, 16, CV_8UC3, cv::Scalar(1)), 100'000), 1).cols == 16);
+  CHECK(
+      cv::imdecode(report::PictureEncoder(100'000).encode(cv::Mat(12, 16, CV_8UC3, cv::Scalar(1))), 1).cols ==
+      16);
 }
 
 TEST_CASE("a sample of the map is even, whatever the density of its parts") {

@@ -104,7 +104,7 @@ class Bench {
     const std::filesystem::path results = options_.out / place;
     row.link = (place / "report.html").generic_string();
     std::error_code error;
-    if (!std::filesystem::is_directory(data, error)) return without_run(row, "missing", "");
+    if (!std::filesystem::exists(data, error)) return without_run(row, "missing", "");
     try {
       const RunIdentity identity{canonical_text(data), pipeline_source(pipeline).digest};
       if (!options_.force && read_run(results, identity, row) && row.state.empty()) return row;

@@ -17,6 +17,7 @@
 
 #include "command.hpp"
 #include "eval/statistics.hpp"
+#include "io/sequence_source.hpp"
 #include "report/map_sample.hpp"
 #include "report/page.hpp"
 #include "report/picture.hpp"
@@ -75,6 +76,11 @@ void check_names(CompareOptions& options) {
   for (const std::string& pipeline : options.pipelines)
     pipelines.push_back({named_pipeline(pipeline, registry).name, pipeline});
   check_distinct(pipelines);
+  const bool twice = options.pipelines.size() > 1 || options.variants;
+  for (const std::string& sequence : options.sequences)
+    if (twice && io::kind_of_source(sequence) == io::SourceKind::Camera)
+      throw Error(sequence +
+                  ": a camera plays once; record it with `dynfilter run` and --video, then compare");
   options.sequence_names = distinct_names(options.sequences);
 }
 
@@ -265,7 +271,7 @@ std::vector<std::string> cells_of(const Row& row) {
   return {s.sequence,
           row.variant,
           s.pipeline,
-          fmt::format("{}/{}", s.tracked_frames, s.frames),
+          s.verdicts_only ? "-" : fmt::format("{}/{}", s.tracked_frames, s.frames),
           cell(s.ate_rmse_m, 4),
           cell(s.rpe_trans_rmse_m, 4),
           cell(s.rpe_rot_rmse_deg, 3),
@@ -476,9 +482,9 @@ void add_compare(CLI::App& app, Action& action) {
                          "If a scene has several runs (seeds of a rendered scene, or "
                          "--variants), also the median of its runs. Different scenes are never "
                          "pooled.");
-  command->add_option("SEQUENCE", options->sequences, "folders, as `run` takes them")
+  command->add_option("SEQUENCE", options->sequences, "folders, videos or images, as `run` takes them")
       ->required()
-      ->type_name("FOLDER");
+      ->type_name("INPUT");
   command
       ->add_option("--pipelines", options->pipelines,
                    "presets (`dynfilter presets`) or YAML files, with commas between")

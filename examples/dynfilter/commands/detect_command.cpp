@@ -25,6 +25,8 @@
 #include "eval/statistics.hpp"
 #include "io/detections_writer.hpp"
 #include "io/sequence.hpp"
+#include "io/sequence_source.hpp"
+#include "run_options.hpp"
 #include "running/command_registry.hpp"
 #include "running/interruption.hpp"
 #include "running/overlay.hpp"
@@ -39,7 +41,8 @@ namespace {
 struct DetectOptions {
   std::string input, detector, network_dir, out;
   std::vector<std::string> plugins;
-  std::size_t start = 0, frames = 0;
+  std::size_t start = 0, frames = 0, step = 1;
+  double scale = 1;
   int threads = 1;
   bool json = false, force = false;
 };
@@ -47,24 +50,33 @@ struct DetectOptions {
 /// One image file, or the colour and depth images of a sequence.
 class Images {
  public:
-  explicit Images(const std::string& input) {
+  explicit Images(const DetectOptions& options) {
     std::error_code error;
-    if (!std::filesystem::is_directory(input, error)) {
-      file_ = input;
+    const bool is_pattern = options.input.find_first_of("*?[") != std::string::npos;
+    if (io::names_an_image(options.input) && !is_pattern &&
+        !std::filesystem::is_directory(options.input, error)) {
+      file_ = options.input;
       return;
     }
     io::SequenceOptions given;  // no camera is needed; any camera accepts images of every size
     given.camera.emplace();
     given.camera->fx_px = given.camera->fy_px = 1;
     given.camera->width_px = given.camera->height_px = 0;
-    sequence_ = io::Sequence::open(input, given);
+    given.scale = options.scale;
+    sequence_ = io::Sequence::open(options.input, given);
+    if (sequence_->is_camera() && options.frames == 0)
+      throw Error(options.input + ": a camera has no end; give --frames N");
   }
   std::size_t size() const { return sequence_ ? sequence_->size() : 1; }
   std::string name(std::size_t i) const {
     return sequence_ ? sequence_->image_name(i) : file_.stem().string();
   }
+  std::vector<std::string> notes() const {
+    return sequence_ ? sequence_->notes() : std::vector<std::string>();
+  }
 
-  SemanticImage load(std::size_t i) const {
+  /// nullopt where a video ended.
+  std::optional<SemanticImage> load(std::size_t i) const {
     SemanticImage image;
     image.frame_id = static_cast<std::int64_t>(i);
     if (!sequence_) {
@@ -72,11 +84,12 @@ class Images {
       image.pixels = io::read_image(file_, io::ImageAs::Colour);
       return image;
     }
-    const io::SequenceFrame frame = sequence_->load(i);
-    image.timestamp_s = frame.timestamp_s;
-    image.pixels = frame.colour;
-    image.depth = frame.depth;
-    image.depth_unit_m = frame.depth_unit_m;
+    const std::optional<io::SequenceFrame> frame = sequence_->read(i);
+    if (!frame) return std::nullopt;
+    image.timestamp_s = frame->timestamp_s;
+    image.pixels = frame->colour;
+    image.depth = frame->depth;
+    image.depth_unit_m = frame->depth_unit_m;
     return image;
   }
 
@@ -101,6 +114,7 @@ struct Report {
   double median_ms = 0;
   std::size_t failed = 0;  ///< images on which the detector failed
   std::string last_error;
+  std::vector<std::string> notes;  ///< of the sequence
 
   void count(const SemanticResult& result) {
     if (result.detections) {
@@ -138,12 +152,19 @@ Json to_json(const Report& report) {
     classes[name] = {{"boxes", n.boxes}, {"images", n.images}, {"images_with_two", n.images_with_two}};
   for (const auto& [label, share] : report.label_share)
     labels[std::to_string(label)] = share / static_cast<double>(report.with_mask);
-  return {{"detector", report.detector},     {"input", report.input},
-          {"images", report.images},         {"with_boxes", report.with_found},
-          {"answers", report.with_boxes},    {"with_mask", report.with_mask},
-          {"boxes", report.boxes},           {"classes", classes},
-          {"label_share", labels},           {"failed", report.failed},
-          {"last_error", report.last_error}, {"ms", report.median_ms}};
+  return {{"detector", report.detector},
+          {"input", report.input},
+          {"images", report.images},
+          {"with_boxes", report.with_found},
+          {"answers", report.with_boxes},
+          {"with_mask", report.with_mask},
+          {"boxes", report.boxes},
+          {"classes", classes},
+          {"label_share", labels},
+          {"failed", report.failed},
+          {"last_error", report.last_error},
+          {"ms", report.median_ms},
+          {"notes", report.notes}};
 }
 
 void print_text(const Report& report, const std::string& out) {
@@ -163,6 +184,7 @@ void print_text(const Report& report, const std::string& out) {
   for (const auto& [label, share] : report.label_share)
     fmt::print("  label {:<10} {:.1f} % of the pixels\n", label,
                100 * share / static_cast<double>(report.with_mask));
+  for (const std::string& note : report.notes) fmt::print("{}", wrapped("note: " + note, text_columns(), 2));
   if (!out.empty()) fmt::print("  written to {}\n", out);
 }
 
@@ -216,13 +238,13 @@ Report detect(const DetectOptions& options) {
   std::optional<DetectOutput> output;
   if (!options.out.empty()) output.emplace(options);
   cv::setNumThreads(options.threads);
-  const Images images(options.input);
+  const Images images(options);
   const DetectorConfig config = load_detector(options.detector, options.network_dir, options.plugins);
   Interruption::watch();
   const auto provider = config.make();
   if (options.start >= images.size())
     throw Error(fmt::format("--start {}: there are only {} images", options.start, images.size()));
-  const std::size_t left = images.size() - options.start;
+  const std::size_t left = (images.size() - options.start + options.step - 1) / options.step;
   const std::size_t count = options.frames > 0 ? std::min(options.frames, left) : left;
 
   Report report;
@@ -232,8 +254,10 @@ Report detect(const DetectOptions& options) {
   Progress bar(config.name);
   for (std::size_t k = 0; k < count; ++k) {
     bar.at(k, count);
-    const std::size_t i = options.start + k;
-    const SemanticImage image = images.load(i);
+    const std::size_t i = options.start + k * options.step;
+    const std::optional<SemanticImage> loaded = images.load(i);
+    if (!loaded) break;
+    const SemanticImage& image = *loaded;
     const auto begin = std::chrono::steady_clock::now();
     std::optional<SemanticResult> result;
     try {
@@ -251,6 +275,7 @@ Report detect(const DetectOptions& options) {
       output->add(image, images.name(i), fmt::format("{}   {}", config.name, images.name(i)), *result);
   }
   report.median_ms = eval::median(times_ms);
+  report.notes = images.notes();
   if (output) output->finish(report);
   return report;
 }
@@ -282,7 +307,9 @@ void add_detect(CLI::App& app, Action& action) {
                          "boxes and masks.\n\n"
                          "The folder of --out gets detections.txt (as run --detections reads it), "
                          "masks/ (as run --masks reads it), overlay/ and summary.json.");
-  command->add_option("INPUT", options->input, "an image file, or a sequence's folder")
+  command
+      ->add_option("INPUT", options->input,
+                   "an image file, or a sequence as `run` takes it: a folder, a video, camera:N")
       ->required()
       ->type_name("INPUT");
   command
@@ -300,6 +327,7 @@ void add_detect(CLI::App& app, Action& action) {
   command->add_flag("--force", options->force, "replace the results of another run in --out");
   command->add_option("--start", options->start, "leave out the first N images")->type_name("N");
   command->add_option("--frames", options->frames, "use at most N images")->type_name("N");
+  add_thinning_options(*command, options->step, options->scale);
   command->add_option("--plugin", options->plugins, "load providers from this module as well (runs its code)")
       ->type_name("FILE");
   command->add_option("--threads", options->threads, "OpenCV's threads")

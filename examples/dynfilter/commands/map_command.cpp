@@ -43,7 +43,7 @@ void add_map(CLI::App& app, Action& action) {
       "Builds the dense map of the static part of a sequence. The camera's poses are read from a "
       "file that any SLAM wrote, or from the folder's own groundtruth.txt. What the pipeline rejects "
       "is left out.");
-  command->add_option("SEQUENCE", options->sequence, "a folder, as `run` takes it")
+  command->add_option("SEQUENCE", options->sequence, "a folder with depth images, as `run` takes it")
       ->required()
       ->type_name("FOLDER");
   command->add_option("TRAJECTORY", options->trajectory, "poses in TUM's format")

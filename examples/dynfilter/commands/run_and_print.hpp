@@ -27,7 +27,7 @@ inline void print_notes(const std::vector<std::string>& notes, bool wide = false
 inline int print_failures(const std::vector<Summary>& summaries) {
   ExitCode code = kDone;
   for (const Summary& s : summaries) {
-    std::string why = s.tracked_frames == 0 ? "no frame could be tracked" : "";
+    std::string why = s.tracked_frames == 0 && !s.verdicts_only ? "no frame could be tracked" : "";
     if (!s.failure.empty()) why += (why.empty() ? "" : "; ") + s.failure;
     if (why.empty()) continue;
     fmt::print(stderr, "dynfilter: {} on {}: {}\n", s.pipeline, s.sequence, without_controls(why));

@@ -11,6 +11,20 @@
 
 namespace dynfilter::command {
 
+/// For long videos and large images.
+inline void add_thinning_options(CLI::App& command, std::size_t& step, double& scale) {
+  command.add_option("--step", step, "play every N-th frame")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command
+      .add_option("--scale", scale,
+                  "make images smaller by this before anything else, above 0 to 1; the camera is adapted")
+      ->type_name("S")
+      ->check(CLI::Range(0.01, 1.0))
+      ->capture_default_str();
+}
+
 /// Options of all commands that play a sequence.
 inline void add_play_options(CLI::App& command, RunOptions& options) {
   command
@@ -69,6 +83,7 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
                   "leave out the first N frames (with --reverse: of the reversed sequence)")
       ->type_name("N");
   command.add_option("--frames", options.frames, "play at most N frames")->type_name("N");
+  add_thinning_options(command, options.step, options.scale);
   command
       .add_option("--plugin", options.plugins,
                   "load rejectors and providers from this module as well (runs its code)")

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "io/image_folder_index.hpp"
 
+#include <fnmatch.h>
+
+#include <algorithm>
 #include <cmath>
 #include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/config/numbers.hpp>
@@ -62,27 +65,59 @@ bool is_image_folder(const std::filesystem::path& folder) {
   return image_subfolder(folder).has_value();
 }
 
+inline std::optional<double> rate_in(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(folder / "camera.yaml", error)) return std::nullopt;
+  return read_camera(folder / "camera.yaml").rate_hz;
+}
+
+inline void add_images(const std::string& below, const std::vector<std::string>& names,
+                       const std::vector<double>& stamps_s, SequenceIndex& index) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    IndexedFrame frame;
+    frame.timestamp_s = stamps_s[i];
+    frame.image = below + names[i];
+    index.frames.push_back(frame);
+  }
+  index.may_guess_camera = true;
+}
+
 SequenceIndex read_image_folder_index(const std::filesystem::path& folder, std::optional<double> rate_hz) {
   SequenceIndex index;
   const std::string below = *image_subfolder(folder);
   const std::vector<std::string> names = images_in(folder / below);
   std::error_code error;
-  if (!rate_hz && std::filesystem::is_regular_file(folder / "camera.yaml", error))
-    rate_hz = read_camera(folder / "camera.yaml").rate_hz;
+  if (!rate_hz) rate_hz = rate_in(folder);
   const bool has_times = std::filesystem::is_regular_file(folder / "times.txt", error);
   std::optional<std::vector<double>> stamps_s;
   if (has_times) stamps_s = stamps_of_file(folder / "times.txt", names.size());
   if (!stamps_s) stamps_s = stamps_in_names(names);
   if (!stamps_s) stamps_s = counted_stamps(names.size(), rate_hz, index.notes);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    IndexedFrame frame;
-    frame.timestamp_s = (*stamps_s)[i];
-    frame.image = below + names[i];
-    index.frames.push_back(frame);
-  }
+  add_images(below, names, *stamps_s, index);
   if (below == "left/") add_right_images(folder, index);
   index.poses = folder / "groundtruth.txt";
   index.pose_format = TrajectoryFormat::Tum;
+  return index;
+}
+
+SequenceIndex read_image_pattern_index(const std::filesystem::path& pattern, std::optional<double> rate_hz) {
+  const std::filesystem::path folder = pattern.parent_path().empty() ? "." : pattern.parent_path();
+  if (folder.string().find_first_of("*?[") != std::string::npos)
+    throw IoError(pattern.string() + ": only the name of the file may have wildcards, not its folder's");
+  SequenceIndex index;
+  std::vector<std::string> names = images_in(folder);
+  const std::string wanted = pattern.filename().string();
+  names.erase(std::remove_if(names.begin(), names.end(),
+                             [&](const std::string& name) {
+                               return ::fnmatch(wanted.c_str(), name.c_str(), FNM_PERIOD) != 0;
+                             }),
+              names.end());
+  if (names.empty())
+    throw IoError(pattern.string() + ": no PNG, JPEG, PGM, PPM or BMP image fits this pattern");
+  if (!rate_hz) rate_hz = rate_in(folder);
+  std::optional<std::vector<double>> stamps_s = stamps_in_names(names);
+  if (!stamps_s) stamps_s = counted_stamps(names.size(), rate_hz, index.notes);
+  add_images("", names, *stamps_s, index);
   return index;
 }
 

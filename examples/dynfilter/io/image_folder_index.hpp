@@ -17,4 +17,9 @@ bool is_image_folder(const std::filesystem::path& folder);
 /// The poses are in groundtruth.txt, in TUM's format.
 SequenceIndex read_image_folder_index(const std::filesystem::path& folder, std::optional<double> rate_hz);
 
+/// The images whose names fit a pattern of the shell, as frames/img_*.png. Stamps as above, but times.txt is
+/// not read.
+/// Throws IoError if none fits, or if the folder's name has wildcards.
+SequenceIndex read_image_pattern_index(const std::filesystem::path& pattern, std::optional<double> rate_hz);
+
 }  // namespace dynfilter::io::detail

@@ -30,6 +30,29 @@ bool comes_later(double timestamp_s, double last_s, const TextLine& line, const 
   return timestamp_s > last_s;
 }
 
+/// Digits compare as numbers; names that differ in leading zeros only, as text.
+static bool natural_order(const std::string& a, const std::string& b) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto number_at = [&](const std::string& text, std::size_t& at) {
+    const std::size_t from = std::min(text.find_first_not_of('0', at), text.size());
+    for (at = from; at < text.size() && is_digit(text[at]);) ++at;
+    return text.substr(from, at - from);
+  };
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (is_digit(a[i]) && is_digit(b[j])) {
+      const std::string x = number_at(a, i), y = number_at(b, j);
+      if (x.size() != y.size()) return x.size() < y.size();
+      if (x != y) return x < y;
+    } else if (a[i] != b[j]) {
+      return a[i] < b[j];
+    } else {
+      ++i, ++j;
+    }
+  }
+  return a.size() - i != b.size() - j ? a.size() - i < b.size() - j : a < b;
+}
+
 std::vector<std::string> images_in(const std::filesystem::path& folder) {
   static constexpr const char* kSuffixes[] = {".png", ".jpg", ".jpeg", ".pgm", ".ppm", ".bmp"};
   std::vector<std::string> names;
@@ -40,7 +63,7 @@ std::vector<std::string> images_in(const std::filesystem::path& folder) {
         std::any_of(std::begin(kSuffixes), std::end(kSuffixes), [&](const char* s) { return suffix == s; });
     if (is_image) names.push_back(entry.path().filename().string());
   }
-  std::sort(names.begin(), names.end());
+  std::sort(names.begin(), names.end(), natural_order);
   return names;
 }
 

@@ -28,6 +28,7 @@ struct SequenceIndex {
   std::vector<std::string> notes;
   std::optional<Camera> camera;
   std::optional<double> depth_units_per_m;
+  bool may_guess_camera = false;  // images without depth need a camera for poses only
   std::optional<Rectifier> rectifier;
   std::filesystem::path poses;       // the ground truth; empty: none
   std::vector<double> pose_times_s;  // of KITTI's poses
@@ -43,7 +44,8 @@ double stamp_of(const TextLine& line, std::size_t field, const std::filesystem::
 /// False for a repeated timestamp, which the caller skips. Throws IoError for an earlier one.
 bool comes_later(double timestamp_s, double last_s, const TextLine& line, const std::filesystem::path& path);
 
-/// Names of the images in a folder, sorted; empty if the folder does not exist.
+/// Names of the images in a folder; empty if it does not exist. Numbers in them sort as numbers: 2.png is
+/// before 10.png.
 std::vector<std::string> images_in(const std::filesystem::path& folder);
 
 /// Gives each frame the image of the same name in the folder `right`, and notes how many have none.

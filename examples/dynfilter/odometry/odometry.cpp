@@ -45,7 +45,9 @@ class Odometry::Steps {
     gate_.before_pose(features_, predicted);
     watch.lap(result, &StageTimes::judge);
 
-    if (known) {
+    if (!options_.poses) {
+      result.state = TrackState::Judged;
+    } else if (known) {
       follow(*predicted, result, watch);
     } else if (mapper_.map().keyframes.empty()) {
       start_map(result, watch);
@@ -236,13 +238,14 @@ class Odometry::Steps {
 
   void finish(TrackResult& result) {
     result.rejected = gate_.rejected();
+    last_timestamp_s_ = result.timestamp_s;
+    if (result.state == TrackState::Judged) return;
     const bool tracked = result.state == TrackState::Tracked;
     if (tracked) {
       result.T_world_camera = Pose::from(pose_.inverse());
       gate_.done(pose_);
       anchored_.push_back(anchored(result.timestamp_s));
     }
-    last_timestamp_s_ = result.timestamp_s;
     if (result.state == TrackState::Lost && map_is_young()) return start_again();
     const bool newly_lost = tracker_.frame_done(tracked, result.timestamp_s, features_, pose_);
     if (newly_lost || result.relocalised) gate_.reset();

@@ -86,6 +86,7 @@ struct BundleOptions {
 
 struct OdometryOptions {
   Sensor sensor = Sensor::Rgbd;
+  bool poses = true;    ///< false: features and the judge's verdicts only, for a camera that is not known
   bool weights = true;  ///< features that slide along an edge count across it only
   ExtractorOptions extractor;
   DepthOptions depth;

@@ -9,10 +9,20 @@
 namespace dynfilter::odometry {
 
 /// NoMap: too few features with depth to start, or the judge delays the first keyframe.
-enum class TrackState { NoMap, Tracked, Lost };
+/// Judged: poses are not estimated, by the options.
+enum class TrackState { NoMap, Tracked, Lost, Judged };
 
 constexpr const char* to_string(TrackState state) {
-  return state == TrackState::Tracked ? "tracked" : state == TrackState::Lost ? "lost" : "no_map";
+  switch (state) {
+    case TrackState::Tracked:
+      return "tracked";
+    case TrackState::Lost:
+      return "lost";
+    case TrackState::Judged:
+      return "judged";
+    default:
+      return "no_map";
+  }
 }
 
 /// Time of one frame by step [ms].

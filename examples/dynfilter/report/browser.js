@@ -18,6 +18,13 @@ function verdictText(run, row) {
   return `${f.static[row]} static, ${f.unknown[row]} unknown, ${f.restored[row]} restored, ${f.rejected[row]} rejected`;
 }
 
+/** One picture fills the window; a second click or Escape ends that. */
+function zoomPicture(image) {
+  const zoomed = image.classList.toggle("zoomed");
+  const end = (event) => event.key === "Escape" && image.classList.contains("zoomed") && zoomPicture(image);
+  if (zoomed) document.addEventListener("keydown", end, { once: true });
+}
+
 class FramePictures {
   constructor() {
     this.node = element("div", { class: "pictures" });
@@ -26,7 +33,8 @@ class FramePictures {
   rebuild() {
     const runs = [store.focus, ...shownRuns().filter((run) => run !== store.focus)].filter((run) => run.pictures.length > 0);
     this.cards = runs.map((run) => {
-      const image = element("img", { width: 960, height: 780, alt: "" });
+      const image = element("img", { width: 960, height: 780, alt: "", title: "click to zoom", tabindex: 0, role: "button",
+        onclick: () => zoomPicture(image), onkeydown: (event) => event.key === "Enter" && zoomPicture(image) });
       const caption = element("figcaption", {});
       return { run, image, caption, node: element("figure", { class: run === store.focus ? "picture large" : "picture" }, image, caption) };
     });

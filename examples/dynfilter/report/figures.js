@@ -25,7 +25,7 @@ function valueOf(summary, key) {
 
 function shownFigure(summary, spec, withUnit) {
   const text = figure(valueOf(summary, spec.key), spec.digits);
-  if (spec.key === "tracked_frames") return `${text} of ${summary.frames}`;
+  if (spec.key === "tracked_frames") return summary.verdicts_only ? NONE : `${text} of ${summary.frames}`;
   return withUnit && spec.unit && text !== NONE ? `${text} ${spec.unit}` : text;
 }
 
@@ -51,7 +51,7 @@ class HeadFigures {
   rebuild() {
     const run = store.focus;
     const others = references(run, this.beside);
-    const exists = (f) => [run.summary, ...others].some((summary) => valueOf(summary, f.key) !== null);
+    const exists = (f) => !(f.key === "tracked_frames" && run.summary.verdicts_only) && [run.summary, ...others].some((summary) => valueOf(summary, f.key) !== null);
     const cards = FIGURES.filter((f) => HEAD_FIGURES.includes(f.key) && exists(f)).map((f) => {
       const lines = others.map((summary) => element("div", { class: "reference" }, element("span", {}, summary.pipeline),
         element("span", { "data-pipeline": summary.pipeline, "data-key": f.key, "data-value": raw(summary, f.key) }, shownFigure(summary, f, false))));

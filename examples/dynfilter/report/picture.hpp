@@ -17,6 +17,11 @@ constexpr std::size_t kPictureBytes = 7'000'000;
 /// Pictures of a report at most: more would be too small to read.
 constexpr std::size_t kMostPictures = 100;
 constexpr int kPictureWidth_px = 960;
+/// Of a video up to this length, the report has every frame, with smaller pictures.
+constexpr std::size_t kMostVideoPictures = 1000;
+/// Below this size a picture is drawn and stored smaller from the start.
+constexpr std::size_t kSmallPictureBytes = 25'000;
+constexpr int kSmallPictureWidth_px = 480;
 
 /// Every how many-th frame gets a picture, so that `frames` of them get at most `most`.
 /// A multiple of `step`, with which the overlay pictures are drawn anyway.
@@ -25,25 +30,49 @@ inline std::size_t picture_step(std::size_t frames, std::size_t most, std::size_
   return step * std::max<std::size_t>(1, (drawn + kept - 1) / kept);
 }
 
-/// A JPEG of at most `most_bytes`, as far as the lowest quality and half the size allow.
-inline std::vector<std::uint8_t> encode_picture(const cv::Mat& picture, std::size_t most_bytes) {
-  cv::Mat shown = picture;
-  const auto narrow = [&](int width_px) {
-    if (shown.cols > width_px)
-      cv::resize(picture, shown, {width_px, std::max(1, picture.rows * width_px / picture.cols)}, 0, 0,
-                 cv::INTER_AREA);
-  };
-  std::vector<std::uint8_t> bytes;
-  for (const int width_px : {kPictureWidth_px, kPictureWidth_px * 2 / 3, kPictureWidth_px / 3}) {
-    narrow(width_px);
-    for (const int quality : {70, 55, 40}) {
-      if (!cv::imencode(".jpg", shown, bytes,
-                        {cv::IMWRITE_JPEG_QUALITY, quality, cv::IMWRITE_JPEG_OPTIMIZE, 1}))
-        throw Error("a picture of the report cannot be encoded");
-      if (bytes.size() <= most_bytes) return bytes;
+/// Encodes pictures of one size in bytes each, as far as the lowest quality and the smallest width allow.
+/// It begins with what fitted the last picture, because those of a recording are alike.
+class PictureEncoder {
+ public:
+  explicit PictureEncoder(std::size_t most_bytes) : most_bytes_(most_bytes) {
+    const bool small = most_bytes < kSmallPictureBytes;
+    const std::vector<int> widths_px =
+        small ? std::vector<int>{kSmallPictureWidth_px, 400, 320, 240, 160}
+              : std::vector<int>{kPictureWidth_px, kPictureWidth_px * 2 / 3, kPictureWidth_px / 3};
+    const std::vector<int> qualities = small ? std::vector<int>{60, 40, 25} : std::vector<int>{70, 55, 40};
+    for (const int width_px : widths_px)
+      for (const int quality : qualities) forms_.push_back({width_px, quality});
+  }
+
+  std::vector<std::uint8_t> encode(const cv::Mat& picture) {
+    std::vector<std::uint8_t> bytes;
+    if (form_ > 0) --form_;  // this one may be simpler
+    for (;; ++form_) {
+      bytes = jpeg(picture, forms_[form_]);
+      if (bytes.size() <= most_bytes_ || form_ + 1 == forms_.size()) return bytes;
     }
   }
-  return bytes;
-}
+
+ private:
+  struct Form {
+    int width_px, quality;
+  };
+
+  static std::vector<std::uint8_t> jpeg(const cv::Mat& picture, const Form& form) {
+    cv::Mat shown = picture;
+    if (picture.cols > form.width_px)
+      cv::resize(picture, shown, {form.width_px, std::max(1, picture.rows * form.width_px / picture.cols)}, 0,
+                 0, cv::INTER_AREA);
+    std::vector<std::uint8_t> bytes;
+    if (!cv::imencode(".jpg", shown, bytes,
+                      {cv::IMWRITE_JPEG_QUALITY, form.quality, cv::IMWRITE_JPEG_OPTIMIZE, 1}))
+      throw Error("a picture of the report cannot be encoded");
+    return bytes;
+  }
+
+  std::size_t most_bytes_;
+  std::vector<Form> forms_;
+  std::size_t form_ = 0;
+};
 
 }  // namespace dynfilter::command::report

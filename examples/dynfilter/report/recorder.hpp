@@ -34,6 +34,8 @@ class RunRecorder {
               std::size_t map_points, std::size_t step = 1)
       : step_(picture_step(frames, pictures, step)),
         bytes_each_(picture_bytes / std::max<std::size_t>(1, (frames + step_ - 1) / step_)),
+        most_pictures_(pictures),
+        encoder_(bytes_each_),
         map_points_(map_points) {
     for (const StageTotal& stage : stages.stages())
       record_.stages.push_back({stage.call_point, stage.name, stage.path, stage.depth, {}});
@@ -41,10 +43,10 @@ class RunRecorder {
   }
 
   /// For the frame that add() gets next.
-  bool wants_picture() const { return frames_ % step_ == 0; }
-  void add_picture(const cv::Mat& drawn) {
-    record_.pictures.push_back({place(), encode_picture(drawn, bytes_each_)});
-  }
+  bool wants_picture() const { return frames_ % step_ == 0 && record_.pictures.size() < most_pictures_; }
+  /// Width to draw a picture in. Small ones have symbols large enough to be seen, and no text. 0: any width.
+  int picture_width_px() const { return bytes_each_ < kSmallPictureBytes ? kSmallPictureWidth_px : 0; }
+  void add_picture(const cv::Mat& drawn) { record_.pictures.push_back({place(), encoder_.encode(drawn)}); }
 
   /// `age_frames`: of the boxes or masks that the frame got; NaN without any.
   void add(const FrameRow& row, const PipelineJudge& judge, double age_frames) {
@@ -226,7 +228,9 @@ class RunRecorder {
   }
 
   RunRecord record_;
-  std::size_t step_, bytes_each_, map_points_, frames_ = 0;
+  std::size_t step_, bytes_each_, most_pictures_;
+  PictureEncoder encoder_;
+  std::size_t map_points_, frames_ = 0;
   std::size_t every_ = 1;  ///< how many frames a row is for
   eval::Similarity T_;     ///< estimate to truth
   bool aligned_ = false;

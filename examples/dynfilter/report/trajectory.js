@@ -234,6 +234,7 @@ class Trajectory {
     onResize(this.node, () => this.views.forEach((view) => view.draw()));
   }
   rebuild() {
+    this.node.hidden = shownRuns().every((run) => run.summary.verdicts_only);
     this.key.replaceChildren(...pathKey());
     this.views.forEach((view) => view.load());
   }

@@ -39,30 +39,35 @@ struct OverlayFrame {
 /// A feature with several stages has several symbols. What slides along an edge is a dash along it, if kept.
 /// The darker a dot, the smaller its weight.
 /// Also draws boxes and masks, and a legend with counts below the picture.
+/// `most_width_px`: of the picture; without it one and a half times the image's.
 class Overlay {
  public:
+  explicit Overlay(int most_width_px = 0) : most_width_px_(most_width_px) {}
+
   cv::Mat draw(const OverlayFrame& frame) const {
-    const cv::Size size(frame.colour.cols * 3 / 2, frame.colour.rows * 3 / 2);
+    const float scale = scale_of(frame.colour);
+    const cv::Size size = size_of(frame.colour, scale);
     const auto legend = frame.features.empty() ? std::vector<LegendEntry>() : legend_of(frame);
     const int rows = layout(legend, size.width, nullptr);
     cv::Mat canvas(size.height + kTitle_px + rows * kRow_px + 8, size.width, CV_8UC3, kPaper);
     cv::Mat picture = canvas(cv::Rect(0, kTitle_px, size.width, size.height));
-    paint_background(frame, picture);
-    for (const Detection& d : frame.detections) cv::rectangle(picture, scaled(d.box), kBox, 1, cv::LINE_AA);
-    for (const Vote layer : {Vote::Unknown, Vote::Static, Vote::Dynamic}) {
-      for (const MarkedFeature& f : frame.features) {
-        if (f.decision == layer) mark(f, f.pixel * kScale, picture);
-      }
-    }
-    for (const Detection& d : frame.detections) paint_label(d, picture);
+    paint(frame, scale, picture);
     cv::putText(canvas, frame.title, {8, 19}, cv::FONT_HERSHEY_SIMPLEX, 0.5, kInk, 1, cv::LINE_AA);
     cv::Mat strip = canvas(cv::Rect(0, kTitle_px + size.height, size.width, rows * kRow_px + 8));
     layout(legend, size.width, &strip);
     return canvas;
   }
 
+  /// The picture alone, without title and legend.
+  cv::Mat draw_bare(const OverlayFrame& frame) const {
+    const float scale = scale_of(frame.colour);
+    cv::Mat picture(size_of(frame.colour, scale), CV_8UC3);
+    paint(frame, scale, picture);
+    return picture;
+  }
+
  private:
-  static constexpr float kScale = 1.5F;  // see draw()
+  static constexpr float kScale = 1.5F;
   static constexpr int kTitle_px = 28, kRow_px = 24;
   static inline const cv::Scalar kPaper{28, 28, 28}, kInk{235, 235, 235}, kGreen{80, 220, 60},
       kGrey{150, 150, 150}, kAmber{60, 200, 255}, kBox{255, 220, 140};
@@ -72,6 +77,28 @@ class Overlay {
     std::string text;
   };
 
+  static void paint(const OverlayFrame& frame, float scale, cv::Mat& picture) {
+    paint_background(frame, picture);
+    for (const Detection& d : frame.detections)
+      cv::rectangle(picture, scaled(d.box, scale), kBox, 1, cv::LINE_AA);
+    for (const Vote layer : {Vote::Unknown, Vote::Static, Vote::Dynamic}) {
+      for (const MarkedFeature& f : frame.features) {
+        if (f.decision == layer) mark(f, f.pixel * scale, picture);
+      }
+    }
+    for (const Detection& d : frame.detections) paint_label(d, scale, picture);
+  }
+
+  float scale_of(const cv::Mat& image) const {
+    if (most_width_px_ == 0) return kScale;
+    return std::min(kScale, static_cast<float>(most_width_px_) / static_cast<float>(image.cols));
+  }
+  static cv::Size size_of(const cv::Mat& image, float scale) {
+    if (scale == kScale) return {image.cols * 3 / 2, image.rows * 3 / 2};
+    return {std::max(1, cvRound(static_cast<float>(image.cols) * scale)),
+            std::max(1, cvRound(static_cast<float>(image.rows) * scale))};
+  }
+
   static cv::Scalar shade(std::size_t stage) {
     static const cv::Scalar kShades[] = {
         {50, 50, 255}, {40, 120, 255}, {150, 60, 255}, {90, 90, 200}, {200, 120, 255}};
@@ -79,23 +106,24 @@ class Overlay {
   }
 
   static void paint_background(const OverlayFrame& frame, cv::Mat& picture) {
-    cv::Mat dimmed = frame.colour * 0.72;
-    if (!frame.mask.empty() && frame.mask.size() == frame.colour.size()) {
-      cv::Mat tinted;
-      cv::addWeighted(dimmed, 0.6, cv::Mat(dimmed.size(), dimmed.type(), cv::Scalar(160, 60, 30)), 0.4, 0,
-                      tinted);
-      tinted.copyTo(dimmed, frame.mask);
-    }
-    cv::resize(dimmed, picture, picture.size(), 0, 0, cv::INTER_LINEAR);
+    cv::resize(frame.colour, picture, picture.size(), 0, 0,
+               picture.cols < frame.colour.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
+    picture *= 0.72;
+    if (frame.mask.empty() || frame.mask.size() != frame.colour.size()) return;
+    cv::Mat tinted, mask;
+    cv::resize(frame.mask, mask, picture.size(), 0, 0, cv::INTER_NEAREST);
+    cv::addWeighted(picture, 0.6, cv::Mat(picture.size(), picture.type(), cv::Scalar(160, 60, 30)), 0.4, 0,
+                    tinted);
+    tinted.copyTo(picture, mask);
   }
 
-  static cv::Rect scaled(const cv::Rect2f& box) {
-    return {cvRound(box.x * kScale), cvRound(box.y * kScale), cvRound(box.width * kScale),
-            cvRound(box.height * kScale)};
+  static cv::Rect scaled(const cv::Rect2f& box, float scale) {
+    return {cvRound(box.x * scale), cvRound(box.y * scale), cvRound(box.width * scale),
+            cvRound(box.height * scale)};
   }
 
-  static void paint_label(const Detection& d, cv::Mat& picture) {
-    const cv::Rect box = scaled(d.box);
+  static void paint_label(const Detection& d, float scale, cv::Mat& picture) {
+    const cv::Rect box = scaled(d.box, scale);
     const std::string text = d.class_name + " " + std::to_string(cvRound(100 * d.score)) + "%";
     const cv::Size ink = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, nullptr);
     const cv::Point at(std::max(box.x, 0), std::max(box.y, ink.height + 6));
@@ -201,6 +229,8 @@ class Overlay {
     }
     return legend.empty() ? 0 : row + 1;
   }
+
+  int most_width_px_;
 };
 
 }  // namespace dynfilter::command

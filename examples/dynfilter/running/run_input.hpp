@@ -25,6 +25,7 @@ namespace dynfilter::command {
 
 inline io::Sequence open_sequence(const RunOptions& options) {
   io::SequenceOptions given;
+  given.scale = options.scale;
   if (!options.camera.empty()) {
     const io::CameraFile file = read_for("--camera", [&] { return io::read_camera(options.camera); });
     given.camera = file.camera;
@@ -49,14 +50,24 @@ inline odometry::Sensor chosen_sensor(const RunOptions& options, const io::Seque
   return *named;
 }
 
-inline odometry::OdometryOptions odometry_options(odometry::Sensor sensor, bool weights) {
+inline odometry::OdometryOptions odometry_options(odometry::Sensor sensor, bool weights, bool poses) {
   odometry::OdometryOptions options;
   options.sensor = sensor;
-  options.weights = weights;
+  options.weights = weights, options.poses = poses;
   return options;
 }
 
-/// Indices into the sequence in playing order: first reversed, then cut.
+/// Throws Error for what a video or a camera cannot do. It names the option that helps.
+inline void check_stream(const RunOptions& options, const io::Sequence& sequence) {
+  if (!sequence.is_stream()) return;
+  if (options.reverse)
+    throw Error("--reverse, --variants: " + options.sequence +
+                " is decoded forwards only; extract its images to a folder");
+  if (sequence.is_camera() && options.frames == 0 && !options.live)
+    throw Error(options.sequence + ": a camera has no end; give --frames N, or --live and end it with q");
+}
+
+/// Indices into the sequence in playing order: first reversed, then cut, then thinned.
 inline std::vector<std::size_t> playing_order(const RunOptions& options, std::size_t size) {
   std::vector<std::size_t> order(size);
   for (std::size_t i = 0; i < size; ++i) order[i] = options.reverse ? size - 1 - i : i;
@@ -65,6 +76,8 @@ inline std::vector<std::size_t> playing_order(const RunOptions& options, std::si
                 std::to_string(size) + " frames");
   }
   order.erase(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(options.start));
+  for (std::size_t k = 1; k * options.step < order.size(); ++k) order[k] = order[k * options.step];
+  order.resize((order.size() + options.step - 1) / options.step);
   if (options.frames > 0 && options.frames < order.size()) order.resize(options.frames);
   return order;
 }
@@ -95,12 +108,16 @@ inline std::optional<io::DetectionTrack> load_detections(const RunOptions& optio
   io::DetectionTrack track =
       read_for(options.detections.empty() ? "boxes (see --no-detections):" : "--detections",
                [&] { return io::read_detections(*path); });
+  for (io::StampedDetections& image : track.images)
+    for (Detection& detection : image.detections)
+      detection.box = {sequence.scaled(detection.box.tl()), sequence.scaled(detection.box.br())};
   const std::string name = path->filename().string();
   if (track.unusable > 0) {
     notes.push_back(name + ": " + std::to_string(track.unusable) +
                     (track.unusable == 1 ? " unusable box" : " unusable boxes") +
                     " left out (empty, not finite, or score out of [0, 1])");
   }
+  if (sequence.is_stream()) return track;  // its stamps are not known yet
   std::vector<double> stamps_s;
   for (std::size_t i = 0; i < sequence.size(); ++i) stamps_s.push_back(sequence.timestamp_s(i));
   std::size_t strangers = 0;
@@ -126,6 +143,7 @@ class MaskFolder {
         options.masks.empty() ? sequence.folder() / "masks" : std::filesystem::path(options.masks);
     std::size_t found = 0;
     std::error_code error;
+    if (options.masks.empty() && !std::filesystem::is_directory(folder, error)) return;
     for (std::size_t i = 0; i < sequence.size(); ++i) {
       const std::filesystem::path file = folder / (sequence.image_name(i) + ".png");
       const bool there = std::filesystem::is_regular_file(file, error);

@@ -24,9 +24,10 @@ namespace dynfilter::command {
 /// The files of a run. They appear together after finish(), or not at all.
 class RunOutput {
  public:
-  RunOutput(ResultsFolder& folder, std::size_t frames, std::size_t overlay_every)
+  RunOutput(ResultsFolder& folder, std::size_t frames, std::size_t overlay_every, const Overlay& overlay)
       : folder_(folder),
         every_(overlay_every > 0 ? overlay_every : (frames + kPictures - 1) / kPictures),
+        overlay_(overlay),
         frames_(folder_.path() / kFrames),
         verdicts_(folder_.path() / kVerdicts) {
     std::filesystem::create_directory(folder_.path() / "overlay");

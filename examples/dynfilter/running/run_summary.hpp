@@ -16,6 +16,7 @@
 #include "eval/classification.hpp"
 #include "eval/rpe.hpp"
 #include "eval/statistics.hpp"
+#include "frame_costs.hpp"
 #include "io/trajectory.hpp"
 #include "map/map_summary.hpp"
 #include "stage_totals.hpp"
@@ -57,6 +58,9 @@ struct Summary {
   /// Scene of a rendered sequence, else the sequence's name. Runs of one scene can be pooled.
   std::string scene;
   std::size_t frames = 0, tracked_frames = 0;
+  /// There are no poses, because the camera is not known or did not move enough. That is no failure.
+  bool verdicts_only = false;
+  std::optional<FrameCosts> costs;     ///< of a video
   double first_s = NAN, last_s = NAN;  ///< stamps of the first and the last frame played
   double ate_rmse_m = NAN, rpe_trans_rmse_m = NAN, rpe_rot_rmse_deg = NAN;
   double precision = NAN, recall = NAN, static_kept = NAN;
@@ -94,6 +98,7 @@ inline Json to_json(const DetectorSummary& d) {
 inline Json to_json(const Summary& s) {
   Json json{{"frames", s.frames},
             {"tracked_frames", s.tracked_frames},
+            {"verdicts_only", s.verdicts_only},
             {"first_s", number_or_null(s.first_s)},
             {"last_s", number_or_null(s.last_s)}};
   const std::pair<const char*, double> figures[] = {{"ate_rmse_m", s.ate_rmse_m},
@@ -114,6 +119,7 @@ inline Json to_json(const Summary& s) {
   json["failure"] = s.failure.empty() ? Json() : Json(s.failure);
   json["detector"] = s.detector ? to_json(*s.detector) : Json();
   if (s.map) json["map"] = to_json(*s.map);
+  if (s.costs) json["costs"] = to_json(*s.costs);
   json["stages"] = to_json(s.stages);
   json["notes"] = s.notes;
   for (const std::string& note : s.stage_notes) json["notes"].push_back(note);
@@ -199,7 +205,7 @@ class NoteCounts {
 inline void summarise_trajectory(const std::optional<io::Trajectory>& truth, const io::Trajectory& estimate,
                                  Summary& s) {
   if (!truth) {
-    s.notes.emplace_back("no ground truth: no trajectory error");
+    if (!s.verdicts_only) s.notes.emplace_back("no ground truth: no trajectory error");
     return;
   }
   try {

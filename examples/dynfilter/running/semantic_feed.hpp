@@ -31,15 +31,13 @@ class SequenceFiles final : public SemanticProvider {
  public:
   SequenceFiles(std::optional<io::DetectionTrack> boxes, MaskFolder masks, std::vector<std::size_t> order,
                 const io::Sequence& sequence)
-      : boxes_(std::move(boxes)), masks_(std::move(masks)), order_(std::move(order)) {
-    for (std::size_t i = 0; i < sequence.size(); ++i) stamps_s_.push_back(sequence.timestamp_s(i));
-  }
+      : boxes_(std::move(boxes)), masks_(std::move(masks)), order_(std::move(order)), sequence_(sequence) {}
 
   std::string name() const override { return "files"; }
   std::optional<SemanticResult> infer(const SemanticImage& image) override {
     const std::size_t i = order_[static_cast<std::size_t>(image.frame_id)];
     SemanticResult result;
-    if (const std::vector<Detection>* boxes = boxes_ ? boxes_->at(stamps_s_[i]) : nullptr)
+    if (const std::vector<Detection>* boxes = boxes_ ? boxes_->at(sequence_.timestamp_s(i)) : nullptr)
       result.detections = *boxes;
     if (const std::optional<MaskInput> mask = masks_.load(i)) result.labels = mask->labels;
     if (!result.detections && !result.labels) return std::nullopt;
@@ -50,7 +48,7 @@ class SequenceFiles final : public SemanticProvider {
   std::optional<io::DetectionTrack> boxes_;
   MaskFolder masks_;
   std::vector<std::size_t> order_;
-  std::vector<double> stamps_s_;
+  io::Sequence sequence_;  ///< for the stamps; a video is shared, not copied
 };
 
 /// Feeds results of a provider to the odometry, with the delay of the mode.

@@ -19,8 +19,11 @@
 
 #include "command_registry.hpp"
 #include "eval/classification.hpp"
+#include "frame_show.hpp"
+#include "given_poses.hpp"
 #include "identity.hpp"
 #include "interruption.hpp"
+#include "io/cpu_clock.hpp"
 #include "io/pose_lookup.hpp"
 #include "io/sequence.hpp"
 #include "io/trajectory.hpp"
@@ -59,15 +62,18 @@ class SequenceRun {
         truth_(std::make_shared<OracleLabels>()),
         judge_(named_pipeline(options.pipeline, command_registry(options.plugins, truth_))),
         sequence_(open_sequence(options)),
-        order_(playing_order(options, sequence_.size())),
+        order_((check_stream(options, sequence_), playing_order(options, sequence_.size()))),
         sensor_(chosen_sensor(options, sequence_)),
-        odometry_(sequence_.camera(), odometry_options(sensor_, !options.no_weights), &judge_),
+        odometry_(sequence_.camera(), odometry_options(sensor_, !options.no_weights, has_poses()), &judge_),
+        overlay_(sequence_.is_stream() ? FrameShow::kWidth_px : 0),
         record_(record.record) {
+    if (!options.map.empty() && sensor_ != odometry::Sensor::Rgbd)
+      throw IoError(options.sequence + ": a map needs depth images" +
+                    (sequence_.is_stream() ? ", and a video has none; give a folder with depth" : ""));
     identify();
     summary_.sensor = odometry::to_string(sensor_);
-    summary_.notes = sequence_.notes();
     ground_truth_ = sequence_.ground_truth();
-    if (!options.trajectory.empty()) read_poses();
+    if (!options.trajectory.empty()) poses_.emplace(given_poses(options, sequence_, order_, summary_.notes));
     open_feed();
     oracle_ = uses_stage(judge_.pipeline(), OracleFilter::kName);
     require_labels(judge_.pipeline(), sequence_.has_labels(), options.sequence);
@@ -75,20 +81,23 @@ class SequenceRun {
     judged_by_truth_ = sequence_.has_labels() && !options.reverse;
     if (sequence_.has_labels() && options.reverse)
       summary_.notes.emplace_back("played in reverse: no precision and recall");
-    if (!options.map.empty() && sensor_ != odometry::Sensor::Rgbd)
-      throw IoError(options.sequence + ": a map needs depth images");
     if (!options.map.empty()) map_.emplace(options, judge_.pipeline(), sequence_);
-    if (!options.out.empty()) output_.emplace(*folder_, order_.size(), options.overlay_every);
+    if (!options.out.empty()) output_.emplace(*folder_, expected_frames(), options.overlay_every, overlay_);
     open_recorder(record);
+    show_.emplace(options, !sequence_.is_camera());  // last: a window opens when all else is in order
   }
 
   Summary run(const std::function<void(std::size_t, std::size_t)>& progress) {
     for (std::size_t k = 0; k < order_.size(); ++k) {
       progress(k, order_.size());
-      play(order_[k]);
+      const double next_s = k + 1 < order_.size() ? played_s(order_[k + 1]) : INFINITY;
+      if (show_->drops(next_s)) continue;
+      if (!play(order_[k], k)) break;
     }
     const auto step = [&] { progress(order_.size(), order_.size()); };
     step();
+    if (statistics_.frames() == 0) throw IoError(options_.sequence + ": no frame could be decoded");
+    note_source();
     if (sensor_ == odometry::Sensor::Rgbd && !any_depth_)
       throw IoError(options_.sequence + ": no frame has any depth");
     if (blank_depth_ > 0)
@@ -102,16 +111,52 @@ class SequenceRun {
     if (nothing_judged()) count_note(unknown_note(summary_.stages) + option_for(summary_.stages.reasons()));
     const io::Trajectory estimate = trajectory();
     summary_.tracked_frames = estimate.size();  // a mono map that was started again has lost its poses
+    settle_poses();
     summarise_trajectory(ground_truth_, estimate, summary_);
     check_failures();
     if (map_) summary_.map = map_->finish(estimate, summary_.notes);
     step();
     if (recorder_) finish_record(estimate);
+    show_->commit();
     if (output_) output_->finish(estimate, summary_);
     return summary_;
   }
 
  private:
+  // Poses would be those of another camera.
+  bool has_poses() const { return !sequence_.camera_is_guessed() || !options_.trajectory.empty(); }
+
+  // Of a camera that is ended by the user nobody knows.
+  std::size_t expected_frames() const {
+    return sequence_.is_camera() ? std::min(order_.size(), report::kMostVideoPictures) : order_.size();
+  }
+
+  void note_source() {
+    std::vector<std::string> notes = sequence_.notes();  // of a video they are complete at the end
+    summary_.notes.insert(summary_.notes.begin(), notes.begin(), notes.end());
+    if (show_->dropped() > 0)
+      count_note(fmt::format("{} dropped to keep the pace of the recording", frames(show_->dropped())));
+    if (missed_.count() > 0)
+      count_note(fmt::format("about {} of the camera were missed: it sends more than are processed",
+                             frames(missed_.count())));
+    if (!sequence_.is_stream()) return;
+    costs_.frames = statistics_.frames();
+    costs_.encodes = !options_.video.empty();
+    if (!sequence_.is_camera()) costs_.source_rate_hz = sequence_.rate_hz();
+    summary_.costs = costs_;
+  }
+
+  // Without a truth, a camera that stands or turns is no failure of a run on a video.
+  void settle_poses() {
+    if (!has_poses()) {
+      summary_.verdicts_only = true;
+      count_note("the camera is not known: verdicts only, no trajectory");
+    } else if (sequence_.is_stream() && summary_.tracked_frames == 0) {
+      summary_.verdicts_only = true;
+      count_note("the camera did not move enough for a map: verdicts only");
+    }
+  }
+
   // Of what was opened, not of what was asked for.
   void identify() {
     summary_.sequence = options_.sequence_name.empty() ? sequence_.name() : options_.sequence_name;
@@ -152,38 +197,6 @@ class SequenceRun {
     return options_.reverse ? 2 * sequence_.timestamp_s(order_[0]) - stamp_s : stamp_s;
   }
 
-  // Reads the poses of another SLAM. Frames without a pose are not played.
-  void read_poses() {
-    io::TrajectoryOddities odd;
-    const io::Trajectory given = io::read_tum_trajectory(options_.trajectory, odd);
-    const std::string name = std::filesystem::path(options_.trajectory).filename().string();
-    if (odd.backwards > 0)
-      count_note(fmt::format("{}: {} {} back: sorted by time", name, odd.backwards,
-                             odd.backwards == 1 ? "stamp goes" : "stamps go"));
-    if (odd.repeated > 0)
-      count_note(fmt::format("{}: {} repeated {}: the last pose counts", name, odd.repeated,
-                             odd.repeated == 1 ? "stamp" : "stamps"));
-    if (odd.no_pose > 0)
-      count_note(
-          fmt::format("{}: {} {} without a pose", name, odd.no_pose, odd.no_pose == 1 ? "line" : "lines"));
-    poses_.emplace(given, options_.max_gap_s);
-    const std::size_t all = order_.size();
-    const double first_s = sequence_.timestamp_s(order_.front()),
-                 last_s = sequence_.timestamp_s(order_.back());
-    order_.erase(std::remove_if(order_.begin(), order_.end(),
-                                [&](std::size_t i) { return !poses_->at(sequence_.timestamp_s(i)); }),
-                 order_.end());
-    if (order_.empty())
-      throw IoError(
-          fmt::format("{}: no pose for any of the {} (poses from {:.3f} to {:.3f} s, frames from {:.3f} to "
-                      "{:.3f} s)",
-                      options_.trajectory, frames(all), given.front().timestamp_s, given.back().timestamp_s,
-                      first_s, last_s));
-    if (order_.size() < all)
-      count_note(
-          fmt::format("{} of {} have no pose and are left out (none within {:g} s of each other around them)",
-                      all - order_.size(), frames(all), options_.max_gap_s));
-  }
   std::optional<Pose> pose_at(std::size_t i) const {
     return poses_ ? poses_->at(sequence_.timestamp_s(i)) : std::nullopt;
   }
@@ -212,27 +225,53 @@ class SequenceRun {
         *began_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(since_start));
   }
 
-  void play(std::size_t i) {
-    io::SequenceFrame frame = sequence_.load(i);
+  /// False where the source ends, or the user ends it.
+  bool play(std::size_t i, std::size_t k) {
+    const io::CpuClock all = io::CpuClock::of_process();
+    std::optional<io::SequenceFrame> read = sequence_.read(i);
+    if (!read) return false;
+    io::SequenceFrame& frame = *read;
     frame.timestamp_s = played_s(i);
     if (sensor_ != odometry::Sensor::Rgbd) frame.depth = cv::Mat();  // nor may the detector have it
     any_depth_ = any_depth_ || has_any_depth(frame);
     blank_depth_ += !frame.depth.empty() && !has_any_depth(frame) ? 1 : 0;
     if (oracle_) truth_->labels = sequence_.load_labels(i);
     keep_pace(frame.timestamp_s);
+    const io::CpuClock boxes = io::CpuClock::of_thread();
     const odometry::SemanticInputs inputs =
         feed_->next(static_cast<std::int64_t>(statistics_.frames()), frame);
+    costs_.boxes_ms += boxes.ms(), costs_.grey_ms += frame.convert_ms;
+    const io::CpuClock judging = io::CpuClock::of_thread();
     const odometry::TrackResult result = odometry_.process(frame, inputs, pose_at(i));
+    costs_.add(result.ms, judging.ms());
     const FrameRow row = row_of(i, result);
     statistics_.add(row);
+    if (sequence_.is_camera()) missed_.add(frame.timestamp_s, sequence_.rate_hz());
     if (map_) {
       map_->add(i, frame, result, odometry_, inputs, judge_.record(), oracle_ ? truth_->labels : cv::Mat());
     }
+    const io::CpuClock drawing = io::CpuClock::of_thread();
     take_record(row, frame, inputs);
+    const std::optional<cv::Mat> shown = shown_picture(row, frame, inputs);
+    costs_.drawing_ms += drawing.ms(), costs_.process_ms += all.ms();
+    const double next_s = k + 1 < order_.size() ? played_s(order_[k + 1]) : frame.timestamp_s;
+    return !shown || show_->add(*shown, frame.timestamp_s, next_s, played_rate_hz());
+  }
+
+  double played_rate_hz() const {
+    constexpr double kUsual_hz = 30;
+    const std::size_t n = order_.size();
+    double rate_hz = sequence_.rate_hz();
+    if (rate_hz == 0 && n > 1)
+      rate_hz = static_cast<double>(n - 1) / (played_s(order_[n - 1]) - played_s(order_[0]));
+    return rate_hz > 0 ? rate_hz / static_cast<double>(sequence_.is_stream() ? options_.step : 1) : kUsual_hz;
   }
 
   void open_recorder(const RecordOptions& record) {
-    if (output_)
+    if (output_ && sequence_.is_stream())
+      recorder_.emplace(judge_.totals(), expected_frames(), report::kMostVideoPictures, report::kPictureBytes,
+                        report::kMostMapPoints);
+    else if (output_)
       recorder_.emplace(judge_.totals(), order_.size(), report::kMostPictures, report::kPictureBytes,
                         report::kMostMapPoints, output_->every());
     else if (record_ != nullptr)
@@ -246,15 +285,23 @@ class SequenceRun {
     cv::Mat drawn;
     if (output_) drawn = output_->add(row, judge_, picture_of(frame, inputs, row));
     if (recorder_->wants_picture()) {
-      if (drawn.empty()) {
-        OverlayFrame picture = picture_of(frame, inputs, row);
-        picture.features = judge_.record().features;
-        picture.stages = judge_.stages();
-        drawn = Overlay().draw(picture);
-      }
+      if (const int width_px = recorder_->picture_width_px(); width_px > 0)
+        drawn = Overlay(width_px).draw_bare(judged_picture(frame, inputs, row));
+      else if (drawn.empty())
+        drawn = Overlay().draw(judged_picture(frame, inputs, row));
       recorder_->add_picture(drawn);
     }
     recorder_->add(row, judge_, age_of(inputs));
+  }
+
+  std::optional<cv::Mat> shown_picture(const FrameRow& row, const io::SequenceFrame& frame,
+                                       const odometry::SemanticInputs& inputs) const {
+    if (!show_->wants_frames()) return std::nullopt;
+    OverlayFrame picture = judged_picture(frame, inputs, row);
+    const auto n = static_cast<double>(std::max<std::size_t>(1, row.features));
+    picture.title += fmt::format("   {:.1f} ms   {:.0f} % rejected", row.total_ms(),
+                                 100 * static_cast<double>(row.dynamic) / n);
+    return Overlay(FrameShow::kWidth_px).draw(picture);
   }
   // Of the older one of boxes and mask.
   double age_of(const odometry::SemanticInputs& inputs) const {
@@ -327,12 +374,21 @@ class SequenceRun {
       counts.add(eval::truth_at(truth, f.pixel), f.decision == Vote::Dynamic);
   }
 
+  OverlayFrame judged_picture(const io::SequenceFrame& frame, const odometry::SemanticInputs& inputs,
+                              const FrameRow& row) const {
+    OverlayFrame picture = picture_of(frame, inputs, row);
+    picture.features = judge_.record().features;
+    picture.stages = judge_.stages();
+    return picture;
+  }
+
   OverlayFrame picture_of(const io::SequenceFrame& frame, const odometry::SemanticInputs& inputs,
                           const FrameRow& row) const {
     OverlayFrame picture;
     picture.colour = frame.colour;
-    picture.title = fmt::format("{}   {}   frame {} of {}   {}", summary_.pipeline, summary_.sequence,
-                                row.index, sequence_.size(), row.state);
+    const std::string of = sequence_.is_camera() ? "" : fmt::format(" of {}", sequence_.size());
+    picture.title = fmt::format("{}   {}   frame {}{}   {}", summary_.pipeline, summary_.sequence, row.index,
+                                of, row.state);
     if (inputs.detections)
       picture.detections.assign(inputs.detections->detections.begin(), inputs.detections->detections.end());
     if (inputs.mask && inputs.mask->labels.size() == frame.colour.size()) picture.mask = inputs.mask->labels;
@@ -342,8 +398,9 @@ class SequenceRun {
   // With the frames' own timestamps.
   io::Trajectory trajectory() {
     std::map<double, double> own_s;
-    for (const std::size_t i : order_) own_s[played_s(i)] = sequence_.timestamp_s(i);
     io::Trajectory estimate = odometry_.trajectory();
+    if (estimate.empty()) return estimate;
+    for (const std::size_t i : order_) own_s[played_s(i)] = sequence_.timestamp_s(i);
     for (io::StampedPose& pose : estimate) pose.timestamp_s = own_s.at(pose.timestamp_s);
     estimate = io::sorted_by_time(std::move(estimate));
     if (sensor_ == odometry::Sensor::Mono) scale_to_truth(estimate);
@@ -378,12 +435,16 @@ class SequenceRun {
   std::optional<std::chrono::steady_clock::time_point> began_;
   std::optional<io::PoseLookup> poses_;  ///< poses of another SLAM
   std::optional<MapRun> map_;
+  Overlay overlay_;
   std::optional<RunOutput> output_;
+  std::optional<FrameShow> show_;
+  FrameCosts costs_;
   report::RunRecord* record_;  ///< for the caller, or null
   std::optional<report::RunRecorder> recorder_;
   FrameStatistics statistics_;
   NoteCounts notes_, stage_notes_;
   Summary summary_;
+  MissedFrames missed_;
   std::size_t blank_depth_ = 0;
   bool oracle_ = false, judged_by_truth_ = false, any_depth_ = false;
 };

@@ -20,6 +20,10 @@ struct RunOptions {
   std::string detector, network_dir;
   std::vector<std::string> plugins;
   std::size_t start = 0, frames = 0;   ///< frames 0: all
+  std::size_t step = 1;                ///< every how many-th frame is played
+  double scale = 1;                    ///< images are made smaller by this
+  bool live = false;                   ///< show the frames in a window
+  std::string video;                   ///< file for the annotated video; "": none
   std::string detector_mode = "sync";  ///< "sync", "async", "late:3", "rate:2"
   bool reverse = false;
   bool no_detections = false, no_masks = false;  ///< true: ignored even if the sequence has some

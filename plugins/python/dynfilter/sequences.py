@@ -91,11 +91,13 @@ class Sequence:
 
 
 class Recording(Sequence):
-    """A folder as downloaded: TUM RGB-D, Bonn, KITTI odometry, EuRoC, images with a camera.yaml, or of `synth`.
+    """A video, a camera ("camera:0"), images ("frames/*.png"), or a folder as downloaded.
 
+    Folders are TUM RGB-D, Bonn, KITTI odometry, EuRoC, images, or of `synth`. Iterate over a video: it is decoded
+    once, one frame at a time. Its length is what the file says. Without a camera the focal length is guessed.
     Boxes come from `detections.txt`, else from the first `detections_*.txt`; masks from `masks/`.
     `detections`, `masks`: other files; False: none. `camera`: instead of the folder's.
-    `rate_hz`: of images without timestamps.
+    `rate_hz`: of images without timestamps. `scale`: images are made smaller by this, above 0 to 1.
     Raises IoError.
     """
 
@@ -108,13 +110,14 @@ class Recording(Sequence):
         masks: Union[None, bool, str, "os.PathLike[str]"] = None,
         camera: Optional[_core.Camera] = None,
         rate_hz: Optional[float] = None,
+        scale: float = 1,
     ) -> None:
         self.folder = Path(folder)
-        self._reader = _core._Reader(str(self.folder), camera, rate_hz)
+        self._reader = _core._Reader(os.fspath(folder), camera, rate_hz, scale)
         self.sensor = self._reader.sensor
         self.camera = self._reader.camera
         self.name = self._reader.name
-        self.notes = self._reader.notes
+        self._scale = scale
         self._boxes = _boxes(_chosen(detections, _detections_in(self.folder)))
         self._masks = _chosen(masks, self.folder / "masks")
 
@@ -122,10 +125,25 @@ class Recording(Sequence):
         return len(self._reader)
 
     def __getitem__(self, index: int) -> Frame:
-        loaded = self._reader.load(index)
-        i = index % len(self)
+        return self._frame(index % len(self), self._reader.load(index))
+
+    def __iter__(self) -> Iterator[Frame]:
+        for i in range(len(self)):
+            loaded = self._reader.read(i)
+            if loaded is None:
+                return
+            yield self._frame(i, loaded)
+
+    def _frame(self, i: int, loaded: Dict[str, Any]) -> Frame:
         boxes = self._boxes.at(loaded["timestamp"]) if self._boxes else None
+        if boxes and self._scale != 1:
+            boxes = [_scaled(box, self._scale) for box in boxes]
         return Frame(index=i, camera=self.camera, boxes=boxes, mask=self._mask(i), **loaded)
+
+    @property
+    def notes(self) -> List[str]:
+        """What was skipped or guessed, of a video so far."""
+        return self._reader.notes
 
     def ground_truth(self) -> Optional[Trajectory]:
         """The poses of the folder; None if it has none."""
@@ -220,6 +238,11 @@ class _boxes:
         if i < len(self._stamps) and self._stamps[i] <= timestamp + _SAME_STAMP_S:
             return self._images[i][1]
         return None
+
+
+def _scaled(d: _core.Detection, scale: float) -> _core.Detection:
+    box = [scale * side for side in d.box]
+    return _core.Detection(box, d.class_name, d.score, class_id=d.class_id, track_id=d.track_id)
 
 
 def _detections_in(folder: Path) -> Optional[Path]:

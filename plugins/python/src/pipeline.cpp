@@ -119,6 +119,7 @@ class PyPipeline {
       }
     }
     link_->rethrow_error();
+    if (py::isinstance<py::array>(a.grey)) result->image = py::weakref(a.grey);
     return result;
   }
 

@@ -27,16 +27,18 @@ std::size_t checked_index(std::int64_t i, std::size_t size) {
   return static_cast<std::size_t>(i < 0 ? i + n : i);
 }
 
-/// Arguments of dynfilter.sequences.Frame.
-py::dict loaded(const io::Sequence& sequence, std::int64_t index) {
+/// Arguments of dynfilter.sequences.Frame; None where a video or a camera ended.
+py::object read(const io::Sequence& sequence, std::int64_t index) {
   const std::size_t i = checked_index(index, sequence.size());
-  io::SequenceFrame frame;
+  std::optional<io::SequenceFrame> found;
   cv::Mat truth, labels;
   {
     const py::gil_scoped_release no_gil;
-    frame = sequence.load(i);
-    if (sequence.has_labels()) truth = sequence.load_truth(i), labels = sequence.load_labels(i);
+    found = sequence.read(i);
+    if (found && sequence.has_labels()) truth = sequence.load_truth(i), labels = sequence.load_labels(i);
   }
+  if (!found) return py::none();
+  const io::SequenceFrame& frame = *found;
   py::dict out;
   out["timestamp"] = frame.timestamp_s;
   out["colour"] = array_of(frame.colour);
@@ -47,6 +49,12 @@ py::dict loaded(const io::Sequence& sequence, std::int64_t index) {
   out["truth"] = array_or_none(truth);
   out["labels"] = array_or_none(labels);
   return out;
+}
+
+py::object loaded(const io::Sequence& sequence, std::int64_t index) {
+  py::object frame = read(sequence, index);
+  if (frame.is_none()) throw py::index_error("frame " + std::to_string(index) + ": the video ended before");
+  return frame;
 }
 
 py::dict rendered(render::SequenceRenderer& renderer, std::int64_t index) {
@@ -91,11 +99,12 @@ std::unique_ptr<render::SequenceRenderer> make_renderer(const std::string& scene
   return std::make_unique<render::SequenceRenderer>(options);
 }
 
-io::Sequence open_recording(const std::string& folder, const std::optional<Camera>& camera,
-                            std::optional<double> rate_hz) {
+io::Sequence open_recording(const std::string& source, const std::optional<Camera>& camera,
+                            std::optional<double> rate_hz, double scale) {
+  if (!(scale > 0 && scale <= 1)) refuse("scale", "a number above 0 and at most 1", py::float_(scale));
   io::SequenceOptions options;
-  options.camera = camera, options.rate_hz = rate_hz;
-  return io::Sequence::open(folder, options);
+  options.camera = camera, options.rate_hz = rate_hz, options.scale = scale;
+  return io::Sequence::open(source, options);
 }
 
 std::string sensor_of(const io::Sequence& sequence) {
@@ -107,10 +116,11 @@ std::string sensor_of(const io::Sequence& sequence) {
 
 void bind_sequences(py::module_& module) {
   py::class_<io::Sequence>(module, "_Reader")
-      .def(py::init(&open_recording), py::arg("folder"), py::arg("camera") = py::none(),
-           py::arg("rate_hz") = py::none())
+      .def(py::init(&open_recording), py::arg("source"), py::arg("camera") = py::none(),
+           py::arg("rate_hz") = py::none(), py::arg("scale") = 1.0)
       .def("__len__", &io::Sequence::size)
       .def("load", &loaded, py::arg("i"))
+      .def("read", &read, py::arg("i"))
       .def(
           "timestamp", [](const io::Sequence& s, std::size_t i) { return s.timestamp_s(i); }, py::arg("i"))
       .def("image_name", &io::Sequence::image_name, py::arg("i"))

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <dynfilter/hosts/draw_verdict.hpp>
 #include <dynfilter/hosts/host_mask.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <string>
 
 #include "arguments.hpp"
@@ -52,6 +53,25 @@ py::array depth(const PyVerdict& self, py::handle depth, double radius_px, doubl
 py::array draw(const PyVerdict& self, py::handle image) {
   Images images;
   return array_of(draw_verdict(images.colour("image", image), self.keypoints, self.verdict));
+}
+
+/// What is behind the features if the image is gone: as large as they reach.
+cv::Mat paper(const std::vector<cv::KeyPoint>& keypoints) {
+  constexpr float kMargin_px = 16, kMost_px = 8192;
+  constexpr int kDark = 28;
+  cv::Point2f corner(64, 48);
+  for (const cv::KeyPoint& k : keypoints)
+    corner = {std::max(corner.x, std::min(k.pt.x, kMost_px)), std::max(corner.y, std::min(k.pt.y, kMost_px))};
+  return {cvCeil(corner.y + kMargin_px), cvCeil(corner.x + kMargin_px), CV_8UC3, cv::Scalar::all(kDark)};
+}
+
+py::bytes png(const PyVerdict& self) {
+  const py::object alive = self.image.is_none() ? py::none() : self.image();
+  Images images;
+  const cv::Mat background = alive.is_none() ? paper(self.keypoints) : images.colour("image", alive);
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", draw_verdict(background, self.keypoints, self.verdict), bytes);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 std::vector<std::string> reasons(const PyVerdict& self) {
@@ -206,6 +226,7 @@ void bind_verdict(py::module_& module) {
            "A copy of a depth image with zero on the same discs, for hosts that drop features without depth.")
       .def("draw", &draw, py::arg("image"),
            "A colour copy (BGR) of a uint8 image: green kept, red rejected, yellow restored.")
+      .def("_repr_png_", &png, "The picture that a notebook shows: on the frame's image while that exists.")
       .def("__repr__", [](const PyVerdict& v) { return "Verdict(" + summary_line(v.verdict.report) + ")"; });
 }
 

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <pybind11/pybind11.h>
+
 #include <dynfilter/core/verdict.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter::python {
+
+namespace py = pybind11;
 
 /// A verdict with the features that it is about.
 struct PyVerdict {
@@ -13,6 +17,7 @@ struct PyVerdict {
   std::vector<std::uint8_t> keep;
   std::vector<float> weight;
   std::vector<cv::KeyPoint> keypoints;
+  py::object image = py::none();  ///< weak reference to the frame's image: a verdict does not keep it
 };
 
 }  // namespace dynfilter::python
