@@ -86,6 +86,7 @@ int dispatch(int argc, char** argv) {
   add_compare(app, action);
   add_bench(app, action);
   add_map(app, action);
+  add_masks(app, action);
   add_eval(app, action);
   add_detect(app, action);
   add_motion(app, action);

@@ -120,6 +120,7 @@ TEST_CASE("a signal ends a command that writes a folder, and nothing incomplete 
     for (const std::string& arguments :
          {"run " + walking() + "--pipeline none" + slow + to,
           "compare " + walking() + "--pipelines none" + slow + to, "detect " + walking() + slow + to,
+          "masks " + walking() + "'" + out.string() + "'" + slow,
           "synth walking_static '" + out.string() + "' --frames 5000"}) {
       CAPTURE(arguments);
       Background command(folder.path(), arguments);

@@ -24,6 +24,7 @@ void add_eval(CLI::App& app, Action& action);
 void add_filters(CLI::App& app, Action& action);
 void add_man(CLI::App& app, Action& action);
 void add_map(CLI::App& app, Action& action);
+void add_masks(CLI::App& app, Action& action);
 void add_motion(CLI::App& app, Action& action);
 void add_presets(CLI::App& app, Action& action);
 void add_run(CLI::App& app, Action& action);

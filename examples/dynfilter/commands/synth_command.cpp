@@ -127,6 +127,9 @@ void add_synth(CLI::App& app, Action& action) {
   add_sensor(*command, sequence);
   command->add_flag("--no-right", options->no_right,
                     "no images of the right camera, which take a third of the time");
+  command->add_flag("--instances", sequence.instances,
+                    "also instances/ and instances.txt: perfect masks and boxes of what a detector knows, "
+                    "and instances_small/ at a quarter of the size");
   command->add_option("--late", sequence.detector.late_frames, "boxes arrive N frames late")
       ->type_name("N")
       ->check(CLI::Range(0, 30))

@@ -70,6 +70,12 @@ class Sequence {
   /// Name of the colour image without folder and suffix. Related images have the same name.
   /// Of a video or a camera it is the frame's number, as 000012.
   std::string image_name(std::size_t i) const;
+  /// File of the colour image, relative to the folder. An image without a file is a PNG of its name.
+  std::string image_file(std::size_t i) const {
+    return i < index_.frames.size() ? index_.frames[i].image : image_name(i) + ".png";
+  }
+  /// True if load() returns rectified images, whose pixels are not those of the files.
+  bool rectifies() const { return index_.rectifier.has_value(); }
   const Camera& camera() const { return camera_; }
   const std::filesystem::path& folder() const { return folder_; }
   /// Name of the folder itself, also for "." and similar paths.

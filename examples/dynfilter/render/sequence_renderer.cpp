@@ -49,6 +49,7 @@ void SequenceRenderer::render(int index, RenderedFrame& out) {
   find_items(index);
   truth_maker_.make(geometry_, items_, T_world_camera, out.truth);
   geometry_.depth_m.copyTo(out.true_depth_m);
+  if (options_.instances) find_instances(out);
   Random depth_random = random_of(index, 1), colour_random = random_of(index, 2);
   measure_depth(now_s, depth_random, out.depth);
   expose(now_s, geometry_.colour, Eigen::Isometry3d::Identity(), out.colour);
@@ -115,6 +116,27 @@ inline void SequenceRenderer::find_items(int index) {
       items_.push_back({part.label, part.person, last_[i] * back, then_[i] * back});
     }
   }
+}
+
+// Numbers above 255 repeat: no image shows that many objects.
+inline void SequenceRenderer::find_instances(RenderedFrame& out) const {
+  const auto number = [](int object) { return object == 0 ? 0 : (object - 1) % 255 + 1; };
+  out.instances.create(geometry_.instance.size(), CV_8UC1);
+  for (int y = 0; y < out.instances.rows; ++y)
+    for (int x = 0; x < out.instances.cols; ++x)
+      out.instances.at<std::uint8_t>(y, x) =
+          static_cast<std::uint8_t>(number(geometry_.instance.at<std::uint16_t>(y, x)));
+  const std::vector<cv::Rect> boxes =
+      visible_boxes(geometry_.instance, scene_.objects.size(), options_.detector.smallest_px);
+  out.instance_boxes.clear();
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    if (!boxes[i].empty())
+      out.instance_boxes.push_back({cv::Rect2f(boxes[i]),
+                                    scene_.objects[i].class_id,
+                                    scene_.objects[i].class_name,
+                                    1.0F,
+                                    number(static_cast<int>(i) + 1),
+                                    {}});
 }
 
 inline void SequenceRenderer::measure_depth(double now_s, Random& random, cv::Mat& depth) {

@@ -43,6 +43,7 @@ struct SequenceOptions {
   bool perfect_depth = false;    ///< no noise, no holes
   DetectorFaults detector;
   TruthRule truth;
+  bool instances = false;  ///< write_sequence() also writes perfect instance masks
   bool overwrite = false;  ///< write_sequence() replaces a folder that is not empty
 };
 
@@ -55,6 +56,9 @@ struct RenderedFrame {
   cv::Mat depth;         ///< CV_16UC1, in units of the scene's camera; 0: no depth
   cv::Mat true_depth_m;  ///< CV_32FC1, at the pose of the colour image
   TruthImages truth;
+  /// CV_8UC1, 0: none, else the number of the object that a detector knows. Parked cars have one, too.
+  cv::Mat instances;
+  std::vector<Detection> instance_boxes;  ///< without faults; `track_id` is the number in `instances`
   Pose T_world_camera;
   /// nullopt: no result, because the detector is late.
   std::optional<std::vector<Detection>> detections;
@@ -113,6 +117,8 @@ class SequenceRenderer {
   }
 
   void find_items(int index);
+
+  void find_instances(RenderedFrame& out) const;
 
   void measure_depth(double now_s, Random& random, cv::Mat& depth);
 

@@ -5,6 +5,7 @@
 #include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/error.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <ostream>
 #include <system_error>
 
@@ -53,18 +54,21 @@ void SequenceWriter::add(const RenderedFrame& frame) {
   image("motion", file, frame.truth.motion);
   image("dynamic", file, frame.truth.dynamic);
   image("masks", file, frame.truth.person);
+  if (!frame.instances.empty()) add_instances(stamp, frame);
   rgb_ += stamp + " rgb/" + file + "\n";
   depth_ += stamp + " depth/" + file + "\n";
   associations_ += stamp + " rgb/" + file + " " + stamp + " depth/" + file + "\n";
   trajectory_.push_back({frame.timestamp_s, frame.T_world_camera});
-  if (frame.detections) add_detections(stamp, *frame.detections);
+  if (frame.detections) add_detections(stamp, *frame.detections, detections_);
 }
 
 void SequenceWriter::finish() const {
   text("rgb.txt", "# color images\n# timestamp filename\n" + rgb_);
   text("depth.txt", "# depth maps\n# timestamp filename\n" + depth_);
   text("associations.txt", associations_);
-  text("detections.txt", "# timestamp class_id class_name score x1 y1 x2 y2\n" + detections_);
+  const std::string head = "# timestamp class_id class_name score x1 y1 x2 y2\n";
+  text("detections.txt", head + detections_);
+  if (!instances_.empty()) text("instances.txt", head + instances_);
   io::write_tum_trajectory(folder_ / "groundtruth.txt", trajectory_);
   io::write_camera(folder_ / "camera.yaml", camera_);
 }
@@ -79,15 +83,25 @@ inline void SequenceWriter::text(const char* name, const std::string& content) c
   io::write_file_atomically(folder_ / name, [&](std::ostream& out) { out << content; });
 }
 
-inline void SequenceWriter::add_detections(const std::string& stamp,
-                                           const std::vector<Detection>& detections) {
-  if (detections.empty()) detections_ += stamp + " none\n";
+// Networks make masks of about a quarter of the image's size.
+inline void SequenceWriter::add_instances(const std::string& stamp, const RenderedFrame& frame) {
+  for (const char* name : {"instances", "instances_small"}) std::filesystem::create_directory(folder_ / name);
+  image("instances", stamp + ".png", frame.instances);
+  cv::Mat small;
+  cv::resize(frame.instances, small, {}, 0.25, 0.25, cv::INTER_NEAREST);
+  image("instances_small", stamp + ".png", small);
+  add_detections(stamp, frame.instance_boxes, instances_);
+}
+
+inline void SequenceWriter::add_detections(const std::string& stamp, const std::vector<Detection>& detections,
+                                           std::string& lines) {
+  if (detections.empty()) lines += stamp + " none\n";
   for (const Detection& d : detections) {
     char numbers[96];
     std::snprintf(numbers, sizeof(numbers), " %.4f %.1f %.1f %.1f %.1f\n", static_cast<double>(d.score),
                   static_cast<double>(d.box.x), static_cast<double>(d.box.y),
                   static_cast<double>(d.box.br().x), static_cast<double>(d.box.br().y));
-    detections_ += stamp + " " + std::to_string(d.class_id) + " " + d.class_name + numbers;
+    lines += stamp + " " + std::to_string(d.class_id) + " " + d.class_name + numbers;
   }
 }
 

@@ -40,11 +40,14 @@ class SequenceWriter {
 
   void text(const char* name, const std::string& content) const;
 
-  void add_detections(const std::string& stamp, const std::vector<Detection>& detections);
+  void add_instances(const std::string& stamp, const RenderedFrame& frame);
+
+  static void add_detections(const std::string& stamp, const std::vector<Detection>& detections,
+                             std::string& lines);
 
   std::filesystem::path folder_;
   io::CameraFile camera_;
-  std::string rgb_, depth_, associations_, detections_;
+  std::string rgb_, depth_, associations_, detections_, instances_;
   io::Trajectory trajectory_;
 };
 

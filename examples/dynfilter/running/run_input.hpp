@@ -155,6 +155,9 @@ class MaskFolder {
     if (found == 0) files_.clear();
   }
 
+  /// True if no image has a mask.
+  bool empty() const { return files_.empty(); }
+
   /// Throws IoError if an image cannot be read or is not 8-bit with one channel.
   std::optional<MaskInput> load(std::size_t i) const {
     if (files_.empty() || files_[i].empty()) return std::nullopt;

@@ -38,6 +38,7 @@
 #include "run_notes.hpp"
 #include "run_output.hpp"
 #include "semantic_feed.hpp"
+#include "semantic_source.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -201,20 +202,7 @@ class SequenceRun {
     return poses_ ? poses_->at(sequence_.timestamp_s(i)) : std::nullopt;
   }
 
-  void open_feed() {
-    if (!options_.detector.empty()) {
-      const DetectorConfig detector =
-          load_detector(options_.detector, options_.network_dir, options_.plugins);
-      summary_.notes.push_back("boxes and masks from the detector " + detector.name);
-      Interruption::watch();
-      feed_.emplace(detector.make(), options_.detector_mode, false);
-      return;
-    }
-    std::optional<io::DetectionTrack> boxes = load_detections(options_, sequence_, summary_.notes);
-    feed_.emplace(
-        std::make_unique<SequenceFiles>(std::move(boxes), MaskFolder(options_, sequence_), order_, sequence_),
-        options_.detector_mode, true);
-  }
+  void open_feed() { feed_.emplace(semantic_feed(options_, sequence_, order_, summary_.notes)); }
 
   // An asynchronous detector gets the frames at the camera's rate, to have a realistic delay.
   void keep_pace(double timestamp_s) {

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#include "masks/feature_mask.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <numeric>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace dynfilter::masks {
+namespace {
+
+// Lengths are those of an image of 640x480.
+
+/// Radius around a rejected feature of octave 0.
+constexpr double kRadius_px = 8;
+/// With depth the surface limits the mask, so discs reach further.
+constexpr double kRadiusWithDepth_px = 32;
+/// Radius around a kept feature that is not masked.
+constexpr double kKeepRadius_px = 5;
+/// Neighbours further apart than this are not of one group.
+constexpr double kLink_px = 60;
+/// Groups of fewer members are wrong matches.
+constexpr int kLeastGroup = 4;
+/// Depth difference to the nearest rejected feature: half a body, and the noise of a sensor, which grows.
+constexpr double kSurface_m = 0.25, kSurface_share = 0.05;
+/// Where the sensor has no depth, the mask reaches only this far.
+constexpr double kHole_px = 8;
+/// A feature at an outline may read the depth behind it. The nearest depth around it is the object's.
+constexpr int kDepthPatch_px = 3;
+
+/// Features in groups: disjoint sets.
+class Groups {
+ public:
+  explicit Groups(std::size_t n) : parent_(n), size_(n, 1) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  void unite(std::size_t a, std::size_t b) {
+    a = root(a), b = root(b);
+    if (a == b) return;
+    parent_[a] = b;
+    size_[b] += size_[a];
+  }
+  int size(std::size_t i) { return size_[root(i)]; }
+
+ private:
+  std::size_t root(std::size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  std::vector<std::size_t> parent_;
+  std::vector<int> size_;
+};
+
+using Corners = std::array<std::size_t, 3>;  ///< features
+
+/// The Delaunay triangles between features.
+std::vector<Corners> triangles_of(const std::vector<cv::KeyPoint>& keypoints, cv::Size size) {
+  cv::Subdiv2D triangulation(cv::Rect({0, 0}, size));
+  std::map<int, std::size_t> feature_of;  // by vertex
+  for (std::size_t i = 0; i < keypoints.size(); ++i) feature_of[triangulation.insert(keypoints[i].pt)] = i;
+  std::vector<cv::Vec6f> pixels;
+  triangulation.getTriangleList(pixels);
+  std::vector<Corners> triangles;
+  for (const cv::Vec6f& t : pixels) {
+    Corners corners{};
+    std::size_t known = 0;
+    for (const cv::Point2f p : {cv::Point2f(t[0], t[1]), cv::Point2f(t[2], t[3]), cv::Point2f(t[4], t[5])}) {
+      int edge = 0, vertex = 0;
+      triangulation.locate(p, edge, vertex);
+      if (const auto found = feature_of.find(vertex); found != feature_of.end())
+        corners[known++] = found->second;
+    }
+    if (known == 3) triangles.push_back(corners);
+  }
+  return triangles;
+}
+
+double scale_of(cv::Size size) {
+  return std::hypot(size.width, size.height) / std::hypot(640, 480);
+}
+
+MaskedImageParams disc_params(double scale, double radius_px) {
+  MaskedImageParams params;
+  params.radius_px = std::min(radius_px * scale, MaskedImageParams::kMax_px);
+  params.keep_radius_px = std::min(kKeepRadius_px * scale, MaskedImageParams::kMax_px);
+  return params;
+}
+
+float metres_at(const DepthImage& depth, int x, int y) {
+  const double units = depth.image.type() == CV_32FC1 ? static_cast<double>(depth.image.at<float>(y, x))
+                                                      : depth.image.at<std::uint16_t>(y, x);
+  return std::isfinite(units) && units > 0 ? static_cast<float>(units * depth.unit_m) : 0;
+}
+
+/// 0 without depth.
+float nearest_metres(const DepthImage& depth, cv::Point p) {
+  float nearest_m = 0;
+  for (int y = std::max(0, p.y - kDepthPatch_px); y <= std::min(depth.image.rows - 1, p.y + kDepthPatch_px);
+       ++y)
+    for (int x = std::max(0, p.x - kDepthPatch_px); x <= std::min(depth.image.cols - 1, p.x + kDepthPatch_px);
+         ++x) {
+      const float z = metres_at(depth, x, y);
+      if (z > 0 && (nearest_m == 0 || z < nearest_m)) nearest_m = z;
+    }
+  return nearest_m;
+}
+
+}  // namespace
+
+FeatureMask::FeatureMask(cv::Size size)
+    : size_(size), scale_(scale_of(size)), discs_(disc_params(scale_, kRadius_px)) {}
+
+const cv::Mat& FeatureMask::draw(const std::vector<JudgedFeature>& features, const DepthImage& depth) {
+  const bool has_depth = depth.image.size() == size_;
+  discs_ = MaskedImage(disc_params(scale_, has_depth ? kRadiusWithDepth_px : kRadius_px));
+  split(features);
+  find_groups();
+  discs_.mask(keypoints_, verdict_, size_).copyTo(mask_);
+  leave_to_kept();
+  for (const std::array<cv::Point, 3>& triangle : triangles_)
+    cv::fillConvexPoly(mask_, triangle.data(), 3, cv::Scalar(255));
+  if (has_depth) keep_surface(depth);
+  return mask_;
+}
+
+void FeatureMask::split(const std::vector<JudgedFeature>& features) {
+  keypoints_.clear();
+  verdict_.decision.clear();
+  for (const JudgedFeature& feature : features) {
+    const cv::Point2f p = feature.keypoint.pt;
+    const bool inside = p.x >= 0 && p.y >= 0 && p.x < static_cast<float>(size_.width) &&
+                        p.y < static_cast<float>(size_.height);
+    if (feature.decision == Vote::Unknown || !inside) continue;
+    keypoints_.push_back(feature.keypoint);
+    keypoints_.back().octave = 0;  // its size says nothing about the object's
+    verdict_.decision.push_back(feature.decision);
+  }
+}
+
+/// Groups of rejected features: neighbours in the triangulation that are near each other are of one group. A
+/// group of a few is no object but wrong matches: its features are taken back.
+/// Delaunay triangles have no feature inside, so one of a group covers no kept feature.
+void FeatureMask::find_groups() {
+  const auto linked = [&](std::size_t i, std::size_t j) {
+    return rejected(i) && rejected(j) && cv::norm(keypoints_[i].pt - keypoints_[j].pt) <= kLink_px * scale_;
+  };
+  Groups groups(keypoints_.size());
+  std::vector<Corners> filled;
+  for (const Corners& c : triangles_of(keypoints_, size_)) {
+    const std::array<bool, 3> links{linked(c[0], c[1]), linked(c[1], c[2]), linked(c[2], c[0])};
+    for (std::size_t k = 0; k < 3; ++k)
+      if (links[k]) groups.unite(c[k], c[(k + 1) % 3]);
+    if (links[0] && links[1] && links[2]) filled.push_back(c);
+  }
+  triangles_.clear();
+  for (const Corners& c : filled)
+    if (groups.size(c[0]) >= kLeastGroup)
+      triangles_.push_back({keypoints_[c[0]].pt, keypoints_[c[1]].pt, keypoints_[c[2]].pt});
+  for (std::size_t i = 0; i < keypoints_.size(); ++i)
+    if (rejected(i) && groups.size(i) < kLeastGroup) verdict_.decision[i] = Vote::Unknown;
+}
+
+bool FeatureMask::rejected(std::size_t i) const {
+  return verdict_.decision[i] == Vote::Dynamic;
+}
+
+/// Half of the way to a kept feature belongs to that.
+void FeatureMask::leave_to_kept() {
+  cv::Mat& kept_px = nearest_;
+  const auto distance_to = [&](bool of_rejected, cv::Mat& out) {
+    seeds_.create(size_, CV_8UC1);
+    seeds_.setTo(255);
+    for (std::size_t i = 0; i < keypoints_.size(); ++i)
+      if (rejected(i) == of_rejected && verdict_.decision[i] != Vote::Unknown)
+        seeds_.at<std::uint8_t>(cv::Point(keypoints_[i].pt)) = 0;
+    cv::distanceTransform(seeds_, out, cv::DIST_L2, cv::DIST_MASK_5);
+  };
+  distance_to(true, distance_px_), distance_to(false, kept_px);
+  mask_.setTo(0, distance_px_ > kept_px);
+}
+
+void FeatureMask::keep_surface(const DepthImage& depth) {
+  seeds_.create(size_, CV_8UC1);
+  seeds_.setTo(255);
+  for (std::size_t i = 0; i < keypoints_.size(); ++i)
+    if (verdict_.decision[i] == Vote::Dynamic) seeds_.at<std::uint8_t>(cv::Point(keypoints_[i].pt)) = 0;
+  if (cv::countNonZero(mask_) == 0) return;
+  cv::distanceTransform(seeds_, distance_px_, nearest_, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
+  std::vector<float> seed_m(keypoints_.size() + 2, 0);
+  for (std::size_t i = 0; i < keypoints_.size(); ++i) {
+    const cv::Point p(keypoints_[i].pt);
+    if (verdict_.decision[i] == Vote::Dynamic)
+      seed_m[static_cast<std::size_t>(nearest_.at<int>(p))] = nearest_metres(depth, p);
+  }
+  for (int y = 0; y < size_.height; ++y) {
+    for (int x = 0; x < size_.width; ++x) {
+      if (mask_.at<std::uint8_t>(y, x) == 0) continue;
+      const float here_m = metres_at(depth, x, y),
+                  there_m = seed_m[static_cast<std::size_t>(nearest_.at<int>(y, x))];
+      const bool other_surface =
+          here_m > 0 && there_m > 0 && std::abs(here_m - there_m) > kSurface_m + kSurface_share * there_m;
+      const bool far_hole = here_m == 0 && there_m > 0 && distance_px_.at<float>(y, x) > kHole_px * scale_;
+      if (other_surface || far_hole) mask_.at<std::uint8_t>(y, x) = 0;
+    }
+  }
+}
+
+}  // namespace dynfilter::masks
