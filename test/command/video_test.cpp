@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "io/video_samples.hpp"
@@ -315,4 +316,24 @@ TEST_CASE("a run on a long video takes no more memory than one on a short video"
   MESSAGE("150 frames " << short_mb << " MB, 900 frames " << long_mb << " MB; the images are 207 MB");
   CHECK(long_mb - short_mb < 12);
 }
+TEST_CASE("masks of a video come with the images that they are for") {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "out";
+  const CommandRun run =
+      dynfilter("masks " + Clip::file() + " '" + out.string() + "' --for colmap --start 2 --step 4");
+  REQUIRE(run.exit_code == 0);
+  CHECK(run.out.find("--image_path " + (out / "images").string()) != std::string::npos);
+  CHECK(entries(out / "images") == 6);  // 2, 6, ..., 22 of 24
+  CHECK(entries(out / "masks") == 6);
+  const cv::Mat image = cv::imread((out / "images" / "000006.png").string());
+  REQUIRE(image.size() == kSize);
+  CHECK(cv::mean(cv::abs(image - scene(6)))[0] < cv::mean(cv::abs(image - scene(5)))[0]);
+  CHECK(cv::imread((out / "masks" / "000006.png.png").string(), cv::IMREAD_UNCHANGED).size() == kSize);
+
+  const CommandRun small = dynfilter("masks " + Clip::file() + " '" + out.string() + "2' --scale 0.5");
+  CHECK(small.exit_code == 2);
+  CHECK(small.err.find("--scale") != std::string::npos);
+  CHECK_FALSE(fs::exists(out.string() + "2"));
+}
+
 #endif

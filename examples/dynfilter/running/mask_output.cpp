@@ -77,7 +77,7 @@ Json to_json(const MaskSummary& s) {
 
 MaskOutput::MaskOutput(const RunOptions& options, const masks::MaskForm& form)
     : form_(form),
-      folder_(options.out, options.force, {"masks.json", "masks", "overlay", "transforms.json"}) {
+      folder_(options.out, options.force, {"masks.json", "masks", "overlay", "images", "transforms.json"}) {
   for (const char* name : {"masks", "overlay"}) std::filesystem::create_directory(folder_.path() / name);
 }
 
@@ -91,6 +91,11 @@ void MaskOutput::add(std::size_t k, const std::string& image, const cv::Mat& mov
   if (wants_picture(k))
     write_image("overlay/" + std::filesystem::path(image).stem().string() + ".jpg",
                 picture_of(colour, moving, standing));
+}
+
+void MaskOutput::add_image(const std::string& image, const cv::Mat& colour) {
+  std::filesystem::create_directory(folder_.path() / kImages);
+  write_image(std::string(kImages) + "/" + image, colour);
 }
 
 void MaskOutput::finish(const io::Sequence& sequence, const std::vector<std::size_t>& order,

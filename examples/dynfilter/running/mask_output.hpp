@@ -31,6 +31,10 @@ class MaskOutput {
   void add(std::size_t k, const std::string& image, const cv::Mat& moving, const cv::Mat& standing,
            const cv::Mat& colour);
 
+  /// An image of a video, which has no files.
+  void add_image(const std::string& image, const cv::Mat& colour);
+  static constexpr const char* kImages = "images";  ///< their folder
+
   void finish(const io::Sequence& sequence, const std::vector<std::size_t>& order,
               const MaskSummary& summary);
 

@@ -87,10 +87,7 @@ class MaskRun {
     check_input();
     summary_.sequence = sequence_.name(), summary_.pipeline = judge_.pipeline().name();
     summary_.tool = options.tool, summary_.shape = options.shape, summary_.folder = run_.out;
-    summary_.images =
-        (sequence_.folder() / std::filesystem::path(sequence_.image_file(order_.front())).parent_path())
-            .lexically_normal()
-            .string();
+    summary_.images = images_folder();
     output_.set_frames(order_.size());
     feed_.emplace(semantic_feed(run_, sequence_, order_, summary_.notes));
     if (run_.truth) summary_.truth.emplace();
@@ -120,6 +117,13 @@ class MaskRun {
  private:
   bool objects() const { return options_.shape == "objects"; }
 
+  /// Where the images are that the masks are for. Those of a video are written, too.
+  std::string images_folder() const {
+    if (sequence_.is_stream()) return (std::filesystem::path(run_.out) / MaskOutput::kImages).string();
+    const std::filesystem::path first = sequence_.image_file(order_.front());
+    return (sequence_.folder() / first.parent_path()).lexically_normal().string();
+  }
+
   void check_input() const {
     require_labels(judge_.pipeline(), sequence_.has_labels(), run_.sequence);
     if (run_.truth && !sequence_.has_labels())
@@ -141,6 +145,7 @@ class MaskRun {
     std::optional<io::SequenceFrame> read = sequence_.read(order_[k]);
     if (!read) return false;
     io::SequenceFrame& frame = *read;
+    if (sequence_.is_stream()) output_.add_image(sequence_.image_file(order_[k]), frame.colour);
     if (sensor_ != odometry::Sensor::Rgbd) frame.depth = cv::Mat();  // as in `run`
     if (uses_stage(judge_.pipeline(), OracleFilter::kName)) truth_->labels = sequence_.load_labels(order_[k]);
     const odometry::SemanticInputs inputs = feed_->next(static_cast<std::int64_t>(k), frame);
