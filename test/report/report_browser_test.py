@@ -135,12 +135,25 @@ def check_all(browser, file, name, before=""):
     equal(browser.problems, [], f"{name}: console after use")
 
 
+def check_zoom(browser, name):
+    """A click enlarges a picture to the window, Escape ends that, other keys do not."""
+    width = "document.querySelector('.picture img').getBoundingClientRect().width"
+    small = browser.evaluate(width)
+    browser.evaluate("document.querySelector('.picture img').click()")
+    equal(browser.evaluate(width), WIDTHS[0], f"{name}: width of a zoomed picture")
+    browser.key("ArrowLeft", 37)
+    equal(browser.evaluate(width), WIDTHS[0], f"{name}: zoomed at another frame")
+    browser.key("Escape", 27)
+    equal(browser.evaluate(width), small, f"{name}: width after Escape")
+
+
 # ---- one report each
 
 
 def check_run(browser, out, pipeline):
     file, summary = os.path.join(out, "report.html"), read(os.path.join(out, "summary.json"))
     check_all(browser, file, "run")
+    check_zoom(browser, "run")
     check_figures(browser, "run", f"[data-pipeline='{pipeline}']", summary)
     for reference in ("none", "oracle"):
         beside = read(os.path.join(os.path.dirname(out), reference, "summary.json"))

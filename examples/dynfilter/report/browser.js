@@ -20,10 +20,11 @@ function verdictText(run, row) {
 
 /** One picture fills the window; a second click or Escape ends that. */
 function zoomPicture(image) {
-  const zoomed = image.classList.toggle("zoomed");
-  const end = (event) => event.key === "Escape" && image.classList.contains("zoomed") && zoomPicture(image);
-  if (zoomed) document.addEventListener("keydown", end, { once: true });
+  image.classList.toggle("zoomed");
 }
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape") document.querySelectorAll("img.zoomed").forEach(zoomPicture);
+});
 
 class FramePictures {
   constructor() {
