@@ -101,6 +101,15 @@ def test_verdicts_on_a_video_find_what_moves(tmp_path):
     assert inside.sum() > 20 and (~verdict.keep[inside]).mean() > 0.8 and verdict.keep[far].mean() > 0.95
 
 
+def test_a_run_without_a_camera_has_verdicts_only(clip):
+    run = dynfilter.run("none", dynfilter.Recording(clip))
+    assert run.frames == 10 and run.tracked_frames == 0 and len(run.trajectory[0]) == 0
+    assert "the camera is not known: verdicts only, no trajectory" in run.notes
+    given = dynfilter.Recording(clip, camera=dynfilter.Camera(300, 300, 160, 120, width_px=320, height_px=240))
+    assert not given.camera_is_guessed
+    assert not any("verdicts only" in note for note in dynfilter.run("none", given).notes)
+
+
 def test_a_verdict_draws_itself():
     pipeline = dynfilter.Pipeline("none")
     grey = np.full((48, 64), 200, np.uint8)

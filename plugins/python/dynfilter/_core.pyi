@@ -502,6 +502,8 @@ class _Reader:
     @property
     def has_labels(self) -> bool: ...
     @property
+    def camera_is_guessed(self) -> bool: ...
+    @property
     def notes(self) -> List[str]: ...
 
 class _Renderer:
@@ -633,7 +635,7 @@ class Track:
 
 class Odometry:
     def __init__(
-        self, camera: Union[Camera, Array], pipeline: Source = "none", *, sensor: str = "rgbd"
+        self, camera: Union[Camera, Array], pipeline: Source = "none", *, sensor: str = "rgbd", poses: bool = True
     ) -> None: ...
     def process(
         self,

@@ -150,7 +150,8 @@ def run(
     """
     if not _core.has_odometry:
         raise NotImplementedError("this build has no odometry: it needs Ceres, fmt and nlohmann-json")
-    odometry = _core.Odometry(sequence.camera, pipeline, sensor=sequence.sensor)
+    guessed = isinstance(sequence, Recording) and sequence.camera_is_guessed
+    odometry = _core.Odometry(sequence.camera, pipeline, sensor=sequence.sensor, poses=not guessed)
     where = str(sequence.folder) if isinstance(sequence, Recording) else sequence.name
     counts, times, tracked, n = _core.Classification(), [], 0, 0
     for frame in sequence:
@@ -178,6 +179,8 @@ def run(
     result = Run(odometry.pipeline, sequence.name, n, tracked, trajectory=odometry.trajectory())
     result.judge_ms = statistics.median(times) if times else math.nan
     result.failure, result.notes = odometry.failure, odometry.notes
+    if guessed:
+        result.notes.append("the camera is not known: verdicts only, no trajectory")
     if result.failure:
         return result
     result.precision, result.recall, result.static_kept = counts.precision, counts.recall, counts.static_kept

@@ -141,6 +141,11 @@ class Recording(Sequence):
         return Frame(index=i, camera=self.camera, boxes=boxes, mask=self._mask(i), **loaded)
 
     @property
+    def camera_is_guessed(self) -> bool:
+        """Nothing tells the camera: good for verdicts, not for poses."""
+        return self._reader.camera_is_guessed
+
+    @property
     def notes(self) -> List[str]:
         """What was skipped or guessed, of a video so far."""
         return self._reader.notes

@@ -38,11 +38,11 @@ struct Track {
 
 class Odometry {
  public:
-  Odometry(py::handle camera, py::handle pipeline, const std::string& sensor)
+  Odometry(py::handle camera, py::handle pipeline, const std::string& sensor, bool poses)
       : link_(std::make_shared<FilterLink>()),
         labels_(std::make_shared<command::OracleLabels>()),
         judge_(config(pipeline)),
-        odometry_(camera_of("camera", camera), options_of(sensor), &judge_) {}
+        odometry_(camera_of("camera", camera), options_of(sensor, poses), &judge_) {}
 
   Track process(py::handle grey, double timestamp, py::handle depth, double depth_unit_m, py::handle boxes,
                 std::int64_t boxes_frame_id, py::handle mask, py::handle labels, py::handle pose,
@@ -93,10 +93,11 @@ class Odometry {
   const std::string& pipeline() const { return judge_.pipeline().name(); }
 
  private:
-  static odometry::OdometryOptions options_of(const std::string& sensor) {
+  static odometry::OdometryOptions options_of(const std::string& sensor, bool poses) {
     const auto named = odometry::sensor_named(sensor);
     if (!named) refuse_name("sensor", {"rgbd", "stereo", "mono"}, sensor);
     odometry::OdometryOptions options;
+    options.poses = poses;
     options.sensor = *named;
     return options;
   }
@@ -167,10 +168,11 @@ void bind_odometry(py::module_& module) {
   py::class_<Odometry>(module, "Odometry",
                        "Odometry as ORB-SLAM's tracking and local mapping, without loop closing: the "
                        "SLAM of `dynfilter run`.")
-      .def(py::init<py::handle, py::handle, const std::string&>(), py::arg("camera"),
-           py::arg("pipeline") = "none", py::kw_only(), py::arg("sensor") = "rgbd",
+      .def(py::init<py::handle, py::handle, const std::string&, bool>(), py::arg("camera"),
+           py::arg("pipeline") = "none", py::kw_only(), py::arg("sensor") = "rgbd", py::arg("poses") = true,
            "`pipeline`: as for Pipeline; also \"oracle\", which rejects what `labels` say.\n"
-           "`sensor`: rgbd, stereo or mono. A mono map has a unit of its own.")
+           "`sensor`: rgbd, stereo or mono. A mono map has a unit of its own.\n"
+           "`poses`: False, if the camera is a guess: then frames are judged only.")
       .def("process", &Odometry::process, py::arg("grey"), py::kw_only(), py::arg("timestamp"),
            py::arg("depth") = py::none(), py::arg("depth_unit_m") = 1.0, py::arg("boxes") = py::none(),
            py::arg("boxes_frame_id") = -1, py::arg("mask") = py::none(), py::arg("labels") = py::none(),

@@ -133,6 +133,7 @@ void bind_sequences(py::module_& module) {
       .def_property_readonly("name", &io::Sequence::name)
       .def_property_readonly("sensor", &sensor_of)
       .def_property_readonly("has_labels", &io::Sequence::has_labels)
+      .def_property_readonly("camera_is_guessed", &io::Sequence::camera_is_guessed)
       .def_property_readonly("notes", &io::Sequence::notes);
   py::class_<render::SequenceRenderer>(module, "_Renderer")
       .def(py::init(&make_renderer), py::arg("scene"), py::arg("frames"), py::arg("seed"), py::arg("rate_hz"),
