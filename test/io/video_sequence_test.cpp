@@ -44,7 +44,7 @@ int number_shown(const io::SequenceFrame& frame) {
 }
 
 /// Resident memory of this process [MB].
-double resident_mb() {
+[[maybe_unused]] double resident_mb() {
   std::ifstream in("/proc/self/statm");
   double pages = 0, resident = 0;
   in >> pages >> resident;
