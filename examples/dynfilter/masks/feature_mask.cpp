@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/cluster/clusters.hpp>
 #include <map>
-#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -32,29 +32,6 @@ constexpr double kSurface_m = 0.25, kSurface_share = 0.05;
 constexpr double kHole_px = 8;
 /// A feature at an outline may read the depth behind it. The nearest depth around it is the object's.
 constexpr int kDepthPatch_px = 3;
-
-/// Features in groups: disjoint sets.
-class Groups {
- public:
-  explicit Groups(std::size_t n) : parent_(n), size_(n, 1) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  void unite(std::size_t a, std::size_t b) {
-    a = root(a), b = root(b);
-    if (a == b) return;
-    parent_[a] = b;
-    size_[b] += size_[a];
-  }
-  int size(std::size_t i) { return size_[root(i)]; }
-
- private:
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  std::vector<std::size_t> parent_;
-  std::vector<int> size_;
-};
 
 using Corners = std::array<std::size_t, 3>;  ///< features
 
@@ -149,53 +126,56 @@ void FeatureMask::find_groups() {
   const auto linked = [&](std::size_t i, std::size_t j) {
     return rejected(i) && rejected(j) && cv::norm(keypoints_[i].pt - keypoints_[j].pt) <= kLink_px * scale_;
   };
-  Groups groups(keypoints_.size());
+  detail::DisjointSets groups;
+  groups.reset(keypoints_.size());
   std::vector<Corners> filled;
   for (const Corners& c : triangles_of(keypoints_, size_)) {
     const std::array<bool, 3> links{linked(c[0], c[1]), linked(c[1], c[2]), linked(c[2], c[0])};
     for (std::size_t k = 0; k < 3; ++k)
-      if (links[k]) groups.unite(c[k], c[(k + 1) % 3]);
+      if (links[k])
+        groups.unite(static_cast<std::uint32_t>(c[k]), static_cast<std::uint32_t>(c[(k + 1) % 3]));
     if (links[0] && links[1] && links[2]) filled.push_back(c);
   }
+  std::vector<int> members(keypoints_.size(), 0);
+  const auto group_of = [&](std::size_t i) { return groups.find(static_cast<std::uint32_t>(i)); };
+  for (std::size_t i = 0; i < keypoints_.size(); ++i) ++members[group_of(i)];
   triangles_.clear();
   for (const Corners& c : filled)
-    if (groups.size(c[0]) >= kLeastGroup)
+    if (members[group_of(c[0])] >= kLeastGroup)
       triangles_.push_back({keypoints_[c[0]].pt, keypoints_[c[1]].pt, keypoints_[c[2]].pt});
   for (std::size_t i = 0; i < keypoints_.size(); ++i)
-    if (rejected(i) && groups.size(i) < kLeastGroup) verdict_.decision[i] = Vote::Unknown;
+    if (rejected(i) && members[group_of(i)] < kLeastGroup) verdict_.decision[i] = Vote::Unknown;
 }
 
 bool FeatureMask::rejected(std::size_t i) const {
   return verdict_.decision[i] == Vote::Dynamic;
 }
 
+/// 0 at the features of one decision, which is what distanceTransform() measures from.
+const cv::Mat& FeatureMask::seeds_of(Vote decision) {
+  seeds_.create(size_, CV_8UC1);
+  seeds_.setTo(255);
+  for (std::size_t i = 0; i < keypoints_.size(); ++i)
+    if (verdict_.decision[i] == decision) seeds_.at<std::uint8_t>(cv::Point(keypoints_[i].pt)) = 0;
+  return seeds_;
+}
+
 /// Half of the way to a kept feature belongs to that.
 void FeatureMask::leave_to_kept() {
   cv::Mat& kept_px = nearest_;
-  const auto distance_to = [&](bool of_rejected, cv::Mat& out) {
-    seeds_.create(size_, CV_8UC1);
-    seeds_.setTo(255);
-    for (std::size_t i = 0; i < keypoints_.size(); ++i)
-      if (rejected(i) == of_rejected && verdict_.decision[i] != Vote::Unknown)
-        seeds_.at<std::uint8_t>(cv::Point(keypoints_[i].pt)) = 0;
-    cv::distanceTransform(seeds_, out, cv::DIST_L2, cv::DIST_MASK_5);
-  };
-  distance_to(true, distance_px_), distance_to(false, kept_px);
+  cv::distanceTransform(seeds_of(Vote::Dynamic), distance_px_, cv::DIST_L2, cv::DIST_MASK_5);
+  cv::distanceTransform(seeds_of(Vote::Static), kept_px, cv::DIST_L2, cv::DIST_MASK_5);
   mask_.setTo(0, distance_px_ > kept_px);
 }
 
 void FeatureMask::keep_surface(const DepthImage& depth) {
-  seeds_.create(size_, CV_8UC1);
-  seeds_.setTo(255);
-  for (std::size_t i = 0; i < keypoints_.size(); ++i)
-    if (verdict_.decision[i] == Vote::Dynamic) seeds_.at<std::uint8_t>(cv::Point(keypoints_[i].pt)) = 0;
   if (cv::countNonZero(mask_) == 0) return;
-  cv::distanceTransform(seeds_, distance_px_, nearest_, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
+  cv::distanceTransform(seeds_of(Vote::Dynamic), distance_px_, nearest_, cv::DIST_L2, cv::DIST_MASK_5,
+                        cv::DIST_LABEL_PIXEL);
   std::vector<float> seed_m(keypoints_.size() + 2, 0);
   for (std::size_t i = 0; i < keypoints_.size(); ++i) {
     const cv::Point p(keypoints_[i].pt);
-    if (verdict_.decision[i] == Vote::Dynamic)
-      seed_m[static_cast<std::size_t>(nearest_.at<int>(p))] = nearest_metres(depth, p);
+    if (rejected(i)) seed_m[static_cast<std::size_t>(nearest_.at<int>(p))] = nearest_metres(depth, p);
   }
   for (int y = 0; y < size_.height; ++y) {
     for (int x = 0; x < size_.width; ++x) {

@@ -33,6 +33,7 @@ class FeatureMask {
   void split(const std::vector<JudgedFeature>& features);
   void find_groups();
   bool rejected(std::size_t i) const;
+  const cv::Mat& seeds_of(Vote decision);
   void leave_to_kept();
   void keep_surface(const DepthImage& depth);
 
