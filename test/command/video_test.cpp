@@ -249,11 +249,12 @@ TEST_CASE("what a video or a camera cannot do names the option that helps") {
   CHECK(value_of(played.out, "frames") == "5");
   const CommandResult ended = dynfilter("run " + camera + " --frames 500 --json");
   CHECK(value_of(ended.out, "frames") == "24");
-  for (const char* command : {"run", "map", "compare", "detect"}) {
+  for (const char* command : {"run", "map", "compare", "detect", "masks"}) {
     const std::string more = command == std::string("map")
                                  ? " '" + (folder.path() / "poses.txt").string() + "'"
                              : command == std::string("compare") ? " --pipelines none"
                              : command == std::string("detect")  ? " --detector files --frames 1"
+                             : command == std::string("masks")   ? " '" + nowhere + "' --frames 1"
                                                                  : " --out '" + nowhere + "' --frames 1";
     check_refused(std::string(command) + " camera:97" + more, "camera:97: no image comes from this camera");
     check_refused(std::string(command) + " '" + (folder.path() / "poses.txt").string() + "'" + more,
