@@ -18,7 +18,7 @@ inline std::uint64_t mix_bits(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// Seeded generator with the same output on every platform, unlike the distributions of <random>.
+/// Seeded generator with the same output on every platform, unlike the distributions of the C++ library.
 /// Different streams of one seed are independent.
 /// A frame therefore does not depend on the frames generated before.
 class Random {

@@ -32,7 +32,7 @@ class MaskedHost {
     cv::Mat image, depth;  ///< valid until the next call; `image` may be the caller's own
   };
 
-  /// Reads camera, depth unit (`DepthMapFactor`), pipeline and `DynFilter.` keys from a settings file as
+  /// Reads camera, depth unit (`DepthMapFactor`), pipeline and keys `DynFilter.NAME` from a settings file as
   /// ORB-SLAM2 and 3 have it. Throws ConfigError, and IoError for a camera that is no pinhole or not there.
   MaskedHost(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
              const MaskedImageParams& masking = MaskedImageParams(), const ProviderRegistry& providers = {})

@@ -21,7 +21,6 @@ enum class HostSensor { Monocular, Stereo, RgbD };
 /// System::eSensor of both versions as a number: 0 one camera, 1 two, 2 RGB-D; 3 to 5 the same with inertia.
 HostSensor host_sensor(int sensor);
 
-/// How a verdict is handed to an ORB-SLAM host. In its settings file each has `DynFilter.` before it.
 /// What happens when the settings cannot be used (OrbSlam::start).
 enum class OnError {
   Stop,  ///< the host gets no OrbSlam, and ends
@@ -29,7 +28,7 @@ enum class OnError {
 };
 
 /// How a verdict is handed to an ORB-SLAM host, and where boxes and masks come from. In its settings file
-/// each has `DynFilter.` before it.
+/// `enabled` is `DynFilter.enabled`, and so on.
 struct OrbSlamParams {
   bool enabled = true;
   OnError on_error = OnError::Stop;
@@ -66,8 +65,8 @@ std::string find_pipeline(const std::string& name, const std::string& settings_f
 
 }  // namespace orb_slam::detail
 
-/// Reads the `DynFilter.` keys of a host's own settings file. The pipeline is the file's `pipeline` node, or
-/// the file or installed pipeline that `DynFilter.pipeline` names, or the default.
+/// Reads the keys `DynFilter.NAME` of a host's own settings file. The pipeline is the file's `pipeline` node,
+/// or the file or installed pipeline that `DynFilter.pipeline` names, or the default.
 /// Loads the plugins, and opens the file of boxes or starts the detector, that the keys name. Whatever else
 /// the file holds is the host's, keys that repeat included; only keys that nearly are ours are errors. Throws
 /// ConfigError.

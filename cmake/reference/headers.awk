@@ -1,0 +1,44 @@
+# What Doxygen reads instead of a header. The numbers of lines stay.
+FNR == 1 {
+  room = FILENAME
+  sub(/.*include\/dynfilter\//, "", room)
+  if (room !~ /\//) room = "front"
+  sub(/\/.*/, "", room)
+  in_c = FILENAME ~ /[.]h$/
+}
+# Namespaces `detail` are not for users. EXCLUDE_SYMBOLS leaves the bodies of their classes' functions.
+/^namespace ([a-z_:]+::)?detail [{]/ { hidden = 1; print ""; next }
+/[{]/ && hidden { hidden = 2 }
+/^}  \/\/ namespace ([a-z_:]+::)?detail/ || ($0 == "}" && hidden == 1) { hidden = 0; print ""; next }
+hidden { print ""; next }
+
+# All that is declared belongs to the group of its folder.
+/^(namespace dynfilter[a-z_:]* [{]|extern "C" [{])$/ { $0 = $0 " /** @addtogroup " room " */ /** @{ */" }
+/^}  \/\/ namespace dynfilter/ || (above == "#ifdef __cplusplus" && $0 == "}") { $0 = "/** @} */ " $0 }
+
+# What means the same everywhere is described here, once.
+above !~ /^ *\/\/\// {
+  if ($0 ~ /^ *static .*[ &]fields\(\)/) say("The table of the parameters: names, units, ranges and meanings.")
+  else if ($0 ~ /^(constexpr|inline) const char\* to_string\(/) say("The word for it in reports and in YAML.")
+}
+
+# Comments of C are comments of the reference, too. A summary does not end after an abbreviation.
+in_c && /^ *\/\*[^*]/ { sub(/\/\*/, "/**") }
+in_c && /[;,] +\/\*[^*]/ { sub(/\/\*/, "/**<") }
+/\/\/\// {
+  gsub(/e[.]g[.] /, "e.g.\\ ")
+  gsub(/sec[.] /, "sec.\\ ")
+  gsub(/al[.] /, "al.\\ ")
+  gsub(/eq[.] /, "eq.\\ ")
+}
+# The contract of a rejector is a list.
+room == "filters" && match($0, /^\/\/\/ (Formula|Votes|Needs|Abstains|Blind to|State|Cost): /) {
+  $0 = "/// - **%" substr($0, 5, RLENGTH - 6) "**: " substr($0, RLENGTH + 1)
+}
+{ above = $0; print }
+
+function say(text) {
+  if ($0 ~ /\/\/\/</) return
+  match($0, /^ */)
+  $0 = substr($0, 1, RLENGTH) "/** " text " */ " substr($0, RLENGTH + 1)
+}
