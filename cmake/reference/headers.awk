@@ -17,9 +17,24 @@ hidden { print ""; next }
 /^}  \/\/ namespace dynfilter/ || (above == "#ifdef __cplusplus" && $0 == "}") { $0 = "/** @} */ " $0 }
 
 # What means the same everywhere is described here, once.
-above !~ /^ *\/\/\// {
-  if ($0 ~ /^ *static .*[ &]fields\(\)/) say("The table of the parameters: names, units, ranges and meanings.")
-  else if ($0 ~ /^(constexpr|inline) const char\* to_string\(/) say("The word for it in reports and in YAML.")
+above !~ /^ *(\/\/\/|template <)/ || /fields\(\)/ {
+  if (/^ *static .*[ &]fields\(\)/) say("The table of the parameters: names, units, ranges and meanings.")
+  else if (/^struct [A-Za-z]+Params [{]/) say("Parameters: `fields()` has their units, ranges and meanings.")
+  else if (/^(constexpr|inline) const char\* to_string\(/) say("The word for it in reports and in YAML.")
+  else if (/[ &](params|options)\(\)/) say("The parameters that it works with.")
+  else if (/ void reset\(\)/) say("Forgets all earlier frames.")
+  else if (/ void clear\(\)/) say("Removes all content.")
+  else if (/ std::size_t bytes\(\) const/) say("Memory that it takes [bytes].")
+  else if (/ names\(\) const/) say("All names, in the order of the alphabet.")
+  else if (/ find\(const std::string& (name|type)\) const/) say("Null if there is none of this name.")
+  else if (/ virtual std::string name\(\) const = 0/) say("Its name in YAML and in reports.")
+  else if (/ using Error::Error;/) say("Made from the message, which is one line.")
+  else if (/\(std::string path, Stages |\(std::string name, std::string path, Stages /)
+    say("`path`: its place in the pipeline, for messages. It owns the stages below it.")
+}
+above ~ /^ *template <class T, class = void>/ && /: std::false_type [{][}];/ { say("False, unless the host has what is named below.") }
+above ~ /^ *template <class P>/ && /^Field<P> [a-z_]+\(const char\* name, [A-Za-z]+ P::\*member\)/ {
+  say("The parameter that selects it, as an entry of a table of parameters.")
 }
 
 # Comments of C are comments of the reference, too. A summary does not end after an abbreviation.

@@ -120,9 +120,8 @@ class CellGrid {
     std::size_t size_ = 0;
   };
 
-  /// Lists each pair of points within the radius once, by position.
-  /// Returns false, without a complete list, if this takes more than `most` tests.
-  /// Requires cells at least as wide as the radius, and reach 1.
+  /// Lists each pair of points within the radius once, by position. Returns false, without a complete list,
+  /// if this takes more than `most` tests. Requires cells at least as wide as the radius, and reach 1.
   template <class Pair>
   bool list_pairs(float radius2, std::size_t most, std::vector<Pair>& out) const {
     std::size_t found = 0, tests = 0;
@@ -156,8 +155,7 @@ class CellGrid {
   }
 
  private:
-  /// Calls f(i, run) until it returns false.
-  /// Each pair of points in neighbouring cells occurs once.
+  /// Calls f(i, run) until it returns false. Each pair of points in neighbouring cells occurs once.
   template <class F>
   bool for_each_candidate(const F& f) const {
     Rows rows(*this, true);
@@ -177,8 +175,7 @@ class CellGrid {
     return true;
   }
 
-  /// Computes cell coordinates from 0.
-  /// `reach` empty cells separate consecutive rows.
+  /// Computes cell coordinates from 0. `reach` empty cells separate consecutive rows.
   void place(Span<const cv::Point3f> points, double cell_m) {
     const double per_m = 1 / cell_m;
     std::array<double, 3> extent{}, lows{};

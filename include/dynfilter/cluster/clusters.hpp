@@ -26,7 +26,7 @@ struct Clusters {
   std::vector<std::uint8_t> core;   ///< 1 for core points, else 0
   int count = 0;
 
-  void reset(std::size_t n);
+  void reset(std::size_t n);  ///< n points, none of them in a cluster
   /// Renumbers the clusters in the order of their first points. Labels must be below `names`.
   void renumber(std::size_t names);
 

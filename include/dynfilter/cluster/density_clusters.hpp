@@ -21,8 +21,7 @@ void check_dbscan(const DbscanParams& params);
 /// DBSCAN (Ester et al. 1996) for 3-D points with a fixed radius.
 /// Uses a uniform grid whose cell diagonal is the radius (Gunawan 2013).
 /// All points of a cell are neighbours, and a cell with `min_points` needs no counting.
-/// Clusters are merged cell by cell.
-/// Core points and their clusters are exactly those of the definition.
+/// Clusters are merged cell by cell. Core points and their clusters are exactly those of the definition.
 /// A border point joins the cluster of its nearest core point.
 /// The result does not depend on the order of the points, except for the numbering.
 /// Points that are not finite are noise.
@@ -30,7 +29,7 @@ void check_dbscan(const DbscanParams& params);
 /// Buffers are reused from call to call.
 class GridDbscan {
  public:
-  /// Throws ConfigError if the radius or the count is out of range.
+  /// In any frame of reference [m]. Throws ConfigError if the radius or the count is out of range.
   void run(Span<const cv::Point3f> points, const DbscanParams& params, Clusters& out);
 
  private:
@@ -46,7 +45,6 @@ class GridDbscan {
   /// Ties between core points are decided by position, not by order.
   void offer_core(std::uint32_t border, std::uint32_t core, float d2);
   bool earlier(std::uint32_t a, std::uint32_t b) const;
-
   void mark_core(int min_points, Clusters& out) const;
   bool has_neighbours(const Rows& rows, std::uint32_t i, int min_points) const;
 
@@ -60,9 +58,7 @@ class GridDbscan {
     float squared_distance(const cv::Point3f& p) const;
   };
   Bounds bounds(Run run) const;
-
   void label_core(Clusters& out);
-
   void label_border(Clusters& out) const;
   std::int32_t nearest_core_label(const Rows& rows, std::uint32_t i, const Clusters& clusters) const;
 

@@ -34,15 +34,14 @@ class DepthGrowth {
  public:
   explicit DepthGrowth(const DepthGrowthParams& params = DepthGrowthParams()) : params_(params) {}
 
+  /// Largest distance that one growth reaches [m].
   void set_max_reach_m(double reach_m) { params_.max_reach_m = reach_m; }
 
-  /// `depth`: CV_32FC1 or CV_16UC1 in units of `unit_m`; any other type grows nothing.
-  /// `seeds_px`: pixels of `depth`. Seeds outside the image or without depth are skipped.
-  /// `mask` becomes CV_8UC1 of the same size, 255 where grown.
-  /// `rivals_px`: seeds of the surroundings, such as static features.
-  /// All seeds grow at the same rate, and the first one to reach a pixel owns it.
-  /// The floor under feet is therefore left to the seeds on the floor.
-  /// Without a valid camera, the reach has no limit. Distortion is neglected.
+  /// `depth`: CV_32FC1 or CV_16UC1 in units of `unit_m`; any other type grows nothing. `seeds_px`: pixels of
+  /// `depth`. Seeds outside the image or without depth are skipped. `mask` becomes CV_8UC1 of the same size,
+  /// 255 where grown. `rivals_px`: seeds of the surroundings, such as static features. All seeds grow at the
+  /// same rate, and the first one to reach a pixel owns it. The floor under feet is therefore left to the
+  /// seeds on the floor. Without a valid camera, the reach has no limit. Distortion is neglected.
   void grow(const cv::Mat& depth, double unit_m, const Camera& camera, Span<const cv::Point2f> seeds_px,
             cv::Mat& mask, Span<const cv::Point2f> rivals_px = {});
 

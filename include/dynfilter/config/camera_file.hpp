@@ -15,9 +15,8 @@
 
 namespace dynfilter::io {
 
-/// A camera as a file describes it.
-/// The keys are those of ORB-SLAM settings (`Camera.fx`, in ORB-SLAM3 also `Camera1.fx`), so such a file can
-/// be used directly.
+/// A camera as a file describes it. The keys are those of ORB-SLAM settings (`Camera.fx`, in ORB-SLAM3 also
+/// `Camera1.fx`), so such a file can be used directly.
 struct CameraFile {
   Camera camera;
   std::optional<double> depth_units_per_m;  ///< `DepthMapFactor`
@@ -26,10 +25,8 @@ struct CameraFile {
   std::string sensor;
 };
 
-/// Reads `Camera.fx fy cx cy` [px].
-/// Optional keys are `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px], `fps`, `sensor` and
-/// `DepthMapFactor`.
-/// Other keys are ignored. Throws IoError.
+/// Reads `Camera.fx fy cx cy` [px]. Optional keys are `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px],
+/// `fps`, `sensor` and `DepthMapFactor`. Other keys are ignored. Throws IoError.
 CameraFile read_camera(const std::filesystem::path& path);
 
 namespace detail {

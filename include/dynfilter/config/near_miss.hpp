@@ -35,6 +35,7 @@ std::string expected_one_of(const std::vector<std::string>& known, const std::st
 /// The words with ", " between them.
 std::string joined(const std::vector<std::string>& words);
 
+/// ASCII letters only.
 inline std::string lower_case(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;

@@ -27,6 +27,7 @@ using FilterFactory = std::function<std::unique_ptr<Filter>(const YamlNode& para
 /// No filter registers itself, and nothing is global.
 class Registry {
  public:
+  /// A filter's card, and what makes one.
   struct Entry {
     FilterCard card;
     FilterFactory make;
@@ -36,7 +37,7 @@ class Registry {
   void add(Entry entry);
 
   /// F has a struct F::Params with fields(), a constructor F(Params) and the constants F::kName and
-  /// F::kSummary.
+  /// F::kSummary. Throws as above.
   template <class F>
   void add() {
     add({{F::kName, F::kSummary, F(typename F::Params()).needs(), describe_parameters<typename F::Params>()},

@@ -37,9 +37,8 @@ class LineReader {
   int number_ = 0;
 };
 
-/// Reads the lines with data. Skips blank lines and `#` comments.
-/// Throws IoError if the file cannot be read, a line is too long, or there are more than
-/// limits::kMaxTextFields fields.
+/// Reads the lines with data. Skips blank lines and `#` comments. Throws IoError if the file cannot be read,
+/// a line is too long, or there are more than limits::kMaxTextFields fields.
 std::vector<TextLine> read_text_lines(const std::filesystem::path& path);
 
 using dynfilter::parse_number;

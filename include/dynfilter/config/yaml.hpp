@@ -22,14 +22,17 @@ class YamlNode {
  public:
   /// A node for a path without a value.
   explicit YamlNode(std::string path = "") : path_(std::move(path)) {}
+  /// `value` is not copied; `path` is its place, for messages.
   YamlNode(const YamlValue& value, std::string path) : value_(&value), path_(std::move(path)) {}
 
+  /// Its place in the file, for messages, e.g. `pipeline.floor`.
   const std::string& path() const { return path_; }
-  bool is_map() const;
-  bool is_sequence() const;
-  bool is_text() const;
-  bool is_none() const { return value_ == nullptr; }
+  bool is_map() const;                                ///< its kind; a node without a value has none of these
+  bool is_sequence() const;                           ///< whether it is a list
+  bool is_text() const;                               ///< whether it is a single value
+  bool is_none() const { return value_ == nullptr; }  ///< whether there is no value at its path
 
+  /// Throws ConfigError with the path and the message.
   [[noreturn]] void fail(const std::string& message) const;
 
   /// All keys in file order, duplicates included.
@@ -37,21 +40,21 @@ class YamlNode {
   /// Keys that begin with `prefix` and their values, in file order.
   /// Throws if one of these keys is duplicated.
   std::vector<std::pair<std::string, YamlNode>> entries(const std::string& prefix = "") const;
-  std::vector<YamlNode> items() const;
+  std::vector<YamlNode> items() const;  ///< the members of a list; throws ConfigError for anything else
   /// Throws if this key is duplicated. Other keys are not checked.
   std::optional<YamlNode> find(const std::string& key) const;
 
-  double real() const;
-  int integer() const;
+  double real() const;  ///< a finite number; throws ConfigError for anything else
+  int integer() const;  ///< throws ConfigError for fractions and for what an int cannot hold
   /// true, false, 1 or 0, without quotes.
   bool flag() const;
   /// A quoted text, or a plain one that YAML 1.1 takes for no number, date or null.
   std::string text() const;
-  std::vector<std::string> texts() const;
+  std::vector<std::string> texts() const;  ///< a list of texts; a single text is a list of one
 
   /// A list of numbers. A single number is read as a list of one.
   std::vector<double> reals() const;
-  std::vector<int> integers() const;
+  std::vector<int> integers() const;  ///< like reals(), for integers
 
   /// The node as error messages print it.
   std::string shown() const;
@@ -71,9 +74,11 @@ class YamlDocument {
  public:
   /// Throws ConfigError naming `source` and, for a syntax error, the line.
   static YamlDocument from_text(const std::string& text, const std::string& source = "");
+  /// Throws ConfigError, also for a file that cannot be read.
   static YamlDocument from_file(const std::string& path);
 
-  YamlNode root() const { return {*root_, ""}; }
+  YamlNode root() const { return {*root_, ""}; }  ///< the value at the top
+  /// For messages: the file's path, or what from_text() was told.
   const std::string& source() const { return source_; }
 
  private:

@@ -14,6 +14,7 @@ namespace dynfilter {
 
 /// A value of a YAML text as written. The reader interprets plain text.
 struct YamlValue {
+  /// Plain or quoted text, a map, or a list.
   enum class Kind { Plain, Quoted, Map, List };
   using Children = std::vector<std::pair<std::string, YamlValue>>;
 
@@ -42,8 +43,7 @@ struct YamlValue {
 /// - comments of any encoding.
 class YamlText {
  public:
-  /// Settings files have a few kilobytes.
-  /// The shortest value takes two bytes of text and 100 bytes of memory.
+  /// Settings files have a few kilobytes. The shortest value takes two bytes of text and 100 bytes of memory.
   /// This limit keeps a document below about 25 MB of memory.
   static constexpr std::size_t kMaxBytes = 256 * 1024;
   /// Pipelines nest 8 levels deep. One level uses less than 2 kB of stack, even with sanitizers.
@@ -76,7 +76,6 @@ class YamlText {
   std::size_t column() const { return at_ - line_start_; }
   bool at_comment() const { return here() == '#' && (column() == 0 || is_blank(text_[at_ - 1])); }
   bool tab_before() const;
-
   void skip_blanks();
   void next_line();
   bool starts_with(const char* word) const { return text_.compare(at_, 3, word) == 0; }
@@ -110,7 +109,6 @@ class YamlText {
 
   YamlValue map(std::size_t indent, int depth);
   YamlValue value_of_key(std::size_t indent, int depth);
-
   YamlValue list(std::size_t indent, int depth);
 
   /// A value that begins in one of the next lines, or after `- `.
@@ -133,7 +131,6 @@ class YamlText {
   // ---- in brackets
   template <class Plain>
   YamlValue bracket_or_quote_or(int depth, const Plain& plain);
-
   YamlValue brackets(int depth);
   void skip_lines(Place opened);
   YamlValue flow_value(int depth);

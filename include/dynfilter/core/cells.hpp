@@ -25,7 +25,8 @@ struct ImageCells {
   int columns = 1, rows = 1;
   T origin = 0;  ///< [image sizes] where the coordinates begin: 0 at the left and the top, 0.5 in the middle
 
-  int count() const { return columns * rows; }
+  int count() const { return columns * rows; }  ///< number of cells
+  /// The cell of a place, in the units of the width and the height.
   int of(T x, T y) const {
     return cell_along((y / height_px + origin) * static_cast<T>(rows), rows) * columns +
            cell_along((x / width_px + origin) * static_cast<T>(columns), columns);
@@ -81,6 +82,7 @@ class CellLists {
 
   /// Number of lists.
   std::size_t size() const { return begin_.empty() ? 0 : begin_.size() - 1; }
+  /// The items of one list, in their order.
   Span<const std::int32_t> operator[](std::size_t list) const {
     return {entries_.data() + begin_[list], std::size_t{begin_[list + 1]} - begin_[list]};
   }

@@ -32,6 +32,7 @@ enum class SimdChoice {
   Unknown    ///< anything else: treated as Baseline, and a pipeline refuses it
 };
 
+/// Null is Auto. Never throws.
 inline SimdChoice simd_choice_of(const char* text) {
   if (text == nullptr || std::string_view(text) == "auto") return SimdChoice::Auto;
   return std::string_view(text) == "baseline" ? SimdChoice::Baseline : SimdChoice::Unknown;

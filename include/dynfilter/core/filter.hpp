@@ -19,7 +19,7 @@ class Filter {
   virtual ~Filter() = default;
 
   virtual std::string name() const = 0;
-  virtual Needs needs() const = 0;
+  virtual Needs needs() const = 0;  ///< inputs without which it is skipped, and those that it uses if present
 
   /// Casts votes for the features of the current frame. `votes` has one entry per feature, all Unknown on
   /// entry. Leave a feature Unknown if it cannot be judged. Unusual data must not throw.

@@ -42,7 +42,8 @@ struct MatchSpread {
 
   static constexpr float kFar = 100;  ///< variance along the edge that is worth a note: ten deviations
 
-  bool slides() const { return along > across; }
+  bool slides() const { return along > across; }  ///< whether the error along the edge is larger
+  /// Whether the numbers can be those of a match.
   bool valid() const { return across >= 1 && along >= across && std::isfinite(along + depth_per_px); }
   /// What a scalar weight may promise: the information in the worst direction.
   float reliability() const { return 1 / along; }

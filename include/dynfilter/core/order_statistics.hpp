@@ -11,9 +11,8 @@ namespace dynfilter {
 
 namespace detail {
 
-/// Moves the values below the pivot to the front and returns their count.
-/// The loop has no branch on the data, so it causes no mispredictions (Alexandrescu, "Lomuto's Comeback",
-/// 2020).
+/// Moves the values below the pivot to the front and returns their count. The loop has no branch on the data,
+/// so it causes no mispredictions (Alexandrescu, "Lomuto's Comeback", 2020).
 template <class T, class Below>
 std::size_t partition_in_place(T* values, std::size_t count, const Below& below) {
   std::size_t first = 0;
@@ -79,8 +78,7 @@ T averaged_median_in_place(std::vector<T>& values) {
          (upper + *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(half)));
 }
 
-/// Median of the values inside the window of `width` that contains most values.
-/// The lowest window wins a tie.
+/// Median of the values inside the window of `width` that contains most values. The lowest window wins a tie.
 /// This is the exact optimum of a RANSAC with a one-parameter model.
 /// Sorts the values. Returns nothing without values.
 template <class T>

@@ -14,24 +14,27 @@
 
 namespace dynfilter {
 
+/// Where it is [px].
 inline const cv::Point2f& place_of(const cv::Point2f& point) {
   return point;
 }
+/// Where it is [px].
 inline const cv::Point2f& place_of(const cv::KeyPoint& keypoint) {
   return keypoint.pt;
 }
+/// Where it is, rounded to float [px].
 inline cv::Point2f place_of(const cv::Point2d& point) {
   return {static_cast<float>(point.x), static_cast<float>(point.y)};
 }
 
-/// Image points (cv::Point2f, cv::Point2d or cv::KeyPoint) sorted into square cells.
-/// Finds the points around a place without a full scan.
-/// Skips points that are not finite or beyond 1e6 pixels.
-/// Building takes about 10 us for 1000 points and reuses memory.
-/// A table of at most 256 x 256 cells, whose cells grow with the extent of the points. If that crowds them,
-/// only occupied cells of the wanted size are kept: a few outliers do not make a search slow.
+/// Image points (cv::Point2f, cv::Point2d or cv::KeyPoint) sorted into square cells. Finds the points around
+/// a place without a full scan. Skips points that are not finite or beyond 1e6 pixels. Building takes about
+/// 10 us for 1000 points and reuses memory. A table of at most 256 x 256 cells, whose cells grow with the
+/// extent of the points. If that crowds them, only occupied cells of the wanted size are kept: a few outliers
+/// do not make a search slow.
 class PointGrid {
  public:
+  /// Sorts the points into cells of this width; they are not copied.
   template <class P>
   void build(Span<P> points, float cell_px) {
     min_ = {std::numeric_limits<float>::max(), std::numeric_limits<float>::max()};
@@ -74,8 +77,7 @@ class PointGrid {
   }
 
   /// Calls f(index) for every point in the cells that the circle touches.
-  /// This includes some points outside the circle.
-  /// The order depends on position first, then on index.
+  /// This includes some points outside the circle. The order depends on position first, then on index.
   template <class F>
   void around(const cv::Point2f& centre, float radius_px, const F& f) const {
     ranges_around(centre, radius_px, [&](std::size_t begin, std::size_t end) {
@@ -119,6 +121,7 @@ class PointGrid {
     }
   }
 
+  /// What to search for.
   struct Nearest {
     int count;            ///< at most
     double radius_px;     ///< at most so far away
@@ -163,6 +166,7 @@ class PointGrid {
 
   /// Larger than any image; cell numbers and sums fit an int.
   static constexpr float kMaxPixel = 1e6F;
+  /// False for NaN and for places that no image reaches.
   static bool usable(const cv::Point2f& p) { return std::abs(p.x) < kMaxPixel && std::abs(p.y) < kMaxPixel; }
 
  private:

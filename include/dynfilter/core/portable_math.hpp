@@ -11,28 +11,30 @@
 /// Cost: 2 to 25 ns. Errors: below 1 ulp. log1p, log2, acos, atan2: below 3. power(): 2 + 2 |y log x|.
 namespace dynfilter::portable {
 
-double exp(double x);
-double log(double x);
-double log1p(double x);
-double log2(double x);  ///< exact for powers of two
+double exp(double x);    ///< e to the power of x
+double log(double x);    ///< natural logarithm
+double log1p(double x);  ///< log(1 + x), exact for small x
+double log2(double x);   ///< exact for powers of two
 
 /// Finite arguments. Beyond 1e5 the absolute error grows with the argument.
 double sin(double x);
-double cos(double x);
+double cos(double x);  ///< of an angle [rad], as sin()
 
-double acos(double x);
-double atan2(double y, double x);
+double acos(double x);             ///< angle in [0, pi] [rad]
+double atan2(double y, double x);  ///< angle in [-pi, pi] [rad]
 
-double cbrt(double x);
+double cbrt(double x);  ///< cube root
 /// For x >= 0.
 double power(double x, double y);
 /// By multiplication, for n >= 0.
 double power(double x, int n);
 
 // floats are computed in double and rounded once.
+/// Rounded once.
 inline float exp(float x) {
   return static_cast<float>(exp(static_cast<double>(x)));
 }
+/// Rounded once.
 inline float log(float x) {
   return static_cast<float>(log(static_cast<double>(x)));
 }
@@ -41,6 +43,7 @@ inline float log(float x) {
 inline double hypot(double x, double y) {
   return std::sqrt(x * x + y * y);
 }
+/// Rounded once.
 inline float hypot(float x, float y) {
   return static_cast<float>(hypot(static_cast<double>(x), static_cast<double>(y)));
 }

@@ -13,18 +13,23 @@ struct Pose {
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
   std::array<double, 3> translation_m{};
 
+  /// From the rotation and the translation [m].
   static Pose from(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
     Pose pose;
     Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.rotation.data()) = R;
     Eigen::Map<Eigen::Vector3d>(pose.translation_m.data()) = t;
     return pose;
   }
+  /// From Eigen's transform, in metres.
   static Pose from(const Eigen::Isometry3d& T) { return from(T.linear(), T.translation()); }
 
+  /// Rotation matrix.
   Eigen::Matrix3d R() const {
     return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation.data());
   }
+  /// Translation [m].
   Eigen::Vector3d t() const { return Eigen::Map<const Eigen::Vector3d>(translation_m.data()); }
+  /// As Eigen's transform, in metres.
   Eigen::Isometry3d isometry() const {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.linear() = R();

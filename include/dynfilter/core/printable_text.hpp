@@ -40,8 +40,7 @@ inline constexpr std::size_t kMostQuotedColumns = 60;
 /// what is beyond kMostQuotedColumns.
 std::string in_backticks(std::string_view text);
 
-/// Without control characters, and with `...` in the middle if it has more than `most` bytes.
-/// `most` >= 16.
+/// Without control characters, and with `...` in the middle if it has more than `most` bytes. `most` >= 16.
 std::string one_bounded_line(const std::string& text, std::size_t most);
 
 namespace detail {

@@ -13,11 +13,10 @@
 /// Vectors of GCC and Clang: + - * & >> < work lane by lane on any processor. Kernels are templates on the
 /// number of lanes, marked DYNFILTER_AS_CALLER: narrow vectors work everywhere, wide ones (256 bits) only in
 /// code compiled for AVX2. Results are the same. No other file has loads, stores or instructions of its own
-/// (test/layering).
-/// Every address is allowed. On processors with AVX2 this costs nothing where data happens to be aligned. No
-/// compiler can lose an alignment that is never stated.
-/// AVX2 is used by built-in functions: <immintrin.h> takes GCC 12 0.7 s in each file that includes a filter.
-/// Wide vectors are passed by reference or in a struct, because by value they change the calling convention.
+/// (test/layering). Every address is allowed. On processors with AVX2 this costs nothing where data happens
+/// to be aligned. No compiler can lose an alignment that is never stated. AVX2 is used by built-in functions:
+/// <immintrin.h> takes GCC 12 0.7 s in each file that includes a filter. Wide vectors are passed by reference
+/// or in a struct, because by value they change the calling convention.
 #if defined(__clang__)
 #define DYNFILTER_SHUFFLE(V, a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
 #define DYNFILTER_HAS_ELEMENTWISE_SQRT __has_builtin(__builtin_elementwise_sqrt)
@@ -100,10 +99,9 @@ DYNFILTER_AVX2 inline void square_root(Vector<float, 8>& v) {
 }
 #endif
 
-/// Eight floats with lane-by-lane operations: two vectors on any processor (kLanes 4), or one of AVX2 (8).
-/// As fast as Eigen::Array within 4 % (test/benchmark/small_solve_benchmark.cpp), which takes four times as
-/// long to compile, because each expression has its own type. The order of sums is the same with every
-/// compiler.
+/// Eight floats with lane-by-lane operations: two vectors on any processor (kLanes 4), or one of AVX2 (8). As
+/// fast as Eigen::Array within 4 % (test/benchmark/small_solve_benchmark.cpp), which takes four times as long
+/// to compile, because each expression has its own type. The order of sums is the same with every compiler.
 template <int kLanes>
 struct PackOf {
   using Part = Vector<float, kLanes>;

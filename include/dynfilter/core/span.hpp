@@ -16,8 +16,11 @@ class Span {
 
  public:
   constexpr Span() noexcept = default;
+  /// `size` elements from `data` on.
   constexpr Span(T* data, std::size_t size) noexcept : data_(data), size_(size) {}
+  /// All elements of the vector.
   Span(std::vector<Value>& values) noexcept : data_(values.data()), size_(values.size()) {}
+  /// All elements of the vector, for reading.
   template <class U = T, class = std::enable_if_t<std::is_const_v<U>>>
   Span(const std::vector<Value>& values) noexcept : data_(values.data()), size_(values.size()) {}
 
@@ -26,7 +29,7 @@ class Span {
   constexpr bool empty() const noexcept { return size_ == 0; }
   constexpr T* begin() const noexcept { return data_; }
   constexpr T* end() const noexcept { return data_ + size_; }
-  constexpr T& operator[](std::size_t i) const noexcept { return data_[i]; }
+  constexpr T& operator[](std::size_t i) const noexcept { return data_[i]; }  ///< not checked
 
  private:
   T* data_ = nullptr;

@@ -73,12 +73,13 @@ struct Verdict {
   FrameReport report;
 
   std::size_t size() const { return decision.size(); }
+  /// Whether the feature stays: everything but Dynamic.
   bool keep(std::size_t i) const { return decision[i] != Vote::Dynamic; }
   /// For the host's optimiser: what to multiply the feature's information (1 / sigma^2) with, in [0, 1]. The
   /// probability that it stands still, times how well its match is determined in the worst direction. The
   /// suspicion s of a distance d with the limit l is d / (d + l); the probability is 1 / (1 + (d / l)^2).
   float weight(std::size_t i) const;
-  std::size_t kept() const;
+  std::size_t kept() const;  ///< number of features that stay
   /// Names of the stages that voted feature i dynamic, e.g. "epipolar+trajectory_consistency".
   /// "" if none did.
   std::string reason(std::size_t i) const;

@@ -33,14 +33,16 @@ class Votes {
     prior_.assign(n, 0);
     note_.clear();
   }
+  /// Votes on feature i; the suspicion is clipped to [0, 1], NaN is kNoIdea.
   void cast(std::size_t i, Vote vote, float suspicion) {
     vote_[i] = vote;
     suspicion_[i] = suspicion >= 0 ? std::min(suspicion, 1.0F) : suspicion < 0 ? 0.0F : kNoIdea;
   }
+  /// Votes with the suspicion that belongs to it: 1, 0 or kNoIdea.
   void cast(std::size_t i, Vote vote) {
     cast(i, vote, vote == Vote::Dynamic ? 1.0F : vote == Vote::Static ? 0.0F : kNoIdea);
   }
-  void mark_prior(std::size_t i) { prior_[i] = 1; }
+  void mark_prior(std::size_t i) { prior_[i] = 1; }  ///< marks feature i as a prior suspect
   /// Text for the stage's report, e.g. which model was used or why the filter abstained.
   /// The parts are texts and integers: note("motion: ", 5, " of ", 7).
   template <class... Parts>
@@ -48,7 +50,7 @@ class Votes {
     if (!note_.empty()) note_ += "; ";
     (add(parts), ...);
   }
-  const std::string& notes() const { return note_; }
+  const std::string& notes() const { return note_; }  ///< what note() was given, joined by "; "
   /// Marks the prior suspects of `other`, which has the same number of features.
   void add_priors(const Votes& other) {
     for (std::size_t i = 0; i < prior_.size(); ++i) prior_[i] |= other.prior_[i];
@@ -59,15 +61,17 @@ class Votes {
   }
 
   std::size_t size() const { return vote_.size(); }
-  Vote operator[](std::size_t i) const { return vote_[i]; }
-  float suspicion(std::size_t i) const { return suspicion_[i]; }
-  bool prior(std::size_t i) const { return prior_[i] != 0; }
+  Vote operator[](std::size_t i) const { return vote_[i]; }       ///< vote on feature i
+  float suspicion(std::size_t i) const { return suspicion_[i]; }  ///< suspicion of feature i, in [0, 1]
+  bool prior(std::size_t i) const { return prior_[i] != 0; }      ///< whether feature i is a prior suspect
   /// One entry per feature. A prior is 1 if it is marked, else 0.
   Span<const Vote> votes() const { return vote_; }
-  Span<const std::uint8_t> priors() const { return prior_; }
+  Span<const std::uint8_t> priors() const { return prior_; }  ///< 1 if the feature is a prior suspect, else 0
+  /// Number of features with this vote.
   std::size_t count(Vote vote) const {
     return static_cast<std::size_t>(std::count(vote_.begin(), vote_.end(), vote));
   }
+  /// Number of prior suspects.
   std::size_t count_prior() const {
     return static_cast<std::size_t>(std::count(prior_.begin(), prior_.end(), std::uint8_t{1}));
   }
@@ -90,7 +94,7 @@ class Votes {
   std::string note_;
 };
 
-/// Suspicion of a measured distance with respect to its limit:
+/// Suspicion of a measured distance with respect to its limit, in the same unit:
 /// 0 at no distance, 0.5 at the limit, approaching 1 beyond it.
 inline float suspicion(double distance, double limit) {
   if (!(distance >= 0) || !(limit >= 0)) return Votes::kNoIdea;

@@ -14,9 +14,8 @@
 
 namespace dynfilter {
 
-/// Positions of the current frame's features in a reference frame.
-/// There is exactly one entry per current feature, because verdicts are about current features.
-/// An entry that is not found holds NaN and -1.
+/// Positions of the current frame's features in a reference frame. There is exactly one entry per current
+/// feature, because verdicts are about current features. An entry that is not found holds NaN and -1.
 struct Correspondences {
   std::vector<cv::Point2f> reference_px;  ///< distorted pixels of the reference frame
   std::vector<std::uint8_t> found;        ///< 0 or 1
@@ -26,11 +25,13 @@ struct Correspondences {
 
   /// Resizes to n entries, none found. Reuses memory.
   void reset(std::size_t n);
+  /// Feature i was at `px`; `index`: its feature there, -1 if unknown.
   void set(std::size_t i, const cv::Point2f& px, std::int32_t index = -1) {
     reference_px[i] = px;
     found[i] = 1;
     reference_index[i] = index;
   }
+  /// Feature i has no match.
   void drop(std::size_t i) {
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     reference_px[i] = {kNan, kNan};
@@ -39,6 +40,7 @@ struct Correspondences {
   }
 
   std::size_t size() const { return found.size(); }
+  /// Number of features with a match.
   std::size_t count() const {
     return static_cast<std::size_t>(std::count(found.begin(), found.end(), std::uint8_t{1}));
   }
@@ -50,8 +52,7 @@ inline bool finite(const cv::Point2f& p) {
   return std::isfinite(p.x) && std::isfinite(p.y);
 }
 
-/// True if p is inside the image and at least `border_px` from its outermost pixel centres.
-/// False for NaN.
+/// True if p is inside the image and at least `border_px` from its outermost pixel centres. False for NaN.
 inline bool inside(const cv::Point2f& p, const cv::Size& size, float border_px) {
   return p.x >= border_px && p.y >= border_px && p.x <= static_cast<float>(size.width - 1) - border_px &&
          p.y <= static_cast<float>(size.height - 1) - border_px;
@@ -67,13 +68,11 @@ inline void Correspondences::reset(std::size_t n) {
   spread.assign(n, {});
 }
 
-/// Converts the host's matches.
-/// `current_count` is the number of features of the current frame.
-/// `reference_keypoints` are the distorted keypoints of frame `matches.reference_frame_id`.
-/// Indices out of range and NaN keypoints are not found.
-/// Nothing is found if the number of matches differs from the number of features.
-/// Several features may share a reference feature.
-/// Returns how many indices are out of range; -1, no match, does not count.
+/// Converts the host's matches. `current_count` is the number of features of the current frame.
+/// `reference_keypoints` are the distorted keypoints of frame `matches.reference_frame_id`. Indices out of
+/// range and NaN keypoints are not found. Nothing is found if the number of matches differs from the number
+/// of features. Several features may share a reference feature. Returns how many indices are out of range;
+/// -1, no match, does not count.
 std::size_t correspondences_from_host(const HostMatches& matches,
                                       Span<const cv::KeyPoint> reference_keypoints, std::size_t current_count,
                                       Correspondences& out);

@@ -59,8 +59,7 @@ struct DescribedFeatures {
 
 /// Matches binary descriptors within a search window, without flow or images.
 /// A match is the unique best candidate within the search radius.
-/// A tie gives no match, so the order of the features does not matter.
-/// Buffers are reused from call to call.
+/// A tie gives no match, so the order of the features does not matter. Buffers are reused from call to call.
 class DescriptorMatcher {
  public:
   explicit DescriptorMatcher(const DescriptorMatchParams& params = DescriptorMatchParams());

@@ -79,11 +79,8 @@ class FlowTracker {
                     std::vector<MatchSpread>& spread);
 
   void keep_inside(const cv::Size& size);
-
   void check_each(const ImagePyramid& current, const ImagePyramid& reference, FlowCheck check);
-
   void keep_alike(const cv::Mat& current, const cv::Mat& reference);
-
   void keep_returning(const ImagePyramid& current, const ImagePyramid& reference);
 
   template <class Test>

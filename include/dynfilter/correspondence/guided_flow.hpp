@@ -27,16 +27,16 @@ struct FlowLimits {
   static constexpr double kMaxForwardBackward_px = 1.0;
 };
 
-/// Lucas-Kanade that starts each point next to its result.
-/// A grid of patches is tracked down to level 1 (coarse_flow.hpp), and each point is tracked on level 0 only.
-/// It starts from its guess or from one of the four grid nodes around it, whichever makes the patches most
-/// alike. So a point on a mover is not drawn to the background's flow, nor the reverse.
-/// Tracking back starts from the point itself. It detects occlusion: there the reference patch has another
-/// motion than the current one.
+/// Lucas-Kanade that starts each point next to its result. A grid of patches is tracked down to level 1
+/// (coarse_flow.hpp), and each point is tracked on level 0 only. It starts from its guess or from one of the
+/// four grid nodes around it, whichever makes the patches most alike. So a point on a mover is not drawn to
+/// the background's flow, nor the reverse. Tracking back starts from the point itself. It detects occlusion:
+/// there the reference patch has another motion than the current one.
 class GuidedFlow {
  public:
   bool wide = true;  ///< use 256-bit instructions where available, with identical results
 
+  /// Whether windows of this width [px] can be tracked.
   static constexpr bool supports(int window_px) {
     return window_px >= kMinWindow && window_px <= detail::SmallPatch::kMaxWindow;
   }

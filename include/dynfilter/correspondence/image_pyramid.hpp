@@ -99,11 +99,9 @@ inline void halve(const cv::Mat& from, std::vector<std::uint16_t>& scratch, cv::
 
 namespace dynfilter {
 
-/// A grey image pyramid for pyramidal LK.
-/// Each level has a border of one window, and derivatives if requested.
-/// It owns a deep copy. Rebuilding for the same image size allocates nothing.
-/// It is move-only because copies of cv::Mat share pixels.
-/// To keep several frames, use several objects and std::swap.
+/// A grey image pyramid for pyramidal LK. Each level has a border of one window, and derivatives if
+/// requested. It owns a deep copy. Rebuilding for the same image size allocates nothing. It is move-only
+/// because copies of cv::Mat share pixels. To keep several frames, use several objects and std::swap.
 class ImagePyramid {
  public:
   ImagePyramid() = default;
@@ -112,9 +110,8 @@ class ImagePyramid {
   ImagePyramid(ImagePyramid&& other) noexcept;
   ImagePyramid& operator=(ImagePyramid&& other) noexcept;
 
-  /// `grey` is CV_8UC1 of any size; any other type leaves the pyramid empty.
-  /// `levels` counts the levels above the image; small images get fewer.
-  /// OpenCV's tracker needs `derivatives`.
+  /// `grey` is CV_8UC1 of any size; any other type leaves the pyramid empty. `levels` counts the levels above
+  /// the image; small images get fewer. OpenCV's tracker needs `derivatives`.
   void build(const cv::Mat& grey, int window_px, int levels, bool derivatives = true);
 
   /// Makes the pyramid empty and keeps its memory for the next build.
@@ -122,9 +119,10 @@ class ImagePyramid {
 
   bool empty() const { return size_.empty(); }
   cv::Size size() const { return size_; }
-  int window_px() const { return window_px_; }
+  int window_px() const { return window_px_; }  ///< width of the windows that it was built for [px]
   /// Images as cv::calcOpticalFlowPyrLK takes them, alternating with derivatives if present.
   const std::vector<cv::Mat>& levels() const { return levels_; }
+  /// The image itself, CV_8UC1; empty without one.
   cv::Mat image() const { return empty() ? cv::Mat() : levels_[0]; }
 
   /// True if flow can run between the two pyramids.
@@ -133,7 +131,7 @@ class ImagePyramid {
            levels_.size() == other.levels_.size();
   }
 
-  void swap(ImagePyramid& other) noexcept;
+  void swap(ImagePyramid& other) noexcept;  ///< exchanges the content without a copy
 
  private:
   /// Isolated: the border of a region must not contain pixels of the larger image.

@@ -18,10 +18,9 @@
 
 namespace dynfilter {
 
-/// Pyramidal Lucas-Kanade (Bouguet 2000) with OpenCV's arithmetic and the same accuracy.
-/// It takes a third of OpenCV's time with AVX2, and less than half without.
-/// It needs no derivative images, because gradients are computed from the interpolated patch.
-/// Interpolation is separable, and no loop has a scalar remainder.
+/// Pyramidal Lucas-Kanade (Bouguet 2000) with OpenCV's arithmetic and the same accuracy. It takes a third of
+/// OpenCV's time with AVX2, and less than half without. It needs no derivative images, because gradients are
+/// computed from the interpolated patch. Interpolation is separable, and no loop has a scalar remainder.
 struct LucasKanade {
   int window_px = 21;
   int levels = 3;
@@ -36,8 +35,7 @@ struct LucasKanade {
   }
 
   /// `from` and `to` are pyramids with a border of `window_px` around every level.
-  /// Every `stride`-th image is one level.
-  /// `to_px` contains the guesses on entry and the results on return.
+  /// Every `stride`-th image is one level. `to_px` contains the guesses on entry and the results on return.
   /// Points are tracked independently.
   void track(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to, std::size_t stride,
              const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& to_px,

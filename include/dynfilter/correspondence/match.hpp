@@ -44,7 +44,9 @@ struct Match {
   std::vector<float> reference_depth_m;
   std::vector<cv::Point3f> reference_points_m;  ///< in the frame of the reference camera
 
+  /// Whether feature i has a match.
   bool found(std::size_t i) const { return correspondences.found[i] != 0; }
+  /// Whether the match has depth in the reference frame.
   bool has_reference_point(std::size_t i) const { return std::isfinite(reference_points_m[i].z); }
 };
 

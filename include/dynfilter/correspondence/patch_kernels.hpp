@@ -10,8 +10,7 @@
 
 namespace dynfilter::detail {
 
-/// The template patch of Lucas-Kanade.
-/// Holds grey values with 5 fractional bits, and 32 times their gradient.
+/// The template patch of Lucas-Kanade. Holds grey values with 5 fractional bits, and 32 times their gradient.
 /// Data is stored in bands of eight columns.
 /// The rows of a band are contiguous, and two rows fill a vector of sixteen.
 struct Patch {
@@ -54,8 +53,7 @@ struct Corner {
 };
 
 /// The three pixel loops of Lucas-Kanade, eight pixels of a row at a time (kLanes 8) or of two rows with AVX2
-/// (16).
-/// Results are identical: integer sums do not depend on order, and floats are added in the same order.
+/// (16). Results are identical: integer sums do not depend on order, and floats are added in the same order.
 template <int kLanes>
 struct PatchKernels {
   /// Fills `patch` from the image. `corner` is one pixel left of and above the window.

@@ -12,16 +12,14 @@
 namespace dynfilter {
 
 /// Dissimilarity of two patches: 1 - NCC, from 0 (equal) to 2 (inverted).
-/// 1 if a patch has no texture. Brightness and contrast do not matter.
-/// Uses every second row.
+/// 1 if a patch has no texture. Brightness and contrast do not matter. Uses every second row.
 /// Sums are integer sums of fixed-point samples, so results are the same on every machine.
 class PatchResidual {
  public:
-  explicit PatchResidual(int window_px);
+  explicit PatchResidual(int window_px);  ///< for square windows of this width [px]
 
-  /// Compares the patches centred on two points.
-  /// Both images are CV_8UC1 with at least `window_px` readable pixels around them, as in an ImagePyramid.
-  /// Both points must be inside the images.
+  /// Compares the patches centred on two points. Both images are CV_8UC1 with at least `window_px` readable
+  /// pixels around them, as in an ImagePyramid. Both points must be inside the images.
   double operator()(const cv::Mat& image_a, const cv::Point2f& at_a, const cv::Mat& image_b,
                     const cv::Point2f& at_b);
 

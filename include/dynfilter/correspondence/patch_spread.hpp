@@ -36,6 +36,7 @@ class PatchSpread {
   static constexpr double kMost = 1e4;     ///< a deviation of 100 times the noise: nothing is known
   static constexpr double kLeastRatio = 1e-9;
 
+  /// From the sums of the products of a patch's gradients.
   static MatchSpread of(double xx, double xy, double yy) {
     MatchSpread spread;
     const detail::Axes2 axes = detail::axes_of(xx, xy, yy);

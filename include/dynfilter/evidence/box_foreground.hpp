@@ -39,17 +39,15 @@ struct BoxScratch {
   std::vector<float> x, y, depths;
 };
 
-/// Features in a box grown by `expand_px`, border included.
-/// A late box is compared with the features' positions in its frame.
-/// Features without such a position use the median flow of the features inside.
+/// Features in a box grown by `expand_px`, border included. A late box is compared with the features'
+/// positions in its frame. Features without such a position use the median flow of the features inside.
 /// Returns the box in the current frame, not grown.
 cv::Rect2f features_in_box(const Evidence& evidence, cv::Rect2f box, double expand_px, const LateResult& late,
                            BoxScratch& scratch, std::vector<std::size_t>& inside);
 
-/// Largest depth [m] of the object in a box, beyond which is background.
-/// Splits the depths of the box into two surfaces and returns the bound of the nearer one.
-/// Infinity if the box has one surface only.
-/// Samples a 24 x 24 grid of the depth image, or the depths of `inside` without an image.
+/// Largest depth [m] of the object in a box, beyond which is background. Splits the depths of the box into
+/// two surfaces and returns the bound of the nearer one. Infinity if the box has one surface only. Samples a
+/// 24 x 24 grid of the depth image, or the depths of `inside` without an image.
 double foreground_depth_m(const Evidence& evidence, const cv::Rect2f& box,
                           const std::vector<std::size_t>& inside, BoxScratch& scratch);
 

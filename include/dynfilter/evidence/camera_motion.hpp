@@ -49,9 +49,8 @@ inline std::optional<RigidMotion> fitted_motion(const Evidence& evidence, const 
 
 }  // namespace detail
 
-/// The camera's motion since the match's reference, T_current_reference.
-/// nullopt if there is none; the report names the reason or the source.
-/// The host's motion has no inliers and no covariance. `seeds` is a buffer.
+/// The camera's motion since the match's reference, T_current_reference. nullopt if there is none; the report
+/// names the reason or the source. The host's motion has no inliers and no covariance. `seeds` is a buffer.
 inline std::optional<RigidMotion> camera_motion(const Evidence& evidence, const Match& match,
                                                 MotionSource source, Votes& votes, std::vector<int>& seeds) {
   if (source == MotionSource::Seeds) return detail::fitted_motion(evidence, match, votes, seeds);

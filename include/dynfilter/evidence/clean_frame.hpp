@@ -23,8 +23,7 @@
 
 namespace dynfilter {
 
-/// Cleans a host's frame once, so that filters need no checks of their own.
-/// Afterwards these hold:
+/// Cleans a host's frame once, so that filters need no checks of their own. Afterwards these hold:
 ///  - arrays are empty or as long as the keypoints;
 ///  - an input that is there has a usable value (hosts fill what they lack: ORB-SLAM has N times -1);
 ///  - images have a supported type;
@@ -42,7 +41,7 @@ namespace dynfilter {
 /// An unusual array is replaced by a copy in this object, valid until the next call.
 class FrameCleaner {
  public:
-  void clean(FrameView& frame);
+  void clean(FrameView& frame);  ///< removes from `frame` what cannot be used, with a note for each
   /// Releases the host's masks.
   void end() { detections_.clear(); }
   /// What was removed from the last frame, e.g. "depth_m cannot be used: wrong size or type".
@@ -56,9 +55,7 @@ class FrameCleaner {
   void drop(bool unusable, const char* note, Member& member);
   template <class Member>
   void drop_input(bool unusable, const char* what, Member& member);
-
   void drop_odd_arrays(FrameView& frame);
-
   void drop_odd_images(FrameView& frame);
 
   /// What is there but has no usable value. The only place that decides this.
@@ -74,7 +71,6 @@ class FrameCleaner {
     std::size_t nowhere = 0, crowded = 0;
   };
   Dropped clean_places(Span<const cv::KeyPoint>& given, std::vector<cv::KeyPoint>& own);
-
   void clean_boxes(FrameView& frame);
   static bool is_usable(const Detection& detection);
   static bool is_usable_box(const cv::Rect2f& box);

@@ -24,6 +24,7 @@ class CrowdedPlaces {
  public:
   /// The crowded ones, in no particular order. Positions that are not usable in a PointGrid are skipped.
   const std::vector<std::uint32_t>& find(Span<const cv::Point2f> places);
+  /// The same for keypoints. Both results are valid until the next call.
   const std::vector<std::uint32_t>& find(Span<const cv::KeyPoint> keypoints);
 
  private:

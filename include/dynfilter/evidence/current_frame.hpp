@@ -35,16 +35,16 @@ class CurrentFrame {
     cleaner_.end();
   }
 
-  const FrameView& frame() const { return frame_; }
-  Input inputs() const { return inputs_; }
+  const FrameView& frame() const { return frame_; }  ///< as it was checked; valid until end()
+  Input inputs() const { return inputs_; }           ///< inputs that are there and can be used
   std::size_t size() const { return pixels_.size(); }
   /// Inputs that were present but unusable.
   const std::vector<std::string>& notes() const { return cleaner_.notes(); }
 
-  const std::vector<cv::Point2f>& pixels() const { return pixels_; }
-  const std::vector<cv::Point2f>& undistorted_pixels();
-  const std::vector<float>& depths_m();
-  const std::vector<cv::Point3f>& points_m();
+  const std::vector<cv::Point2f>& pixels() const { return pixels_; }  ///< distorted [px]; NaN: in no image
+  const std::vector<cv::Point2f>& undistorted_pixels();  ///< [px]: the host's, else computed with the camera
+  const std::vector<float>& depths_m();                  ///< along the optical axis [m]; NaN: none
+  const std::vector<cv::Point3f>& points_m();  ///< in the frame of the camera [m]; NaN without depth
 
   /// Of the grey image, else of the depth image, else of the camera.
   cv::Size image_size_px() const;

@@ -23,11 +23,13 @@ class EarlierVotes {
   /// All features are judged and are seeds, except those in no image (NaN).
   void begin(const std::vector<cv::Point2f>& pixels);
 
-  Span<const std::uint8_t> judged() const { return flags_.judged; }
-  Span<const std::uint8_t> prior() const { return flags_.prior; }
-  Span<const std::uint8_t> seed() const { return flags_.seed; }
+  Span<const std::uint8_t> judged() const { return flags_.judged; }  ///< 1 if this stage judges the feature
+  Span<const std::uint8_t> prior() const { return flags_.prior; }    ///< 1 if a semantic stage suspects it
+  Span<const std::uint8_t> seed() const { return flags_.seed; }      ///< 1 if models may be fitted on it
+  /// 1 if an earlier stage called it dynamic.
   Span<const std::uint8_t> called_dynamic() const { return flags_.dynamic; }
 
+  /// Suspects feature i, which is then no seed.
   void mark_prior(std::size_t i) { flags_.prior[i] = 1, flags_.seed[i] = 0; }
   /// Excludes feature i from judgement. It remains a seed.
   void exclude(std::size_t i) { flags_.judged[i] = 0; }
@@ -41,7 +43,7 @@ class EarlierVotes {
   /// Restores what stages told each other on destruction.
   class Scope {
    public:
-    explicit Scope(EarlierVotes& votes) : votes_(votes) { votes_.save(); }
+    explicit Scope(EarlierVotes& votes) : votes_(votes) { votes_.save(); }  ///< saves the present state
     ~Scope() { votes_.restore(); }
     Scope(const Scope&) = delete;
     Scope& operator=(const Scope&) = delete;

@@ -31,7 +31,7 @@ class Evidence {
   // ---- the frame
   /// Checked and cleaned (evidence/clean_frame.hpp).
   virtual const FrameView& frame() const = 0;
-  virtual CallPoint call_point() const = 0;
+  virtual CallPoint call_point() const = 0;  ///< where in the host's tracking the frame is judged
   /// The inputs that this frame has.
   virtual Input inputs() const = 0;
   /// Number of features.
@@ -55,15 +55,17 @@ class Evidence {
   virtual Span<const std::uint8_t> seed() const = 0;
   /// An earlier stage of a sequence voted the feature dynamic. It is not judged again.
   virtual Span<const std::uint8_t> called_dynamic() const = 0;
-  bool judged(std::size_t i) const { return judged()[i] != 0; }
-  bool prior(std::size_t i) const { return prior()[i] != 0; }
-  bool seed(std::size_t i) const { return seed()[i] != 0; }
-  bool called_dynamic(std::size_t i) const { return called_dynamic()[i] != 0; }
+  bool judged(std::size_t i) const { return judged()[i] != 0; }                  ///< the same for feature i
+  bool prior(std::size_t i) const { return prior()[i] != 0; }                    ///< the same for feature i
+  bool seed(std::size_t i) const { return seed()[i] != 0; }                      ///< the same for feature i
+  bool called_dynamic(std::size_t i) const { return called_dynamic()[i] != 0; }  ///< the same for feature i
+  /// Number of features that this stage judges.
   std::size_t count_judged() const {
     std::size_t n = 0;
     for (const std::uint8_t j : judged()) n += j;
     return n;
   }
+  /// Whether any feature is a prior suspect.
   bool any_prior() const {
     for (const std::uint8_t p : prior())
       if (p != 0) return true;
@@ -92,9 +94,8 @@ class Evidence {
   virtual void collect_seeds(const Match& match, bool all, std::vector<int>& seeds) const = 0;
   /// The two-view model fitted on the seeds of a match (geometry/two_view.hpp).
   virtual const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds) const = 0;
-  /// Camera motion since the match's reference, fitted on 3-D seeds (geometry/rigid_motion.hpp).
-  /// A motion that the host predicts competes as a hypothesis.
-  /// Otherwise a mover with most of the features would win.
+  /// Camera motion since the match's reference, fitted on 3-D seeds (geometry/rigid_motion.hpp). A motion
+  /// that the host predicts competes as a hypothesis. Otherwise a mover with most of the features would win.
   virtual const RigidMotion& rigid_motion(const Match& match, const std::vector<int>& seeds) const = 0;
   /// T_current_reference from the host's poses, if both frames have one.
   virtual std::optional<Pose> host_motion(const Match& match) const = 0;

@@ -59,8 +59,7 @@ struct TrackOptions {
 /// Tracks features over frames by chaining the matches of consecutive frames.
 /// A match with a reference index (the host's tracks) continues that feature's track.
 /// A match with a position only (flow on newly detected features) continues the track of the nearest feature
-/// in the last frame.
-/// That feature must be within `max_jump_px` and at the same depth.
+/// in the last frame. That feature must be within `max_jump_px` and at the same depth.
 /// Its past positions are shifted accordingly.
 /// Cost: O(n), about 60 us for 1000 features, without extra flow.
 class FeatureTracks {
@@ -75,8 +74,7 @@ class FeatureTracks {
   const TrackOptions& options() const { return options_; }
 
   /// Adds the next frame: distorted and undistorted pixels of its features, their depths [m], and their match
-  /// to an earlier frame.
-  /// A depth is NaN if unknown; an empty array means no depth at all.
+  /// to an earlier frame. A depth is NaN if unknown; an empty array means no depth at all.
   /// Without a match to the last added frame, all tracks restart.
   void follow(std::int64_t frame_id, const Match& match, const std::vector<cv::Point2f>& px,
               const std::vector<cv::Point2f>& undistorted_px, const std::vector<float>& depths_m = {});

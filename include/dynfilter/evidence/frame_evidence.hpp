@@ -66,6 +66,7 @@ class FrameEvidence final : public Evidence {
   EarlierVotes& earlier_votes() { return earlier_votes_; }
   /// Milliseconds since some moment. Null: correspondence_ms() stays 0.
   void set_clock(double (*clock_ms)()) { matches_.set_clock(clock_ms); }
+  /// Time for matches of this frame [ms]; 0 without a clock.
   double correspondence_ms() const { return matches_.correspondence_ms(); }
   /// Inputs that were present but unusable, e.g. "depth_m cannot be used: wrong size or type".
   const std::vector<std::string>& input_notes() const { return current_.notes(); }
@@ -85,10 +86,10 @@ class FrameEvidence final : public Evidence {
   const std::vector<float>& depths_m() const override { return current_.depths_m(); }
   const std::vector<cv::Point3f>& points_m() const override { return current_.points_m(); }
 
-  using Evidence::called_dynamic;
-  using Evidence::judged;
-  using Evidence::prior;
-  using Evidence::seed;
+  using Evidence::called_dynamic;  ///< of one feature, too
+  using Evidence::judged;          ///< of one feature, too
+  using Evidence::prior;           ///< of one feature, too
+  using Evidence::seed;            ///< of one feature, too
   Span<const std::uint8_t> judged() const override { return earlier_votes_.judged(); }
   Span<const std::uint8_t> prior() const override { return earlier_votes_.prior(); }
   Span<const std::uint8_t> seed() const override { return earlier_votes_.seed(); }

@@ -36,6 +36,7 @@ namespace dynfilter {
 /// Every match is computed on first use, once per frame.
 class FrameMatches {
  public:
+  /// Refers to `current`, which must outlive it.
   FrameMatches(const CorrespondenceParams& params, CurrentFrame& current)
       : params_(params),
         current_(current),
@@ -43,16 +44,17 @@ class FrameMatches {
         step_flow_(checked_once(params.flow), params.threads),
         descriptors_(params.descriptors) {}
 
-  const History& history() const { return history_; }
+  const History& history() const { return history_; }  ///< the earlier frames that are kept
   History& history() { return history_; }
 
   /// Stores the frame that begins. False if it is there already, from an earlier call point.
   bool begin();
   void reset();
-
-  const Match& match(const Reference& reference);
+  const Match& match(const Reference& reference);  ///< see Evidence::match()
+  /// See Evidence::match_with().
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
 
+  /// See Evidence::matched_features().
   const MatchedFeatures& matched_features(const Match& match, double max_offset_px);
 
   /// The match with the last frame for late results. It is that of the stages if they compute one, otherwise
@@ -64,8 +66,9 @@ class FrameMatches {
   /// Of the match with the last frame. Null: nobody asked for that match.
   const std::vector<MatchSpread>* spread() const;
 
+  /// Time for matches of this frame [ms]; 0 without a clock.
   double correspondence_ms() const { return correspondence_ms_; }
-  void set_clock(double (*clock_ms)()) { now_ms_ = clock_ms; }
+  void set_clock(double (*clock_ms)()) { now_ms_ = clock_ms; }  ///< [ms]; without one, no time is measured
   /// What was odd about the host's matches. Empty: nothing.
   std::string take_note() { return std::exchange(note_, {}); }
 
@@ -81,7 +84,6 @@ class FrameMatches {
   bool uses_host_matches() const;
   bool uses_flow() const;
   bool is_matched(const StoredFrame* stored) const;
-
   const Match& match_stored(const StoredFrame* stored);
 
   // The host's matches refer to one frame.

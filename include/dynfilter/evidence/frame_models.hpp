@@ -20,12 +20,14 @@ namespace dynfilter {
 /// Models fitted to the matches of one frame, each once for the same match and seeds.
 class FrameModels {
  public:
+  /// Refers to `current`, which must outlive it.
   explicit FrameModels(CurrentFrame& current) : current_(current) {}
 
   void begin();
 
+  /// See Evidence::two_view().
   const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds);
-  /// `prior`: a motion that competes as a hypothesis.
+  /// `prior`: a T_current_reference that competes as a hypothesis.
   const RigidMotion& rigid_motion(const Match& match, const std::vector<int>& seeds,
                                   const std::optional<Pose>& prior);
 

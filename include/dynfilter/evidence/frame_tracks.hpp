@@ -14,8 +14,10 @@ namespace dynfilter {
 /// points, so each call point has its own.
 class FrameTracks {
  public:
+  /// Refers to both, which must outlive it.
   FrameTracks(CurrentFrame& current, FrameMatches& matches) : current_(current), matches_(matches) {}
 
+  /// See Evidence::tracks(); extends them once per frame.
   const FeatureTracks& tracks(const TrackOptions& options, CallPoint call_point);
   void reset();
 

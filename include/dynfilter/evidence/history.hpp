@@ -29,15 +29,14 @@ class History {
   /// The slot of the frame being judged. Call it with each view; a new id starts a new slot.
   StoredFrame& current(std::int64_t id);
 
-  /// The frame `gap` frames before the current one, or the oldest one kept.
-  /// Null without an earlier frame.
+  /// The frame `gap` frames before the current one, or the oldest one kept. Null without an earlier frame.
   const StoredFrame* before(int gap) const;
-  StoredFrame* find(std::int64_t id) const;
+  StoredFrame* find(std::int64_t id) const;  ///< null: the frame is not kept
   /// The last keyframe, unless it is the current frame.
   const StoredFrame* keyframe() const {
     return frames_.empty() || keyframe_ != frames_.back() ? keyframe_.get() : nullptr;
   }
-  void mark_keyframe();
+  void mark_keyframe();  ///< the current frame is the last keyframe from now on
   std::size_t size() const { return frames_.size(); }
 
  private:

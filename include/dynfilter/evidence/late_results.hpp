@@ -23,6 +23,7 @@ namespace dynfilter {
 /// along, once results have come late.
 class LateResults {
  public:
+  /// Refers to both, which must outlive it.
   LateResults(CurrentFrame& current, FrameMatches& matches) : current_(current), matches_(matches) {}
 
   /// True if a stage reads boxes or masks. Otherwise nothing is recorded.
@@ -35,8 +36,8 @@ class LateResults {
   }
   void reset() { carrier_.reset(); }
 
-  const std::vector<Detection>* boxes(int max_age_frames);
-  const cv::Mat* labels();
+  const std::vector<Detection>* boxes(int max_age_frames);  ///< see Evidence::carried_boxes()
+  const cv::Mat* labels();                                  ///< see Evidence::carried_labels()
 
  private:
   /// The k-th mask of `carried_`.

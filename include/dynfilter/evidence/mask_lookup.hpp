@@ -19,31 +19,29 @@ namespace dynfilter {
 cv::Size image_size(const FrameView& frame);
 
 /// Point queries on a mask or label image of any size, in pixels of the frame's image.
-/// Copies and dilates nothing.
-/// A neighbourhood query reads only that neighbourhood, eight pixels at a time.
+/// Copies and dilates nothing. A neighbourhood query reads only that neighbourhood, eight pixels at a time.
 class MaskLookup {
  public:
   MaskLookup() = default;
-  /// `labels`: CV_8UC1; any other type is an empty mask.
-  /// `image`: size of the image that it covers; 0 x 0: its own size.
-  /// `wanted`: labels that count; empty: all except 0.
+  /// `labels`: CV_8UC1; any other type is an empty mask. `image`: size of the image that it covers; 0 x 0:
+  /// its own size. `wanted`: labels that count; empty: all except 0.
   MaskLookup(const cv::Mat& labels, cv::Size image, const std::vector<int>& wanted = {});
 
   bool empty() const { return labels_.empty(); }
+  /// Whether pixels of this label are on the mask.
   bool counts(std::uint8_t label) const { return wanted_[label]; }
 
   /// True if this pixel is on the mask. False outside the image.
   /// A keypoint at x = width belongs to the last column.
   bool at(const cv::Point2f& px) const;
-  /// True if the mask has a pixel within this distance.
-  /// Equal to at() on a mask dilated with a disc.
+  /// True if the mask has a pixel within this distance. Equal to at() on a mask dilated with a disc.
   bool near(const cv::Point2f& px, double radius_px) const;
 
   /// Visits the parts of the mask's rows inside a disc around a pixel, starting at the pixel.
   /// Calls f(row, from, to) with inclusive columns until it returns true. Returns the last result.
   template <class F>
   bool any_chord(const cv::Point2f& px, double radius_px, const F& f) const;
-  const cv::Mat& labels() const { return labels_; }
+  const cv::Mat& labels() const { return labels_; }  ///< as they were given, CV_8UC1
 
  private:
   static constexpr double kRounding = 1e-6;

@@ -22,9 +22,11 @@ class MatchedFeatures {
  public:
   static constexpr double kMaxOffsetPx = 2.0;
 
+  /// Finds index() and distance_bits() of all matches.
   void assign(const FrameView& frame, const Match& match, double max_offset_px);
   /// The indices only, without descriptors.
   void find(const Match& match, double max_offset_px);
+  /// Whether it was assigned from this match and limit.
   bool is_of(const Match& match, double max_offset_px) const {
     return match_ == &match && max_offset_px_ == max_offset_px;
   }

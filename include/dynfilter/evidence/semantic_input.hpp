@@ -36,7 +36,7 @@ Field<P> semantic_role(const char* name, SemanticRole P::*member) {
 /// A filter on boxes or masks that has a role. Messages about missing inputs depend on it.
 class SemanticFilter {
  public:
-  virtual SemanticRole role() const = 0;
+  virtual SemanticRole role() const = 0;  ///< what it does with features in a box or on a mask
 
  protected:
   ~SemanticFilter() = default;
@@ -52,11 +52,10 @@ struct DetectionFilter {
   bool accepts(const Detection& detection) const;
 };
 
-/// Boxes or masks of the current frame or of an older one.
-/// Older results are carried to this frame along the frame-to-frame motion of the features.
-/// If the motion history has a gap, features are matched back to the frame of the result instead.
-/// Gaps occur after a reset, or if the host's matches skip frames.
-/// `usable` is false if the result is too old or neither way works. A note in the votes gives the reason.
+/// Boxes or masks of the current frame or of an older one. Older results are carried to this frame along the
+/// frame-to-frame motion of the features. If the motion history has a gap, features are matched back to the
+/// frame of the result instead. Gaps occur after a reset, or if the host's matches skip frames. `usable` is
+/// false if the result is too old or neither way works. A note in the votes gives the reason.
 class LateResult {
  public:
   /// Boxes of the frame.
@@ -70,17 +69,17 @@ class LateResult {
   /// Number of earlier frames kept for matching back. Carrying needs none.
   static int history_frames(int max_age_frames) { return std::min(max_age_frames, 5); }
 
+  /// Boxes, in pixels of the result's frame.
   Span<const Detection> detections() const { return detections_; }
-  const cv::Mat& labels() const { return labels_; }
+  const cv::Mat& labels() const { return labels_; }  ///< mask, CV_8UC1; empty: none
 
-  bool usable() const { return usable_; }
+  bool usable() const { return usable_; }  ///< whether detections() and labels() hold a result
   /// True if feature i can be compared with detections() and labels().
   bool found(std::size_t i) const { return match_ == nullptr || match_->found(i); }
   /// Position of feature i in the frame of the result.
   /// A feature without a match is moved back by `flow`, the flow of its neighbours.
   cv::Point2f then_px(std::size_t i, const cv::Point2f& flow = {0, 0}) const;
-  /// Median flow to this frame of the features for which `inside(position then)` is true.
-  /// (0, 0) without any.
+  /// Median flow to this frame of the features for which `inside(position then)` is true. (0, 0) without any.
   template <class Inside>
   cv::Point2f median_flow(const Inside& inside, std::vector<float>& x, std::vector<float>& y) const {
     x.clear();

@@ -25,20 +25,25 @@ extern "C" {
 
 typedef struct dynfilter_filter dynfilter_filter;
 
+/* Where in the host's tracking a frame is judged. Numbers do not change. */
 enum dynfilter_call_point { DYNFILTER_BEFORE_POSE = 0, DYNFILTER_AFTER_POSE = 1, DYNFILTER_AT_KEYFRAME = 2 };
+/* How the host knows the pose of a frame. */
 enum dynfilter_pose_kind {
   DYNFILTER_POSE_NONE = 0,
   DYNFILTER_POSE_PREDICTED = 1,
   DYNFILTER_POSE_ESTIMATED = 2,
   DYNFILTER_POSE_REFINED = 3
 };
+/* Type of the depth image. */
 enum dynfilter_depth_type { DYNFILTER_DEPTH_NONE = 0, DYNFILTER_DEPTH_U16 = 1, DYNFILTER_DEPTH_F32 = 2 };
 
+/* A feature, in pixels of the distorted image. */
 typedef struct dynfilter_keypoint {
   float x_px, y_px, size_px, angle_deg, response;
   int32_t octave;
 } dynfilter_keypoint;
 
+/* A box of a detector, in pixels of the distorted image. */
 typedef struct dynfilter_box {
   float x_px, y_px, width_px, height_px; /* left upper corner and size */
   float score;
@@ -79,7 +84,7 @@ typedef struct dynfilter_frame {
   double fx_px, fy_px, cx_px, cy_px, distortion[5], baseline_fx_px_m;
 
   int32_t pose_kind;  /* enum dynfilter_pose_kind */
-  double rotation[9]; /* T_world_camera, row-major */
+  double rotation[9]; /* matrix of T_world_camera, row-major */
   double translation_m[3];
 
   int32_t has_boxes; /* 1 with a count of 0: the detector found nothing */
@@ -91,6 +96,7 @@ typedef struct dynfilter_frame {
   int64_t match_frame_id;     /* a frame that was processed before */
 } dynfilter_frame;
 
+/* What dynfilter_process() says of each keypoint. Valid until the next call with the filter. */
 typedef struct dynfilter_verdicts {
   size_t count;            /* of the arrays, the frame's keypoint_count */
   const uint8_t* keep;     /* 0: on something that moves */
@@ -119,6 +125,7 @@ typedef struct dynfilter_stage_report {
 
 /* Of the library that is loaded. */
 DYNFILTER_C_API int dynfilter_abi_version(void);
+/* E.g. "0.1.0". */
 DYNFILTER_C_API const char* dynfilter_version(void);
 
 /* NULL when the pipeline cannot be used: `error` (may be NULL) then holds the reason, cut to error_size.
@@ -127,13 +134,16 @@ DYNFILTER_C_API const char* dynfilter_version(void);
  * DYNFILTER_PRESETS, then in share/dynfilter/pipelines of the installation. */
 DYNFILTER_C_API dynfilter_filter* dynfilter_create(const char* name_path_or_text, char* error,
                                                    size_t error_size);
+/* The same for the path of a pipeline file only. */
 DYNFILTER_C_API dynfilter_filter* dynfilter_create_from_file(const char* path, char* error,
                                                              size_t error_size);
+/* The same for YAML text only. */
 DYNFILTER_C_API dynfilter_filter* dynfilter_create_from_text(const char* yaml, char* error,
                                                              size_t error_size);
 /* NULL is fine. */
 DYNFILTER_C_API void dynfilter_destroy(dynfilter_filter* filter);
 
+/* Sets all members to "not there". Always call it first. */
 DYNFILTER_C_API void dynfilter_frame_init(dynfilter_frame* frame);
 /* 0 done, else failed: see dynfilter_last_error(). `call_point`: enum dynfilter_call_point. */
 DYNFILTER_C_API int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, int call_point,
@@ -146,6 +156,7 @@ DYNFILTER_C_API const char* dynfilter_stage_name(const dynfilter_filter* filter,
  * can add to its end. */
 DYNFILTER_C_API int dynfilter_get_stage_report(const dynfilter_filter* filter, size_t stage,
                                                dynfilter_stage_report* report, size_t report_size);
+/* Why the last call failed; "" if none did. Valid until the next call. */
 DYNFILTER_C_API const char* dynfilter_last_error(const dynfilter_filter* filter);
 
 #ifdef __cplusplus

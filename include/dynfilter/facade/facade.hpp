@@ -27,7 +27,9 @@ DYNFILTER_FACADE_API int abi_version() noexcept;
 /// "0.1.0"
 DYNFILTER_FACADE_API const char* version() noexcept;
 
+/// Where in the host's tracking a frame is judged.
 enum class CallPoint { BeforePose, AfterPose, AtKeyframe };
+/// How the host knows the pose.
 enum class PoseKind { None, Predicted, Estimated, Refined };
 
 /// Pixels of the distorted image.
@@ -42,6 +44,7 @@ struct Box {
   Box() : class_id(-1), score(1.0F), track_id(-1) {}
 };
 
+/// Pinhole camera with OpenCV's distortion.
 struct Camera {
   double fx_px, fy_px, cx_px, cy_px;
   double distortion[5];     ///< k1 k2 p1 p2 k3
@@ -61,7 +64,7 @@ struct Camera {
 
 /// T_world_camera: takes points of the camera to the world.
 struct Transform {
-  double rotation[9];  ///< row-major
+  double rotation[9];  ///< matrix, row-major
   double translation_m[3];
 
   Transform() : rotation{1, 0, 0, 0, 1, 0, 0, 0, 1}, translation_m() {}
@@ -156,9 +159,11 @@ class DYNFILTER_FACADE_API DynFilter {
   /// A pipeline file, or any YAML file with a `pipeline` node in it. It replaces the present pipeline, but
   /// only if it can be used.
   bool load_file(const std::string& path) noexcept;
+  /// YAML text; the present pipeline stays if it cannot be used.
   bool load_text(const std::string& yaml) noexcept;
-  bool loaded() const noexcept;
+  bool loaded() const noexcept;  ///< whether there is a pipeline
 
+  /// Judges one frame. False: see error().
   bool process(const Frame& frame, CallPoint call_point, Verdicts& verdicts) noexcept;
   /// Of the last frame that was processed: one entry per stage, in the order of Verdicts::stages.
   const std::vector<StageReport>& reports() const noexcept;

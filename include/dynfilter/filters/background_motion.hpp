@@ -92,7 +92,6 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
     return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, static_cast<int>(kMaxFrames)};
   }
   void reset() override;
-
   void apply(const Evidence& evidence, Votes& votes) override;
 
  private:

@@ -81,9 +81,7 @@ class BoxBlurFilter final : public NamedFilter<BoxBlurFilter> {
   };
 
   void collect(const Evidence& evidence, const LateResult& late);
-
   void judge(const cv::Mat& grey, const Box& box, const Sharpness& rest, Votes& votes);
-
   Sharpness sharpness(const cv::Mat& grey, const cv::Rect& area, bool outside_boxes);
   /// Counts for each pixel of row y how many boxes cover it.
   void cover_row(int y, int columns);

@@ -69,10 +69,8 @@ class DbscanFilter final : public NamedFilter<DbscanFilter> {
   static constexpr int kMaxPoints = 2000;
 
   void collect(const Evidence& evidence);
-
   DbscanParams parameters(Votes& votes);
   void choose(Votes& votes);
-
   void note(const DbscanParams& params, Votes& votes) const;
 
   /// Votes for judged features within eps_m of a core point.

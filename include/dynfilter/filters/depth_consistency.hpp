@@ -83,9 +83,7 @@ class DepthConsistencyFilter final : public NamedFilter<DepthConsistencyFilter> 
       "features whose depth differs from the prediction of an earlier view";
 
   explicit DepthConsistencyFilter(Params params = Params());
-
   Needs needs() const override;
-
   void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
@@ -120,7 +118,6 @@ class DepthConsistencyFilter final : public NamedFilter<DepthConsistencyFilter> 
   /// surface.
   void add_match(const cv::Point3f& now, double predicted_m, Opinion& opinion) const;
   bool beside_edge(const cv::Point3f& now, double predicted_m) const;
-
   void add_view(const Eigen::Vector3d& point_m, Opinion& opinion) const;
 
   /// True if the rays to a point from the origin and from `centre_m` enclose a small enough angle.

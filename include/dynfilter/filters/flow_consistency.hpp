@@ -78,7 +78,6 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   Needs needs() const override { return {Input::Correspondence, Input::Camera, 1}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;
-
   void reset() override;
 
  private:
@@ -128,7 +127,6 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   static constexpr int kCellColumns = 12, kCellRows = 6;  ///< of the image, each with one vote
 
   void follow(const Evidence& evidence);
-
   void take_over_evidence();
 
   double gap_s(int gap) const { return ages_s_[static_cast<std::size_t>(gap)]; }
@@ -139,8 +137,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
 
   bool needs_gap(int gap) const;
 
-  /// Estimates the camera's motion over the gap, and each flow relative to it.
-  /// False if there is no motion.
+  /// Estimates the camera's motion over the gap, and each flow relative to it. False if there is no motion.
   bool measure(const Evidence& evidence, int gap, Votes& votes);
 
   void note(int gap, const std::optional<ViewMotion>& found, Votes& votes) const;
@@ -182,9 +179,8 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   }
   bool judged(std::size_t k) const { return judged_[static_cast<std::size_t>(points_[k].feature)]; }
 
-  /// A feature in a group has the suspicion of the group.
-  /// Any other feature is scaled by the share of suspects among its neighbours, because a feature that moves
-  /// alone is probably a bad track.
+  /// A feature in a group has the suspicion of the group. Any other feature is scaled by the share of
+  /// suspects among its neighbours, because a feature that moves alone is probably a bad track.
   void weigh_groups();
 
   double share_of_suspects(std::size_t k);
@@ -206,7 +202,6 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   void weigh_ground();
   void infer_ground_distances();
   void infer_ground_distances_once();
-
   void spread(const Evidence& evidence);
   /// Mean excess of the neighbours, near ones first: a body has features whose tracks have just begun.
   float mean_around(const Evidence& evidence, std::size_t i) const;

@@ -33,6 +33,7 @@ struct GmsFilterParams {
   static GmsFilterParams published();
 
   static const FieldTable<GmsFilterParams>& fields();
+  /// What GridMotionStatistics works with.
   GmsParams statistics() const { return {grid_cells, kMatchesPerCell, factor, every_pair, false, false}; }
 };
 

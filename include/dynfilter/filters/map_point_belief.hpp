@@ -63,7 +63,6 @@ class MapPointBeliefFilter final : public NamedFilter<MapPointBeliefFilter> {
     return {Input::MapPoints, Input::Mask | Input::Correspondence, params_.max_age_frames};
   }
   void reset() override;
-
   void apply(const Evidence& evidence, Votes& votes) override;
 
  private:

@@ -13,8 +13,7 @@ namespace dynfilter {
 /// It grows quadratically because depth is the inverse of a disparity with constant noise (Khoshelham and
 /// Elberink, Sensors 2012, section 2.3).
 /// The defaults are the axial noise of the Kinect (Nguyen, Izadi and Lovell, 3DIMPVT 2012).
-/// The model is valid for surfaces viewed at up to about 60 degrees.
-/// Silhouettes are much noisier.
+/// The model is valid for surfaces viewed at up to about 60 degrees. Silhouettes are much noisier.
 struct DepthNoise {
   double base_m = 0.0012;           ///< noise at `offset_m` [m], > 0
   double quadratic_per_m = 0.0019;  ///< growth [1/m]

@@ -12,18 +12,17 @@
 
 namespace dynfilter {
 
-/// `depth_m`, or NaN where it is invalid or beyond `max_depth_m`.
+/// `depth_m`, or NaN where it is invalid or beyond `max_depth_m` [m].
 inline float depth_within(float depth_m, double max_depth_m) {
   return valid_depth(depth_m) && static_cast<double>(depth_m) <= max_depth_m
              ? depth_m
              : std::numeric_limits<float>::quiet_NaN();
 }
 
-/// Depth [m] at single pixels. NaN if the pixel has no reliable depth.
-/// At a silhouette the sensor's depth may belong to either surface.
-/// A pixel has no depth if neighbouring pixels differ by more than `max_edge_share` of the depth.
-/// A hole takes the depth around it if that is one surface.
-/// Structured light often leaves holes at corners, where features are detected.
+/// Depth [m] at single pixels. NaN if the pixel has no reliable depth. At a silhouette the sensor's depth may
+/// belong to either surface. A pixel has no depth if neighbouring pixels differ by more than `max_edge_share`
+/// of the depth. A hole takes the depth around it if that is one surface. Structured light often leaves holes
+/// at corners, where features are detected.
 class DepthSampler {
  public:
   /// Largest relative depth difference to neighbouring pixels; beyond it, a pixel has no depth.
@@ -33,7 +32,7 @@ class DepthSampler {
   /// `depth`: CV_32FC1 or CV_16UC1. Any other type has no depth anywhere.
   DepthSampler(const cv::Mat& depth, double unit_m, double max_edge_share);
 
-  float at(const cv::Point2f& px) const;
+  float at(const cv::Point2f& px) const;  ///< at a place [px]; kNone if there is none
 
   /// Calls `take(i, depth)` for each pixel.
   /// Features are scattered in memory, so upcoming pixels are prefetched.

@@ -93,8 +93,7 @@ inline double epipolar_distance_px(const Matrix9& F, cv::Point2f reference, cv::
 }
 
 /// First-order distance [px] of the match to the epipolar variety in the joint image (Sampson; Hartley and
-/// Zisserman, eq. 11.9).
-/// With equal noise in both images, it has the standard deviation of that noise.
+/// Zisserman, eq. 11.9). With equal noise in both images, it has the standard deviation of that noise.
 /// `epipolar_distance_px` has about sqrt(2) times as much.
 inline double sampson_distance_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
   const auto terms = detail::epipolar_terms(F, reference, current);

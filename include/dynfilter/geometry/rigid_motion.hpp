@@ -14,8 +14,7 @@
 namespace dynfilter {
 
 /// Residual of a rigid motion q = R p_reference + t at a point c of the current frame, in standard
-/// deviations.
-/// ImageDepth (used by the odometry):
+/// deviations. ImageDepth (used by the odometry):
 ///   (fx (qx/qz - cx/cz), fy (qy/qz - cy/cz)) / pixel sigma, (qz - cz) / sigma_z.
 /// Point: (q - c) / sigma per axis, with lateral sigma = c.z pixel_sigma / f.
 /// sigma_z^2 is the sum of both depths' variances.
@@ -42,9 +41,8 @@ struct RigidMotionOptions {
   double refine_until_sigmas = 0;
   int min_inliers = 6;            ///< fewer inliers: no motion
   double min_inlier_share = 0.2;  ///< share of the seeds with depth; fewer inliers: no motion
-  /// Scores occupied image cells (8x8) instead of points.
-  /// A cell contributes the square root of its number of points.
-  /// A compact mover with most features then does not win against the background around it.
+  /// Scores occupied image cells (8x8) instead of points. A cell contributes the square root of its number of
+  /// points. A compact mover with most features then does not win against the background around it.
   bool spread_score = false;
   /// The prior pose wins unless another hypothesis has 1 / prior_advantage times its score.
   double prior_advantage = 0.35;
@@ -55,6 +53,7 @@ namespace detail {
 class RigidMotionSearch;
 }
 
+/// Whether there is a motion, and why not.
 enum class RigidMotionNote { Ok, TooFewPoints, Degenerate, NoConsensus };
 
 inline const char* to_string(RigidMotionNote note) {
@@ -71,13 +70,13 @@ inline const char* to_string(RigidMotionNote note) {
   return "";
 }
 
+/// Result of RigidMotionEstimator.
 struct RigidMotion {
   bool ok = false;
   RigidMotionNote note = RigidMotionNote::TooFewPoints;
   Pose T_current_reference;  ///< p_current = R p_reference + t
   /// Row-major covariance of a left perturbation (translation [m], rotation [rad]), p = exp(rotation) (R
-  /// p_reference + t) + translation.
-  /// It is the inverse normal matrix under the assumed noise.
+  /// p_reference + t) + translation. It is the inverse normal matrix under the assumed noise.
   /// Multiply it by max(1, sigma0^2) if the assumed noise may be too small.
   std::array<double, 36> covariance{};
   double sigma0 = 0;        ///< sqrt(sum w chi2 / (sum 3 w - 6)); 1 if the assumed noise is correct
@@ -89,8 +88,7 @@ struct RigidMotion {
 
 /// Relative rigid motion from 3D-3D correspondences.
 /// Seeded RANSAC over triples in closed form, with noise-whitened scores, bail-out and local optimisation
-/// (Chum, Matas and Kittler, DAGM 2003).
-/// Robust least squares follow (rigid_least_squares.hpp).
+/// (Chum, Matas and Kittler, DAGM 2003). Robust least squares follow (rigid_least_squares.hpp).
 /// Reuses its buffers: no allocation after the largest input.
 /// Cost: about 20 us + 30 us for 1000 points.
 class RigidMotionEstimator {
@@ -104,16 +102,14 @@ class RigidMotionEstimator {
   const RigidMotionOptions& options() const { return *options_; }
 
   /// Points are in the camera frames [m], z forward. z <= 0 or not finite means no point.
-  /// Both spans have the same size.
-  /// `seeds` are indices into them; indices out of range are ignored.
-  /// The camera's focal lengths convert pixel noise to metres.
-  /// Unusual data never throws.
+  /// Both spans have the same size. `seeds` are indices into them; indices out of range are ignored.
+  /// The camera's focal lengths convert pixel noise to metres. Unusual data never throws.
   RigidMotion estimate(const Camera& camera, Span<const cv::Point3f> reference,
                        Span<const cv::Point3f> current, Span<const int> seeds,
                        const std::optional<Pose>& prior = std::nullopt);
 
-  /// Least squares only, on all seeds with depth.
-  /// The start must be within the range of the robust loss.
+  /// Least squares only, on all seeds with depth; points as above. `start`, a T_current_reference, must be
+  /// within the range of the robust loss.
   RigidMotion refine(const Camera& camera, Span<const cv::Point3f> reference, Span<const cv::Point3f> current,
                      Span<const int> seeds, const Pose& start);
 

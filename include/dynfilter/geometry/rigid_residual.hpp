@@ -63,8 +63,7 @@ class RigidResidualModel {
   Eigen::Vector3d slide(const MatchSpread& spread) const;
 
   /// r^T S^-1 r for the full S. With M = (I, -[q]x) and the blocks T, X, W of C, M C M^T = T + X[q]x +
-  /// (X[q]x)^T - [q]x W [q]x. d(u, v, z)/dq is sparse.
-  /// Scalar code takes half the time of the matrix form.
+  /// (X[q]x)^T - [q]x W [q]x. d(u, v, z)/dq is sparse. Scalar code takes half the time of the matrix form.
   double chi2_of_estimated_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p,
                                   const Eigen::Vector3d& q, double current_z,
                                   const MatchSpread& spread) const;
@@ -80,7 +79,7 @@ class RigidResidualModel {
   bool has_covariance_ = false;
 };
 
-/// Residual of one point pair. Create a RigidResidualModel for many pairs.
+/// Residual of a pair of points in the frames of their cameras [m]. Of many pairs: RigidResidualModel.
 RigidResidual rigid_residual(const Camera& camera, const Pose& T_current_reference,
                              const cv::Point3f& reference, const cv::Point3f& current,
                              const RigidResidualNoise& noise = {}, const double* motion_covariance = nullptr);

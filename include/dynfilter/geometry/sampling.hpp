@@ -15,8 +15,9 @@ namespace dynfilter {
 /// `Random` is for scenes, in which every frame and point has a stream of its own.
 class SampleGenerator {
  public:
-  explicit SampleGenerator(std::uint64_t seed) : state_(seed) {}
+  explicit SampleGenerator(std::uint64_t seed) : state_(seed) {}  ///< the same numbers for the same seed
 
+  /// 32 random bits.
   std::uint32_t next() {
     const std::uint64_t bits = mix_bits(state_);
     state_ += kMixStep;
@@ -28,6 +29,7 @@ class SampleGenerator {
   }
   /// Uniform in [0, 1).
   double uniform() { return next() * (1.0 / 4294967296.0); }
+  /// Uniform in [low, high).
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// Standard normal (Box-Muller).
   double normal() {
@@ -48,8 +50,7 @@ inline void sample_distinct(SampleGenerator& rng, std::uint32_t n, std::uint32_t
 }
 
 /// Iterations after which one sample has no outlier with probability `confidence` (Fischler and Bolles 1981).
-/// At most `limit`.
-/// A sample has `size` elements, each an inlier with probability `inlier_share`.
+/// At most `limit`. A sample has `size` elements, each an inlier with probability `inlier_share`.
 inline int ransac_iterations(double inlier_share, int size, double confidence, int limit) {
   const double good = portable::power(std::min(1.0, std::max(0.0, inlier_share)), size);
   if (good <= 0) return limit;

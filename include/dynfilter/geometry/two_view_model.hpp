@@ -61,8 +61,7 @@ struct TwoViewModel {
   /// Homography and Rotation: largest distance [px] of a static point from H p1, along its line F p1. Zero if
   /// no parallax is found.
   double allowance_px = 0;
-  /// True if points off H but on F may be static parallax.
-  /// `judge` then returns CannotSay for them.
+  /// True if points off H but on F may be static parallax. `judge` then returns CannotSay for them.
   bool ambiguous = false;
   double sigma_px = 0;          ///< noise per coordinate and image, from the inliers
   int seeds = 0;                ///< usable ones
@@ -75,6 +74,7 @@ struct TwoViewModel {
   int iterations = 0;  ///< samples drawn for F
 };
 
+/// What the model says of one match.
 enum class TwoViewVerdict { CannotSay, Consistent, Inconsistent };
 
 /// Distance [px] of a match from the model in the current image.
@@ -82,8 +82,7 @@ enum class TwoViewVerdict { CannotSay, Consistent, Inconsistent };
 /// Homography and Rotation: distance from H p1, less `allowance_px` along the epipolar line, times sqrt(3.84
 /// / 5.99) = 0.80.
 /// This factor accounts for two coordinates of error instead of one, so that the same threshold passes the
-/// same share of static points.
-/// NaN if the kind is None or a point is not finite.
+/// same share of static points. NaN if the kind is None or a point is not finite.
 double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current);
 
 /// The model's verdict on a match for a threshold on `distance_px`.

@@ -27,7 +27,7 @@ void undistort_points(const Camera& camera, Span<const cv::Point2f> in, Span<cv:
 /// All NaN if the depth is NaN, infinite, zero or negative.
 cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px, float depth_m);
 
-/// Back-projects many pixels. All arrays have the same size.
+/// Back-projects many pixels to the camera frame [m]. All arrays have the same size.
 void back_project(const Camera& camera, Span<const cv::Point2f> undistorted_px, Span<const float> depth_m,
                   Span<cv::Point3f> out);
 

@@ -20,8 +20,7 @@ enum class MaskPolarity : std::uint8_t {
 
 /// A verdict as the mask image or the depth image of a host that finds features itself.
 /// Only discs around rejected features are dropped, and no pixel of a kept feature: the host keeps at least
-/// the features that the floor kept.
-/// One object per camera stream. Buffers are kept.
+/// the features that the floor kept. One object per camera stream. Buffers are kept.
 class HostMask {
  public:
   /// Throws ConfigError for a parameter out of range.

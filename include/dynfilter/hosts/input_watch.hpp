@@ -17,14 +17,13 @@ namespace dynfilter {
 class Stage;
 
 /// Which inputs a pipeline uses and which a host gives. It makes one line at start, and one warning if a
-/// needed input never came.
-/// An input of a `first_available` member is not needed while a later member judges. Boxes or masks that only
-/// mark suspects are needed only if `by_region` routes suspects.
+/// needed input never came. An input of a `first_available` member is not needed while a later member judges.
+/// Boxes or masks that only mark suspects are needed only if `by_region` routes suspects.
 class InputWatch {
  public:
   static constexpr int kPatience = 30;  ///< frames
 
-  explicit InputWatch(const Pipeline& pipeline);
+  explicit InputWatch(const Pipeline& pipeline);  ///< refers to the pipeline, which must outlive it
 
   /// Which pipeline runs, from which file, which inputs it uses, which are given, and which stage judges
   /// without the others:
@@ -66,7 +65,6 @@ class InputWatch {
   /// its members' inputs as its own. Only what none of them uses is its own.
   void collect(CallPoint point, const Stage& root);
   void collect_choices(const Nodes& nodes);
-
   static bool has_fallback(const Nodes& nodes, std::size_t i);
   static bool only_marks(const Stage& stage);
   bool has_stages(CallPoint point) const;

@@ -28,6 +28,7 @@ namespace dynfilter {
 /// over there. One camera stream, one thread.
 class MaskedHost {
  public:
+  /// What the host processes instead of its own images.
   struct Images {
     cv::Mat image, depth;  ///< valid until the next call; `image` may be the caller's own
   };
@@ -38,6 +39,7 @@ class MaskedHost {
              const MaskedImageParams& masking = MaskedImageParams(), const ProviderRegistry& providers = {})
       : MaskedHost(read_orb_slam_settings(settings_file, registry, providers), settings_file,
                    host_sensor(sensor), masking) {}
+  /// The same with settings that were read before; throws as above.
   MaskedHost(OrbSlamSettings settings, const std::string& camera_file, HostSensor sensor,
              const MaskedImageParams& masking = MaskedImageParams());
 
@@ -45,6 +47,7 @@ class MaskedHost {
   void set_detections(std::vector<Detection> detections) {
     semantics_.set_detections(std::move(detections), -1);
   }
+  /// CV_8UC1, 0: background; of the next image.
   void set_mask(const cv::Mat& labels) { semantics_.set_mask(labels, -1); }
 
   /// `image`: 8 bits, grey or colour. `depth`: as the host takes it, CV_16U or CV_32F in units of `1 /
@@ -53,12 +56,15 @@ class MaskedHost {
 
   void reset();
 
+  /// Of the last image, in the order of judged_keypoints().
   const Verdict& verdict() const { return verdict_; }
+  /// Corners of the last image [px].
   const std::vector<cv::KeyPoint>& judged_keypoints() const { return keypoints_; }
-  std::string summary() const { return summary_line(verdict_.report); }
+  std::string summary() const { return summary_line(verdict_.report); }  ///< one line on the last image
+  /// On a picture of the last image; red: rejected.
   cv::Mat draw(const cv::Mat& image) const { return draw_verdict(image, keypoints_, verdict_); }
 
-  const Pipeline& pipeline() const { return pipeline_; }
+  const Pipeline& pipeline() const { return pipeline_; }  ///< its name, stages and needs
   /// As OrbSlam::start_line().
   std::string start_line() const;
   /// When an input never came in the first frames, or the detector failed: the last such line; "" without.
@@ -68,7 +74,6 @@ class MaskedHost {
   static constexpr int kMaxCorners = 1000;
 
   void watch();
-
   void to_grey(const cv::Mat& image);
   /// Evenly spread, as the host's features are.
   void find_corners();

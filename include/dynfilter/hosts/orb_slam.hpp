@@ -55,6 +55,7 @@ class OrbSlam {
   OrbSlam(const std::string& settings_file, int sensor, const Registry& registry = builtin_filters(),
           const ProviderRegistry& providers = {})
       : OrbSlam(read_orb_slam_settings(settings_file, registry, providers), host_sensor(sensor)) {}
+  /// The same with settings that were read before; `sink` gets the lines.
   OrbSlam(OrbSlamSettings settings, HostSensor sensor, LineSink sink = nullptr);
 
   // ---- what a detector or a segmenter found, for all call points of the next frame
@@ -128,12 +129,13 @@ class OrbSlam {
   // ---- what happened
   /// Of the last call; in the order of judged_keypoints(), which is the host's order before it was thinned.
   const Verdict& verdict() const { return verdict_; }
+  /// As the host had them before it was thinned [px].
   const std::vector<cv::KeyPoint>& judged_keypoints() const { return keypoints_; }
   /// Verdict::weight per feature of the frame as it is now, of before_tracking or after_extraction. The
   /// host's optimiser multiplies mvInvLevelSigma2 with it and divides by it in its test of outliers. Empty
   /// while the filter is off.
   const std::vector<float>& weights() const { return weights_; }
-  std::string summary() const { return summary_line(verdict_.report); }
+  std::string summary() const { return summary_line(verdict_.report); }  ///< one line on the last frame
   /// See draw_verdict(): red is rejected.
   cv::Mat draw(const cv::Mat& image) const { return draw_verdict(image, keypoints_, verdict_); }
   const OrbSlamParams& params() const { return params_; }

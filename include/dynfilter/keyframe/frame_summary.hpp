@@ -84,8 +84,7 @@ std::vector<std::int64_t> sorted_points(std::vector<std::int64_t> points);
 /// Number of ids that two ascending lists share. Linear.
 std::size_t shared_points(const std::vector<std::int64_t>& a, const std::vector<std::int64_t>& b);
 
-/// Share of the cells of a `columns` x `rows` grid over the image that contain a feature.
-/// In [0, 1].
+/// Share of the cells of a `columns` x `rows` grid over the image that contain a feature. In [0, 1].
 /// Ignores NaN and features outside the image. 0 without an image size.
 double occupied_share(const FrameSummary& frame, int columns, int rows);
 
@@ -126,9 +125,8 @@ inline double occupied_share(const FrameSummary& frame, int columns, int rows) {
          static_cast<double>(cells.size());
 }
 
-/// Connects two frames that share at least `min_shared` points.
-/// They must also share at least `min_share` of the smaller point list.
-/// The lists are ascending. Cost: n^2 merges.
+/// Connects two frames that share at least `min_shared` points. They must also share at least `min_share` of
+/// the smaller point list. The lists are ascending. Cost: n^2 merges.
 Graph covisibility_graph(const std::vector<const std::vector<std::int64_t>*>& points, std::size_t min_shared,
                          double min_share = 0);
 

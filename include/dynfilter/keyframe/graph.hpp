@@ -13,14 +13,15 @@ class Graph {
  public:
   using Vertex = std::uint32_t;
 
-  explicit Graph(std::size_t vertices = 0) : neighbours_(vertices) {}
+  explicit Graph(std::size_t vertices = 0) : neighbours_(vertices) {}  ///< without edges
 
   std::size_t size() const { return neighbours_.size(); }
-  std::size_t edges() const { return edges_; }
-  std::size_t degree(Vertex v) const { return neighbours_[v].size(); }
+  std::size_t edges() const { return edges_; }                          ///< number of edges
+  std::size_t degree(Vertex v) const { return neighbours_[v].size(); }  ///< number of edges at v
   /// Ascending.
   const std::vector<Vertex>& neighbours(Vertex v) const { return neighbours_[v]; }
 
+  /// Whether there is an edge.
   bool connected(Vertex a, Vertex b) const {
     return std::binary_search(neighbours_[a].begin(), neighbours_[a].end(), b);
   }
@@ -43,8 +44,7 @@ inline std::size_t count(const VertexSet& set) {
   return static_cast<std::size_t>(std::count(set.begin(), set.end(), std::uint8_t{1}));
 }
 
-/// Component number of each vertex of `within`, in the order of the lowest vertices; -1 outside.
-/// Linear.
+/// Component number of each vertex of `within`, in the order of the lowest vertices; -1 outside. Linear.
 std::vector<int> components(const Graph& graph, const VertexSet& within);
 
 /// Component number of each vertex of the whole graph.
@@ -103,8 +103,7 @@ inline bool connected_within(const Graph& graph, const VertexSet& set) {
 
 /// Adds vertices until any two vertices of `set` that the graph connects are connected within `set`.
 /// Uses shortest paths from the part with the lowest vertex of each component to the next part (Zhou et al.
-/// sec. 3.2.1).
-/// Returns the added vertices in order of addition.
+/// sec. 3.2.1). Returns the added vertices in order of addition.
 std::vector<Graph::Vertex> add_bridges(const Graph& graph, VertexSet& set);
 
 namespace detail {

@@ -34,8 +34,7 @@ struct PoseChangeParams {
 
 /// Keyframe selection of DeS-SLAM: relative pose to the last keyframe, and ORB-SLAM2's criteria.
 /// The latter are frames since the last keyframe and the share of its points still visible.
-/// The paper gives no thresholds and no rule to combine them.
-/// By default each criterion alone is sufficient.
+/// The paper gives no thresholds and no rule to combine them. By default each criterion alone is sufficient.
 /// With `require_motion` the other criteria count only after camera motion, which saves keyframes.
 /// Decides immediately.
 class PoseChangeSelector final : public KeyframeSelector {

@@ -29,7 +29,7 @@ class KeyframeSelector {
   };
 
   virtual ~KeyframeSelector() = default;
-  virtual std::string name() const = 0;
+  virtual std::string name() const = 0;  ///< its name in YAML
 
   /// Returns the keyframes that this frame decides, possibly none.
   std::vector<SelectedFrame> add(const FrameSummary& frame);
@@ -40,11 +40,12 @@ class KeyframeSelector {
   virtual std::vector<std::int64_t> pending() const { return {}; }
   /// Clears all state.
   void reset();
-  const LeftOut& left_out() const { return left_out_; }
+  const LeftOut& left_out() const { return left_out_; }  ///< counts since the last reset
 
  protected:
+  /// The keyframes that a usable frame decides.
   virtual std::vector<SelectedFrame> choose(const FrameSummary& frame) = 0;
-  virtual void forget() = 0;
+  virtual void forget() = 0;  ///< clears the state of the derived class
 
  private:
   bool newer(const FrameSummary& frame) const {

@@ -22,16 +22,15 @@ std::size_t matching_bound(const Graph& graph);
 struct VertexCover {
   VertexSet set;
   std::size_t size = 0;
-  std::size_t lower_bound = 0;  ///< size of the smallest cover is at least this
-  bool optimal() const { return size == lower_bound; }
+  std::size_t lower_bound = 0;                          ///< size of the smallest cover is at least this
+  bool optimal() const { return size == lower_bound; }  ///< whether it is certainly a smallest one
 };
 
-/// A smallest vertex cover, or a small one if the search exceeds `max_steps`.
-/// A step is one word operation; the limit is per connected component (1e7 takes about 10 ms).
-/// First takes vertices by domination.
-/// Then branches on the vertex of highest degree, bounded by a partition into cliques.
-/// The first descent is the greedy cover, so a result always exists.
-/// Ties prefer low numbers, so callers order vertices by preference. Deterministic.
+/// A smallest vertex cover, or a small one if the search exceeds `max_steps`. A step is one word operation;
+/// the limit is per connected component (1e7 takes about 10 ms). First takes vertices by domination. Then
+/// branches on the vertex of highest degree, bounded by a partition into cliques. The first descent is the
+/// greedy cover, so a result always exists. Ties prefer low numbers, so callers order vertices by preference.
+/// Deterministic.
 VertexCover small_vertex_cover(const Graph& graph, std::uint64_t max_steps = 10000000);
 
 inline bool is_vertex_cover(const Graph& graph, const VertexSet& set) {
@@ -71,8 +70,7 @@ class CoverSearch {
       for (const Graph::Vertex w : graph.neighbours(vertices[i])) set(row(i), place[w]);
   }
 
-  /// The selected vertices, by index in `vertices`.
-  /// `lower_bound` is their number if the search completed.
+  /// The selected vertices, by index in `vertices`. `lower_bound` is their number if the search completed.
   std::vector<std::size_t> run(std::size_t& lower_bound) {
     State root{Bits(words_, 0), {}};
     for (std::size_t i = 0; i < n_; ++i) set(root.alive.data(), i);

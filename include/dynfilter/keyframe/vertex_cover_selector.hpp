@@ -52,14 +52,11 @@ struct VertexCoverParams {
 };
 
 /// Keyframes as a small vertex cover of the covisibility graph of candidates (Zhou et al. sec. 3.2.1, after
-/// KeySLAM).
-/// Of any two candidates that share enough points, at least one is selected.
-/// Selected frames are connected where the candidates are.
-/// A frame with too many dynamic features is replaced by a cleaner one with the same coverage.
-/// Batches are solved one after another.
-/// The last keyframe of a batch is part of the next batch, already selected.
-/// If candidates are dense, all are covisible, and a cover contains nearly all of them.
-/// The number of keyframes then depends on the choice of candidates.
+/// KeySLAM). Of any two candidates that share enough points, at least one is selected. Selected frames are
+/// connected where the candidates are. A frame with too many dynamic features is replaced by a cleaner one
+/// with the same coverage. Batches are solved one after another. The last keyframe of a batch is part of the
+/// next batch, already selected. If candidates are dense, all are covisible, and a cover contains nearly all
+/// of them. The number of keyframes then depends on the choice of candidates.
 class VertexCoverSelector final : public KeyframeSelector {
  public:
   static constexpr const char* kName = "vertex_cover";
@@ -75,7 +72,6 @@ class VertexCoverSelector final : public KeyframeSelector {
 
  protected:
   std::vector<SelectedFrame> choose(const FrameSummary& frame) override;
-
   void forget() override;
 
  private:

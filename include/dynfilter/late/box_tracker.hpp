@@ -18,17 +18,17 @@
 
 namespace dynfilter {
 
-/// Tracks boxes over several results of the detector.
-/// A new result and the old boxes are carried to the same frame.
-/// Boxes of one class are paired by overlap, largest overlap first. A pair continues one track.
-/// The detector may miss an object.
-/// An unpaired old box is therefore kept for up to 30 frames if two results contained it.
-/// Instance masks are copied once for each result: about 0.02 ms for 640 x 480. Their memory is reused.
+/// Tracks boxes over several results of the detector. A new result and the old boxes are carried to the same
+/// frame. Boxes of one class are paired by overlap, largest overlap first. A pair continues one track. The
+/// detector may miss an object. An unpaired old box is therefore kept for up to 30 frames if two results
+/// contained it. Instance masks are copied once for each result: about 0.02 ms for 640 x 480. Their memory is
+/// reused.
 class BoxTracker {
  public:
   static constexpr double kMinOverlap = 0.3;  // intersection over union
   static constexpr int kMaxBridged = 30;      // frames since the box was detected
 
+  /// The tracked boxes in the last frame, in pixels.
   const std::vector<CarriedBox>& boxes() const { return boxes_; }
 
   /// Moves all boxes to the next frame.

@@ -35,15 +35,13 @@ struct CarriedBox {
 /// CV_8UC1 at a quarter of the image's width and height.
 void carried_instance(const CarriedBox& carried, cv::Size image_px, cv::Mat& out);
 
-/// Carries boxes from frame to frame.
-/// The median motion of the features on the object moves a box.
-/// The ratio of the object's depths scales it.
-/// The object is the depth layer with most features in the middle of the box.
-/// Without depth, all features of the box count and its size is constant.
-/// A box without features keeps its velocity, which decays.
+/// Carries boxes from frame to frame. The median motion of the features on the object moves a box. The ratio
+/// of the object's depths scales it. The object is the depth layer with most features in the middle of the
+/// box. Without depth, all features of the box count and its size is constant. A box without features keeps
+/// its velocity, which decays.
 class BoxCarrier {
  public:
-  void carry(const MotionFrame& to, CarriedBox& box);
+  void carry(const MotionFrame& to, CarriedBox& box);  ///< moves the box to this frame [px], or loses it
 
  private:
   static constexpr std::size_t kMinSamples = 3;

@@ -71,9 +71,7 @@ class CarriedMask {
   }
   int blocks_across() const { return (grid_.cols + kBlock - 1) / kBlock; }
   std::size_t block_of(const cv::Point& cell) const;
-
   void collect(const std::vector<MotionSample>& samples);
-
   void find_motions();
 
   /// Motion of the nearby features at this depth.
@@ -81,12 +79,10 @@ class CarriedMask {
   Motion motion_at(const cv::Point2f& px, float depth_m);
 
   void look(Point& p, const cv::Mat& depth_m) const;
-
   bool all_around(const cv::Point& cell) const;
 
-  /// Removes background that the outline includes.
-  /// Within each connected part of the mask, a depth layer is removed if it holds less than kMinShare of the
-  /// points. Layers are kGap_m apart.
+  /// Removes background that the outline includes. Within each connected part of the mask, a depth layer is
+  /// removed if it holds less than kMinShare of the points. Layers are kGap_m apart.
   void drop_small_layers();
   /// Collects the points with depth that are connected to this one. Removes them from index_.
   void take_part(const Point& first);

@@ -17,7 +17,7 @@ namespace dynfilter {
 /// After that it moves one step per frame until the next result arrives.
 class LateSemantics {
  public:
-  MotionHistory& motions() { return motions_; }
+  MotionHistory& motions() { return motions_; }  ///< the motion that results are carried along
   const MotionHistory& motions() const { return motions_; }
 
   /// Boxes of frame `input.frame_id` carried to frame `now_id`, including recently missed ones.

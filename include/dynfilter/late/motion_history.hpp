@@ -29,9 +29,8 @@ struct MotionFrame {
   cv::Mat depth_m;
 };
 
-/// Frame-to-frame motion of the features of recent frames.
-/// Late results are carried along it although no image is kept.
-/// Half a second of it takes less memory than one image pyramid.
+/// Frame-to-frame motion of the features of recent frames. Late results are carried along it although no
+/// image is kept. Half a second of it takes less memory than one image pyramid.
 class MotionHistory {
  public:
   static constexpr int kCellPx = 4;
@@ -51,10 +50,11 @@ class MotionHistory {
   /// Only CV_32FC1 and CV_16UC1 are read; other types give an empty image.
   static void sparse_depth(const cv::Mat& depth, double unit_m, cv::Mat& out);
 
+  /// Moves and depths of the matches, for frame_motion().
   static void fill_samples(const Match& match, const std::vector<cv::Point2f>& px,
                            const std::vector<float>& depths_m, std::vector<MotionSample>& samples);
 
-  const MotionFrame* find(std::int64_t id) const;
+  const MotionFrame* find(std::int64_t id) const;  ///< null: the frame is not kept
 
   /// Lists the frames from one to another in order, without the first.
   /// False if the motion history does not connect them.

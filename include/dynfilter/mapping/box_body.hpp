@@ -18,6 +18,7 @@ namespace dynfilter::mapping {
 /// Neighbours differ by more than a share of the depth and three standard deviations of its noise.
 class DepthJump {
  public:
+  /// As a share of the depth.
   explicit DepthJump(double max_step_share) : share_(static_cast<float>(max_step_share)) {}
 
   /// Depths [m], 0: no depth. A pixel without depth is never part of a jump.

@@ -10,14 +10,12 @@
 
 namespace dynfilter::mapping {
 
-/// The voxels of a map that free space removes.
-/// First, voxels that enough keyframes saw through are removed (CarveParams).
-/// Then the removal spreads to the remains of the same object.
-/// A person who left is mostly seen through, except in front of pixels without depth.
-/// A voxel is also removed if at most `spread_max_seen` keyframes saw it and at least `spread_share` of its
-/// neighbours within two cells are removed.
-/// This repeats until nothing changes.
-/// The result does not depend on the order, because a removal only favours further removals.
+/// The voxels of a map that free space removes. First, voxels that enough keyframes saw through are removed
+/// (CarveParams). Then the removal spreads to the remains of the same object. A person who left is mostly
+/// seen through, except in front of pixels without depth. A voxel is also removed if at most
+/// `spread_max_seen` keyframes saw it and at least `spread_share` of its neighbours within two cells are
+/// removed. This repeats until nothing changes. The result does not depend on the order, because a removal
+/// only favours further removals.
 class Carving {
  public:
   /// Neighbours have the same class.
@@ -25,12 +23,11 @@ class Carving {
   /// neighbour.
   Carving(const VoxelMap& map, const CarveParams& params);
 
-  bool gone(std::size_t i) const { return gone_[i] != 0; }
+  bool gone(std::size_t i) const { return gone_[i] != 0; }  ///< whether voxel i is removed
 
  private:
   static int seen(const VoxelVotes& v) { return v.seen + v.old_seen; }
   bool seen_through(const VoxelVotes& v) const;
-
   void spread(std::vector<std::uint32_t>& open);
   bool outnumbered(std::uint32_t i) const;
   template <class F>

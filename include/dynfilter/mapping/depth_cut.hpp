@@ -39,13 +39,12 @@ class DepthCut {
   const cv::Mat& moving() const { return moving_; }
   /// CV_8UC1, 255: has depth and belongs in the map.
   const cv::Mat& usable() const { return usable_; }
-  std::size_t pixels() const { return pixels_; }  ///< pixels with depth
-  std::size_t cut_pixels() const { return cut_pixels_; }
-  std::size_t edge_pixels() const { return edge_pixels_; }
+  std::size_t pixels() const { return pixels_; }            ///< pixels with depth
+  std::size_t cut_pixels() const { return cut_pixels_; }    ///< those with depth that were removed as moving
+  std::size_t edge_pixels() const { return edge_pixels_; }  ///< those with depth that were removed at a jump
 
  private:
   void add_mask(const cv::Mat& mask);
-
   void add_detection(const cv::Mat& depth_m, const Camera& camera, const Detection& detection);
 
   /// Also grows beyond the rim of the box without a depth jump, because an arm may reach out of it.
@@ -77,7 +76,6 @@ class DepthCut {
   void find_edges(const cv::Mat& depth_m);
   void find_steps(const float* a, const float* b, int n);
   void mark_steps(int n, std::uint8_t* __restrict edge) const;
-
   void combine(const cv::Mat& depth_m, float max_depth_m);
   void combine_row(const float* __restrict z, const std::uint8_t* __restrict moves,
                    const std::uint8_t* __restrict edge, int n, float max_depth_m,

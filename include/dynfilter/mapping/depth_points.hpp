@@ -11,15 +11,16 @@
 
 namespace dynfilter::mapping {
 
-/// Viewing rays of all pixels, (x, y, 1) per unit of depth.
-/// Stored as a row and a column for a pinhole camera, and as a table with distortion.
-/// Computed once per camera and image size.
+/// Viewing rays of all pixels, (x, y, 1) per unit of depth. Stored as a row and a column for a pinhole
+/// camera, and as a table with distortion. Computed once per camera and image size.
 class PixelRays {
  public:
   /// Cheap if nothing changed. Rays are NaN where the distortion has no inverse.
   void set(const Camera& camera, cv::Size size);
   cv::Size size() const { return size_; }
+  /// Whether each row has its own x, which a distorted image needs.
   bool is_table() const { return camera_.distorted(); }
+  /// X of a row's pixels, per unit of depth.
   const float* x_row(int y) const { return x_.data() + (is_table() ? row(y) : 0); }
   const float* y_row(int y) const { return y_.data() + row(y); }       ///< row of the table
   float y_of(int y) const { return y_[static_cast<std::size_t>(y)]; }  ///< without distortion
@@ -94,8 +95,7 @@ DYNFILTER_AS_CALLER inline void read_points(const cv::Mat& depth, float unit_m, 
 }  // namespace detail
 
 /// Back-projects a depth image with `rays` of the same size: x = (u - cx) z / fx.
-/// `depth`: CV_16UC1 or CV_32FC1 in units of `unit_m`.
-/// Returns false, without points, for any other type.
+/// `depth`: CV_16UC1 or CV_32FC1 in units of `unit_m`. Returns false, without points, for any other type.
 /// Cost: linear in the pixels. Nothing is allocated after the first image of a size.
 bool back_project_depth(const cv::Mat& depth, double unit_m, const PixelRays& rays, DepthRange range,
                         DepthPoints& out);

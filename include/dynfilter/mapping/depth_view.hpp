@@ -73,7 +73,7 @@ class DepthView {
   /// the noise at that distance.
   class Sight {
    public:
-    Sight(const DepthView& view, double leaf_m, const Pose& T);
+    Sight(const DepthView& view, double leaf_m, const Pose& T);  ///< of a camera at T_camera_world
 
     /// Never false for a box with a voxel that look() judges. slack_m is much larger than rounding.
     bool may_reach(const CellBox& box) const;

@@ -15,14 +15,14 @@
 
 namespace dynfilter::mapping {
 
-/// The pixels of static key objects (RTS-SLAM, Algorithm 2, lines 5 to 10).
-/// These are the boxes or instance masks of the listed classes, without moving pixels.
-/// Classes are numbered from 1 in list order.
+/// The pixels of static key objects (RTS-SLAM, Algorithm 2, lines 5 to 10). These are the boxes or instance
+/// masks of the listed classes, without moving pixels. Classes are numbered from 1 in list order.
 class KeyRegions {
  public:
+  /// Class names, numbered from 1.
   explicit KeyRegions(std::vector<std::string> classes = {}) : classes_(std::move(classes)) {}
 
-  bool any(Span<const Detection> detections) const;
+  bool any(Span<const Detection> detections) const;  ///< whether one of them is of a key class
   /// Number of a detection's class; 0: not a key class.
   int label_of(const Detection& detection) const;
 

@@ -40,12 +40,10 @@ struct MappingThreadStatus {
   double fused_ms = 0;  ///< total time of fusion
 };
 
-/// A StaticMap in its own thread. The tracker only copies the images and never waits.
-/// The queue holds `capacity` frames. A frame that finds it full is dropped and counted.
-/// Removals and moves are never dropped.
-/// Without drops, the map is bit for bit that of the same calls on a StaticMap.
-/// The destructor completes the current frame and drops the others.
-/// Call finish() first to process all of them.
+/// A StaticMap in its own thread. The tracker only copies the images and never waits. The queue holds
+/// `capacity` frames. A frame that finds it full is dropped and counted. Removals and moves are never
+/// dropped. Without drops, the map is bit for bit that of the same calls on a StaticMap. The destructor
+/// completes the current frame and drops the others. Call finish() first to process all of them.
 class MappingThread {
  public:
   /// Throws ConfigError if a parameter is out of range.
@@ -57,17 +55,18 @@ class MappingThread {
 
   /// Both copy what they keep. False: dropped.
   bool add(const MapFrame& keyframe) { return submit(keyframe, true); }
+  /// Queues any other frame; false: the queue was full.
   bool observe(const MapFrame& frame) { return submit(frame, false); }
-  void remove(std::int64_t id);
-  void move(std::int64_t id, const Pose& T_world_camera);
+  void remove(std::int64_t id);                            ///< queues a removal
+  void move(std::int64_t id, const Pose& T_world_camera);  ///< queues a move to this pose
 
   /// Waits until everything submitted is processed.
   void finish();
   /// The map after everything submitted. Waits for it.
   MapCloud cloud();
-  MapSources sources();
-  MapState state();
-  MappingThreadStatus status();
+  MapSources sources();          ///< see StaticMap::sources(); waits for the map
+  MapState state();              ///< see StaticMap::state(); waits for the map
+  MappingThreadStatus status();  ///< counters, without waiting
 
  private:
   using Job = std::function<void(StaticMap&, MappingThreadStatus&)>;
@@ -78,12 +77,11 @@ class MappingThread {
     std::vector<cv::Point2f> moving_px, still_px;
     std::vector<Detection> detections;
 
-    explicit OwnedFrame(const MapFrame& from);
+    explicit OwnedFrame(const MapFrame& from);  ///< copies the images
   };
 
   bool submit(const MapFrame& frame, bool keyframe);
   void push(Job job);
-
   void work();
 
   StaticMap map_;  ///< used by the worker while busy_

@@ -16,8 +16,7 @@ namespace dynfilter::mapping {
 
 /// Statistical outlier removal on voxels (Rusu et al., Robotics and Autonomous Systems 2008, sec. 4.1).
 /// Compares a voxel's mean distance to its nearest `neighbours` with the mean over all voxels plus `sigmas`
-/// standard deviations.
-/// Larger distances and missing neighbours count as kReach leaves.
+/// standard deviations. Larger distances and missing neighbours count as kReach leaves.
 /// An isolated voxel then does not distort the statistics, and the search is local.
 /// Neighbours have the same class.
 ///
@@ -39,9 +38,9 @@ class OutlierFilter {
   struct Nearest {
     std::array<float, 64> squared;  ///< increasing
     int wanted;
-    explicit Nearest(int n);
-    void add(float d2);
-    float mean() const;
+    explicit Nearest(int n);  ///< the n smallest values
+    void add(float d2);       ///< d2: squared distance [m2]
+    float mean() const;       ///< mean distance [m]
   };
 
   /// Reads keys, and the position of each centroid in its cell, in leaves.

@@ -65,9 +65,7 @@ class MapRegistration {
   Eigen::Vector3d centroid(std::uint32_t i) const;
   template <class F>
   void for_each_around(const Eigen::Vector3d& p, const F& f) const;
-
   const Plane& plane_of(std::uint32_t i);
-
   Normal pair(const std::vector<VoxelPoint>& cloud, const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
   /// Rotation is about the centre of the points and scaled by their distance.
   /// All six numbers are therefore in metres.

@@ -49,15 +49,13 @@ struct MapState {
 ///
 /// Free space removes what a mask missed.
 /// Each voxel counts how many keyframes see a surface there and how many see through it (DepthView, Carving),
-/// regardless of their order.
-/// A person who left is hidden once enough keyframes see the wall behind.
+/// regardless of their order. A person who left is hidden once enough keyframes see the wall behind.
 /// A new object in free space is added only after enough keyframes see it.
 ///
 /// Memory is bounded. The map holds at most max_voxels; when it is full, leaves double.
 /// Keyframe clouds and views take at most max_keyframe_mb.
 /// Beyond that, the oldest keyframes become permanent.
-/// They remain in the map, but can no longer be removed or moved.
-/// Not thread-safe; see mapping_thread.hpp.
+/// They remain in the map, but can no longer be removed or moved. Not thread-safe; see mapping_thread.hpp.
 class StaticMap {
  public:
   /// Throws ConfigError if a parameter is out of range.
@@ -71,31 +69,29 @@ class StaticMap {
   /// They move with it. Frames without detections of key classes cost almost nothing.
   MapReport observe(const MapFrame& frame);
 
-  /// Removes a keyframe. The map is then as if it had never been added.
-  /// False if it is unknown or permanent.
+  /// Removes a keyframe. The map is then as if it had never been added. False if it is unknown or permanent.
   bool remove(std::int64_t id);
 
   /// Moves a keyframe to another pose, for example after loop closure, without alignment.
   /// False, without effect, if it is unknown or permanent or the pose is not rigid.
   bool move(std::int64_t id, const Pose& T_world_camera);
 
-  bool can_move(std::int64_t id) const;
+  bool can_move(std::int64_t id) const;  ///< whether it is known and not permanent
 
-  /// The map as points, sorted by class and position. Equal maps give equal clouds.
-  /// Excludes voxels that were seen through and isolated voxels.
-  /// Excludes coarse voxels where fine voxels of key objects exist.
+  /// The map as points, sorted by class and position. Equal maps give equal clouds. Excludes voxels that were
+  /// seen through and isolated voxels. Excludes coarse voxels where fine voxels of key objects exist.
   MapCloud cloud() const;
 
-  /// The keyframes that contribute to each point of cloud().
-  /// A neighbour's points count as those of its keyframe.
-  /// Recomputed from the keyframes' clouds, in about the time of their fusion.
+  /// The keyframes that contribute to each point of cloud(). A neighbour's points count as those of its
+  /// keyframe. Recomputed from the keyframes' clouds, in about the time of their fusion.
   MapSources sources() const;
 
-  MapState state() const;
+  MapState state() const;  ///< sizes and counts
   const MappingParams& params() const { return params_; }
-  const VoxelMap& voxels() const { return map_; }
-  const VoxelMap& key_voxels() const { return key_map_; }
-  double leaf_m() const { return params_.leaf_m * std::ldexp(1.0, map_.level()); }
+  const VoxelMap& voxels() const { return map_; }          ///< those of ordinary surfaces
+  const VoxelMap& key_voxels() const { return key_map_; }  ///< those of key objects, which are finer
+  double leaf_m() const { return params_.leaf_m * std::ldexp(1.0, map_.level()); }  ///< width of a voxel [m]
+  /// Width of a voxel of key objects [m].
   double key_leaf_m() const {
     return params_.leaf_m / params_.key_divisor * std::ldexp(1.0, key_map_.level());
   }
@@ -123,16 +119,13 @@ class StaticMap {
     return sizeof(Keyframe) + (k.cloud.capacity() + k.key_cloud.size()) * sizeof(VoxelPoint) + k.view.bytes();
   }
   Keyframe* find(std::int64_t id);
-
   static std::string skip_reason(const MapFrame& frame);
 
   /// Depths in metres, 0: no depth.
   /// Depths beyond max_depth_m are kept, because they prove free space in front of them.
   void read_depth(const MapFrame& frame);
   DepthSource source(const MapFrame& frame, const cv::Mat& usable) const;
-
   void fuse(const MapFrame& frame, MapReport& report);
-
   void align(Keyframe& keyframe, MapReport& report);
 
   /// Also computes the rest of the image, key_regions_.outside().
@@ -155,7 +148,6 @@ class StaticMap {
   /// Adds a keyframe's votes on the voxels from these indices.
   void vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin, int sign);
   void vote_on_new(VoxelMap& map, std::size_t begin, double leaf_m);
-
   void make_room(MapReport& report);
 
   static constexpr float kFarthestM = 65;              ///< range of DepthView

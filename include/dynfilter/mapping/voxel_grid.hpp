@@ -99,23 +99,21 @@ DYNFILTER_AS_CALLER inline void write_colour(const FourSums& sum, VoxelPoint& ou
 /// Cost: linear. A voxel grid is memory-bound, because each point accesses a table larger than the caches.
 /// Keys of 256 points are therefore computed together and their table entries are prefetched.
 /// The table holds only 4-byte indices.
-/// A new voxel is created without a branch, which would be unpredictable at small leaves.
-/// Buffers are reused.
+/// A new voxel is created without a branch, which would be unpredictable at small leaves. Buffers are reused.
 class VoxelGrid {
  public:
   /// Throws ConfigError unless 1e-4 m <= leaf_m <= 1e3 m.
   explicit VoxelGrid(double leaf_m = 0.02);
 
-  void set_leaf(double leaf_m);
-  double leaf_m() const { return leaf_m_; }
+  void set_leaf(double leaf_m);              ///< width of a cell [m]; throws as above
+  double leaf_m() const { return leaf_m_; }  ///< width of a cell [m]
 
-  /// Skips points that are not finite or beyond 131072 leaves from the origin.
+  /// In any one frame of reference. Skips points that are not finite or beyond 131072 leaves from the origin.
   /// `colours` may be empty.
   void run(Span<const cv::Point3f> points_m, Span<const cv::Vec3b> colours, std::vector<VoxelPoint>& out);
 
-  /// Reads a depth image directly, without intermediate points.
-  /// Images of other types or sizes than the depth image are ignored.
-  /// Without rays of that size the result is empty.
+  /// Reads a depth image directly, without intermediate points. Images of other types or sizes than the depth
+  /// image are ignored. Without rays of that size the result is empty.
   void run(const DepthSource& source, std::vector<VoxelPoint>& out);
 
   /// Points of the last run that were too far from the origin or not finite.
@@ -133,10 +131,8 @@ class VoxelGrid {
   }
 
   void begin(std::size_t points);
-
   void read_tile(const DepthSource& source, const cv::Rect& tile, bool coloured);
   static void read_colours(const cv::Mat& bgr, int y, int x0, int n, std::uint32_t* out);
-
   void add_block(bool coloured);
 
   template <bool kColoured>
@@ -145,9 +141,7 @@ class VoxelGrid {
   /// Reserves space for the voxels that one block may add. Entry 0 means "none".
   void reserve_block();
   void resize_table(int bits);
-
   void finish(bool coloured, std::vector<VoxelPoint>& out);
-
   void write_voxels(bool coloured, VoxelPoint* out) const;
 
   double leaf_m_ = 0.02;

@@ -21,19 +21,24 @@ struct VoxelKey {
   struct Halves {
     std::uint32_t lower, upper;
   };
+  /// Of a cell's indices and class.
   static Halves halves(std::int32_t x, std::int32_t y, std::int32_t z, std::uint8_t label) {
     const auto ux = static_cast<std::uint32_t>(x + kOffset), uy = static_cast<std::uint32_t>(y + kOffset),
                uz = static_cast<std::uint32_t>(z + kOffset);
     static_assert(kAxisBits == 18);
     return {ux | uy << 18, uy >> 14 | uz << 4 | static_cast<std::uint32_t>(label) << 22};
   }
+  /// The same key as one number.
   static std::uint64_t whole(Halves key) { return key.lower | static_cast<std::uint64_t>(key.upper) << 32; }
+  /// Key of a cell's indices and class.
   static std::uint64_t pack(std::int32_t x, std::int32_t y, std::int32_t z, std::uint8_t label = 0) {
     return whole(halves(x, y, z, label));
   }
+  /// Index along axis 0, 1 or 2.
   static std::int32_t axis(std::uint64_t key, int a) {
     return static_cast<std::int32_t>(key >> (a * kAxisBits) & kMask) - kOffset;
   }
+  /// Class; 0: none.
   static std::uint8_t label(std::uint64_t key) { return static_cast<std::uint8_t>(key >> (3 * kAxisBits)); }
   /// The cell that contains this one in a grid with 2^levels times the leaf.
   static std::uint64_t coarser(std::uint64_t key, int levels) {
@@ -60,8 +65,10 @@ struct VoxelKey {
 struct CellBox {
   std::array<std::int32_t, 3> low, high;
 
+  /// One cell.
   explicit CellBox(std::uint64_t key)
       : low{VoxelKey::axis(key, 0), VoxelKey::axis(key, 1), VoxelKey::axis(key, 2)}, high(low) {}
+  /// Grows to contain this cell.
   void extend(std::uint64_t key) {
     for (int a = 0; a < 3; ++a) {
       const auto i = static_cast<std::size_t>(a);
@@ -71,24 +78,23 @@ struct CellBox {
   }
 };
 
-/// Keys in order of insertion, in batches of 256 with a bounding box each.
-/// Voxels that are added together are usually close together.
-/// A view therefore skips most batches of a large map (DepthView).
-/// A box also covers keys of its batch that were replaced later.
-/// After many removals, fewer batches are skipped.
+/// Keys in order of insertion, in batches of 256 with a bounding box each. Voxels that are added together are
+/// usually close together. A view therefore skips most batches of a large map (DepthView). A box also covers
+/// keys of its batch that were replaced later. After many removals, fewer batches are skipped.
 class KeyList {
  public:
   static constexpr std::size_t kBatch = 256;
 
   std::size_t size() const { return keys_.size(); }
-  std::uint64_t operator[](std::size_t i) const { return keys_[i]; }
-  const std::vector<std::uint64_t>& keys() const { return keys_; }
+  std::uint64_t operator[](std::size_t i) const { return keys_[i]; }  ///< key i
+  const std::vector<std::uint64_t>& keys() const { return keys_; }    ///< all, in order of insertion
   /// Box of the batch that contains key `i`.
   const CellBox& box_of(std::size_t i) const { return boxes_[i / kBatch]; }
   std::size_t bytes() const {
     return keys_.capacity() * sizeof(keys_[0]) + boxes_.capacity() * sizeof(CellBox);
   }
 
+  /// Appends a key.
   void push_back(std::uint64_t key) {
     if (keys_.size() % kBatch == 0)
       boxes_.emplace_back(key);
@@ -96,10 +102,12 @@ class KeyList {
       boxes_.back().extend(key);
     keys_.push_back(key);
   }
+  /// Key i becomes this one.
   void replace(std::size_t i, std::uint64_t key) {
     keys_[i] = key;
     boxes_[i / kBatch].extend(key);
   }
+  /// Removes the last key.
   void pop_back() {
     keys_.pop_back();
     if (keys_.size() % kBatch == 0) boxes_.pop_back();

@@ -43,8 +43,7 @@ struct VoxelVotes {
   }
 };
 
-/// Voxels of the world by key, in an open-addressing table.
-/// The leaf is 2^(kLeafBits + level) quanta.
+/// Voxels of the world by key, in an open-addressing table. The leaf is 2^(kLeafBits + level) quanta.
 /// Keys nest, so the leaf can double without a change of the sums.
 /// The set of voxels and their sums depend only on the content, not on order or history.
 /// Only the order of the lists does.
@@ -53,22 +52,24 @@ class VoxelMap {
  public:
   static constexpr int kLeafBits = 12;  ///< 4096 quanta per leaf
 
-  explicit VoxelMap(int level = 0);
+  explicit VoxelMap(int level = 0);  ///< the leaf is 2^level times the smallest
 
-  int level() const { return level_; }
+  int level() const { return level_; }  ///< how often the leaf was doubled
   std::size_t size() const { return keys_.size(); }
-  const std::vector<std::uint64_t>& keys() const { return keys_.keys(); }
-  const KeyList& key_list() const { return keys_; }
-  std::vector<Voxel>& voxels() { return voxels_; }
+  const std::vector<std::uint64_t>& keys() const { return keys_.keys(); }  ///< one per voxel
+  const KeyList& key_list() const { return keys_; }                        ///< the same with boxes of batches
+  std::vector<Voxel>& voxels() { return voxels_; }                         ///< sums, one per voxel
   const std::vector<Voxel>& voxels() const { return voxels_; }
   /// One entry per voxel.
   std::vector<VoxelVotes>& votes() { return votes_; }
   const std::vector<VoxelVotes>& votes() const { return votes_; }
+  /// Memory that it takes [bytes].
   std::size_t bytes() const {
     return keys_.bytes() + voxels_.capacity() * sizeof(Voxel) + votes_.capacity() * sizeof(VoxelVotes) +
            table_.capacity() * sizeof(table_[0]);
   }
 
+  /// Of the voxel that contains the point.
   std::uint64_t key_of(const WorldPoint& p) const {
     const int shift = kLeafBits + level_;
     return VoxelKey::pack(p.units[0] >> shift, p.units[1] >> shift, p.units[2] >> shift, p.label);
@@ -85,6 +86,7 @@ class VoxelMap {
 
   /// Result of find() if the voxel does not exist.
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  /// Index of the voxel; kNone: there is none.
   std::uint32_t find(std::uint64_t key) const {
     const std::uint32_t mask = static_cast<std::uint32_t>(table_.size()) - 1;
     for (std::uint32_t place = VoxelKey::place(key, bits_);; place = (place + 1) & mask) {

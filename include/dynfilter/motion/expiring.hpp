@@ -46,7 +46,7 @@ struct RecentMean {
   static constexpr double kPriorWeight = 0.5;
   double value = 0, weight = kPriorWeight;
 
-  bool observed() const { return weight > kPriorWeight; }
+  bool observed() const { return weight > kPriorWeight; }  ///< whether it is more than the prior
   /// `keep`: share of the weight that earlier observations still have.
   void add(double new_value, double keep) {
     weight = keep * weight + 1;
@@ -57,6 +57,7 @@ struct RecentMean {
 /// A recent mean that is 0 again if nothing was observed for a lifetime.
 class ExpiringMean {
  public:
+  /// A frame begins, `passed_s` after the last one.
   void pass(double passed_s) {
     passed_s_ = passed_s;
     mean_.pass(passed_s);
@@ -72,10 +73,12 @@ class ExpiringMean {
   void infer(double value, double since_s) { mean_.infer({value, RecentMean::kPriorWeight}, since_s); }
   void reset() { mean_.reset(); }
 
-  double value() const { return mean_.value() ? mean_.value()->value : 0; }
+  double value() const { return mean_.value() ? mean_.value()->value : 0; }  ///< 0 if it is not known
+  /// Whether anything was observed within the lifetime.
   bool known() const { return mean_.value().has_value(); }
+  /// Whether it was taken over from others only.
   bool inferred() const { return known() && !mean_.value()->observed(); }
-  double since_s() const { return mean_.since_s(); }
+  double since_s() const { return mean_.since_s(); }  ///< since the last observation [s]
 
  private:
   Expiring<RecentMean> mean_;

@@ -25,9 +25,8 @@ class NearestDepth {
   /// `depth`: CV_32FC1 or CV_16UC1, not copied. Any other type has no depth anywhere.
   NearestDepth(const cv::Mat& depth, double unit_m);
 
-  /// The nearest depth [m] within `radius_px` of a pixel, in rows and columns.
-  /// None if it is `beyond_m` or nearer, if the window leaves the image, or if less than half of it has a
-  /// depth.
+  /// The nearest depth [m] within `radius_px` of a pixel, in rows and columns. None if it is `beyond_m` or
+  /// nearer, if the window leaves the image, or if less than half of it has a depth.
   std::optional<float> around(const cv::Point2f& px, int radius_px, float beyond_m) const;
 
  private:
@@ -54,12 +53,14 @@ class NearestDepth {
 /// test (Bescos et al., RA-L 2018). About 0.1 us where something is there, 0.3 us else.
 class FreeSpaceView {
  public:
+  /// What is assumed of movers and of errors.
   struct Model {
     double moving_share = 0.05;  ///< of features that move, before anything was seen
     double sigma_px = 1;         ///< of the point's place in the view, per axis
     DepthNoise depth_noise{};    ///< of both depths
   };
 
+  /// `depth`: of the earlier view, not copied. T_view_current: to that view's camera.
   FreeSpaceView(const Camera& camera, const cv::Mat& depth, double unit_m, const Pose& T_view_current,
                 const Model& model)
       : camera_(camera),

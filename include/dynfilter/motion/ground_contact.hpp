@@ -49,6 +49,7 @@ class GroundContact {
   void reset() { ground_.reset(); }
   /// A frame begins, `passed_s` after the last one: ground that no frame shows is forgotten.
   void pass(double passed_s) { ground_.pass(passed_s); }
+  /// The plane that was seen last; nullopt: none.
   const std::optional<GroundPlane>& ground() const { return ground_.value(); }
 
   /// Standard deviations by which each point is off the ground; nullopt: it cannot be compared.
@@ -94,7 +95,6 @@ class GroundContact {
   }
 
   bool find_ground();
-
   std::optional<double> farther(std::size_t k);
   bool ground_seen_at(double below_px) const;
   /// The lower part of a body that seems to be beneath the ground speaks for all of it.

@@ -18,6 +18,7 @@ struct GroundPlane {
   double scale = 0;
   double tilt = 0;  ///< tilt of the horizon [rad]; positive if the ground is higher on the right
 
+  /// How far a place is below the horizon [px].
   double below(double x, double y) const { return y + tilt * x; }
 };
 
@@ -35,6 +36,7 @@ struct GroundPoint {
 /// Cost: about 0.2 ms for 1000 points.
 class GroundPlaneFinder {
  public:
+  /// Limits of the search.
   struct Options {
     double min_below_px = 30;      ///< points closer to the horizon carry little information
     double window = 1.2;           ///< ratio of the upper to the lower bound of the window
@@ -46,6 +48,7 @@ class GroundPlaneFinder {
     int tilts = 4;  ///< number of tilts to either side, in steps of 0.02 rad
   };
 
+  /// Nullopt: too few points support a plane.
   std::optional<GroundPlane> find(const std::vector<GroundPoint>& points, const Options& options);
 
  private:

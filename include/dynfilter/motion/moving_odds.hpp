@@ -40,6 +40,7 @@ struct MovingOddsInput {
 /// About 0.03 us.
 class MovingOdds {
  public:
+  /// The shares and speeds are those of `model`.
   explicit MovingOdds(const MovingOddsModel& model = {})
       : model_(model), prior_(portable::log(model.moving_share / (1 - model.moving_share))) {}
 

@@ -24,6 +24,7 @@ constexpr float kOnePatch_px = 8;
 /// Positions that are not finite are skipped.
 class NeighbourPlaces {
  public:
+  /// Weighted sum around a place.
   struct Sum {
     float values = 0, weights = 0;
   };

@@ -45,7 +45,7 @@ class RigidBackgroundEstimator {
   /// `ok` is false if no motion explains enough points. Unusual data never throws.
   RigidMotion estimate(const RigidBackgroundScene& scene);
 
-  const std::vector<MotionProposal>& proposals() const;
+  const std::vector<MotionProposal>& proposals() const;  ///< all that were compared in the last frame
   /// Index of the background's motion among the proposals.
   std::size_t chosen() const;
   /// Probability that the chosen motion is the background's, given that one of the selected ones is.

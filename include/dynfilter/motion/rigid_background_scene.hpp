@@ -32,6 +32,7 @@ struct RigidBackgroundScene {
 
 /// One rigid motion that some of the points follow.
 struct MotionProposal {
+  /// Where the proposal comes from.
   enum class From { Expected, Predicted, Support };
   From from = From::Support;
   RigidMotion motion;

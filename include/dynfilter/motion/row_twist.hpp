@@ -17,11 +17,12 @@ namespace dynfilter {
 struct RowTwist {
   Eigen::Vector3d a_rad = Eigen::Vector3d::Zero();
 
-  bool none() const { return a_rad.isZero(0); }
+  bool none() const { return a_rad.isZero(0); }  ///< whether there is none
   /// s of a row as measured, before undistortion; the camera's centre is the middle of the image.
   static double row(const Camera& camera, float v_px) {
     return static_cast<double>(v_px) / (2 * camera.cy_px) - 0.5;
   }
+  /// Moves a direction of the row at `s` to where a global shutter had seen it.
   Eigen::Vector3d straighten(const Eigen::Vector3d& q, double s) const { return q + s * a_rad.cross(q); }
 };
 

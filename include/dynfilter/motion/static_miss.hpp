@@ -23,6 +23,7 @@ struct SeenPoint {
 
 /// How far a match is from that of a static point, by as many coordinates as its depths determine.
 struct StaticMiss {
+  /// Which axes of the miss are compared.
   enum class Axes {
     None,   ///< says nothing
     Line,   ///< no depth: the distance from where the ray may lie in the other image
@@ -46,6 +47,7 @@ struct StaticMiss {
 /// points do not move with t, so their whole miss counts.
 class StaticMissModel {
  public:
+  /// Of points in the reference camera, seen by the current one.
   StaticMissModel(const Camera& camera, const Pose& T_current_reference, const RigidResidualNoise& noise)
       : camera_(camera),
         noise_(noise),

@@ -18,6 +18,7 @@ struct ViewMotion {
   std::array<double, 3> direction{0, 0, 1};
   double focal_px = 1;
 
+  /// False: only the camera turned.
   bool has_baseline() const { return direction != std::array<double, 3>{}; }
 };
 
@@ -34,6 +35,7 @@ struct ViewFlow {
   /// Length of the camera's step divided by the depth. 0 without a baseline.
   double inverse_depth = 0;
 
+  /// Length of the flow [px].
   double length_px() const { return std::sqrt(across_px * across_px + along_px * along_px); }
 };
 
@@ -82,7 +84,7 @@ struct LineTerms {
 /// This is the finite form of Longuet-Higgins and Prazdny (1980).
 class ViewFlowModel {
  public:
-  explicit ViewFlowModel(const ViewMotion& motion);
+  explicit ViewFlowModel(const ViewMotion& motion);  ///< of points that follow this motion
 
   ViewFlow operator()(const ViewPair& p) const {
     using Turned = detail::TurnedPoint<double>;
@@ -117,8 +119,7 @@ std::array<std::array<double, 3>, 2> tangents(const std::array<double, 3>& c);
 /// The motion after a small step: three components for the rotation, two for the direction.
 ViewMotion stepped(const ViewMotion& motion, const double (&step)[5]);
 
-/// Left Jacobian of SO(3).
-/// Column k is the rotation after w caused by a step of component k.
+/// Left Jacobian of SO(3). Column k is the rotation after w caused by a step of component k.
 std::array<std::array<double, 3>, 3> turns_by_step(const std::array<double, 3>& w);
 
 }  // namespace detail

@@ -23,6 +23,7 @@ class ViewMotionEquations;
 /// Cost: O(n) per iteration.
 class ViewMotionFit {
  public:
+  /// Limits of the fit.
   struct Options {
     double sigma_px = 1;  ///< scale of the Cauchy weights; 0: plain squares
     int iterations = 6;   ///< at most

@@ -14,6 +14,7 @@
 
 namespace dynfilter {
 
+/// Limits of the search.
 struct ViewMotionOptions {
   double max_distance_px = 1.0;       ///< of an inlier to its epipolar line
   int iterations = 100;               ///< samples of six points, at most
@@ -76,8 +77,7 @@ class ViewMotionEstimator {
 
   /// The flow of a plane has two explanations: direction and normal change places (Longuet-Higgins, "The
   /// visual ambiguity of a moving plane", 1984). One of them often puts a part of the plane behind the
-  /// camera.
-  /// Keeps the other one if it is supported better.
+  /// camera. Keeps the other one if it is supported better.
   void try_twin(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds);
 
   /// Of the plane through the points that support best_, in steps of the camera: inverse_depth = normal .

@@ -52,8 +52,7 @@ struct ClusterExpandParams {
 
 /// `cluster_expand`: grows the stage's dynamic features to their neighbours.
 /// Neighbours are in 3-D, in the image, or connected in the depth image without a jump (DynaSLAM's region
-/// growing).
-/// Added features become dynamic regardless of the stage's vote. All others keep it.
+/// growing). Added features become dynamic regardless of the stage's vote. All others keep it.
 /// Without the data for the space, such as depth, nothing is grown.
 class ClusterExpandStage final : public Combinator {
  public:
@@ -64,7 +63,6 @@ class ClusterExpandStage final : public Combinator {
       "if the stage votes dynamic, or enough of its neighbours are dynamic";
 
   ClusterExpandStage(std::string path, Stages children, Params params = Params());
-
   Needs needs() const override;
 
  protected:
@@ -77,7 +75,6 @@ class ClusterExpandStage final : public Combinator {
 
   void grow_over_depth(const FrameEvidence& evidence, std::uint64_t reason, Judgement& out);
   bool is_grown(const cv::Point2f& px) const;
-
   void grow_by_neighbours(FrameEvidence& evidence, std::uint64_t reason, Judgement& out);
   /// Positions of the features in the space of the parameters, and the radius in its unit.
   Span<const cv::Point3f> places(const FrameEvidence& evidence);

@@ -30,6 +30,7 @@ class Combinator : public Stage {
   void for_each(const std::function<void(const Stage&, int)>& visit, int depth = 0) const override;
 
  protected:
+  /// Sets the vote, suspicion and reasons of feature i.
   static void set(Judgement& out, std::size_t i, Vote vote, float suspicion, std::uint64_t reasons);
   /// The bit of the combinator's own report, for decisions that come from no child.
   static std::uint64_t own_reason(std::size_t self) { return self < 64 ? std::uint64_t{1} << self : 0; }

@@ -26,7 +26,7 @@ struct TemporalParams;
 
 /// Wraps a filter. `path` names it in errors and reports.
 StagePtr stage(std::unique_ptr<Filter> filter, std::string path);
-StagePtr stage(std::unique_ptr<Filter> filter);
+StagePtr stage(std::unique_ptr<Filter> filter);  ///< the same with the filter's name
 /// A stage with a new filter of type F. Throws ConfigError for invalid parameters.
 template <class F>
 StagePtr stage(typename F::Params params = typename F::Params()) {
@@ -56,14 +56,17 @@ template <class... S>
 StagePtr sequence(S&&... members) {
   return detail::sequence_of(detail::stages(std::forward<S>(members)...));
 }
+/// The first member whose inputs are there.
 template <class... S>
 StagePtr first_available(S&&... members) {
   return detail::first_available_of(detail::stages(std::forward<S>(members)...));
 }
+/// Dynamic if one member says so.
 template <class... S>
 StagePtr any(S&&... members) {
   return detail::any_of(detail::stages(std::forward<S>(members)...));
 }
+/// Dynamic if all members say so.
 template <class... S>
 StagePtr all(S&&... members) {
   return detail::all_of(detail::stages(std::forward<S>(members)...));
@@ -73,15 +76,17 @@ template <class... S>
 StagePtr vote(const VoteParams& params, S&&... members) {
   return detail::vote_of(params, detail::stages(std::forward<S>(members)...));
 }
-StagePtr negate(StagePtr member);
-StagePtr strict(StagePtr member);
-StagePtr gate(StagePtr condition, StagePtr then);
-StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise);
+StagePtr negate(StagePtr member);                  ///< dynamic and static exchanged
+StagePtr strict(StagePtr member);                  ///< unknown becomes dynamic
+StagePtr gate(StagePtr condition, StagePtr then);  ///< `then` judges if `condition` calls something dynamic
+StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise);  ///< and `otherwise` judges if not
+/// `inside` judges the prior suspects, `outside` the rest.
 StagePtr by_region(StagePtr inside, StagePtr outside);
-StagePtr object_vote(const ObjectVoteParams& params, StagePtr of);
+StagePtr object_vote(const ObjectVoteParams& params, StagePtr of);  ///< an object's features decide together
+/// Also the cluster around a rejected feature.
 StagePtr cluster_expand(const ClusterExpandParams& params, StagePtr of);
-StagePtr depth_layers(const DepthLayersParams& params, StagePtr of);
-StagePtr temporal(const TemporalParams& params, StagePtr of);
+StagePtr depth_layers(const DepthLayersParams& params, StagePtr of);  ///< by layers of depth in a box
+StagePtr temporal(const TemporalParams& params, StagePtr of);         ///< by the votes of several frames
 
 }  // namespace dynfilter
 

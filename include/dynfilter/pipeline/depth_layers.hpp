@@ -35,12 +35,10 @@ struct DepthLayersParams {
   static const FieldTable<DepthLayersParams>& fields();
 };
 
-/// `depth_layers`: splits the stage's dynamic features into layers at gaps in their depths.
-/// A layer with enough of them is an object.
-/// All features in its image rectangle and depth range become dynamic.
-/// Dynamic features of smaller layers become unknown.
-/// They are usually background that the stage included at an outline.
-/// All other features, and features without depth, keep their vote.
+/// `depth_layers`: splits the stage's dynamic features into layers at gaps in their depths. A layer with
+/// enough of them is an object. All features in its image rectangle and depth range become dynamic. Dynamic
+/// features of smaller layers become unknown. They are usually background that the stage included at an
+/// outline. All other features, and features without depth, keep their vote.
 class DepthLayersStage final : public Combinator {
  public:
   using Params = DepthLayersParams;
@@ -50,7 +48,6 @@ class DepthLayersStage final : public Combinator {
   static constexpr const char* kDynamic = "if it is among the dynamic features of one depth layer";
 
   DepthLayersStage(std::string path, Stages children, Params params = Params());
-
   Needs needs() const override;
 
  protected:
@@ -61,7 +58,7 @@ class DepthLayersStage final : public Combinator {
     float left = std::numeric_limits<float>::max(), top = left, right = -left, bottom = -left;
     float nearest_m = 0, farthest_m = 0;
 
-    void add(const cv::Point2f& px);
+    void add(const cv::Point2f& px);  ///< a feature at `px`
     bool holds(const cv::Point2f& px, float z_m) const {
       return px.x >= left && px.x <= right && px.y >= top && px.y <= bottom && z_m >= nearest_m &&
              z_m <= farthest_m;

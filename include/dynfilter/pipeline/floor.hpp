@@ -36,7 +36,6 @@ class Floor {
   static cv::Point2f place_of(const FrameView& frame, std::size_t i);
 
   void raise_count(const FrameView& frame, int host_min_features, Verdict& verdict);
-
   void raise_coverage(const FrameView& frame, Verdict& verdict);
 
   /// The grid covers the image if its size is known, else the extent of the features.

@@ -10,9 +10,8 @@
 
 namespace dynfilter {
 
-/// Delays the first keyframe until few features are dynamic (Zhou et al. sec. 3.1.3).
-/// The first frames are judged too.
-/// A frame without any verdict also delays it. The first frame has none, as it has no reference.
+/// Delays the first keyframe until few features are dynamic (Zhou et al. sec. 3.1.3). The first frames are
+/// judged too. A frame without any verdict also delays it. The first frame has none, as it has no reference.
 class Initialisation {
  public:
   explicit Initialisation(const InitialisationParams& params = InitialisationParams()) : params_(params) {}

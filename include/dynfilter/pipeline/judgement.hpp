@@ -13,6 +13,7 @@ struct Judgement {
   Votes votes;
   std::vector<std::uint64_t> reasons;
 
+  /// N features, all Unknown.
   void reset(std::size_t n) {
     votes.reset(n);
     reasons.assign(n, 0);
@@ -69,9 +70,8 @@ constexpr Vote vote_count(double dynamic, double unknown, double needed) {
   return possible > 0 && possible >= needed - kRounding ? Vote::Unknown : Vote::Static;
 }
 
-/// Combines the votes on one object.
-/// Dynamic with at least `min_count` dynamic votes, which are at least `min_share` of the known votes.
-/// Otherwise static with at least `min_count` known votes, else unknown.
+/// Combines the votes on one object. Dynamic with at least `min_count` dynamic votes, which are at least
+/// `min_share` of the known votes. Otherwise static with at least `min_count` known votes, else unknown.
 constexpr Vote vote_object(int dynamic, int fixed, int min_count, double min_share) {
   const int known = dynamic + fixed;
   if (dynamic > 0 && dynamic >= min_count && dynamic >= min_share * known - 1e-9) return Vote::Dynamic;

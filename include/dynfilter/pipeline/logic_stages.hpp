@@ -16,9 +16,8 @@
 
 namespace dynfilter {
 
-/// `sequence`: runs stages in order (vote_then()).
-/// Each stage judges the features that earlier ones did not reject.
-/// It fits its models without the features that they suspect.
+/// `sequence`: runs stages in order (vote_then()). Each stage judges the features that earlier ones did not
+/// reject. It fits its models without the features that they suspect.
 class SequenceStage final : public Combinator {
  public:
   static constexpr const char* kName = "sequence";
@@ -45,10 +44,9 @@ class AnyStage final : public Combinator {
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t, Judgement& out) override;
 };
 
-/// `all`: dynamic if every member votes dynamic (vote_and()).
-/// Later members judge only features that no earlier member voted static.
-/// They fit their models without the features that an earlier member voted dynamic.
-/// If a member is skipped or fails, all features that are not static are unknown.
+/// `all`: dynamic if every member votes dynamic (vote_and()). Later members judge only features that no
+/// earlier member voted static. They fit their models without the features that an earlier member voted
+/// dynamic. If a member is skipped or fails, all features that are not static are unknown.
 class AllStage final : public Combinator {
  public:
   static constexpr const char* kName = "all";
@@ -73,9 +71,8 @@ class NotStage final : public Combinator {
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 };
 
-/// `strict`: turns unknown into dynamic (vote_strict()).
-/// Use it for suspects, which are then dynamic unless the stage votes static.
-/// Unknown means, for example, that flow failed or that there is no earlier frame.
+/// `strict`: turns unknown into dynamic (vote_strict()). Use it for suspects, which are then dynamic unless
+/// the stage votes static. Unknown means, for example, that flow failed or that there is no earlier frame.
 class StrictStage final : public Combinator {
  public:
   static constexpr const char* kName = "strict";

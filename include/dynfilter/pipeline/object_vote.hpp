@@ -21,6 +21,7 @@
 
 namespace dynfilter {
 
+/// What becomes of features on no object.
 enum class OtherFeatures { Keep, Drop };
 
 struct ObjectVoteParams {
@@ -32,11 +33,10 @@ struct ObjectVoteParams {
   static const FieldTable<ObjectVoteParams>& fields();
 };
 
-/// `object_vote`: decides for whole objects.
-/// An object is a box, an instance mask, a mask or one of its connected components.
-/// The stage's votes on and near an object decide for all its features (vote_object()).
-/// A feature of several objects is dynamic if one of them is.
-/// `others` sets the vote of features of no object, and of objects that cannot be judged.
+/// `object_vote`: decides for whole objects. An object is a box, an instance mask, a mask or one of its
+/// connected components. The stage's votes on and near an object decide for all its features (vote_object()).
+/// A feature of several objects is dynamic if one of them is. `others` sets the vote of features of no
+/// object, and of objects that cannot be judged.
 class ObjectVoteStage final : public Combinator {
  public:
   using Params = ObjectVoteParams;
@@ -46,7 +46,6 @@ class ObjectVoteStage final : public Combinator {
       "if its object is: at least `min_count` votes, of which `min_share` are dynamic";
 
   ObjectVoteStage(std::string path, Stages children, Params params = Params());
-
   Needs needs() const override;
 
  protected:
@@ -66,7 +65,6 @@ class ObjectVoteStage final : public Combinator {
   };
 
   bool judge(const ObjectRegion& object, const Votes& votes);
-
   void follow(std::size_t i, std::uint64_t reason, Judgement& out) const;
 
   Params params_;

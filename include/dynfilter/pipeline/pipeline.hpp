@@ -18,6 +18,7 @@ class Stage;
 /// Deletes a stage where its type is not known.
 struct StageDeleter {
   StageDeleter() = default;
+  /// From the deleter of a stage of any type.
   template <class S>
   StageDeleter(const std::default_delete<S>&) noexcept {}  // NOLINT: from any unique_ptr of a stage
   void operator()(Stage* stage) const noexcept;
@@ -64,6 +65,7 @@ class Pipeline {
   const Verdict& at_keyframe(const FrameView& frame, const HostLimits& limits = {}) {
     return process(frame, CallPoint::AtKeyframe, limits);
   }
+  /// The same with the call point as a value.
   const Verdict& process(const FrameView& frame, CallPoint call_point, const HostLimits& limits = {});
 
   /// Discards all earlier frames. Call it on loss of tracking, after relocalisation or at a new scene.
@@ -72,12 +74,12 @@ class Pipeline {
   /// Sets the refined pose of an earlier frame. Ignored if the frame is no longer kept.
   void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance);
 
-  const std::string& name() const;
+  const std::string& name() const;  ///< the name in YAML, or that of the file
   /// What the last frame brought, without what cannot be used of it.
   Input inputs() const;
   /// The tree of stages (pipeline/stage.hpp). Null: nothing happens at this call point.
   const Stage* stages(CallPoint point) const;
-  Needs needs() const;
+  Needs needs() const;  ///< of all stages together
 
  private:
   class Impl;

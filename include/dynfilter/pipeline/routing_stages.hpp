@@ -18,9 +18,8 @@
 
 namespace dynfilter {
 
-/// `gate`: `then` judges the features that `if` votes dynamic.
-/// `else`, if given, judges those that it votes static. All others are unknown.
-/// `if` only selects the judging stage; its vote is not used.
+/// `gate`: `then` judges the features that `if` votes dynamic. `else`, if given, judges those that it votes
+/// static. All others are unknown. `if` only selects the judging stage; its vote is not used.
 class GateStage final : public Combinator {
  public:
   static constexpr const char* kName = "gate";
@@ -38,8 +37,7 @@ class GateStage final : public Combinator {
 };
 
 /// `by_region`: `inside` judges the prior suspects of earlier stages, `outside` the others.
-/// Typically both are the same filter with different thresholds.
-/// Models that both need are computed once.
+/// Typically both are the same filter with different thresholds. Models that both need are computed once.
 class ByRegionStage final : public Combinator {
  public:
   static constexpr const char* kName = "by_region";

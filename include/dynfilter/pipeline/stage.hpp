@@ -47,21 +47,23 @@ class StageReports {
     return report;
   }
   std::size_t size() const { return used_; }
-  StageReport& operator[](std::size_t k) { return list_[k]; }
+  StageReport& operator[](std::size_t k) { return list_[k]; }  ///< report k, in file order
   /// Removes what is left of the earlier call.
   void finish() { list_.resize(used_); }
 
-  bool is_late() const { return deadline_ && Clock::now() > *deadline_; }
+  bool is_late() const { return deadline_ && Clock::now() > *deadline_; }  ///< whether the budget is used up
   /// Stage `k` ended late.
   void ended_late(std::size_t k) { late_at_ = late_at_.value_or(k); }
-  void skipped_late() { ++late_skips_; }
+  void skipped_late() { ++late_skips_; }  ///< a stage was skipped because the budget is used up
   /// The first stage that ended late.
   std::optional<std::size_t> late_at() const { return late_at_; }
-  std::size_t late_skips() const { return late_skips_; }
+  std::size_t late_skips() const { return late_skips_; }  ///< how often
 
   /// From now on, notes which semantic stages suspect a feature, whatever becomes of it in the pipeline.
   void collect_suspicions(std::size_t features) { suspected_by_.emplace(features, 0); }
+  /// Whether collect_suspicions() was called.
   bool collects_suspicions() const { return suspected_by_.has_value(); }
+  /// Stages that suspect feature i; bit k: stage k.
   void suspect(std::size_t i, std::uint64_t stages) { (*suspected_by_)[i] |= stages; }
   /// Bit k: stage k. 0 unless they are collected.
   std::uint64_t suspected_by(std::size_t i) const { return suspected_by_ ? (*suspected_by_)[i] : 0; }
@@ -75,26 +77,27 @@ class StageReports {
   std::optional<std::vector<std::uint64_t>> suspected_by_;
 };
 
-/// A node of a pipeline: a filter, or a combinator of nodes.
-/// judge() implements what all nodes share.
+/// A node of a pipeline: a filter, or a combinator of nodes. judge() implements what all nodes share.
 /// It skips a stage without its inputs, catches exceptions and measures time.
 /// It counts votes, and it restricts them to the features that the stage may judge.
 class Stage {
  public:
+  /// `path`: its place in the pipeline, for messages.
   Stage(std::string name, std::string path) : name_(std::move(name)), path_(std::move(path)) {}
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
   virtual ~Stage() = default;
 
-  const std::string& name() const { return name_; }
-  const std::string& path() const { return path_; }
-  virtual Needs needs() const = 0;
+  const std::string& name() const { return name_; }  ///< of the filter or combinator
+  const std::string& path() const { return path_; }  ///< its place in the pipeline, for messages
+  virtual Needs needs() const = 0;                   ///< inputs that it and all below it need
   virtual void reset() = 0;
   /// Calls `visit` on this node and all nodes below, in file order.
   virtual void for_each(const std::function<void(const Stage&, int depth)>& visit, int depth = 0) const {
     visit(*this, depth);
   }
 
+  /// Fills `out`, one entry per feature, and adds reports.
   void judge(FrameEvidence& evidence, StageReports& reports, Judgement& out);
 
  protected:
@@ -122,7 +125,7 @@ class FilterStage final : public Stage {
   Needs needs() const override { return needs_; }
   /// An exception of the filter is reported with the next frames, until a reset succeeds.
   void reset() override;
-  const Filter& filter() const { return *filter_; }
+  const Filter& filter() const { return *filter_; }  ///< that it calls
 
  protected:
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;

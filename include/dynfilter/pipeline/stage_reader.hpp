@@ -42,6 +42,7 @@ class StageReader {
   /// Largest number of stages at one call point. A verdict's reasons have one bit for each.
   static constexpr int kMaxStages = 64;
 
+  /// Refers to both, which must outlive it.
   StageReader(const Registry& registry, const std::vector<CombinatorEntry>& combinators)
       : registry_(registry), combinators_(combinators) {}
 
@@ -58,7 +59,6 @@ class StageReader {
  private:
   using Entries = std::vector<std::pair<std::string, YamlNode>>;
   static std::optional<YamlNode> find(const Entries& entries, const std::string& key);
-
   StagePtr named(const std::string& name, const YamlNode& value) const;
   static StagePtr made(const std::string& name, const Registry::Entry& entry, const YamlNode& value);
 

@@ -35,13 +35,10 @@ struct TemporalParams {
 };
 
 /// `temporal`: a belief per map point if the host provides them, else per track
-/// (evidence/feature_tracks.hpp).
-/// The stage's votes update it with Bayes' rule:
+/// (evidence/feature_tracks.hpp). The stage's votes update it with Bayes' rule:
 ///   log b/(1-b) <- memory * log b/(1-b) +- log r/(1-r).
-/// The last term is added for dynamic, subtracted for static and omitted for unknown.
-/// r is the reliability.
-/// A single wrong vote does not decide.
-/// A feature that the stage cannot judge is judged by its earlier votes.
+/// The last term is added for dynamic, subtracted for static and omitted for unknown. r is the reliability.
+/// A single wrong vote does not decide. A feature that the stage cannot judge is judged by its earlier votes.
 /// A feature without a belief is unknown.
 class TemporalStage final : public Combinator {
  public:
@@ -51,7 +48,6 @@ class TemporalStage final : public Combinator {
   static constexpr const char* kDynamic = "if the belief is above the threshold";
 
   TemporalStage(std::string path, Stages children, Params params = Params());
-
   Needs needs() const override;
   void reset() override;
 
@@ -68,7 +64,6 @@ class TemporalStage final : public Combinator {
   static double log_odds(double p) { return portable::log(p / (1 - p)); }
 
   void recall(FrameEvidence& evidence);
-
   void remember(const FrameEvidence& evidence);
 
   Params params_;

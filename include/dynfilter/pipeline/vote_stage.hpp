@@ -23,11 +23,9 @@ struct VoteParams {
   static const FieldTable<VoteParams>& fields();
 };
 
-/// `vote`: dynamic if enough members vote dynamic, counted or weighted (vote_count()).
-/// For 1 of n it equals `any`.
-/// For n of n it corresponds to `all`, but members do not know each other's votes.
-/// A skipped or failed member is excluded from a share.
-/// If votes are counted, it counts as unknown.
+/// `vote`: dynamic if enough members vote dynamic, counted or weighted (vote_count()). For 1 of n it equals
+/// `any`. For n of n it corresponds to `all`, but members do not know each other's votes. A skipped or failed
+/// member is excluded from a share. If votes are counted, it counts as unknown.
 class VoteStage final : public Combinator {
  public:
   using Params = VoteParams;

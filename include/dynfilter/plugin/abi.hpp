@@ -22,9 +22,8 @@ namespace dynfilter {
 /// it, even where no size changes.
 inline constexpr std::uint32_t kAbiNumber = 1;
 
-/// What the host and a plugin must agree on before they call each other's C++ code.
-/// Plain 32-bit numbers are readable regardless of how the other side was built.
-/// `tag_bytes` always remains the first field.
+/// What the host and a plugin must agree on before they call each other's C++ code. Plain 32-bit numbers are
+/// readable regardless of how the other side was built. `tag_bytes` always remains the first field.
 struct AbiTag {
   std::uint32_t tag_bytes;
   std::uint32_t abi_number;
@@ -152,16 +151,14 @@ inline constexpr AbiField kAbiFields[] = {
 static_assert(sizeof(kAbiFields) / sizeof(kAbiFields[0]) == sizeof(AbiTag) / sizeof(std::uint32_t),
               "every field of the tag is compared");
 
-/// The first field that differs, or nullptr.
-/// If the sizes differ, only the first field of `theirs` is read.
+/// The first field that differs, or nullptr. If the sizes differ, only the first field of `theirs` is read.
 inline const AbiField* first_difference(const AbiTag& ours, const AbiTag& theirs) {
   for (const AbiField& field : kAbiFields)
     if (ours.*field.value != theirs.*field.value) return &field;
   return nullptr;
 }
 
-/// The functions of a plugin by their C names.
-/// The tag function is required, and at least one of the others.
+/// The functions of a plugin by their C names. The tag function is required, and at least one of the others.
 using PluginTagFunction = const AbiTag* (*)();
 /// Returns 0, or another number and the reason in `error`.
 /// The reason is terminated and at most `error_bytes` long.

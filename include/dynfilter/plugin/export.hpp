@@ -32,8 +32,7 @@ int register_in(R* registry, char* error, std::size_t error_bytes) noexcept {
 
 }  // namespace dynfilter::detail
 
-/// A plugin has its tag and at least one of these two functions.
-/// plugin/export.hpp generates them.
+/// A plugin has its tag and at least one of these two functions. plugin/export.hpp generates them.
 #define DYNFILTER_REGISTER_FILTERS(...)                                               \
   extern "C" __attribute__((visibility("default"))) int dynfilter_plugin_register(    \
       dynfilter::Registry* registry, char* error, std::size_t error_bytes) noexcept { \
@@ -56,8 +55,7 @@ int register_in(R* registry, char* error, std::size_t error_bytes) noexcept {
   }                                                                          \
   static_assert(true, "takes the semicolon")
 
-/// Exports filters from a loadable module.
-/// Write this line in one source file, outside all namespaces:
+/// Exports filters from a loadable module. Write this line in one source file, outside all namespaces:
 ///     DYNFILTER_EXPORT_FILTERS(mine::MyFilter, mine::OtherFilter);
 #define DYNFILTER_EXPORT_FILTERS(...) \
   DYNFILTER_PLUGIN_TAG();             \

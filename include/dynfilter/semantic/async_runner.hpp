@@ -17,8 +17,7 @@
 
 namespace dynfilter {
 
-/// Runs a provider in its own thread.
-/// submit() costs one copy of the image and never waits for the provider.
+/// Runs a provider in its own thread. submit() costs one copy of the image and never waits for the provider.
 /// The queue holds one image, and a newer image replaces a waiting one.
 /// submit(), latest() and status() hold a mutex only for the duration of a swap.
 ///
@@ -27,8 +26,7 @@ namespace dynfilter {
 /// Its thread is detached and then owns the provider and the image alone.
 /// If the provider returns later, the thread deletes them and ends.
 /// A thread cannot be killed. To be able to kill a provider, run it in a process
-/// (detectors/process_provider.hpp).
-/// The destructor waits up to `shutdown_s` and then abandons the provider.
+/// (detectors/process_provider.hpp). The destructor waits up to `shutdown_s` and then abandons the provider.
 /// A provider abandoned at the end of main() must not use static objects.
 ///
 /// The provider's thread uses and deletes it.
@@ -44,14 +42,10 @@ class AsyncRunner final : public SemanticRunner {
   ~AsyncRunner() override;
 
   void submit(const SemanticImage& image) override;
-
   Result latest() override;
-
   RunnerStatus status() override;
-
   void reset() override;
-
-  static double steady_s();
+  static double steady_s();  ///< the steady clock of the system [s]
 
  private:
   /// Shared by the runner and the worker. Protected by the mutex, except the worker's own members.

@@ -69,9 +69,8 @@ class BoxMasks {
  public:
   explicit BoxMasks(BoxMaskParams params = BoxMaskParams());
 
-  /// Adds a mask (CV_8UC1, 255 inside) to each selected detection without one.
-  /// `depth`: CV_32FC1 or CV_16UC1 in units of `unit_m`, in the pixels of the boxes.
-  /// Any other type adds no mask.
+  /// Adds a mask (CV_8UC1, 255 inside) to each selected detection without one. `depth`: CV_32FC1 or CV_16UC1
+  /// in units of `unit_m`, in the pixels of the boxes. Any other type adds no mask.
   void add(std::vector<Detection>& detections, const cv::Mat& depth, double unit_m);
 
  private:
@@ -88,14 +87,12 @@ class BoxMasks {
   /// Calls f(x, y, z) on a grid of at most 24 x 24 pixels with depth.
   template <class F>
   void sample(const cv::Rect& area, const F& f) const;
-
   cv::Mat mask_of(const cv::Rect2f& box);
 
   /// Far end of the nearest surface of the box behind `nearest_m`.
   float surface_end_m(const cv::Rect& area, float nearest_m);
 
   cv::Mat grown(const cv::Rect& seeds, const cv::Rect& area, float middle_m, float farthest_m);
-
   void close_gaps(cv::Mat& mask, const cv::Rect& area) const;
 
   BoxMaskParams params_;
@@ -105,12 +102,12 @@ class BoxMasks {
   std::vector<cv::Point> open_;
 };
 
-/// A box detector that also creates masks from the depth image of the frame.
-/// It adds instance masks and, if the detector has no label image, one merged from them.
-/// Pipelines with `semantic_mask` can therefore use it.
-/// Without a depth image it returns the detector's result unchanged.
+/// A box detector that also creates masks from the depth image of the frame. It adds instance masks and, if
+/// the detector has no label image, one merged from them. Pipelines with `semantic_mask` can therefore use
+/// it. Without a depth image it returns the detector's result unchanged.
 class BoxMaskProvider final : public SemanticProvider {
  public:
+  /// `detector` finds the boxes; throws ConfigError for parameters out of range.
   BoxMaskProvider(std::unique_ptr<SemanticProvider> detector, BoxMaskParams params)
       : detector_(std::move(detector)), masks_(std::move(params)) {}
 

@@ -10,8 +10,7 @@
 
 namespace dynfilter {
 
-/// One image for a provider.
-/// The pixels are valid until infer() returns, in any thread.
+/// One image for a provider. The pixels are valid until infer() returns, in any thread.
 /// A provider that keeps them longer must copy them.
 struct SemanticImage {
   std::int64_t frame_id = -1;
@@ -32,8 +31,7 @@ struct SemanticResult {
 };
 
 /// A source of boxes and masks: a network, a file or a separate program.
-/// It has no global state and is used by one thread at a time.
-/// The runner handles the delay of its results.
+/// It has no global state and is used by one thread at a time. The runner handles the delay of its results.
 class SemanticProvider {
  public:
   SemanticProvider() = default;
@@ -41,7 +39,7 @@ class SemanticProvider {
   SemanticProvider& operator=(const SemanticProvider&) = delete;
   virtual ~SemanticProvider() = default;
 
-  virtual std::string name() const = 0;
+  virtual std::string name() const = 0;  ///< its type, for messages
 
   /// Processes one image. The same image must give the same result.
   /// An empty optional means that there is no result for this image.

@@ -57,6 +57,7 @@ using ProviderFactory = std::function<std::unique_ptr<SemanticProvider>(
 /// A plain value that the caller passes in. Nothing registers itself, and nothing is global.
 class ProviderRegistry {
  public:
+  /// A provider's card, and what makes one.
   struct Entry {
     ProviderCard card;
     ProviderFactory make;

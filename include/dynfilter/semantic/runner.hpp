@@ -61,7 +61,7 @@ class SemanticRunner {
   /// It does not change until a newer one arrives.
   virtual Result latest() = 0;
 
-  virtual RunnerStatus status() = 0;
+  virtual RunnerStatus status() = 0;  ///< counters since the start
 
   /// Call at a scene change. Results of images submitted earlier are then discarded.
   virtual void reset() = 0;

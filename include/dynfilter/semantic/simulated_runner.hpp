@@ -13,11 +13,9 @@
 
 namespace dynfilter {
 
-/// The modes Sync, Late and Rate.
-/// The provider runs inside submit(), and its results are held back according to the mode.
-/// Time is that of the images' timestamps and their number.
-/// The same images therefore give the same results at the same frames.
-/// An image that arrives while the simulated provider is busy is skipped.
+/// The modes Sync, Late and Rate. The provider runs inside submit(), and its results are held back according
+/// to the mode. Time is that of the images' timestamps and their number. The same images therefore give the
+/// same results at the same frames. An image that arrives while the simulated provider is busy is skipped.
 class SimulatedRunner final : public SemanticRunner {
  public:
   /// Throws ConfigError for mode Async and if a parameter is out of range.

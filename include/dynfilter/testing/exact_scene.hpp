@@ -38,27 +38,34 @@ class ExactScene {
   // ---- content
   /// Number of static points. Each is in view in at least one of the first `horizon` frames.
   ExactScene& points(int n) { return points_ = std::max(0, n), *this; }
-  ExactScene& seed(std::uint64_t seed) { return seed_ = seed, *this; }
+  ExactScene& seed(std::uint64_t seed) { return seed_ = seed, *this; }  ///< the default is 1
+  /// Of the static points [m].
   ExactScene& depth_range(double min_m, double max_m) {
     return min_depth_m_ = min_m, max_depth_m_ = max_m, *this;
   }
   /// Puts all static points on one wall 3 m ahead, rotated by 20 degrees.
   ExactScene& planar() { return planar_ = true, *this; }
-  ExactScene& mover(MovingBox mover) { return movers_.push_back(std::move(mover)), *this; }
-  ExactScene& camera(const Camera& camera);
+  ExactScene& mover(MovingBox mover) { return movers_.push_back(std::move(mover)), *this; }  ///< adds one
+  ExactScene& camera(const Camera& camera);  ///< throws ConfigError without focal lengths or size
+  /// Of the default scene: General.
   ExactScene& camera_motion(CameraStep preset) { return camera_motion(steady_motion(preset)); }
+  /// Of the camera, in the world [m].
   ExactScene& camera_motion(Motion T_world_camera) {
     return camera_motion_ = std::move(T_world_camera), *this;
   }
-  ExactScene& horizon(int frames) { return horizon_ = std::max(1, frames), *this; }
+  ExactScene& horizon(int frames) { return horizon_ = std::max(1, frames), *this; }  ///< see points()
 
   // ---- errors
+  /// Standard deviation of each coordinate [px].
   ExactScene& pixel_noise(double sigma_px) { return pixel_noise_px_ = sigma_px, *this; }
   /// Standard deviation at one metre, which grows with the square of the depth.
   /// 0.0014 for a Kinect (Khoshelham and Elberink 2012).
   ExactScene& depth_noise(double sigma_at_1m_m) { return depth_noise_m_ = sigma_at_1m_m, *this; }
+  /// Share of the features without depth.
   ExactScene& missing_depth(double share) { return missing_depth_ = share, *this; }
+  /// Share of the matches that lead to a wrong feature.
   ExactScene& mismatches(double share) { return mismatches_ = share, *this; }
+  /// Share of the features without a match.
   ExactScene& missing_matches(double share) { return missing_matches_ = share, *this; }
 
   // ---- optional inputs, besides keypoints, camera, depth and matches
@@ -67,8 +74,8 @@ class ExactScene {
     camera_.baseline_fx_px_m = baseline_m * camera_.fx_px;
     return stereo_ = true, disparity_noise_px_ = disparity_noise_px, *this;
   }
-  ExactScene& rate_hz(double rate_hz) { return rate_hz_ = rate_hz, *this; }
-  ExactScene& mono() { return mono_ = true, *this; }
+  ExactScene& rate_hz(double rate_hz) { return rate_hz_ = rate_hz, *this; }  ///< frames per second
+  ExactScene& mono() { return mono_ = true, *this; }                         ///< without depth
   /// Provides the true poses with this provenance.
   ExactScene& with_poses(PoseProvenance provenance = PoseProvenance::Estimated) {
     return pose_provenance_ = provenance, *this;
@@ -83,7 +90,7 @@ class ExactScene {
   }
   /// Provides map points at the positions of frame 0.
   ExactScene& with_map_points() { return with_map_points_ = true, *this; }
-  ExactScene& without_matches() { return with_matches_ = false, *this; }
+  ExactScene& without_matches() { return with_matches_ = false, *this; }  ///< the filter has to find them
   /// Number of frames between a frame and the reference of its matches.
   ExactScene& gap(int frames) { return gap_ = std::max(1, frames), *this; }
   /// Shuffles the features of every frame, differently per `seed`. 0: order of the points.
@@ -94,17 +101,19 @@ class ExactScene {
   // ---- results
   /// Frame k >= 0. Omits features outside the image, behind the camera or behind a mover's box.
   ExactFrame frame(int k) const;
+  /// Of a feature of frame k.
   Truth truth(int k, std::size_t feature) const { return frame(k).truth.at(feature); }
+  /// Of a feature of frame k.
   bool is_dynamic(int k, std::size_t feature) const { return truth(k, feature) == Truth::Dynamic; }
-  Pose T_world_camera(int k) const { return camera_motion_(k); }
+  Pose T_world_camera(int k) const { return camera_motion_(k); }  ///< of frame k, the true one, in metres
   /// Position of point p (ExactFrame::point) at frame k, in the world [m].
   Eigen::Vector3d position_m(int p, int k) const;
-  int point_count() const;
+  int point_count() const;  ///< of the background and of all movers
   /// 0: static background, m: mover m.
   int label(int p) const;
-  const Camera& camera() const { return camera_; }
-  const std::vector<MovingBox>& movers() const { return movers_; }
-  int gap() const { return gap_; }
+  const Camera& camera() const { return camera_; }                  ///< of every frame
+  const std::vector<MovingBox>& movers() const { return movers_; }  ///< in the order of their labels
+  int gap() const { return gap_; }  ///< frames between a frame and its reference
 
  private:
   enum class Purpose : std::uint64_t { Place = 1, Pixel, Depth, NoDepth, Match, Order, Descriptor, Flip };

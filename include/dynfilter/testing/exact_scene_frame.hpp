@@ -23,7 +23,7 @@ cv::Point2d project(const Camera& camera, const Eigen::Vector3d& point_m);
 /// Distorted pixel of an undistorted one (OpenCV's radial-tangential model).
 cv::Point2d distort(const Camera& camera, const cv::Point2d& px);
 
-/// Direction of an undistorted pixel, with z = 1.
+/// Direction of an undistorted pixel in the camera's frame, with z = 1.
 inline Eigen::Vector3d ray(const Camera& camera, const cv::Point2d& px) {
   return {(px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1};
 }
@@ -82,7 +82,7 @@ struct ExactFrame {
 
   std::size_t size() const { return keypoints.size(); }
 
-  FrameView view() const;
+  FrameView view() const;  ///< valid while this frame exists
 };
 
 inline FrameView ExactFrame::view() const {

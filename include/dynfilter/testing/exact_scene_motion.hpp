@@ -14,7 +14,7 @@ namespace dynfilter::testing {
 /// Pose in the world [m] at a frame.
 using Motion = std::function<Pose(int frame)>;
 
-/// Starts at the origin (x right, y down, z forward) and makes the same step every frame.
+/// Starts at the origin of the world (x right, y down, z forward) and makes the same step every frame.
 /// Steps are in metres, and in radians about an axis through the object.
 Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d& turn_rad = {0, 0, 0});
 
@@ -30,15 +30,14 @@ enum class CameraStep {
 
 Motion steady_motion(CameraStep step);
 
-/// A rigid box of points:
-/// `MovingBox(60).at({0.3, 0, 2.5}).moving({0.05, 0, 0}).still_until(10)`.
+/// A rigid box of points: `MovingBox(60).at({0.3, 0, 2.5}).moving({0.05, 0, 0}).still_until(10)`.
 class MovingBox {
  public:
-  explicit MovingBox(int points = 60) : points_(std::max(0, points)) {}
+  explicit MovingBox(int points = 60) : points_(std::max(0, points)) {}  ///< points at random places in it
 
   /// Centre at frame 0, in the world [m]. The origin is the camera of frame 0 unless that is moved.
   MovingBox& at(const Eigen::Vector3d& centre_m) { return centre_m_ = centre_m, *this; }
-  /// Half of the box's width, height and depth [m].
+  /// Half of the box's width, height and depth along its own axes [m].
   MovingBox& half_size(const Eigen::Vector3d& half_size_m) { return half_size_m_ = half_size_m, *this; }
   /// Motion in metres per frame, in the world.
   MovingBox& moving(const Eigen::Vector3d& step_m) { return step_m_ = step_m, *this; }
@@ -51,9 +50,9 @@ class MovingBox {
   /// Class name for the detector.
   MovingBox& named(std::string class_name) { return class_name_ = std::move(class_name), *this; }
 
-  int points() const { return points_; }
-  const Eigen::Vector3d& half_size_m() const { return half_size_m_; }
-  const std::string& class_name() const { return class_name_; }
+  int points() const { return points_; }                               ///< number of them
+  const Eigen::Vector3d& half_size_m() const { return half_size_m_; }  ///< along its own axes [m]
+  const std::string& class_name() const { return class_name_; }        ///< for detections
 
   /// Pose of its frame of reference in the world, with the centre as origin.
   Eigen::Isometry3d T_world_object(int frame) const;
@@ -75,6 +74,7 @@ inline Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d
   };
 }
 
+/// Of a camera that moves like this.
 inline Motion steady_motion(CameraStep step) {
   switch (step) {
     case CameraStep::General:

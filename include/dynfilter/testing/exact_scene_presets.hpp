@@ -38,6 +38,7 @@ ExactScene majority(int still_until);
 /// The scene of a preset. It can be modified: `preset(Preset::Planar).pixel_noise(0.5)`.
 ExactScene preset(Preset preset);
 
+/// In the order of the enumeration.
 inline const std::vector<Preset>& all_presets() {
   static const std::vector<Preset> presets{Preset::General,        Preset::Rigid,    Preset::Planar,
                                            Preset::PureRotation,   Preset::NoMotion, Preset::SmallBaseline,
@@ -46,6 +47,7 @@ inline const std::vector<Preset>& all_presets() {
   return presets;
 }
 
+/// Its name: `along_epipolar`.
 inline std::string to_string(Preset preset) {
   static const char* const names[] = {"general",        "rigid",           "planar",         "pure_rotation",
                                       "no_motion",      "small_baseline",  "along_epipolar", "majority",

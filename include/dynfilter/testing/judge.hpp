@@ -41,6 +41,7 @@ struct Score {
   /// Throws ConfigError if the number of votes differs from the number of features.
   Score(const Votes& votes, const ExactFrame& frame);
 
+  /// Adds the counts of one more frame; throws as above.
   void add(const Votes& votes, const ExactFrame& frame);
 
   /// Share of the dynamic features that are voted Dynamic; 1 without any.

@@ -79,8 +79,7 @@ DYNFILTER_INLINE std::optional<double> parse_by_stream(std::string_view text) {
   return value;
 }
 
-/// libc++ has no std::from_chars for double.
-/// Where it exists, it is thirty times faster than a stream.
+/// libc++ has no std::from_chars for double. Where it exists, it is thirty times faster than a stream.
 inline std::optional<double> parse_finite(std::string_view text) {
   if (!has_number_syntax(text)) return std::nullopt;
   if (text[0] == '+') text.remove_prefix(1);

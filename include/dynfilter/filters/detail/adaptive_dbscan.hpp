@@ -62,8 +62,7 @@ struct AdaptiveDbscanChoice {
 ///
 /// The n x n distance matrix of the paper is not built.
 /// FLANN gives the k nearest neighbours, and one list of pairs within the largest Eps gives the neighbours
-/// and clusters for every k.
-/// If that list would be long, the pairs are searched again for each k.
+/// and clusters for every k. If that list would be long, the pairs are searched again for each k.
 /// Cost: O(n (log n + MinPts_k)).
 class AdaptiveDbscan {
  public:
@@ -87,7 +86,6 @@ class AdaptiveDbscan {
   }
 
   void measure_eps(int to);
-
   double largest_usable_eps_m() const;
   void collect_pairs(double eps_m);
   /// Counting sort of the pairs: those within Eps_1, then those that Eps_2 adds, and so on.
@@ -95,7 +93,6 @@ class AdaptiveDbscan {
   /// Calls f(a, b) with positions in the grid for each pair within Eps_k.
   template <class F>
   void for_each_pair(int k, const F& f) const;
-
   void try_k(int k);
 
   /// Counts the neighbours of each point. Returns their mean, rounded up.

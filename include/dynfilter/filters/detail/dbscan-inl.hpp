@@ -3,8 +3,7 @@
 
 #include <dynfilter/filters/dbscan.hpp>
 
-// <flann/flann.hpp> does not compile after <opencv2/opencv.hpp>.
-// These headers compile in either order.
+// <flann/flann.hpp> does not compile after <opencv2/opencv.hpp>. These headers compile in either order.
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
 #include <algorithm>

@@ -38,8 +38,7 @@ struct GmsParams {
 /// The published code uses only the most frequent partner of each cell.
 /// It thereby loses matches that parallax moves to the next cell.
 /// Cells are bounds-checked here: points on or beyond the border count in the last cell.
-/// The published code reads out of range there.
-/// Points that are not finite are neither kept nor counted.
+/// The published code reads out of range there. Points that are not finite are neither kept nor counted.
 ///
 /// Cost: four passes over the matches, times 8 with rotation and times 5 with scale.
 /// The counters (0.3 MB for 20 x 20 cells) are reused from call to call.

@@ -37,11 +37,9 @@ class SeenDepth {
   /// The frame that it came from can then reuse its image.
   void forget_image() { image_.release(); }
 
-  /// `deviation(z)` is signed: how much farther than the point a depth z [m] is.
-  /// Values within +- `limit` agree.
-  /// A pixel at an edge belongs to either surface, so a whole patch decides.
-  /// One agreeing depth gives Surface; Beyond requires that all depths are beyond.
-  /// `smallest` is the deviation closest to zero.
+  /// `deviation(z)` is signed: how much farther than the point a depth z [m] is. Values within +- `limit`
+  /// agree. A pixel at an edge belongs to either surface, so a whole patch decides. One agreeing depth gives
+  /// Surface; Beyond requires that all depths are beyond. `smallest` is the deviation closest to zero.
   template <class Deviation>
   SeenThere look(const cv::Point3f& point_m, int patch_px, double limit, const Deviation& deviation,
                  double& smallest) const {

@@ -69,20 +69,17 @@ class SequentialHomographies {
   /// Area of the box around the positions in the reference image.
   double reference_area_px2();
 
-  /// Smallest support with an expected number of false alarms below one.
-  /// Every sample of n matches is a test.
+  /// Smallest support with an expected number of false alarms below one. Every sample of n matches is a test.
   /// Three supporters are the sample itself, and the others agree by chance.
   int support_needed(std::size_t n) const;
 
   void normalise();
-
   double squared_distance(const Homography& h, const ImageMatch& m) const;
 
   /// Within which the matches of a sample are: a quarter of the extent from the middle.
   double neighbourhood_px() const { return 0.25 * scale_px_; }
 
   bool next_model();
-
   void try_sample();
 
   /// Affinity through three matches.

@@ -63,8 +63,7 @@ struct RigidSums {
   }
 
   /// Adds points q with residual r. J = A [I | -[q]x] with A = d residual / d q.
-  /// All sums follow from M = A^T A and f = A^T r.
-  /// The rows of A are (A0 0 A1), (0 A2 A3), (0 0 A4).
+  /// All sums follow from M = A^T A and f = A^T r. The rows of A are (A0 0 A1), (0 A2 A3), (0 0 A4).
   DYNFILTER_AS_CALLER void add(const P (&q)[3], const P (&A)[5], const P (&r)[3], const P& w) {
     const P &x = q[0], &y = q[1], &z = q[2];
     const P wa = w * A[0], wb = w * A[2];

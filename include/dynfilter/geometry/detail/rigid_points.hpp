@@ -33,8 +33,7 @@ struct RigidNoise {
 };
 
 /// Correspondences as structure of arrays, in spread order, so that a prefix is a fair sample.
-/// Padded to whole packs with points of zero weight.
-/// The score is linear in q: residual = W (q - a q.z - b).
+/// Padded to whole packs with points of zero weight. The score is linear in q: residual = W (q - a q.z - b).
 /// For ImageDepth this replaces 1/q.z by 1/c.z.
 struct RigidPoints {
   static constexpr int kPack = Pack::kWidth;
@@ -122,9 +121,8 @@ struct RigidPoints {
     }
   }
 
-  /// Sum of max(0, 1 - chi2/limit) (MSAC, Torr and Zisserman 2000).
-  /// Returns 0 as soon as the sum cannot reach `floor`, either for certain or by three standard deviations of
-  /// a prefix estimate.
+  /// Sum of max(0, 1 - chi2/limit) (MSAC, Torr and Zisserman 2000). Returns 0 as soon as the sum cannot reach
+  /// `floor`, either for certain or by three standard deviations of a prefix estimate.
   double score(const RigidTransform& T, float limit, double floor) const {
     float m[12];
     to_float(T, m);

@@ -80,8 +80,7 @@ class TwoViewSearch {
 
   /// A sample competes with other samples only.
   /// A sample near the best sample is optimised (Chum, Matas and Kittler, DAGM 2003).
-  /// This holds even if an optimised F already has a better score.
-  /// True if the best F changes.
+  /// This holds even if an optimised F already has a better score. True if the best F changes.
   bool try_candidate(const Eigen::Matrix3d& sample) {
     const double bound = local_runs_ < kLocalRuns ? kNearBest * sample_cost_ : sample_cost_;
     const double cost = points_.cost(detail::FundamentalError(sample), tau2_, bound);

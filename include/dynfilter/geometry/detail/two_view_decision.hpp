@@ -223,8 +223,7 @@ class TwoViewDecision {
   }
 
   /// True if F explains the parallax near H as well as the F fitted to that parallax only.
-  /// The test is chi-square with seven parameters at 99 %.
-  /// It rejects an F that is biased by movers.
+  /// The test is chi-square with seven parameters at 99 %. It rejects an F that is biased by movers.
   bool explains_near(const Eigen::Matrix3d& H, double near, double tight2, const Eigen::Matrix3d& F,
                      const Eigen::Matrix3d& fitted) {
     constexpr double kSlack = 18.48 / 9;  // costs are in units of tight2 = 9 sigma^2
@@ -325,8 +324,7 @@ class TwoViewDecision {
       if (support > best_support) best_support = support, best = F;
     }
     const int off = static_cast<int>(points_.count()) - model.homography_inliers;
-    // Movers of any direction are sometimes within 1 px of these lines.
-    // More support is therefore required.
+    // Movers of any direction are sometimes within 1 px of these lines. More support is therefore required.
     if (best_support < 10 || best_support < 0.4 * off) return false;
     accept_fundamental(best, TwoViewReason::CalibratedParallax, model);
     return true;

@@ -49,10 +49,9 @@ struct HomographyError {
   float h[9];
 };
 
-/// Matches of the seeds as structure of arrays, in spread order, so that a prefix is a fair sample.
-/// Both images are centred at their centroids and divided by one common scale (Hartley 1997).
-/// Padded to whole packs by repeating matches. This does not change the ranking of hypotheses.
-/// Counts are exact.
+/// Matches of the seeds as structure of arrays, in spread order, so that a prefix is a fair sample. Both
+/// images are centred at their centroids and divided by one common scale (Hartley 1997). Padded to whole
+/// packs by repeating matches. This does not change the ranking of hypotheses. Counts are exact.
 class TwoViewPoints {
  public:
   std::size_t count() const { return count_; }
@@ -87,9 +86,8 @@ class TwoViewPoints {
   Eigen::Matrix3d T1() const { return normaliser(center1_); }
   Eigen::Matrix3d T2() const { return normaliser(center2_); }
 
-  /// Sum of min(e2, tau2) / tau2 over the matches (MSAC, Torr and Zisserman 2000).
-  /// Returns infinity as soon as the sum must exceed `best`, either for certain or by three standard
-  /// deviations of a prefix estimate.
+  /// Sum of min(e2, tau2) / tau2 over the matches (MSAC, Torr and Zisserman 2000). Returns infinity as soon
+  /// as the sum must exceed `best`, either for certain or by three standard deviations of a prefix estimate.
   template <class Error>
   double cost(const Error& error, double tau2, double best) const {
     constexpr std::size_t kBlock = 64;

@@ -93,8 +93,7 @@ inline Pack selected(const TwoViewPoints& points, const Selection& selection, st
 constexpr int kProduct[3][3] = {{0, 1, 3}, {1, 2, 4}, {3, 4, 5}};
 
 /// Reweighted Sampson residuals a.f / sqrt(den), a = (u, v, 1) x (x, y, 1).
-/// Tukey's weights end at `cut2` (squared, normalised units).
-/// Every entry of a a^T is one of 36 products.
+/// Tukey's weights end at `cut2` (squared, normalised units). Every entry of a a^T is one of 36 products.
 inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix3d& F, double cut2,
                                 const Selection& selection, EntryNormal& normal) {
   float f[9];

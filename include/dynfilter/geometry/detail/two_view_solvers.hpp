@@ -12,8 +12,7 @@
 
 namespace dynfilter::detail {
 
-/// Real roots of a x^3 + b x^2 + c x + d, refined by one Newton step.
-/// The leading coefficient may be zero.
+/// Real roots of a x^3 + b x^2 + c x + d, refined by one Newton step. The leading coefficient may be zero.
 inline int real_cubic_roots(double a, double b, double c, double d, double (&roots)[3]) {
   const double size = std::max({std::abs(a), std::abs(b), std::abs(c), std::abs(d)});
   if (!(size > 0)) return 0;
@@ -45,10 +44,9 @@ inline int real_cubic_roots(double a, double b, double c, double d, double (&roo
   return n;
 }
 
-/// Two vectors that span the null space of a 7x9 matrix, by elimination with full pivoting.
-/// Pure translations make any fixed choice of pivots vanish.
-/// False if the rank is below 7. Destroys A. Takes 0.64 (-O2) and 0.79 (-O3) of the time of Eigen's
-/// FullPivLU.
+/// Two vectors that span the null space of a 7x9 matrix, by elimination with full pivoting. Pure translations
+/// make any fixed choice of pivots vanish. False if the rank is below 7. Destroys A. Takes 0.64 (-O2) and
+/// 0.79 (-O3) of the time of Eigen's FullPivLU.
 inline bool null_space_7x9(double (&A)[7][9], Eigen::Matrix3d& N1, Eigen::Matrix3d& N2) {
   int column[9] = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   for (int k = 0; k < 7; ++k) {
@@ -90,8 +88,7 @@ inline bool null_space_7x9(double (&A)[7][9], Eigen::Matrix3d& N1, Eigen::Matrix
 }
 
 /// The one to three fundamental matrices through seven matches (Hartley and Zisserman, section 11.1.2).
-/// Solves det(N1 + x N2) = 0 on the null space, and includes N2 if it is singular.
-/// Returns their number.
+/// Solves det(N1 + x N2) = 0 on the null space, and includes N2 if it is singular. Returns their number.
 inline int solve_seven(const Eigen::Vector2d (&p1)[7], const Eigen::Vector2d (&p2)[7],
                        Eigen::Matrix3d (&F)[4]) {
   double A[7][9];

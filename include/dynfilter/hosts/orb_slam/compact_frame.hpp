@@ -116,9 +116,8 @@ void compact_pair(Frame& frame, const Keep& left) {
 
 /// Call points B and C. Removes the rejected features from every parallel array of the frame and sets N.
 /// Refills the grid by the host's PosInGrid, and clears the bag of words, which the host computes when it
-/// needs it.
-/// The order of the others stays. `verdict` is about mvKeys. With another size, nothing is done. Returns the
-/// number of removed features.
+/// needs it. The order of the others stays. `verdict` is about mvKeys. With another size, nothing is done.
+/// Returns the number of removed features.
 template <class Frame>
 std::size_t compact_frame(Frame& frame, const Verdict& verdict) {
   require_frame<Frame>();

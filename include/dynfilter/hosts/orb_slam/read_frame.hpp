@@ -69,7 +69,7 @@ HostPose predicted_pose(const Velocity& velocity, const Frame& last, bool has_ve
   return pose;
 }
 
-/// A 3x1 cv::Mat of float (version 2) or an Eigen vector (version 3).
+/// In the world [m]. A 3x1 cv::Mat of float (version 2) or an Eigen vector (version 3).
 template <class Position>
 cv::Point3f to_point(const Position& p) {
   if constexpr (traits::IsMatrix<Position>::value)
@@ -97,6 +97,7 @@ std::optional<Camera> camera_of(const Frame& frame) {
 /// Ids and places of map points, -1 where there is none or the host has given it up. Buffers are kept.
 class MapPointReader {
  public:
+  /// Reads them under the host's own locks.
   template <class MapPoint>
   void read(const std::vector<MapPoint*>& map_points) {
     const std::size_t n = map_points.size();
@@ -111,8 +112,9 @@ class MapPointReader {
       any_ = true;
     }
   }
-  bool any() const { return any_; }
-  const std::vector<std::int64_t>& ids() const { return ids_; }
+  bool any() const { return any_; }                              ///< whether there is a map point at all
+  const std::vector<std::int64_t>& ids() const { return ids_; }  ///< per feature; -1: none
+  /// In the world [m]; (0, 0, 0) where there is none.
   const std::vector<cv::Point3f>& positions() const { return positions_; }
 
  private:
@@ -124,6 +126,7 @@ class MapPointReader {
 /// The covisible keyframes of a host, as views on its own arrays. Valid until the next read.
 class KeyframeReader {
  public:
+  /// The first `at_most` that are usable.
   template <class KeyFrame>
   Span<const KeyframeView> read(const std::vector<KeyFrame*>& keyframes, int at_most) {
     views_.clear();

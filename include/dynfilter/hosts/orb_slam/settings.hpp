@@ -16,6 +16,7 @@
 
 namespace dynfilter {
 
+/// What a frame has besides one image.
 enum class HostSensor { Monocular, Stereo, RgbD };
 
 /// System::eSensor of both versions as a number: 0 one camera, 1 two, 2 RGB-D; 3 to 5 the same with inertia.
@@ -45,9 +46,11 @@ struct OrbSlamParams {
 
   static const FieldTable<OrbSlamParams>& fields();
 
+  /// Smallest number of features before there is a map; -1 there: by sensor.
   int floor_before_map(HostSensor sensor) const;
 };
 
+/// What a host's settings file says of dynfilter.
 struct OrbSlamSettings {
   OrbSlamParams params;
   PipelineConfig pipeline;
@@ -66,10 +69,9 @@ std::string find_pipeline(const std::string& name, const std::string& settings_f
 }  // namespace orb_slam::detail
 
 /// Reads the keys `DynFilter.NAME` of a host's own settings file. The pipeline is the file's `pipeline` node,
-/// or the file or installed pipeline that `DynFilter.pipeline` names, or the default.
-/// Loads the plugins, and opens the file of boxes or starts the detector, that the keys name. Whatever else
-/// the file holds is the host's, keys that repeat included; only keys that nearly are ours are errors. Throws
-/// ConfigError.
+/// or the file or installed pipeline that `DynFilter.pipeline` names, or the default. Loads the plugins, and
+/// opens the file of boxes or starts the detector, that the keys name. Whatever else the file holds is the
+/// host's, keys that repeat included; only keys that nearly are ours are errors. Throws ConfigError.
 OrbSlamSettings read_orb_slam_settings(const std::string& file, const Registry& registry = builtin_filters(),
                                        const ProviderRegistry& providers = {});
 

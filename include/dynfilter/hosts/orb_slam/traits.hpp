@@ -40,6 +40,7 @@ struct HasCameraModel<T, std::void_t<decltype(std::declval<const T&>().mpCamera-
 
 template <class T, class = void>
 struct IsMatrix : std::false_type {};
+/// Cv::Mat, and what converts to it.
 template <class T>
 struct IsMatrix<T, std::void_t<decltype(cv::Mat(std::declval<const T&>()).empty())>> : std::true_type {};
 
@@ -60,6 +61,7 @@ struct IsFrame<
 template <class Frame>
 using MapPointOf = std::remove_pointer_t<typename decltype(Frame::mvpMapPoints)::value_type>;
 
+/// Does not compile for a Frame that this adapter cannot read.
 template <class Frame>
 constexpr void require_frame() {
   static_assert(traits::IsFrame<Frame>::value,

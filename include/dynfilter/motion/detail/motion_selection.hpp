@@ -42,8 +42,7 @@ class MotionSelection {
     double noise_px = 0.3;         ///< predicted, per axis
   };
 
-  /// Indices of the selected motions, in the order of selection.
-  /// Empty only without motions or points.
+  /// Indices of the selected motions, in the order of selection. Empty only without motions or points.
   const std::vector<std::size_t>& select(const Input& input) {
     in_ = &input;
     best_.clear();

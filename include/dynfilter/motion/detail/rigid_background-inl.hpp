@@ -161,8 +161,7 @@ class RigidBackgroundSearch {
       weights_.push_back(static_cast<float>(1 / (1 + (held[patch(k)] - 1) * correlation)));
   }
 
-  /// Each point belongs to the selected motion that explains it best.
-  /// Slots are indices into selected_.
+  /// Each point belongs to the selected motion that explains it best. Slots are indices into selected_.
   void assign() {
     const std::size_t n = points();
     const double fit_px = std::max(kFit_px, 2 * noise_px_);

@@ -21,9 +21,8 @@
 
 namespace dynfilter {
 
-/// Connected components of a mask (8 neighbours), numbered in the order of their first pixels.
-/// Stored as pixel runs per row: one pass over the image, memory for the runs only.
-/// Memory is reused from call to call.
+/// Connected components of a mask (8 neighbours), numbered in the order of their first pixels. Stored as
+/// pixel runs per row: one pass over the image, memory for the runs only. Memory is reused from call to call.
 class MaskComponents {
  public:
   void build(const MaskLookup& mask);

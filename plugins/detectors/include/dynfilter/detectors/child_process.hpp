@@ -30,8 +30,8 @@ class ChildProcess {
 
   ~ChildProcess();
 
-  int socket() const { return socket_; }
-  pid_t pid() const { return pid_; }
+  int socket() const { return socket_; }  ///< its descriptor, of the host's side
+  pid_t pid() const { return pid_; }      ///< of the process
 
   /// Kills the program, its process group, and programs with its mark that left the group (setsid).
   /// Returns how it ended: "exit code 1", "signal 9"; empty if unknown.

@@ -21,10 +21,13 @@ class ClassList {
   static std::vector<std::string> from_file(const std::filesystem::path& path);
 
   int size() const { return static_cast<int>(names_.size()); }
+  /// Whether the list has a name for it.
   bool has(int label) const { return label >= first_label_ && label - first_label_ < size(); }
   /// Throws Error for a label that is not in the list, because the list is of another network.
   void check(int label) const;
+  /// Whether it is in the list and selected.
   bool kept(int label) const { return has(label) && kept_[index(label)]; }
+  /// Of a label that is in the list.
   const std::string& name(int label) const { return names_[index(label)]; }
 
  private:

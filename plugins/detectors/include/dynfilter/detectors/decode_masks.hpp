@@ -27,7 +27,7 @@ class PrototypeMasks {
  public:
   /// Throws Error if the tensor has another layout.
   explicit PrototypeMasks(const cv::Mat& prototypes);
-  int coefficients() const { return prototypes_.size[1]; }
+  int coefficients() const { return prototypes_.size[1]; }  ///< length K of a box's coefficients
 
   /// CV_8UC1 of the image's size, 255 inside. `box` is in pixels of the image.
   /// Interpolates bilinearly between prototype pixels.

@@ -22,7 +22,7 @@ class DnnNetwork {
   DnnNetwork(const std::filesystem::path& network, const std::filesystem::path& config,
              std::vector<std::string> outputs);
 
-  const std::string& file() const { return file_; }
+  const std::string& file() const { return file_; }  ///< path of the network file
 
   /// `blob`: 1 x C x H x W floats. The outputs are valid until the next call.
   const std::vector<cv::Mat>& forward(const cv::Mat& blob);

@@ -56,6 +56,7 @@ class DnnProvider final : public SemanticProvider {
   static constexpr const char* kName = "dnn";
   static constexpr const char* kSummary = "a network file, run by OpenCV's dnn module";
 
+  /// Opens and tries the network; throws IoError and ConfigError.
   DnnProvider(Params params, const ProviderFiles& files);
 
   std::string name() const override { return kName; }

@@ -29,7 +29,7 @@ class FileProvider final : public SemanticProvider {
   static constexpr const char* kName = "files";
   static constexpr const char* kSummary = "boxes and masks from files, by timestamp";
 
-  FileProvider(const Params& params, const ProviderFiles& files);
+  FileProvider(const Params& params, const ProviderFiles& files);  ///< reads the files; throws IoError
 
   std::string name() const override { return kName; }
 

@@ -19,6 +19,7 @@ struct InputFit {
   /// Input = scale * image + offset.
   double scale_x = 1, scale_y = 1, offset_x_px = 0, offset_y_px = 0;
 
+  /// Where the image is in the input, both in pixels.
   static InputFit of(cv::Size image, cv::Size input, ImageFit how);
 
   /// The pixels of the input that contain the image.

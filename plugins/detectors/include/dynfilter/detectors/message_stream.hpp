@@ -42,15 +42,15 @@ class MessageStream {
   /// Returns a line without its line end.
   std::string read_line();
 
-  void read_bytes(unsigned char* to, std::size_t n);
+  void read_bytes(unsigned char* to, std::size_t n);  ///< exactly n bytes
 
   /// Discards what the other side has sent so far, without waiting.
   /// Throws Error beyond limits::kMaxSurplusBytes.
   void discard_unread();
 
-  void write_text(const std::string& text) { write_bytes(text.data(), text.size()); }
+  void write_text(const std::string& text) { write_bytes(text.data(), text.size()); }  ///< all of the text
 
-  void write_bytes(const void* from, std::size_t n);
+  void write_bytes(const void* from, std::size_t n);  ///< all n bytes
 
  private:
   using Clock = std::chrono::steady_clock;

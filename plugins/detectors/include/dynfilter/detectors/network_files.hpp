@@ -12,9 +12,10 @@
 /// cv::dnn reads beyond the end of truncated weights, and protobuf writes to stderr.
 namespace dynfilter {
 
+/// Format of the weights file.
 enum class NetworkFormat { Darknet, Onnx, Caffe, TensorFlow };
 
-std::string to_string(NetworkFormat format);
+std::string to_string(NetworkFormat format);  ///< its name, as in messages
 
 /// Determined by the suffix of the weights file. Throws Error.
 NetworkFormat network_format(const std::filesystem::path& network);

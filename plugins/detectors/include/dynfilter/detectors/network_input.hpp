@@ -11,6 +11,7 @@
 
 namespace dynfilter {
 
+/// Order of a pixel's channels in the input.
 enum class ChannelOrder { Rgb, Bgr };
 
 struct NetworkInputParams {

@@ -21,7 +21,7 @@ inline constexpr const char* kHello = "dynfilter-provider 1";
 /// An exception of the provider, reported by the protocol.
 class Told : public Error {
  public:
-  using Error::Error;
+  using Error::Error;  ///< made from the program's message
 };
 
 /// One answer of the program.
@@ -31,14 +31,16 @@ struct Answer {
   std::string error;  ///< why there is no result; empty: it did not fail
 };
 
+/// What came instead; control characters are replaced.
 Error unexpected(const std::string& expected, std::string line);
 
-void write_rows(MessageStream& stream, const cv::Mat& image);
-void read_rows(MessageStream& stream, cv::Mat& image);
+void write_rows(MessageStream& stream, const cv::Mat& image);  ///< pixels of the image, row by row
+void read_rows(MessageStream& stream, cv::Mat& image);         ///< into an image of the right size and type
 
-/// Writes `image ID TIMESTAMP WIDTH HEIGHT CHANNELS`, then the rows.
+/// Writes `image ID TIMESTAMP WIDTH HEIGHT CHANNELS`, then the rows. Throws Error for other types of images.
 void write_image(MessageStream& stream, const SemanticImage& image);
 
+/// The host's next image, as write_image() wrote it; throws Error.
 void read_image(MessageStream& stream, SemanticImage& image);
 
 /// Writes `result ID` if the result has a frame id, `detections N` with N lines `CLASS_ID SCORE X1 Y1 X2 Y2
