@@ -1,6 +1,10 @@
-# Four packages: the headers and what builds against them, the shared library, the presets, the command with the modules.
+# Five packages: the headers and what builds against them, the shared library, the presets, the command with the modules, and
+# the API reference if there is Doxygen.
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_ALL development library data runtime)
+if(TARGET reference)
+  list(APPEND CPACK_COMPONENTS_ALL documentation)
+endif()
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_STRIP_FILES ON)
@@ -42,6 +46,12 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "dynfilter-data ${same}")
 set(CPACK_DEBIAN_RUNTIME_DESCRIPTION
   "${toolkit}.\nThis package contains the command that runs, compares and explains pipelines on\nrecorded sequences, and every rejector as a loadable module.")
 
+set(CPACK_DEBIAN_DOCUMENTATION_PACKAGE_NAME dynfilter-doc)
+set(CPACK_DEBIAN_DOCUMENTATION_PACKAGE_SECTION doc)
+set(CPACK_DEBIAN_DOCUMENTATION_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_DOCUMENTATION_DESCRIPTION
+  "${toolkit}.\nThis package contains the API reference as pages for a browser:\n/usr/share/doc/dynfilter-doc/html/index.html")
+
 if(NOT DYNFILTER_DEBIAN OR NOT DYNFILTER_INSTALL)
   return()
 endif()
@@ -58,7 +68,8 @@ set(files "${PROJECT_BINARY_DIR}/debian")
 set(third_party_of_development eigen)
 set(third_party_of_library eigen)
 set(third_party_of_runtime eigen command)
-foreach(component development library data runtime)
+set(third_party_of_documentation documentation)
+foreach(component IN LISTS CPACK_COMPONENTS_ALL)
   string(TOUPPER ${component} upper)
   set(package ${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
   set(third_party "")

@@ -1,5 +1,6 @@
 # Headers, targets, find_package and pkg-config support, presets. The command and the modules install themselves.
-# Components: development (headers, targets, static libraries), library (shared), data (presets), runtime (command, modules).
+# Components: development (headers, targets, static libraries), library (shared), data (presets), runtime (command, modules),
+# documentation (the API reference, in Debian packages).
 if(NOT DYNFILTER_INSTALL)
   return()
 endif()
@@ -15,6 +16,10 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/pipelines" "${PROJECT_SOURCE_D
         COMPONENT data OPTIONAL FILES_MATCHING PATTERN "*.yaml")
 if(NOT DYNFILTER_DEBIAN)  # which has a file of its own for it
   install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/THIRD_PARTY.md" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
+endif()
+
+if(DYNFILTER_DEBIAN AND TARGET reference)
+  install(DIRECTORY "${PROJECT_BINARY_DIR}/reference/html" DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/dynfilter-doc COMPONENT documentation)
 endif()
 
 # One export per component, so that a user who asks for two components needs what those two need and no more.

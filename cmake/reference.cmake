@@ -8,6 +8,9 @@ endif()
 set(reference "${PROJECT_BINARY_DIR}/reference")
 set(headers "${PROJECT_SOURCE_DIR}/include/dynfilter")
 set(page "${PROJECT_SOURCE_DIR}/docs/explanation/architecture.md")
+if(NOT EXISTS "${page}")  # a source distribution for pip
+  return()
+endif()
 set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${page}")
 
 # Lines such as "  core/   what flows". One of several folders ("  keyframe/  mapping/   ...") is for each.
@@ -57,9 +60,8 @@ if(DOXYGEN_VERSION MATCHES "^1[.]9[.]4")
   set(DYNFILTER_WARNINGS_OF_DOXYGEN FAIL_ON_WARNINGS)
 endif()
 configure_file(cmake/reference/Doxyfile.in "${reference}/Doxyfile" @ONLY)
-set(DYNFILTER_REFERENCE_TARGET_OF_ALL "")
-if(DYNFILTER_DEBIAN)
-  set(DYNFILTER_REFERENCE_TARGET_OF_ALL ALL)
-endif()
-add_custom_target(reference ${DYNFILTER_REFERENCE_TARGET_OF_ALL} COMMAND Doxygen::doxygen Doxyfile
+add_custom_target(reference COMMAND Doxygen::doxygen Doxyfile
   WORKING_DIRECTORY "${reference}" COMMENT "API reference: ${reference}/html/index.html" VERBATIM)
+if(DYNFILTER_DEBIAN)
+  set_target_properties(reference PROPERTIES EXCLUDE_FROM_ALL OFF)
+endif()

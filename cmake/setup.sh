@@ -6,6 +6,7 @@ build_packages="cmake g++ ninja-build ccache pkg-config libopencv-dev libeigen3-
 test_packages="doctest-dev libbenchmark-dev clang-format clang-tidy python3-yaml"
 clang_packages="clang libclang-rt-14-dev abigail-tools"  # fuzz targets, other compilers, the facade's ABI
 browser_packages="chromium python3"
+reference_packages="doxygen"  # pages of the API
 window_packages="xvfb xauth imagemagick"  # a window without a display, and its picture
 python_packages="python3-dev python3-numpy python3-opencv python3-pip python3-pytest python3-venv pybind11-dev mypy"
 

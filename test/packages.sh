@@ -7,7 +7,7 @@ set -eu
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . cmake/setup.sh
 choose_tools
-need_packages $build_packages dpkg-dev lintian
+need_packages $build_packages $reference_packages dpkg-dev lintian
 
 # Explained in docs/how-to/install.md.
 explained=maintscript-calls-ldconfig
@@ -33,6 +33,7 @@ $build/consumer/consumer
 cc test/consumer/project/plain_c.c -o $build/plain_c $(pkg-config --cflags --libs dynfilter-facade)
 $build/plain_c
 "$root/usr/bin/dynfilter" check dynfilter
+grep -q "dynfilter::Pipeline" "$root/usr/share/doc/dynfilter-doc/html/index.html"
 if grep -rlaF "$PWD" "$root/usr"; then
   echo "these files name the build tree"
   exit 1

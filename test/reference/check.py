@@ -24,7 +24,7 @@ NUMBER = re.compile(r"^(const |constexpr |static |inline )*(double|float)( &| \*
 POINTS = re.compile(r"Eigen::Vector3[df]|cv::Point3[fd]|WorldPoint\b")
 FRAME = re.compile(r"camera|world|reference|frame of|scene|rig\b|any frame|map|own axes|rotation|axis|T_\w+_\w+", re.I)
 POSE_NAME = re.compile(r"^T(_[a-z]+)*$|pose|transform|motion", re.I)
-DEFINITION = re.compile(r"^(?P<indent>  )?(?!  )[A-Za-z\[][^;{}()#]*?(?:\b(?P<owner>\w+)::)?(?P<name>~?\w+)\([^;{}]*\)[^;{}()]*\{", re.M)
+DEFINITION = re.compile(r"^(?P<indent>  )?(?=[A-Za-z\[])[^;{}()#]*?(?:\b(?P<owner>\w+)::)?(?P<name>~?\w+)\([^;{}]*\)[^;{}()]*\{", re.M)
 CONTAINER = {"begin", "end", "size", "empty", "data", "front", "back"}  # as the standard library's
 
 

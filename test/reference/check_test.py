@@ -25,7 +25,7 @@ class Good {
   int size() const;
   double depth_m() const;                 ///< of the nearest
   double noise() const;                   ///< [px]
-  Pose move(const Pose& T_world_camera);  ///< back by one frame
+  Pose move(const Pose& T_world_camera);  ///< to the world, of the frame before
   cv::Point3f place();                    ///< in the world
  private:
   double secret_depth();
