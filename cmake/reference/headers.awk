@@ -1,11 +1,15 @@
-# What Doxygen reads instead of a header. The numbers of lines stay.
+# What Doxygen reads instead of a header.
 FNR == 1 {
   room = FILENAME
   sub(/.*include\/dynfilter\//, "", room)
   if (room !~ /\//) room = "front"
   sub(/\/.*/, "", room)
   in_c = FILENAME ~ /[.]h$/
+  about = about_file()
 }
+# A comment before the namespace is on the file.
+FNR == about { print "/// @file" }
+in_c && /^\/\*/ && !told { told = sub(/^\/\*/, "/** @file\n *") }
 # Namespaces `detail` are not for users. EXCLUDE_SYMBOLS leaves the bodies of their classes' functions.
 /^namespace ([a-z_:]+::)?detail [{]/ { hidden = 1; print ""; next }
 /[{]/ && hidden { hidden = 2 }
@@ -51,6 +55,18 @@ room == "filters" && match($0, /^\/\/\/ (Formula|Votes|Needs|Abstains|Blind to|S
   $0 = "/// - **%" substr($0, 5, RLENGTH - 6) "**: " substr($0, RLENGTH + 1)
 }
 { above = $0; print }
+
+# The first line of a comment directly before `namespace dynfilter {`. 0: there is none.
+function about_file(    line, number, begin, found) {
+  while ((getline line < FILENAME) > 0) {
+    ++number
+    if (line == "namespace dynfilter {" && !found) found = begin
+    if (line !~ /^\/\/\//) begin = 0
+    else if (!begin) begin = number
+  }
+  close(FILENAME)
+  return found
+}
 
 function say(text) {
   if ($0 ~ /\/\/\/</) return

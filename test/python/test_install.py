@@ -3,6 +3,7 @@
 
 import importlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -132,12 +133,42 @@ def test_import_without_numpy_names_it(tool, tmp_path, without_numpy):
     assert "found 2.1.0" in line or "numpy." in line, line  # the second with a pybind11 that knows NumPy 2
 
 
-def test_source_package_has_what_the_build_needs(backend, tmp_path):
+def test_wheel_is_of_this_python_and_machine(backend):
+    cpython = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    about = backend.info_files()["WHEEL"].decode()
+    (tag,) = re.findall(r"^Tag: (.*)$", about, re.M)
+    assert re.fullmatch(rf"{cpython}-{cpython}-linux_\w+", tag)
+    assert "Root-Is-Purelib: false" in about
+    assert backend.wheel_name() == f"dynfilter-{backend.version()}-{tag}.whl"
+
+
+def test_source_package_has_what_the_build_needs(root, backend, tmp_path):
     name = backend.build_sdist(str(tmp_path))
     with tarfile.open(tmp_path / name) as archive:
         archive.extractall(tmp_path)
     source = tmp_path / name[: -len(".tar.gz")]
     assert (source / "PKG-INFO").read_text().startswith("Metadata-Version: 2.1\nName: dynfilter\n")
     assert not list(source.rglob("*.so"))
+    assert missing_includes(root, source) == []
     backend.ROOT = source
     backend.configure(str(tmp_path / "build"), {"Python3_EXECUTABLE": sys.executable})
+
+
+def missing_includes(root, source):
+    """What the module's sources include, also through others, that is in the repository and not in the package."""
+    folders = ["include", "plugins/detectors/include", "examples/dynfilter"]
+    compiled = ["plugins/python/src", "plugins/detectors/src", *(f"examples/dynfilter/{room}" for room in ("eval", "io", "odometry", "render"))]
+    todo = [path.relative_to(root) for folder in compiled for path in (root / folder).glob("*.cpp")]
+    seen, missing = set(todo), set()
+    while todo:
+        path = todo.pop()
+        if not (source / path).is_file():
+            missing.add(str(path))
+        for included in re.findall(r'^#include ["<](.*)[">]', (root / path).read_text(), re.M):
+            for folder in [path.parent, *folders]:
+                found = type(path)(folder) / included
+                if (root / found).is_file() and found not in seen:
+                    seen.add(found)
+                    todo.append(found)
+    assert len(seen) > 200
+    return sorted(missing)

@@ -33,12 +33,12 @@ class Votes {
     prior_.assign(n, 0);
     note_.clear();
   }
-  /// Votes on feature i; the suspicion is clipped to [0, 1], NaN is kNoIdea.
+  /// Sets the vote on feature i. The suspicion is clipped to [0, 1], NaN is kNoIdea.
   void cast(std::size_t i, Vote vote, float suspicion) {
     vote_[i] = vote;
     suspicion_[i] = suspicion >= 0 ? std::min(suspicion, 1.0F) : suspicion < 0 ? 0.0F : kNoIdea;
   }
-  /// Votes with the suspicion that belongs to it: 1, 0 or kNoIdea.
+  /// The same with the suspicion that belongs to the vote: 1, 0 or kNoIdea.
   void cast(std::size_t i, Vote vote) {
     cast(i, vote, vote == Vote::Dynamic ? 1.0F : vote == Vote::Static ? 0.0F : kNoIdea);
   }

@@ -125,7 +125,7 @@ typedef struct dynfilter_stage_report {
 
 /* Of the library that is loaded. */
 DYNFILTER_C_API int dynfilter_abi_version(void);
-/* E.g. "0.1.0". */
+/* Of the library that is loaded, such as "0.1.0". */
 DYNFILTER_C_API const char* dynfilter_version(void);
 
 /* NULL when the pipeline cannot be used: `error` (may be NULL) then holds the reason, cut to error_size.

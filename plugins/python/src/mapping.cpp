@@ -116,7 +116,7 @@ void bind_mapping(py::module_& module) {
           py::arg("id"), py::arg("pose"), "After a loop closure. False: unknown, or no longer movable.")
       .def("cloud", &cloud,
            "(points_m (n, 3) float32, colours (n, 3) uint8 red green blue, classes (n,) int32)")
-      .def("write_ply", &write_ply, py::arg("path"))
+      .def("write_ply", &write_ply, "Writes the cloud as a PLY file. Raises IoError.", py::arg("path"))
       .def_property_readonly("leaf_m", &StaticMap::leaf_m);
 }
 
