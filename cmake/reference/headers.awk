@@ -40,6 +40,12 @@ above ~ /^ *template <class T, class = void>/ && /: std::false_type [{][}];/ { s
 above ~ /^ *template <class P>/ && /^Field<P> [a-z_]+\(const char\* name, [A-Za-z]+ P::\*member\)/ {
   say("The parameter that selects it, as an entry of a table of parameters.")
 }
+above ~ /^ *template <class P>/ && /^Field<P> (integer|flag|text|words|reals|integers)\(const char\* name/ {
+  say("Like real(), for a member of another type.")
+}
+above ~ /^ *template <class[.][.][.] S>/ && /^StagePtr (first_available|any|all)\(/ {
+  say("The combinator of this name, of pipeline/combinator_table.hpp.")
+}
 
 # Comments of C are comments of the reference, too. A summary does not end after an abbreviation.
 in_c && /^ *\/\*[^*]/ { sub(/\/\*/, "/**") }

@@ -73,13 +73,15 @@ def read(folder):
 
 
 def is_plain(member):
-    """Constructors without a choice, destructors, assignments, comparisons, and a container's usual functions."""
+    """Constructors without a choice, destructors, assignments, operators, and a container's usual functions."""
     name, own = member.name, member.owner.rpartition("::")[2]
-    if name.startswith("~") or re.match(r"operator(=|==|!=|<|\(\)|\*|->|bool)", name.replace(" ", "")) or name in CONTAINER:
+    if name.startswith("~") or re.match(r"operator(=|==|!=|<|\(\)|\*|->|bool|\||&)", name.replace(" ", "")) or name in CONTAINER:
         return True
     if name != own:
         return False
     types = [kind for kind, _ in member.parameters]
+    if re.search(r"\bnoexcept\b", member.arguments) or any("detail::" in kind for kind in types):
+        return True  # holds what it is given, or is not for users
     return not types or (len(types) == 1 and bool(re.search(rf"\b{own}\b|\b\w*(Params|Options|Config)\b", types[0])))
 
 

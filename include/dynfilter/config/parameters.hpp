@@ -70,7 +70,6 @@ std::size_t offset_of(T P::*member) {
 /// The YAML reader, the range check, the cards and the docs all use the table `P::fields()`.
 template <class P>
 struct Field : detail::AnyField {
-  /// A table's entry; made by real(), integer() and their like.
   explicit Field(detail::AnyField field) : detail::AnyField(std::move(field)) {}
 };
 
@@ -102,39 +101,27 @@ template <class P>
 Field<P> real(const char* name, double P::*member, const char* unit, Range<double> range, const char* doc) {
   return Field<P>(detail::real_field(name, detail::offset_of(member), unit, range.min, range.max, doc));
 }
-
-/// Like real(), for an integer.
 template <class P>
 Field<P> integer(const char* name, int P::*member, const char* unit, Range<int> range, const char* doc) {
   return Field<P>(detail::integer_field(name, detail::offset_of(member), unit, range.min, range.max, doc));
 }
-
-/// Like real(), for true or false.
 template <class P>
 Field<P> flag(const char* name, bool P::*member, const char* doc) {
   return Field<P>(detail::flag_field(name, detail::offset_of(member), doc));
 }
-
-/// Like real(), for a text.
 template <class P>
 Field<P> text(const char* name, std::string P::*member, const char* doc) {
   return Field<P>(detail::text_field(name, detail::offset_of(member), doc));
 }
-
-/// Like real(), for a list of texts.
 template <class P>
 Field<P> words(const char* name, std::vector<std::string> P::*member, const char* doc) {
   return Field<P>(detail::words_field(name, detail::offset_of(member), doc));
 }
-
-/// Like real(), for a list of numbers in the range.
 template <class P>
 Field<P> reals(const char* name, std::vector<double> P::*member, const char* unit, Range<double> range,
                const char* doc) {
   return Field<P>(detail::reals_field(name, detail::offset_of(member), unit, range.min, range.max, doc));
 }
-
-/// Like real(), for a list of integers in the range.
 template <class P>
 Field<P> integers(const char* name, std::vector<int> P::*member, Range<int> range, const char* doc) {
   return Field<P>(detail::integers_field(name, detail::offset_of(member), range.min, range.max, doc));

@@ -25,15 +25,12 @@ class YamlNode {
   /// `value` is not copied; `path` is its place, for messages.
   YamlNode(const YamlValue& value, std::string path) : value_(&value), path_(std::move(path)) {}
 
-  /// Its place in the file, for messages, e.g. `pipeline.floor`.
-  const std::string& path() const { return path_; }
-  bool is_map() const;                                ///< its kind; a node without a value has none of these
-  bool is_sequence() const;                           ///< whether it is a list
-  bool is_text() const;                               ///< whether it is a single value
-  bool is_none() const { return value_ == nullptr; }  ///< whether there is no value at its path
-
-  /// Throws ConfigError with the path and the message.
-  [[noreturn]] void fail(const std::string& message) const;
+  const std::string& path() const { return path_; }          ///< its place, e.g. `pipeline.floor`
+  bool is_map() const;                                       ///< whether it is a map
+  bool is_sequence() const;                                  ///< whether it is a list
+  bool is_text() const;                                      ///< whether it is a single value
+  bool is_none() const { return value_ == nullptr; }         ///< whether there is no value at its path
+  [[noreturn]] void fail(const std::string& message) const;  ///< throws ConfigError with the path
 
   /// All keys in file order, duplicates included.
   std::vector<std::string> keys() const;
@@ -74,12 +71,10 @@ class YamlDocument {
  public:
   /// Throws ConfigError naming `source` and, for a syntax error, the line.
   static YamlDocument from_text(const std::string& text, const std::string& source = "");
-  /// Throws ConfigError, also for a file that cannot be read.
-  static YamlDocument from_file(const std::string& path);
+  static YamlDocument from_file(const std::string& path);  ///< throws ConfigError
 
-  YamlNode root() const { return {*root_, ""}; }  ///< the value at the top
-  /// For messages: the file's path, or what from_text() was told.
-  const std::string& source() const { return source_; }
+  YamlNode root() const { return {*root_, ""}; }         ///< the value at the top
+  const std::string& source() const { return source_; }  ///< the file's path, or what from_text() got
 
  private:
   std::shared_ptr<const YamlValue> root_;

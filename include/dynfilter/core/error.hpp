@@ -14,17 +14,14 @@ class Error : public std::runtime_error {
  public:
   /// Room for a path, the fault and the known names.
   static constexpr std::size_t kMaxBytes = 1024;
-  /// `message`: cleaned of control characters and cut to kMaxBytes.
-  explicit Error(const std::string& message);
+  explicit Error(const std::string& message);  ///< cleaned and cut, as above
 };
 
 /// A configuration that cannot be used. Names the YAML path and what was expected there.
 class ConfigError : public Error {
  public:
-  /// The message becomes `path: message`; without a path, the message alone.
-  ConfigError(const std::string& path, const std::string& message);
-  /// The place in the YAML; "" if it is not one place.
-  const std::string& path() const noexcept { return path_; }
+  ConfigError(const std::string& path, const std::string& message);  ///< says `path: message`
+  const std::string& path() const noexcept { return path_; }         ///< the place in the YAML, or ""
 
  private:
   std::string path_;

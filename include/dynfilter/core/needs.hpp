@@ -22,11 +22,9 @@ enum class Input : std::uint32_t {
   Correspondence = 1U << 9U,  ///< matches of the host, or a grey image for flow, or descriptors
 };
 
-/// All inputs of both.
 constexpr Input operator|(Input a, Input b) {
   return static_cast<Input>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));
 }
-/// The inputs that are in both.
 constexpr Input operator&(Input a, Input b) {
   return static_cast<Input>(static_cast<std::uint32_t>(a) & static_cast<std::uint32_t>(b));
 }

@@ -20,15 +20,12 @@ struct Pose {
     Eigen::Map<Eigen::Vector3d>(pose.translation_m.data()) = t;
     return pose;
   }
-  /// From Eigen's transform, in metres.
-  static Pose from(const Eigen::Isometry3d& T) { return from(T.linear(), T.translation()); }
-
+  static Pose from(const Eigen::Isometry3d& T) { return from(T.linear(), T.translation()); }  ///< in metres
   /// Rotation matrix.
   Eigen::Matrix3d R() const {
     return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation.data());
   }
-  /// Translation [m].
-  Eigen::Vector3d t() const { return Eigen::Map<const Eigen::Vector3d>(translation_m.data()); }
+  Eigen::Vector3d t() const { return Eigen::Map<const Eigen::Vector3d>(translation_m.data()); }  ///< [m]
   /// As Eigen's transform, in metres.
   Eigen::Isometry3d isometry() const {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();

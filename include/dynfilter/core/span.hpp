@@ -16,11 +16,8 @@ class Span {
 
  public:
   constexpr Span() noexcept = default;
-  /// `size` elements from `data` on.
   constexpr Span(T* data, std::size_t size) noexcept : data_(data), size_(size) {}
-  /// All elements of the vector.
   Span(std::vector<Value>& values) noexcept : data_(values.data()), size_(values.size()) {}
-  /// All elements of the vector, for reading.
   template <class U = T, class = std::enable_if_t<std::is_const_v<U>>>
   Span(const std::vector<Value>& values) noexcept : data_(values.data()), size_(values.size()) {}
 

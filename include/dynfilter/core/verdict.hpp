@@ -73,8 +73,7 @@ struct Verdict {
   FrameReport report;
 
   std::size_t size() const { return decision.size(); }
-  /// Whether the feature stays: everything but Dynamic.
-  bool keep(std::size_t i) const { return decision[i] != Vote::Dynamic; }
+  bool keep(std::size_t i) const { return decision[i] != Vote::Dynamic; }  ///< everything but Dynamic
   /// For the host's optimiser: what to multiply the feature's information (1 / sigma^2) with, in [0, 1]. The
   /// probability that it stands still, times how well its match is determined in the worst direction. The
   /// suspicion s of a distance d with the limit l is d / (d + l); the probability is 1 / (1 + (d / l)^2).

@@ -59,7 +59,6 @@ class Votes {
   void keep_only(Span<const std::uint8_t> kept) {
     for (std::size_t i = 0; i < vote_.size(); ++i) vote_[i] = kept[i] != 0 ? vote_[i] : Vote::Unknown;
   }
-
   std::size_t size() const { return vote_.size(); }
   Vote operator[](std::size_t i) const { return vote_[i]; }       ///< vote on feature i
   float suspicion(std::size_t i) const { return suspicion_[i]; }  ///< suspicion of feature i, in [0, 1]

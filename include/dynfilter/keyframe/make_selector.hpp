@@ -13,7 +13,8 @@
 
 namespace dynfilter {
 
-/// Creates a selector by name with its default parameters. Throws ConfigError with the known names.
+/// Creates a selector by name with its default parameters.
+/// Throws ConfigError with the known names.
 std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name);
 
 /// The same with the parameters of a YAML map, or the defaults without one. Throws as above.

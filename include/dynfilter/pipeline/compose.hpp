@@ -56,17 +56,14 @@ template <class... S>
 StagePtr sequence(S&&... members) {
   return detail::sequence_of(detail::stages(std::forward<S>(members)...));
 }
-/// The first member whose inputs are there.
 template <class... S>
 StagePtr first_available(S&&... members) {
   return detail::first_available_of(detail::stages(std::forward<S>(members)...));
 }
-/// Dynamic if one member says so.
 template <class... S>
 StagePtr any(S&&... members) {
   return detail::any_of(detail::stages(std::forward<S>(members)...));
 }
-/// Dynamic if all members say so.
 template <class... S>
 StagePtr all(S&&... members) {
   return detail::all_of(detail::stages(std::forward<S>(members)...));
@@ -80,13 +77,11 @@ StagePtr negate(StagePtr member);                  ///< dynamic and static excha
 StagePtr strict(StagePtr member);                  ///< unknown becomes dynamic
 StagePtr gate(StagePtr condition, StagePtr then);  ///< `then` judges if `condition` calls something dynamic
 StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise);  ///< and `otherwise` judges if not
-/// `inside` judges the prior suspects, `outside` the rest.
-StagePtr by_region(StagePtr inside, StagePtr outside);
+StagePtr by_region(StagePtr inside, StagePtr outside);                 ///< `inside` judges prior suspects
 StagePtr object_vote(const ObjectVoteParams& params, StagePtr of);  ///< an object's features decide together
-/// Also the cluster around a rejected feature.
-StagePtr cluster_expand(const ClusterExpandParams& params, StagePtr of);
-StagePtr depth_layers(const DepthLayersParams& params, StagePtr of);  ///< by layers of depth in a box
-StagePtr temporal(const TemporalParams& params, StagePtr of);         ///< by the votes of several frames
+StagePtr cluster_expand(const ClusterExpandParams& params, StagePtr of);  ///< with the cluster around it
+StagePtr depth_layers(const DepthLayersParams& params, StagePtr of);      ///< by layers of depth in a box
+StagePtr temporal(const TemporalParams& params, StagePtr of);             ///< by the votes of several frames
 
 }  // namespace dynfilter
 

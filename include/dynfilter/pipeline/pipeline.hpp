@@ -18,7 +18,6 @@ class Stage;
 /// Deletes a stage where its type is not known.
 struct StageDeleter {
   StageDeleter() = default;
-  /// From the deleter of a stage of any type.
   template <class S>
   StageDeleter(const std::default_delete<S>&) noexcept {}  // NOLINT: from any unique_ptr of a stage
   void operator()(Stage* stage) const noexcept;
