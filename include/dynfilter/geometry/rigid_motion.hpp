@@ -14,7 +14,8 @@
 namespace dynfilter {
 
 /// Residual of a rigid motion q = R p_reference + t at a point c of the current frame, in standard
-/// deviations. ImageDepth (used by the odometry):
+/// deviations.
+/// ImageDepth (used by the odometry):
 ///   (fx (qx/qz - cx/cz), fy (qy/qz - cy/cz)) / pixel sigma, (qz - cz) / sigma_z.
 /// Point: (q - c) / sigma per axis, with lateral sigma = c.z pixel_sigma / f.
 /// sigma_z^2 is the sum of both depths' variances.

@@ -20,7 +20,7 @@ class PixelRays {
   cv::Size size() const { return size_; }
   /// Whether each row has its own x, which a distorted image needs.
   bool is_table() const { return camera_.distorted(); }
-  /// X of a row's pixels, per unit of depth.
+  /// The x of a row's pixels, per unit of depth.
   const float* x_row(int y) const { return x_.data() + (is_table() ? row(y) : 0); }
   const float* y_row(int y) const { return y_.data() + row(y); }       ///< row of the table
   float y_of(int y) const { return y_[static_cast<std::size_t>(y)]; }  ///< without distortion

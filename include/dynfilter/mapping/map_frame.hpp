@@ -82,7 +82,7 @@ struct MapSources {
   Span<const std::int64_t> ids_of(std::size_t i) const {
     return {ids.data() + first[i], first[i + 1] - first[i]};
   }
-  /// And their times.
+  /// The times of these keyframes.
   Span<const double> stamps_s(std::size_t i) const {
     return {timestamps_s.data() + first[i], first[i + 1] - first[i]};
   }

@@ -97,7 +97,7 @@ std::optional<Camera> camera_of(const Frame& frame) {
 /// Ids and places of map points, -1 where there is none or the host has given it up. Buffers are kept.
 class MapPointReader {
  public:
-  /// Reads them under the host's own locks.
+  /// Reads all of them, by the host's own functions.
   template <class MapPoint>
   void read(const std::vector<MapPoint*>& map_points) {
     const std::size_t n = map_points.size();

@@ -40,7 +40,7 @@ struct HasCameraModel<T, std::void_t<decltype(std::declval<const T&>().mpCamera-
 
 template <class T, class = void>
 struct IsMatrix : std::false_type {};
-/// Cv::Mat, and what converts to it.
+/// True for cv::Mat, and for what converts to it.
 template <class T>
 struct IsMatrix<T, std::void_t<decltype(cv::Mat(std::declval<const T&>()).empty())>> : std::true_type {};
 
