@@ -11,14 +11,13 @@ import dynfilter
 SECTIONS = {
     "Judge features": "Pipeline Verdict Report StageReport Camera Detection Keyframe keypoint_type UNKNOWN STATIC DYNAMIC",
     "Write a filter": "Filter param Evidence Match TwoView Votes",
-    "Sequences": "Sequence Recording RenderedSequence render scene_names Frame",
+    "Sequences and scenes": "Sequence Recording RenderedSequence render scene_names Frame "
+    "ExactScene ExactFrame MovingBox exact_scene_names",
     "Run and compare": "run run_scene compare judge Run Comparison Judgement to_rerun Odometry Track has_odometry",
-    "Scenes with exact answers": "ExactScene ExactFrame MovingBox exact_scene_names",
-    "Trajectories and counts": "ate Ate rpe Rpe Statistics Score Classification",
-    "Files": "read_trajectory write_trajectory read_camera read_detections",
+    "Trajectories and counts": "ate Ate rpe Rpe Statistics Score Classification read_trajectory write_trajectory",
     "The dense map": "StaticMap MapReport",
-    "What there is": "presets filter_cards FilterCard Parameter load_plugin __version__",
-    "Errors": "Error ConfigError IoError PluginError",
+    "Files, filters and errors": "read_camera read_detections presets filter_cards FilterCard Parameter load_plugin "
+    "__version__ Error ConfigError IoError PluginError",
 }
 SHORT = 52  # characters of a summary, if it has more and can be cut at a comma
 MANY = 10  # arguments that need not be given; of more the page has none
@@ -33,9 +32,8 @@ VALUES = {
 }
 HEAD = """# Python reference
 
-`help(dynfilter.NAME)` says more: shapes, types and units of everything. `x=` need not be given. Names
-after the sentence on a class are its properties. A test writes this page from the docstrings.
-[Use dynfilter from Python](../how-to/python.md) has examples, and what a verdict has.
+Every name of the package. `help(dynfilter.NAME)` says more: arguments, shapes, types and units.
+`x=` need not be given. After a class are its properties and functions. A test writes this page.
 """
 
 
@@ -88,29 +86,24 @@ def summary(what):
     return text[: whole[-1]] if whole and len(text) > SHORT else text
 
 
-def members(owner, what, known):
-    """Rows of functions, and the names of properties."""
-    rows, rest = [], []
+def members(what):
+    """Names of properties and, with brackets, of functions."""
     bases = [base for base in what.__mro__[1:] if base.__name__ in dynfilter.__all__]  # which have rows of their own
-    for name, member in vars(what).items():
-        if name.startswith("_") or isinstance(member, type) or any(name in vars(base) for base in bases):
-            continue
-        if inspect.isroutine(member):
-            rows.append((f".{name}({signature(f'{owner}.{name}', member, known)})", summary(member)))
-        else:
-            rest.append(name)
-    return rows, rest
+    return [
+        name + ("()" if inspect.isroutine(member) else "")
+        for name, member in vars(what).items()
+        if not name.startswith("_") and not isinstance(member, type) and not any(name in vars(base) for base in bases)
+    ]
 
 
 def entry(name, known):
     what = getattr(dynfilter, name)
     if name in VALUES:
-        return [(name, VALUES[name])]
+        return f"`{name}`", VALUES[name]
     if not inspect.isclass(what):
-        return [(f"{name}({signature(name, what, known)})", summary(what))]
-    rows, rest = members(name, what, known)
-    text = summary(what) + (f". `{' '.join(rest)}`" if rest else "")
-    return [(f"**{name}**", text), *rows]
+        return f"`{name}({signature(name, what, known)})`", summary(what)
+    names = members(what)
+    return f"**{name}**", summary(what) + (f". `{' '.join(names)}`" if names else "")
 
 
 def page():
@@ -121,7 +114,5 @@ def page():
         for name in names.split():
             if not hasattr(dynfilter, name):  # without the odometry
                 continue
-            for what, says in entry(name, known):
-                code = what if what.startswith("**") else f"`{what}`"
-                text += f"| {code} | {says} |\n"
+            text += "| {} | {} |\n".format(*entry(name, known))
     return text
