@@ -8,6 +8,10 @@ FNR == 1 {
 }
 /^```/ { code = !code }
 !code {
+  while (opens_link($0) && (getline below) > 0) {
+    sub(/^ +/, "", below)
+    $0 = $0 " " below
+  }
   rest = $0
   $0 = ""
   while (match(rest, /\[[^]]*\]\([^)]*\)/)) {
@@ -42,3 +46,10 @@ FNR == 1 {
   if (match($0, /^ +[0-9]+[.] /)) sub(/[.] /, "\\. ")
 }
 { print }
+
+# Whether a link continues in the next line.
+function opens_link(line) {
+  gsub(/`[^`]*`/, "", line)
+  gsub(/\[[^]]*\](\([^)]*\))?/, "", line)
+  return line ~ /\[[^]]*$/ || line ~ /\]\([^)]*$/
+}
