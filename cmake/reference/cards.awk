@@ -50,6 +50,8 @@ FNR == 1 {
 # Whether a link continues in the next line.
 function opens_link(line) {
   gsub(/`[^`]*`/, "", line)
-  gsub(/\[[^]]*\](\([^)]*\))?/, "", line)
-  return line ~ /\[[^]]*$/ || line ~ /\]\([^)]*$/
+  gsub(/\[[^]]*\]\([^)]*\)/, "", line)
+  if (line ~ /\]\([^)]*$/) return 1
+  gsub(/\[[^]]*\]/, "", line)
+  return line ~ /\[[^]]*$/
 }
