@@ -204,6 +204,29 @@ TEST_CASE("background_motion: a stereo camera sees cars that cross, come and go"
   }
 }
 
+// In two frames nothing of it matches, as where it jumps farther than flow searches.
+TEST_CASE("background_motion: a car that matches nothing is where it was bound to be") {
+  for (const double step_m : {-1.2, 0.9}) {
+    CAPTURE(step_m);
+    const ExactScene scene =
+        street().mover(MovingBox(80).at({-3, 0, 18}).half_size({0.9, 0.75, 2}).moving({0, 0, step_m}));
+    Player player;
+    for (int k = 0; k < 7; ++k) {
+      const ExactFrame frame = scene.frame(k);
+      player.show(frame, [k](ExactFrame& f) {
+        for (std::size_t i = 0; k >= 5 && k <= 6 && i < f.size(); ++i)
+          if (f.label[i] > 0) f.reference_index[i] = -1;
+      });
+      if (k < 3) continue;
+      CAPTURE(k);
+      const Score s(player.votes, frame);
+      CHECK(s.dynamic_count >= 20);
+      CHECK(s.recall() >= (k == 5 || k == 6 ? 0.8 : 0.9));
+      CHECK(s.static_kept() >= 0.97);
+    }
+  }
+}
+
 TEST_CASE("background_motion: stereo finds movers in a room") {
   for (const Preset preset : {Preset::General, Preset::Planar, Preset::PureRotation, Preset::NoMotion,
                               Preset::SmallBaseline, Preset::SeveralMovers}) {

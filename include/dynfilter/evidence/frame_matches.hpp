@@ -9,10 +9,12 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/flow.hpp>
+#include <dynfilter/correspondence/flow_starts.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
@@ -90,6 +92,8 @@ class FrameMatches {
   // Late boxes need another frame, which uses flow or descriptors instead.
   void correspond(const StoredFrame& stored, Correspondences& out);
 
+  /// For flow. Stereo cameras drive, so that features jump far.
+  Span<const cv::Point2f> starts(const StoredFrame& stored);
   void descriptor_matches(const StoredFrame& stored, Correspondences& out);
   void host_matches(const StoredFrame& stored, Correspondences& out);
 
@@ -113,6 +117,7 @@ class FrameMatches {
   CurrentFrame& current_;
   History history_;
   FlowTracker flow_, step_flow_;
+  FlowStarts starts_;
   DescriptorMatcher descriptors_;
   std::list<Match> matches_;
   std::list<MatchedFeatures> matched_features_;
@@ -219,9 +224,15 @@ inline void FrameMatches::correspond(const StoredFrame& stored, Correspondences&
   if (uses_host_matches() && frame.matches->reference_frame_id == stored.id)
     host_matches(stored, out);
   else if (uses_flow())
-    flow_.track(history_.find(frame.id)->pyramid, stored.pyramid, current_.pixels(), {}, out);
+    flow_.track(history_.find(frame.id)->pyramid, stored.pyramid, current_.pixels(), starts(stored), out);
   else
     descriptor_matches(stored, out);
+}
+
+inline Span<const cv::Point2f> FrameMatches::starts(const StoredFrame& stored) {
+  const FrameView& frame = current_.frame();
+  if (!is_stereo(frame)) return {};
+  return starts_.find({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors});
 }
 
 inline void FrameMatches::descriptor_matches(const StoredFrame& stored, Correspondences& out) {

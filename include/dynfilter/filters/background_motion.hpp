@@ -19,6 +19,7 @@
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <dynfilter/motion/free_space.hpp>
+#include <dynfilter/motion/mover_forecast.hpp>
 #include <dynfilter/motion/moving_odds.hpp>
 #include <dynfilter/motion/neighbour_field.hpp>
 #include <dynfilter/motion/rigid_background.hpp>
@@ -59,7 +60,8 @@ struct BackgroundMotionParams {
 ///           for errors that neighbours share (calibration, clock, blur). The ratio is the median residual
 ///           of the features that follow the background, at most 1.5 times what is usual for this camera. A
 ///           feature without a match, in a place that an earlier view saw through, has the log-odds of
-///           motion/free_space.hpp. Belief = odds + memory * belief in the last frame, plus the mean over
+///           motion/free_space.hpp. With stereo, one where a mover was bound to be has the evidence of
+///           motion/mover_forecast.hpp. Belief = odds + memory * belief in the last frame, plus the mean over
 ///           neighbours at a similar depth. Dynamic above the log-odds against motion in this frame, if a
 ///           core is near: a feature with evidence of motion among others with evidence of motion. A prior
 ///           suspect needs no core.
@@ -100,6 +102,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr double kWindow_s = 0.2;                     ///< ... and in time
   static constexpr double kUnknownStep_s = 1.0 / 30;           ///< where stamps do not increase
   static constexpr float kLeastOdds = -3, kMostOdds = 6;       ///< of one frame [nats]
+  static constexpr float kLeastLineOdds = -3;                  ///< a mover may keep to its epipolar line
   static constexpr float kLeastBelief = -4, kMostBelief = 10;  ///< [nats].
   /// Before any was measured.
   static constexpr double kFirstStepRatio = 1.5, kFirstTrackRatio = 3;
@@ -238,6 +241,12 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// The place of a feature that was not matched may have been free. 0: no view says so.
   float space_odds(const cv::Point3f& point_m) const;
 
+  // ---- what moved before
+  /// Evidence of motion that the last frame expects at a feature [nats]. 0: none.
+  float forecast(const Evidence& evidence, std::size_t i) const;
+  /// With stereo, where features jump far.
+  void learn_forecast(const Evidence& evidence);
+
   // ---- neighbours
   void add_neighbours(const Evidence& evidence);
   /// Mean evidence of the neighbours, near ones first.
@@ -280,6 +289,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   bool judges_directions_ = false;           ///< features without depth have evidence of their own
   std::vector<StaticMissModel> models_;      ///< [g - 1]: over g frames
   std::vector<FreeSpaceView> views_;
+  MoverForecast forecast_;
+  std::vector<MoverForecast::Seen> to_forecast_;
   std::vector<Measured> step_, track_;
   std::vector<Miss> track_misses_;
   std::vector<float> ratios_;

@@ -38,6 +38,7 @@ DYNFILTER_INLINE void BackgroundMotionFilter::reset() {
   places_.clear();
   last_places_.clear();
   estimator_.reset();
+  forecast_.clear();
   match_noise_px_.clear();
   twists_.clear();
   stamps_s_.clear();
@@ -65,11 +66,13 @@ DYNFILTER_INLINE void BackgroundMotionFilter::apply(const Evidence& evidence, Vo
 inline void BackgroundMotionFilter::judge(const Evidence& evidence, const Match& match, Votes& votes) {
   if (match.reference == nullptr) {
     unbroken_ = 0;
+    forecast_.clear();
     return votes.note("no earlier frame");
   }
   if (!follow_background(evidence, match, votes)) return;
   if (estimator_.confidence() < least_confidence_) return abstain(evidence, votes);
   if (!rejects_) votes.note("the first choices of a background reject nothing: they are not sure");
+  forecast_.advance(between(0, 1), *evidence.frame().camera, elapsed_s(1));
   measure_misses(evidence, match);
   measure_noise(evidence);
   weigh_misses(evidence);
@@ -78,10 +81,12 @@ inline void BackgroundMotionFilter::judge(const Evidence& evidence, const Match&
   find_cores(evidence);
   for (std::size_t i = 0; i < evidence.size(); ++i)
     if (evidence.judged(i)) cast(evidence, i, votes);
+  if (judges_directions_) learn_forecast(evidence);
 }
 
 inline void BackgroundMotionFilter::abstain(const Evidence& evidence, Votes& votes) {
   votes.note("background uncertain");
+  forecast_.clear();
   for (std::size_t i = 0; i < evidence.size(); ++i)
     if (evidence.judged(i)) votes.cast(i, Vote::Unknown, Votes::kNoIdea);
   if (least_confidence_ == kLeastFirstConfidence) forget_motion();  // nor expect it to go on
@@ -91,6 +96,7 @@ inline void BackgroundMotionFilter::forget_motion() {
   camera_poses_.clear();
   match_noise_px_.clear();
   twists_.clear();
+  forecast_.clear();
   unbroken_ = 0;
 }
 
@@ -353,13 +359,43 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     own_[i] = kept * remembered_[i];
     const bool matched = step_[i].gap > 0 || track_[i].gap > 0;
-    const float now = matched ? odds_of_match(evidence, i, evidence.prior(i) ? odds_of_suspect : odds)
-                              : space_odds(evidence.points_m()[i]);
+    float now = matched ? odds_of_match(evidence, i, evidence.prior(i) ? odds_of_suspect : odds)
+                        : space_odds(evidence.points_m()[i]);
     const bool can_show_rest = step_[i].can_show_rest() || track_[i].can_show_rest();
+    const float expected = can_show_rest ? 0 : forecast(evidence, i);
+    if (expected > 0 && !(now > expected)) now = expected;
+    if (now <= 0 && matched && !can_show_rest) own_[i] += std::max(now, kLeastLineOdds);
     if (std::isnan(now) || (now <= 0 && !can_show_rest)) continue;
     seen_[i] = 1;
     own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
   }
+}
+
+inline float BackgroundMotionFilter::forecast(const Evidence& evidence, std::size_t i) const {
+  const float depth_m = evidence.depths_m()[i];
+  return forecast_.evidence(evidence.undistorted_pixels()[i], depth_m,
+                            reach_m(MoverForecast::kNear_m, depth_m));
+}
+
+inline void BackgroundMotionFilter::learn_forecast(const Evidence& evidence) {
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  const Camera& camera = *evidence.frame().camera;
+  const Pose T_now_then = between(0, 1);
+  to_forecast_.clear();
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    const cv::Point3f& now = evidence.points_m()[i];
+    const bool moves = belief_[i] > rest_log_odds_;
+    if (!std::isfinite(now.z) || !(moves || seen_[i] != 0)) continue;
+    MoverForecast::Seen seen{
+        {now.x, now.y, now.z}, {kNone, kNone, kNone}, moves ? own_[i] : std::min(own_[i], 0.0F), moves};
+    if (moves && step_[i].in_space() && near_core(evidence, i)) {
+      const cv::Point3f p = back_project(camera, step_[i].then.px, step_[i].then.depth_m);
+      const Eigen::Vector3d still = T_now_then.R() * Eigen::Vector3d(p.x, p.y, p.z) + T_now_then.t();
+      seen.velocity_mps = (seen.point_m - still.cast<float>()) / static_cast<float>(elapsed_s(1));
+    }
+    to_forecast_.push_back(seen);
+  }
+  forecast_.learn(to_forecast_);
 }
 
 inline float BackgroundMotionFilter::odds_of_match(const Evidence& evidence, std::size_t i,
@@ -488,7 +524,8 @@ inline bool BackgroundMotionFilter::supported(const Evidence& evidence, std::siz
 inline void BackgroundMotionFilter::cast(const Evidence& evidence, std::size_t i, Votes& votes) const {
   const float limit = seen_[i] != 0 ? rest_log_odds_ : limit_without_evidence(evidence, i);
   if (!(belief_[i] > limit)) return votes.cast(i, seen_[i] != 0 ? Vote::Static : Vote::Unknown, score(i));
-  const bool supported = rejects_ && (evidence.prior(i) || near_core(evidence, i));
+  const bool supported =
+      rejects_ && (evidence.prior(i) || near_core(evidence, i) || forecast(evidence, i) > 0);
   votes.cast(i, supported ? Vote::Dynamic : Vote::Unknown, score(i));
 }
 
