@@ -14,8 +14,9 @@
 
 namespace dynfilter {
 
-/// Where flow may start if features jump farther than it searches, as on a street at 10 Hz: at the match of
-/// a feature's descriptor, or shifted as its nearest neighbour that has one. About 0.4 ms for 1000 features.
+/// Where flow may start if features jump farther than it searches, as on a street at 10 Hz.
+/// At the match of a feature's descriptor, or shifted as its nearest neighbour that has one.
+/// About 0.4 ms for 1000 features.
 class FlowStarts {
  public:
   /// Distorted pixels in the reference frame, one per current feature. NaN: not known. Valid until the next
