@@ -141,8 +141,9 @@ TEST_CASE("dynfilter_mono on the Hopkins155 clips, all but the widest motion: th
   CHECK(total_f1(json, "median") >= 0.90);
 }
 
-TEST_CASE("mismatch on the AdelaideRMF pairs: the goals" * doctest::test_suite("shared_data")) {
-  const std::string json = judged("adelaide_rmf", "mismatch");
+TEST_CASE("multi_model, a plugin, on the AdelaideRMF pairs: the goals" * doctest::test_suite("shared_data")) {
+  const std::string json = judged("adelaide_rmf", DYNFILTER_SOURCE_DIR "/examples/multi_model/mismatch.yaml",
+                                  " --plugin " DYNFILTER_MULTI_MODEL_PLUGIN);
   if (json.empty()) return;
   CHECK(total_f1(json, "mean") >= 0.97);
   CHECK(total_f1(json, "min") >= 0.93);

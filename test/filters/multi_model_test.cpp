@@ -5,18 +5,19 @@
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
-#include <dynfilter/filters/multi_model.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/testing/exact_scene.hpp>
 #include <dynfilter/testing/exact_scene_presets.hpp>
 #include <dynfilter/testing/judge.hpp>
 #include <limits>
 
+#include "../../examples/multi_model/multi_model.hpp"
 #include "doctest/doctest.h"
 
 namespace multi_model_test {
 
 using namespace dynfilter;
+using multi_model::MultiModelFilter;
 using testing::ExactScene;
 using testing::Preset;
 using testing::Score;

@@ -124,8 +124,7 @@ void same(const Verdict& a, const Verdict& b, const std::vector<std::size_t>& pl
 /// order of the features the same numbers draw other samples. The model may then change, and with it a vote
 /// near the limit.
 bool draws_samples(const Verdict& verdict) {
-  constexpr const char* kSamplers[] = {"epipolar", "depth_consistency", "trajectory_consistency",
-                                       "multi_model"};
+  constexpr const char* kSamplers[] = {"epipolar", "depth_consistency", "trajectory_consistency"};
   for (const StageReport& stage : verdict.report.stages)
     for (const char* name : kSamplers)
       if (stage.name == name) return true;

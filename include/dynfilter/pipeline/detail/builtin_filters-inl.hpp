@@ -13,7 +13,6 @@
 #include <dynfilter/filters/flow_consistency.hpp>
 #include <dynfilter/filters/gms.hpp>
 #include <dynfilter/filters/map_point_belief.hpp>
-#include <dynfilter/filters/multi_model.hpp>
 #include <dynfilter/filters/semantic_box.hpp>
 #include <dynfilter/filters/semantic_mask.hpp>
 #include <dynfilter/filters/trajectory_consistency.hpp>
@@ -27,7 +26,6 @@ DYNFILTER_INLINE Registry builtin_filters() {
   registry.add<DepthConsistencyFilter>();
   registry.add<EpipolarFilter>();
   registry.add<FlowConsistencyFilter>();
-  registry.add<MultiModelFilter>();
   registry.add<BackgroundMotionFilter>();
   registry.add<TrajectoryConsistencyFilter>();
   registry.add<MapPointBeliefFilter>();

@@ -8,12 +8,17 @@
 #include <cstdint>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/portable_math.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
 
-namespace dynfilter {
+namespace multi_model {
+
+using dynfilter::PointGrid;
+using dynfilter::SampleGenerator;
+using dynfilter::Span;
 
 /// A match between two images [px].
 struct ImageMatch {
@@ -145,12 +150,12 @@ inline double SequentialHomographies::reference_area_px2() {
 
 inline int SequentialHomographies::support_needed(std::size_t n) const {
   const double others = static_cast<double>(n) - 3, near = options_.neighbours;
-  double log_alarms = portable::log(static_cast<double>(n) * near * (near - 1) / 2);
+  double log_alarms = dynfilter::portable::log(static_cast<double>(n) * near * (near - 1) / 2);
   int support = 3;
   while (log_alarms >= 0 && support < static_cast<int>(n)) {
     ++support;
     const double k = support - 3;
-    log_alarms += portable::log((others - k + 1) / k * options_.chance);
+    log_alarms += dynfilter::portable::log((others - k + 1) / k * options_.chance);
   }
   return std::max(support, kLeastSupport);
 }
@@ -200,7 +205,7 @@ inline void SequentialHomographies::try_sample() {
   grid_.nearest(places_[at], {options_.neighbours, neighbourhood_px(), 0, static_cast<int>(at)}, near_);
   if (near_.size() < 2) return;
   std::uint32_t pick[2];
-  sample_distinct(rng_, static_cast<std::uint32_t>(near_.size()), pick, 2);
+  dynfilter::sample_distinct(rng_, static_cast<std::uint32_t>(near_.size()), pick, 2);
   const int sample[3] = {left_[at], left_[static_cast<std::size_t>(near_[pick[0]])],
                          left_[static_cast<std::size_t>(near_[pick[1]])]};
   Homography h;
@@ -278,11 +283,11 @@ inline bool SequentialHomographies::least_squares(Homography& h) const {
     // A weak prior against perspective, which a small patch cannot separate from noise.
     const double weak = 1e-3 * static_cast<double>(support_.size());
     A[6 * 8 + 6] += weak, A[7 * 8 + 7] += weak;
-    if (!detail::solve_positive_definite(A, b, 8)) return false;
+    if (!dynfilter::detail::solve_positive_definite(A, b, 8)) return false;
     std::copy(b, b + 8, h.begin());
     h[8] = 1;
   }
   return true;
 }
 
-}  // namespace dynfilter
+}  // namespace multi_model

@@ -10,12 +10,23 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
-#include <dynfilter/filters/detail/sequential_homographies.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
-namespace dynfilter {
+#include "sequential_homographies.hpp"
+
+namespace multi_model {
+
+using dynfilter::Evidence;
+using dynfilter::FieldTable;
+using dynfilter::Input;
+using dynfilter::Match;
+using dynfilter::NamedFilter;
+using dynfilter::Needs;
+using dynfilter::suspicion;
+using dynfilter::Vote;
+using dynfilter::Votes;
 
 struct MultiModelParams {
   double chance = 0.003;
@@ -72,14 +83,14 @@ class MultiModelFilter final : public NamedFilter<MultiModelFilter> {
 inline const FieldTable<MultiModelParams>& MultiModelParams::fields() {
   using P = MultiModelParams;
   static const FieldTable<P> table{
-      real("chance", &P::chance, "", {1e-6, 0.5},
-           "probability that a wrong match agrees with a homography by chance"),
+      dynfilter::real("chance", &P::chance, "", {1e-6, 0.5},
+                      "probability that a wrong match agrees with a homography by chance"),
   };
   return table;
 }
 
 inline MultiModelFilter::MultiModelFilter(Params params) : params_(params), models_(options(params)) {
-  check_parameters(params_, kName);
+  dynfilter::check_parameters(params_, kName);
 }
 
 inline void MultiModelFilter::apply(const Evidence& evidence, Votes& votes) {
@@ -130,4 +141,4 @@ inline void MultiModelFilter::collect(const Evidence& evidence, const Match& mat
   });
 }
 
-}  // namespace dynfilter
+}  // namespace multi_model
