@@ -19,7 +19,6 @@ MARK = re.compile(r"(<!-- figures (\w+) -->\n)(.*?)(<!-- end -->)", re.S)
 OURS = ("none", "oracle", "dynfilter")
 NEAR = 1.2  # times the oracle's error: as good as the true labels
 NEAR_M = 0.0004  # or this much above it, which is the noise of the figures
-LATENESS = {"10": "10 frames late"}
 
 
 def table(head, rows):
@@ -49,17 +48,25 @@ def is_near(row, oracle):
 
 
 def rendered(data):
-    """Per scene: the default pipeline beside none, the true labels, and the best published system."""
+    """Per scene: the default pipeline beside none, the true labels, and the best published system. Then other seeds."""
     rows = []
-    for scene in unique(row["scene"] for row in data["rendered_scenes"]):
+    kept_apart = {row["scene"]: row for row in data["seeds_kept_apart"]}
+    scenes = unique(row["scene"] for row in data["rendered_scenes"])
+    for scene in scenes + [scene for scene in kept_apart if scene not in scenes]:
+        apart = kept_apart.get(scene)
+        last = [pair(apart), or_dash(apart["recall"]), apart["static_kept"]] if apart else ["-", "-", "-"]
         of = select(data["rendered_scenes"], scene=scene)
+        if not of:
+            rows.append([scene, "-", apart["oracle_ate_median_m"], "-", "-", "-"] + last)
+            continue
         none, oracle = select(of, pipeline="none")[0], select(of, pipeline="oracle")[0]
         alone = select(of, pipeline="dynfilter", detector="no")[0]
         boxes = select(of, pipeline="dynfilter", detector="yes")[0]
         best = min((row for row in of if row["pipeline"] not in OURS), key=lambda row: float(row["ate_median_m"]))
         rows.append([scene, none["ate_median_m"], oracle["ate_median_m"], pair(alone), pair(boxes),
-                     or_dash(alone["recall"]), alone["static_kept"], f"{best['ate_median_m']} `{best['pipeline']}`"])
-    return table(["scene", "none", "true labels", "`dynfilter`", "with boxes, masks", "recall", "kept", "best published"], rows)
+                     f"{best['ate_median_m']} `{best['pipeline']}`"] + last)
+    return table(["scene", "none", "true labels", "`dynfilter`", "with boxes, masks", "best published",
+                  "other seeds", "recall", "kept"], rows)
 
 
 def published(data):
@@ -81,38 +88,18 @@ def published(data):
     return table(["pipeline", "as the true labels", "recall", "kept", "frames lost", "worst scene"], rows)
 
 
-def apart(data):
-    return table(["scene", "true labels", "`dynfilter`", "recall", "kept"],
-                 [[row["scene"], pair(row, "oracle_ate"), pair(row), or_dash(row["recall"]), row["static_kept"]]
-                  for row in data["seeds_kept_apart"]])
-
-
-def sensor(data, name):
-    def cell(ate, tracked):
-        return or_dash(ate) + (f" ({tracked})" if tracked else "")
-    return table([f"scene, {name}", "none", "true labels", "`dynfilter`", "recall", "kept"],
-                 [[row["scene"], cell(row["none_ate_m"], row["none_tracked"]),
-                   cell(row["oracle_ate_m"], row["oracle_tracked"]), cell(row["ate_m"], row["tracked"]),
-                   or_dash(row["recall"]), row["static_kept"]] for row in select(data["stereo_mono"], sensor=name)])
-
-
-def stereo(data):
-    return sensor(data, "stereo")
-
-
-def mono(data):
-    return sensor(data, "mono")
-
-
-def parts(data):
-    scenes = unique(row["scene"] for row in data["rts_slam_parts"])
-    rows = []
-    for name in unique(row["parts"] for row in data["rts_slam_parts"]):
-        of = select(data["rts_slam_parts"], parts=name)
-        lost = sum(500 - int(row["tracked_of_500"]) for row in of)
-        rows.append([name] + [select(of, scene=scene)[0]["ate_median_m"] for scene in scenes] +
-                    [f"{min(row['recall'] for row in of)} to {max(row['recall'] for row in of)}", str(lost)])
-    return table(["parts"] + scenes + ["recall", "lost of 2000"], rows)
+def sensors(data):
+    """Stereo and one camera, side by side. In brackets: frames tracked."""
+    def cells(row):
+        def cell(ate, tracked):
+            return or_dash(ate) + (f" ({tracked})" if tracked else "")
+        return [cell(row["none_ate_m"], row["none_tracked"]), cell(row["oracle_ate_m"], row["oracle_tracked"]),
+                cell(row["ate_m"], row["tracked"]), f"{or_dash(row['recall'])}, {row['static_kept']}"]
+    columns = ["none", "true labels", "`dynfilter`", "recall, kept"]
+    return table(["scene"] + ["stereo: none"] + columns[1:] + ["mono: none"] + columns[1:],
+                 [[scene] + cells(select(data["stereo_mono"], scene=scene, sensor="stereo")[0]) +
+                  cells(select(data["stereo_mono"], scene=scene, sensor="mono")[0])
+                  for scene in unique(row["scene"] for row in data["stereo_mono"])])
 
 
 def maps(data):
@@ -122,12 +109,6 @@ def maps(data):
         rows.append([name, row["ate_m"], row["points"], row["ghosts_percent"] + " %",
                      row["astray_percent"] + " %", row["covered_of_oracle_percent"] + " %", row["error_median_m"]])
     return table(["`walking_xyz`", "ATE m", "points", "ghosts", "astray", "covered", "error m"], rows)
-
-
-def thinning(data):
-    return table(["map", "r_v", "N_w", "points", "fewer", "MB", "ms a keyframe"],
-                 [[row["map"], row["leaf_m"] + " m" if row["leaf_m"] else "-", or_dash(row["window_frames"]), row["points"],
-                   row["fewer_percent"] + " %", row["megabytes"], row["ms_per_keyframe"]] for row in data["map_thinning"]])
 
 
 def tracks(data):
@@ -141,26 +122,15 @@ def tracks(data):
 
 
 def masks(data):
-    """The seeds that were kept apart."""
-    return table(["scene", "seed", "masks", "IoU", "movers masked", "static lost"],
-                 [[f"`{row['scene']}`", row["seed"], row["masks"], row["iou"], row["movers_masked_percent"] + " %",
+    """A seed that was kept apart."""
+    return table(["scene", "masks", "IoU", "movers masked", "static lost"],
+                 [[f"`{row['scene']}`", row["masks"], row["iou"], row["movers_masked_percent"] + " %",
                    row["static_lost_percent"] + " %"]
-                  for row in data["masks"] if row["seed"] != "1" and row["masks"] != "perfect"])
-
-
-def late(data):
-    last, rows = "", []
-    for row in data["late_results"]:
-        if row["boxes_and_masks"] not in ("at once", "10", "at 2 Hz", "none"):
-            continue
-        name = "" if row["pipeline"] == last else f"`{row['pipeline']}`"
-        last = row["pipeline"]
-        rows.append([name, LATENESS.get(row["boxes_and_masks"], row["boxes_and_masks"]), pair(row), row["recall"], row["static_kept"]])
-    return table(["pipeline", "boxes, masks", "ATE m (worst)", "recall", "kept"], rows)
+                  for row in data["masks"] if row["seed"] == "21" and row["masks"] != "perfect"])
 
 
 TABLES = {function.__name__: function for function in
-          (rendered, published, apart, stereo, mono, parts, maps, thinning, tracks, masks, late)}
+          (rendered, published, sensors, maps, tracks, masks)}
 
 
 def read(root):
