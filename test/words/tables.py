@@ -94,8 +94,8 @@ def sensors(data):
         def cell(ate, tracked):
             return or_dash(ate) + (f" ({tracked})" if tracked else "")
         return [cell(row["none_ate_m"], row["none_tracked"]), cell(row["oracle_ate_m"], row["oracle_tracked"]),
-                cell(row["ate_m"], row["tracked"]), f"{or_dash(row['recall'])}, {row['static_kept']}"]
-    columns = ["none", "true labels", "`dynfilter`", "recall, kept"]
+                cell(row["ate_m"], row["tracked"]), or_dash(row["recall"])]
+    columns = ["none", "true labels", "`dynfilter`", "recall"]
     return table(["scene"] + ["stereo: none"] + columns[1:] + ["mono: none"] + columns[1:],
                  [[scene] + cells(select(data["stereo_mono"], scene=scene, sensor="stereo")[0]) +
                   cells(select(data["stereo_mono"], scene=scene, sensor="mono")[0])
