@@ -44,7 +44,7 @@ def or_dash(text):
 
 def is_near(row, oracle):
     ate, best = float(row["ate_median_m"]), float(oracle["ate_median_m"])
-    return ate <= max(NEAR * best, best + NEAR_M)
+    return ate <= max(NEAR * best, best + NEAR_M) + 1e-9
 
 
 def rendered(data):
