@@ -8,6 +8,7 @@
 #include <string>
 
 #include "doctest/doctest.h"
+#include "support/parameter_tables.hpp"
 
 namespace docs_test {
 
@@ -17,15 +18,6 @@ namespace {
 
 constexpr const char* kBegin = "<!-- parameters -->\n";
 constexpr const char* kEnd = "<!-- end -->";
-
-std::string table(const FilterCard& card) {
-  std::ostringstream out;
-  out << "| parameter | default | unit | range | meaning |\n|---|---|---|---|---|\n";
-  for (const FieldInfo& field : card.parameters)
-    out << "| `" << field.name << "` | " << field.default_value << " | " << field.unit << " | " << field.range
-        << " | " << field.doc << " |\n";
-  return out.str();
-}
 
 std::string read(const std::string& path) {
   std::ifstream file(path);
@@ -49,7 +41,8 @@ TEST_CASE("every rejector has a card in docs/reference/filters whose table is th
     REQUIRE(begin != std::string::npos);
     REQUIRE(end != std::string::npos);
     const auto from = begin + std::string(kBegin).size();
-    const std::string wanted = table(registry.find(name)->card);
+    const std::string wanted =
+        dynfilter_test::kParameterHead + dynfilter_test::parameter_rows(registry.find(name)->card.parameters);
     if (std::getenv("DYNFILTER_UPDATE_DOCS") != nullptr)
       std::ofstream(path) << card.replace(from, end - from, wanted);
     else
