@@ -122,7 +122,7 @@ bool has_column(const std::vector<Column>& shown, const std::string& key) {
 std::string meanings(const std::vector<Column>& shown) {
   const auto has = [&shown](const char* key) { return has_column(shown, key); };
   std::string text;
-  if (has("tracked_percent")) text += "Tracked: frames with a pose, of all; lost frames flatter the ATE. ";
+  if (has("tracked_percent")) text += "Tracked: frames with a pose, of all; lost frames lower the ATE. ";
   if (has("recall")) text += "Recall: share of the features on movers that is rejected. ";
   if (has("static_kept")) text += "Kept: share of the static features that is kept. ";
   if (has("cpu_ms")) text += "CPU: time of all threads per frame, odometry included. ";
