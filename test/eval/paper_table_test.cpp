@@ -187,6 +187,18 @@ TEST_CASE("a table: fewer than six pairs cannot show a difference, and it says s
   CHECK_FALSE(contains(latex, "$^{*}$"));
 }
 
+TEST_CASE("a table: a p without digits is said to be small") {
+  std::vector<eval::ComparedRun> runs;  // twelve pairs: p is 2 / 2^12
+  for (const eval::ComparedRun& r : six_runs())
+    for (const char* seed : {"_1", "_2"}) runs.push_back(r), runs.back().sequence += seed;
+  const eval::Comparison comparison = eval::compare_runs(runs);
+  CHECK(comparison.rows[1].against_reference.p == doctest::Approx(2.0 / 4096));
+  CHECK(contains(eval::latex_table(comparison, kProvenance), "& $<$0.001\\rlap{$^{*}$} \\\\"));
+  CHECK(contains(eval::markdown_table(comparison, kProvenance), "| &lt;0.001\\* |"));
+  CHECK(contains(eval::markdown_table(comparison, kProvenance),
+                 "Data: walking (walking\\_1, walking\\_2), 100 frames"));
+}
+
 TEST_CASE("a table has decimal points in any locale") {
   const eval::Comparison comparison = eval::compare_runs(six_runs());
   const std::string latex = eval::latex_table(comparison, kProvenance),

@@ -34,7 +34,7 @@ inline constexpr const char* kIntroduction =
     "<p>ATE is the RMSE in centimetres after alignment: SE(3), or Sim(3) for systems of one camera, which "
     "have no scale. Read it beside the tracked frames. Figures of papers are grey. They are of other front "
     "ends, often medians of many runs. Compare rows of one alignment: Sim(3) also fits the scale, which "
-    "lowers the error. The least ATE of our runs and that of the papers are bold.</p>\n";
+    "lowers the error. The least ATE of each alignment is bold, of our runs and of the papers.</p>\n";
 
 /// A bar as long as the ATE, of at most the largest one shown. `none` does not set the scale, as it would
 /// make all others invisible.
@@ -94,14 +94,14 @@ inline std::vector<std::string> shown_sequences(const Manifest& manifest, const 
   return shown;
 }
 
-/// The ATE of a system on a sequence. The least ones of our runs and of the papers are bold.
+/// The ATE of a system on a sequence. The least ones of an alignment are bold, of our runs and of the papers.
 inline std::string overview_cell(const std::vector<BenchRow>& rows, const std::string& sequence,
                                  const BenchRow& system) {
   const BenchRow* row = find_row(rows, sequence, system);
   if (row == nullptr || !std::isfinite(row->ate_rmse_m)) return "<td></td>";
   const bool best = std::none_of(rows.begin(), rows.end(), [&](const BenchRow& other) {
     return other.sequence == sequence && (other.state == "published") == (row->state == "published") &&
-           other.ate_rmse_m < row->ate_rmse_m;
+           other.alignment == row->alignment && other.ate_rmse_m < row->ate_rmse_m;
   });
   return fmt::format("<td{}>{}</td>", best ? R"( class="best")" : "", ate_cm_text(*row));
 }

@@ -8,6 +8,9 @@
 namespace dynfilter::eval::paper {
 namespace {
 
+/// Below this, no digit of p is left.
+constexpr double kLeastShownP = 0.0005;
+
 /// `oracle` knows the truth. `none` keeps all and costs nothing.
 bool is_ranked(const ComparedRow& row, const Column& column) {
   const std::string key = column.key;
@@ -20,7 +23,9 @@ std::string text_of(const ComparedRow& row, const Column& column) {
   if (key == "runs" && row.runs_with_ate > 0 && row.runs_with_ate < row.runs)
     return std::to_string(row.runs_with_ate) + "/" + std::to_string(row.runs);
   if (!std::isfinite(value)) return "-";
-  return fixed_text(value, column.digits) + (key == "p_value" && value < kSignificance ? "*" : "");
+  if (key != "p_value") return fixed_text(value, column.digits);
+  return (value < kLeastShownP ? "<0.001" : fixed_text(value, column.digits)) +
+         (value < kSignificance ? "*" : "");
 }
 
 /// As printed: figures that read the same are equally good. Empty where all of them are.

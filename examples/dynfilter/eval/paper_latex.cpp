@@ -146,6 +146,7 @@ std::string cell_text(const paper::Cell& cell) {
   std::string text = cell.text;
   const bool marked = text.back() == '*';
   if (marked) text.pop_back();
+  if (text[0] == '<') text = "$<$" + text.substr(1);
   if (cell.best) text = "\\textbf{" + text + "}";
   return marked ? text + "\\rlap{$^{*}$}" : text;  // digits stay below each other
 }
