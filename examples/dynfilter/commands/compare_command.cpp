@@ -119,8 +119,8 @@ std::vector<Row> run_all(const CompareOptions& options, std::vector<report::RunR
   std::vector<Row> rows;
   std::vector<RunOptions> runs = all_runs(options);
   RecordOptions record;
-  record.pictures = std::max<std::size_t>(1, report::kMostPictures / runs.size());
-  record.picture_bytes = report::kPictureBytes / runs.size();
+  const report::RunShare share(runs.size());
+  record.pictures = share.pictures, record.picture_bytes = share.picture_bytes, record.rows = share.rows;
   record.map_points = std::min(report::kMostMapPoints, report::kMapPointsOfAllRuns / runs.size());
   Batch batch(runs.size());
   for (std::size_t k = 0; k < runs.size(); ++k) {

@@ -264,7 +264,7 @@ class SequenceRun {
                         report::kMostMapPoints, output_->every());
     else if (record_ != nullptr)
       recorder_.emplace(judge_.totals(), order_.size(), record.pictures, record.picture_bytes,
-                        record.map_points);
+                        record.map_points, 1, record.rows);
   }
 
   void take_record(const FrameRow& row, const io::SequenceFrame& frame,

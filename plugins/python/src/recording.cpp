@@ -19,8 +19,10 @@ namespace dynfilter::python {
 namespace report = command::report;
 
 Recording::Recording(const command::PipelineJudge& judge, std::size_t frames, std::size_t runs)
-    : recorder_(judge.totals(), frames, std::max<std::size_t>(1, report::kMostPictures / runs),
-                report::kPictureBytes / runs, 0) {}
+    : Recording(judge, frames, report::RunShare(runs)) {}
+
+Recording::Recording(const command::PipelineJudge& judge, std::size_t frames, const report::RunShare& share)
+    : recorder_(judge.totals(), frames, share.pictures, share.picture_bytes, 0, 1, share.rows) {}
 
 void Recording::add(command::FrameRow row, const command::PipelineJudge& judge, const cv::Mat& truth,
                     command::OverlayFrame picture) {

@@ -31,6 +31,8 @@ class Recording {
                                     bool verdicts_only);
 
  private:
+  Recording(const command::PipelineJudge& judge, std::size_t frames, const command::report::RunShare& share);
+
   command::report::RunRecorder recorder_;
   command::FrameStatistics statistics_;
 };
