@@ -7,6 +7,7 @@ test_packages="doctest-dev libbenchmark-dev clang-format clang-tidy python3-yaml
 clang_packages="clang libclang-rt-14-dev abigail-tools"  # fuzz targets, other compilers, the facade's ABI
 browser_packages="chromium python3"
 window_packages="xvfb xauth imagemagick"  # a window without a display, and its picture
+paper_packages="texlive-latex-base texlive-latex-recommended"  # prints a table for a paper
 python_packages="python3-dev python3-numpy python3-opencv python3-pip python3-pytest python3-venv pybind11-dev mypy"
 
 # need_packages NAME...: installs what is missing, as root or through sudo; otherwise says what to type.

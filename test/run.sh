@@ -111,6 +111,7 @@ need_packages $build_packages $test_packages $python_packages
 [ "$mode" = quick ] || need_packages $clang_packages
 want_packages $browser_packages
 want_packages $window_packages
+[ "$mode" = quick ] || want_packages $paper_packages
 choose_tools
 
 build_and_test release -DDYNFILTER_BUILD_PYTHON=ON
