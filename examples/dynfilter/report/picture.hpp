@@ -12,8 +12,8 @@
 
 namespace dynfilter::command::report {
 
-/// Bytes of all pictures of a report. In base64 they are a third more: with maps and rows the page stays below
-/// 10 MB.
+/// Bytes of all pictures of a report. In base64 they are a third more. With maps and rows the page stays
+/// below 10 MB.
 constexpr std::size_t kPictureBytes = 4'500'000;
 /// Frames with figures of all runs of a report, about 300 bytes each. A longer run is thinned.
 constexpr std::size_t kMostRows = 7500, kLeastRows = 200;
