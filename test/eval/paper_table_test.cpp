@@ -158,6 +158,8 @@ TEST_CASE("a table of single runs has one column of the ATE, and no test") {
         "one & 90.0 & \\textbf{0.0200} & \\textbf{0.0080} & \\textbf{0.500} & 0.750 & 4.0 \\\\");
   CHECK_FALSE(contains(latex, "Wilcoxon"));
   CHECK_FALSE(contains(latex, "worst"));
+  for (eval::ComparedRun& r : runs) r.rpe_trans_rmse_m = NAN;
+  CHECK_FALSE(contains(eval::latex_table(eval::compare_runs(runs), kProvenance), "RPE"));
 }
 
 TEST_CASE("a table: alignments that differ stand at their sequences; failures and missing runs are named") {

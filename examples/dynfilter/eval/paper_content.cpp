@@ -200,7 +200,7 @@ std::string caption_of(const Comparison& comparison, const std::vector<Column>& 
     const std::string alignment = common_alignment(comparison.rows);
     text = "Trajectory error of the pipelines: RMSE of the absolute error (ATE) after " +
            (alignment.empty() ? "the alignment that stands at each sequence" : alignment + " alignment") +
-           ", and of the relative one (RPE) over 1 s. ";
+           (has_column(shown, "rpe_m") ? ", and of the relative one (RPE) over 1 s. " : ". ");
   }
   return text +
          (arrows ? "An arrow down: less is better; up: more is better. Bold: best of the sequence." : "");
