@@ -47,7 +47,7 @@ struct ComparedRow {
 struct Comparison {
   std::vector<ComparedRow> rows;      ///< scenes and pipelines in the order of the runs
   std::vector<std::string> variants;  ///< of all runs, each once; empty: they have none
-  std::string reference;          ///< what the test compares with; "": a single pipeline
+  std::string reference;              ///< what the test compares with; "": a single pipeline
 };
 
 /// `reference`: a pipeline; "": `none` if it takes part, else the first one.
