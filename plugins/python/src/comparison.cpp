@@ -15,6 +15,8 @@
 
 namespace dynfilter::python {
 
+namespace py = pybind11;
+
 eval::ComparedRun compared_run(py::handle run) {
   const auto figure = [&run](const char* name) { return run.attr(name).cast<double>(); };
   const auto text = [&run](const char* name) { return py::str(run.attr(name)).cast<std::string>(); };
