@@ -201,6 +201,18 @@ TEST_CASE("a table: a p without digits is said to be small") {
                  "Data: walking (walking\\_1, walking\\_2), 100 frames"));
 }
 
+TEST_CASE("a table: what a p is worth, and which folder a scene was in") {
+  std::vector<eval::ComparedRun> runs = six_runs();
+  for (eval::ComparedRun& r : runs) r.sequence = "walking_7";
+  const std::string variants = eval::markdown_table(eval::compare_runs(runs), kProvenance);
+  CHECK(contains(variants, "0.05. Variants of a sequence share frames, so p is too small."));
+  CHECK(contains(variants, "Data: walking (walking\\_7), 100 frames"));
+  for (eval::ComparedRun& r : runs) r.sequence = r.variant, r.variant.clear();
+  const std::string seeds = eval::markdown_table(eval::compare_runs(runs), kProvenance);
+  CHECK(contains(seeds, "0.05, more than noise."));
+  CHECK_FALSE(contains(seeds, "share frames"));
+}
+
 TEST_CASE("a table has decimal points in any locale") {
   const eval::Comparison comparison = eval::compare_runs(six_runs());
   const std::string latex = eval::latex_table(comparison, kProvenance),

@@ -162,7 +162,9 @@ std::string test_note(const Comparison& comparison) {
   if (least_signed_rank_p(most) >= kSignificance)
     return text + "So few pairs cannot tell a difference from noise: p is at least " +
            fixed_text(least_signed_rank_p(most), 3) + ".";
-  return text + "*: p < " + fixed_text(kSignificance, 2) + ", more than noise.";
+  text += "*: p < " + fixed_text(kSignificance, 2);
+  return text + (comparison.variants.empty() ? ", more than noise."
+                                             : ". Variants of a sequence share frames, so p is too small.");
 }
 
 std::string data_note(const std::vector<ComparedRow>& rows) {
@@ -171,7 +173,7 @@ std::string data_note(const std::vector<ComparedRow>& rows) {
   for (const ComparedRow& row : rows) {
     if (!done.insert(row.scene).second) continue;
     text += std::string(text.empty() ? "Data: " : "; ") + row.place +
-            (row.sequences.size() > 1 ? " (" + joined(row.sequences) + ")" : "") + ", " +
+            (joined(row.sequences) == row.place ? "" : " (" + joined(row.sequences) + ")") + ", " +
             std::to_string(row.longest_run) + " frames";
     if (std::isfinite(row.first_s))
       text += ", stamps " + fixed_text(row.first_s, 3) + " to " + fixed_text(row.last_s, 3) + " s";
