@@ -6,9 +6,14 @@ The protocol is in docs/reference/provider_process.md. A detector's file that st
 
     detector: { type: process, command: [ python3, examples/python/lamp_provider.py ] }
 """
-import sys
 
-def detect(pixels, width, height, channels):
+import sys
+from typing import BinaryIO, List, Tuple
+
+Box = Tuple[int, float, int, int, int, int, str]
+
+
+def detect(pixels: bytes, width: int, channels: int) -> List[Box]:
     """All pixels of 200 or more are one lamp: (class_id, score, x1, y1, x2, y2, name)."""
     bright = [i // channels for i in range(0, len(pixels), channels) if pixels[i] >= 200]
     if not bright:
@@ -16,8 +21,9 @@ def detect(pixels, width, height, channels):
     xs, ys = [i % width for i in bright], [i // width for i in bright]
     return [(0, 0.9, min(xs), min(ys), max(xs) + 1, max(ys) + 1, "lamp")]
 
-def main(source, sink):
-    def say(line):
+
+def main(source: BinaryIO, sink: BinaryIO) -> None:
+    def say(line: str) -> None:
         sink.write((line + "\n").encode("ascii"))
 
     say("dynfilter-provider 1")
@@ -31,7 +37,7 @@ def main(source, sink):
         pixels = source.read(width * height * channels)
         say("result " + frame_id)
         try:
-            found = detect(pixels, width, height, channels)
+            found = detect(pixels, width, channels)
             say("detections %d" % len(found))
             for detection in found:
                 say("%d %g %g %g %g %g %s" % detection)
@@ -39,5 +45,6 @@ def main(source, sink):
         except Exception as error:
             say("error %s" % error)
         sink.flush()
+
 
 main(sys.stdin.buffer, sys.stdout.buffer)

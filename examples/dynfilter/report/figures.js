@@ -135,5 +135,5 @@ function medianTable(medians, runs) {
     node: element("tr", {}, columns.map((c) => element("td", { class: c.text ? "text" : null }, c.text ? short(m[c.key]) : figure(m[c.key], c.digits)))),
   }));
   return element("section", {}, element("h2", {}, "Medians over the runs of a scene"), new SortedTable(columns, rows, "Medians").node,
-    element("p", { class: "hint" }, "std divides by n - 1. p: Wilcoxon signed-rank test of the ATE, paired by seed and variant; below 0.05 a difference is more than noise."));
+    element("p", { class: "hint" }, "std divides by n - 1. p: Wilcoxon signed-rank test of the ATE, paired by seed and variant. Below 0.05 a difference of seeds is more than noise; variants share frames, so their p is too small."));
 }
