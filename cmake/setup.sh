@@ -8,6 +8,7 @@ clang_packages="clang libclang-rt-14-dev abigail-tools"  # fuzz targets, other c
 browser_packages="chromium python3"
 reference_packages="doxygen"  # pages of the API
 window_packages="xvfb xauth imagemagick"  # a window without a display, and its picture
+paper_packages="texlive-latex-base texlive-latex-recommended"  # prints a table for a paper
 python_packages="python3-dev python3-numpy python3-opencv python3-pip python3-pytest python3-venv pybind11-dev mypy"
 
 # need_packages NAME...: installs what is missing, as root or through sudo; otherwise says what to type.

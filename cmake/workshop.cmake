@@ -16,3 +16,12 @@ if(TARGET opencv_videoio)
 else()
   message(STATUS "dynfilter: this OpenCV has no videoio: the command and Python read folders of images, and no videos")
 endif()
+
+# The commit that results are of. A library of its own, so that a commit links the command and Python anew, and no test.
+set(commit_source "${CMAKE_CURRENT_BINARY_DIR}/commit.cpp")
+add_custom_target(dynfilter_commit_source BYPRODUCTS "${commit_source}"
+  COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${PROJECT_SOURCE_DIR}" "-DOUTPUT=${commit_source}" -P "${PROJECT_SOURCE_DIR}/cmake/commit.cmake" VERBATIM)
+add_library(dynfilter_commit STATIC "${commit_source}")
+add_dependencies(dynfilter_commit dynfilter_commit_source)
+set_target_properties(dynfilter_commit PROPERTIES POSITION_INDEPENDENT_CODE ON)
+target_include_directories(dynfilter_commit PUBLIC "${workshop_dir}")

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The table of docs/explanation/late_results.md: accuracy of pipelines with late boxes and masks.
+# The figures of docs/reference/results.md (figures/late_results.csv): accuracy of pipelines with late boxes and masks.
 #   bash examples/lateness.sh "SEQUENCE..." [DYNFILTER]     needs the built command; about a minute per row
 # PIPELINES and MODES select others. OPTIONS is passed to `dynfilter compare`.
 set -eu

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The tables of docs/reference/map_results.md on rendered scenes:
+# The figures of docs/reference/results.md (figures/map*.csv) on rendered scenes:
 # downsampling, ghosts by pipeline, keyframes by selector.
 #   bash examples/mapping.sh FOLDER [DYNFILTER]     needs the built command; about a quarter of an hour
 # TABLES (thin ghosts keyframes), SCENES, PIPELINES and POSES (TRUE ESTIMATED) select others.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The table of docs/how-to/masks.md: masks of rendered sequences against their labels.
+# The table of docs/how-to/masks.md (docs/reference/figures/masks.csv): masks of rendered sequences against their labels.
 #   bash examples/masks.sh FOLDER [DYNFILTER]     needs the built command; about a quarter of an hour
 # SCENES, SEEDS and KINDS (features network perfect) select others. OPTIONS is passed to `dynfilter masks`.
 set -eu

@@ -112,6 +112,7 @@ need_packages $build_packages $test_packages $python_packages
 want_packages $browser_packages
 want_packages $window_packages
 want_packages $reference_packages
+[ "$mode" = quick ] || want_packages $paper_packages
 choose_tools
 
 build_and_test release -DDYNFILTER_BUILD_PYTHON=ON

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The ten filters of docs/tutorials/write_a_filter.md.
-// The page shows the parts between "recipe" and "end" word for word.
+// The page shows some of the parts between "recipe" and "end" word for word, and names all.
 #pragma once
 
 #include <Eigen/Core>

@@ -130,6 +130,7 @@ def configure(build_dir, settings):
         "DYNFILTER_BUILD_FACADE": "OFF",
         "DYNFILTER_BUILD_TESTS": "OFF",
         "DYNFILTER_WARNINGS_AS_ERRORS": "OFF",  # a compiler that is newer than ours warns of more
+        "DYNFILTER_REPORT_PLOTS": "OFF",  # uPlot comes by npm; without it reports have plain plots
         "Python3_EXECUTABLE": sys.executable,
         **settings,
     }

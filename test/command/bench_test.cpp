@@ -75,6 +75,12 @@ TEST_CASE("bench runs what is there, names what is missing and puts published fi
   const std::string page = read_text(bench.out() / "report.html");
   CHECK(contains(page, "<a href=\"walking_static/oracle/report.html\">oracle</a>"));
   CHECK(contains(page, "cvg.cit.tum.de"));
+  // A system with both alignments: two rows, each with the digits of its source.
+  CHECK(contains(page, "<td>SInDSLAM</td><td>SE(3)</td>"));
+  CHECK(contains(page, "<td>SInDSLAM</td><td>Sim(3)</td>"));
+  CHECK(contains(page, "<td>1.44</td>"));
+  CHECK(contains(page, "class=\"best\">1.2</td>"));  // DROID-W, Sim(3)
+  CHECK(contains(page, "<li>SInDSLAM, SE(3): TCSVT 2025, geometry alone, on a CPU"));
   CHECK(contains(page, "Content-Security-Policy"));
   CHECK(read_text(bench.out() / "bench.json").size() > 1000);
 }
@@ -152,5 +158,10 @@ TEST_CASE("wrong manifests name the path") {
           "expected SE(3) or Sim(3)");
   refused(head + sequence + "published: [{ system: X, alignment: \"SE(3)\", ate_cm: { c: 1 } }]\n",
           "no sequence of the manifest has this name");
+  const std::string system = "{ system: X, alignment: \"SE(3)\", ate_cm: { a: 1 } }";
+  refused(head + sequence + "published: [" + system + ", " + system + "]\n",
+          "`published: X, SE(3)` is given twice");
+  refused(head + sequence + "published: [{ system: none, alignment: \"Sim(3)\", ate_cm: { a: 1 } }]\n",
+          "`none` and `published: none` are both named `none`");
   check_refused("bench no_such --data . --out /tmp/never", "presets: bonn, euroc, kitti, tum_fr3");
 }

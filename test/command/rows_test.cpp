@@ -3,6 +3,7 @@
 // shows none.
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -147,6 +148,14 @@ TEST_CASE("medians of variants are in every form, and are those of their rows") 
     std::sort(ates.begin(), ates.end());
     CHECK(m["ate_rmse_m"].get<double>() == doctest::Approx((ates[2] + ates[3]) / 2));
     CHECK(m["ate_rmse_max_m"].get<double>() == ates[5]);
+    const double mean = std::accumulate(ates.begin(), ates.end(), 0.0) / 6;
+    double squares = 0;
+    for (const double ate : ates) squares += (ate - mean) * (ate - mean);
+    CHECK(m["ate_rmse_mean_m"].get<double>() == doctest::Approx(mean));
+    CHECK(m["ate_rmse_std_m"].get<double>() == doctest::Approx(std::sqrt(squares / 5)));
+    CHECK(m["reference"] == "none");
+    CHECK(m["pairs"] == (p == 0 ? 0 : 6));
+    CHECK(m["p_value"].is_null() == (p == 0));
     const Json& line = csv[static_cast<std::size_t>(12 + p)];
     CHECK(line["run"] == "median of 6");
     CHECK(line["pipeline"] == m["pipeline"]);

@@ -30,10 +30,10 @@ namespace {
 using namespace dynfilter;
 
 // What the readers' programs have.
-std::int64_t n, k, id, frame_id, next_frame_id_;
+std::int64_t n, k, id, frame_id;
 double t, stamp, timestamp, timestamp_s, cur_time;
-cv::Mat grey, depth, bgr, left, right, mask, cur_img, img_gray, img_depth, image;
-std::vector<cv::KeyPoint> keypoints, keypts_;
+cv::Mat grey, depth, bgr, left, right, mask, cur_img, image;
+std::vector<cv::KeyPoint> keypoints;
 std::vector<Detection> boxes, detections;
 std::vector<cv::Point2f> prev_pts, cur_pts;
 std::vector<int> ids, track_cnt;
@@ -67,27 +67,8 @@ void report_of(const Verdict& verdict) {
 #include "any_front_end_2.inc"
 }
 
-struct Features {
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;
-  std::vector<float> depth_m;
-};
-
-void pnp_loop(Pipeline& pipeline, const Features& now, const io::SequenceFrame& image,
-              const io::Sequence& sequence) {
-#include "any_front_end_3.inc"
-}
-
-struct FrameObservation {
-  cv::Mat descriptors_;
-};
-
-void stella_vslam(std::unique_ptr<Pipeline>& pipeline_, FrameObservation& frm_obs) {
-#include "any_front_end_4.inc"
-}
-
 void vins_mono(Pipeline& pipeline) {
-#include "any_front_end_5.inc"
+#include "any_front_end_3.inc"
 }
 
 void dense_map(const mapping::MapFrame& other_frame) {
@@ -142,7 +123,7 @@ void kimera(KimeraFrame* left_frame, FeatureDetector* feature_detector_, HostMas
 }
 
 void plugins() {
-#include "plugins_2.inc"
+#include "plugins_1.inc"
 }
 
 void keyframes(const FrameSummary& summary) {

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Follows docs/tutorials/write_a_filter.md as a new user does, in an empty folder, with an installed dynfilter:
-# writes the files from the page's code, runs its commands, and compares the figures that it prints.
+# Follows docs/tutorials/write_a_filter.md as a new user does, with a copy of its folder and an installed dynfilter:
+# runs the page's commands, and compares the figures that it prints. That the page's code is the folder's, word for
+# word, is checked by test/filters/write_a_filter_test.cpp.
 #   write_a_filter.sh PAGE PREFIX COMMAND WORK
 # PREFIX: where dynfilter is installed; COMMAND: the program `dynfilter`.
 set -euo pipefail
@@ -13,17 +14,7 @@ awk -v "out=$work/page" '
            file = sprintf("%s/%02d.%s", out, ++n, substr($0, 4) == "" ? "sh" : substr($0, 4)); next }
   file { print > file }' "$page"
 
-# The files, as the page says.
-cd "$work/mine"
-for block in "$work"/page/*.cpp; do
-  if grep -q 'int main' "$block"; then file=try_recipes.cpp
-  elif grep -q 'DYNFILTER_EXPORT_FILTERS' "$block"; then file=too_near.cpp
-  else file=recipes.hpp; fi
-  cat "$block" >> $file && echo >> $file
-done
-echo '}  // namespace recipes' >> recipes.hpp
-cat "$work"/page/*.cmake > CMakeLists.txt
-cat "$work"/page/*.yaml > pipeline.yaml
+cp "$(dirname "$page")"/../../examples/06_filter_recipes/* "$work/mine"
 
 # The commands, each with the reader's paths replaced by ours.
 cd "$work"

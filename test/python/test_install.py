@@ -109,6 +109,14 @@ def test_metadata_names_the_versions_of_pyproject(backend, root, tmp_path):
     assert needed == "Requires-Dist: numpy>=1.24,<2" and needed.split(": ")[1] in bounds[0]
 
 
+def test_pip_downloads_no_plots_unless_it_is_told_to(backend, monkeypatch):
+    calls = []
+    monkeypatch.setattr(backend, "run", lambda *command: calls.append(command))
+    backend.configure("build", {})
+    backend.configure("build", {"DYNFILTER_REPORT_PLOTS": "ON"})
+    assert ["-DDYNFILTER_REPORT_PLOTS=OFF" in calls[0], "-DDYNFILTER_REPORT_PLOTS=ON" in calls[1]] == [True, True]
+
+
 def test_missing_tools_are_one_line(backend, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CXX", raising=False)

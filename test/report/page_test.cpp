@@ -27,14 +27,14 @@ cv::Mat noise(int width_px, int height_px) {
 }
 
 /// A long run of the largest pictures that compress worst.
-report::RunRecord long_run(std::size_t frames) {
+report::RunRecord long_run(std::size_t frames, const report::RunShare& share = report::RunShare(1)) {
   report::RunRecord run;
   run.summary.sequence = "long", run.summary.pipeline = "p";
   run.reasons.push_back({"a+b", std::vector<std::size_t>(frames, 123)});
   run.stages.push_back({"before_pose", "a", "before_pose/0", 0, std::vector<double>(frames, 1.2345678)});
-  const std::size_t step = report::picture_step(frames, report::kMostPictures);
+  const std::size_t step = report::picture_step(frames, share.pictures);
   const std::vector<std::uint8_t> jpeg =
-      report::PictureEncoder(report::kPictureBytes / ((frames + step - 1) / step)).encode(noise(960, 780));
+      report::PictureEncoder(share.picture_bytes / ((frames + step - 1) / step)).encode(noise(960, 780));
   for (std::size_t k = 0; k < frames; ++k) {
     command::FrameRow row;
     row.index = k, row.timestamp_s = 1.7e9 + static_cast<double>(k) / 30, row.state = "tracked";
@@ -102,10 +102,26 @@ TEST_CASE("a sample of the map is even, whatever the density of its parts") {
   CHECK(report::map_sample({}, 10).empty());
 }
 
-TEST_CASE("the page of 500 frames is below 12 MB, with pictures of noise and a map") {
+TEST_CASE("a page is below 10 MB, with pictures of noise and a map, whatever the number of frames and runs") {
+  CHECK(report::run_page(long_run(report::kMostRows), {}).size() < 10'000'000);
+  for (const std::size_t runs : {std::size_t{4}, std::size_t{24}}) {
+    const report::RunShare share(runs);
+    CHECK(share.pictures >= report::kLeastPictures);
+    CHECK(share.rows * runs <= report::kMostRows);
+    std::vector<report::RunRecord> records(runs, long_run(share.rows, share));
+    for (report::RunRecord& run : records) {
+      run.map_m.resize(report::kMapPointsOfAllRuns / runs);
+      run.map_bgr.resize(run.map_m.size());
+    }
+    const std::string page = report::compare_page(records, Json::array());
+    CAPTURE(runs);
+    CAPTURE(page.size());
+    CHECK(page.size() < 10'000'000);
+  }
+}
+
+TEST_CASE("the page of 500 frames has 100 pictures and the map") {
   const std::string page = report::run_page(long_run(500), {});
-  CAPTURE(page.size());
-  CHECK(page.size() < 12'000'000);
   const Json run = data_of(page)["runs"][0];
   CHECK(run["frames"]["index"].size() == 500);
   CHECK(run["pictures"].size() == 100);

@@ -8,9 +8,11 @@ Exits with 77, which CTest shows as skipped, where CHROMIUM cannot be started.
 import json
 import math
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
+from xml.etree import ElementTree
 
 from browser import Browser, BrowserError
 
@@ -84,6 +86,50 @@ def check_accessible(browser, name):
     equal(browser.evaluate("document.querySelector('meta[http-equiv]').content.startsWith(\"default-src 'none'\")"), True, f"{name}: policy")
 
 
+def check_keys(browser, name):
+    """Arrow keys, Home and End go through the frames, from wherever the page has the focus."""
+    last = browser.evaluate("Number(document.getElementById('frame-slider').max)")
+    browser.evaluate("document.activeElement.blur()")
+    shown = "Number(document.getElementById('frame-slider').value)"
+    for key, code, wanted in (("Home", 36, 0), ("ArrowRight", 39, min(1, last)), ("End", 35, last), ("ArrowLeft", 37, max(0, last - 1)),
+                              ("PageUp", 33, max(0, last - 11))):
+        browser.key(key, code)
+        equal(browser.evaluate(shown), wanted, f"{name}: frame after {key}")
+
+
+def check_saved(browser, name):
+    """Every button that saves gives an SVG which names its plot and needs no style sheet."""
+    browser.evaluate("window.saved = []; URL.createObjectURL = blob => (window.saved.push(blob), 'blob:x'); HTMLAnchorElement.prototype.click = () => {}")
+    titles = browser.evaluate("[...document.querySelectorAll('button')].filter(b => b.innerText === 'save SVG').map(b => (b.click(), b.closest('figure').querySelector('figcaption').firstChild.textContent))")
+    texts = browser.evaluate("Promise.all(window.saved.map(blob => blob.text()))")
+    equal(len(texts), len(titles), f"{name}: saved plots")
+    check(len(texts) >= 4, f"{name}: {len(texts)} plots to save")
+    for title, text in zip(titles, texts):
+        root = ElementTree.fromstring(text)
+        equal(root.tag, "{http://www.w3.org/2000/svg}svg", f"{name}: {title} is SVG")
+        check(title.strip() in "".join(root.itertext()), f"{name}: the title of {title}")
+        check("class=" not in text and "var(" not in text and "NaN" not in text, f"{name}: {title} stands alone")
+        shapes = [part for part in root.iter() if part.tag.rpartition("}")[2] in ("path", "circle", "rect", "line")]
+        check(len(shapes) > 3, f"{name}: {title} has {len(shapes)} shapes")
+
+
+def errors_of(run):
+    return [e for e in run["frames"]["error_m"] if e is not None]
+
+
+def check_statistics(browser, name):
+    """Those of evo, computed here once more."""
+    runs = browser.evaluate("JSON.parse(document.getElementById('data').textContent).runs")
+    for k, run in enumerate(runs):
+        errors, shown = errors_of(run), f"[...document.querySelectorAll('tr:nth-child({k + 1}) [data-statistic]')]"
+        cells = dict(browser.evaluate(shown + ".map(c => [c.dataset.statistic, Number(c.dataset.value)])"))
+        wanted = {"n": len(errors), "rmse": math.sqrt(statistics.mean(e * e for e in errors)), "mean": statistics.mean(errors),
+                  "median": statistics.median(errors), "std": statistics.pstdev(errors), "min": min(errors), "max": max(errors)}
+        equal(set(cells), set(wanted), f"{name}: statistics of run {k}")
+        for key in wanted:
+            check(abs(cells[key] - wanted[key]) < 1e-9, f"{name}: {key} of run {k}: {cells[key]}, {wanted[key]}")
+
+
 def check_slider(browser, name):
     """The slider moves the cursor of every plot, of the paths and the picture."""
     last = browser.evaluate("Number(document.getElementById('frame-slider').max)")
@@ -132,6 +178,8 @@ def check_all(browser, file, name, before=""):
     browser.open(file, WIDTHS[0], before=before)
     check_accessible(browser, name)
     check_slider(browser, name)
+    check_keys(browser, name)
+    check_saved(browser, name)
     equal(browser.problems, [], f"{name}: console after use")
 
 
@@ -237,6 +285,39 @@ def check_compare(browser, out):
     equal(browser.problems, [], "compare: console after use")
 
 
+def check_beside(browser, out):
+    """Two pipelines at one frame, whatever the slider says; a choice changes one of them."""
+    browser.open(os.path.join(out, "report.html"), WIDTHS[0])
+    images = "[...document.querySelectorAll('.beside img')].map(i => [Number(i.dataset.frame), i.dataset.run])"
+    for frame in (2, 9):
+        browser.evaluate(f"(s => {{ s.value = {frame}; s.dispatchEvent(new Event('input')); }})(document.getElementById('frame-slider'))")
+        browser.settle()
+        (left, one), (right, other) = browser.evaluate(images)
+        equal((left, right), (frame, frame), "beside: frames")
+        check(one != other, "beside: one pipeline twice")
+    browser.evaluate("(s => { s.value = 'oracle'; s.dispatchEvent(new Event('change')); })(document.querySelector('.beside select'))")
+    equal([run for _, run in browser.evaluate(images)], ["oracle", other], "beside: after a choice")
+
+
+def check_variants(browser, out):
+    """A box per pipeline over its runs. The errors of `none` are ten times the others': on a logarithmic scale."""
+    file, rows = os.path.join(out, "report.html"), read(os.path.join(out, "summary.json"))["rows"]
+    check_all(browser, file, "variants")
+    check_statistics(browser, "variants")
+    plots = browser.evaluate("[...document.querySelectorAll('.boxes')].map(f => [f.querySelector('figcaption').firstChild.textContent,"
+                             "f.querySelectorAll('.box').length, f.querySelectorAll('.box-dot').length, f.querySelector('svg').ariaLabel])")
+    ates = [row["ate_rmse_m"] for row in rows if row["pipeline"] == "none"]
+    equal([plots[0][0], plots[0][1], plots[0][2]], ["ATE", 2, 12], "variants: boxes of the ATE, dots")
+    check(f"none: median {statistics.median(ates):.4f}, from {min(ates):.4f} to {max(ates):.4f}" in plots[0][3], f"variants: {plots[0][3]}")
+    medians = [statistics.median(row["ate_rmse_m"] for row in rows if row["pipeline"] == p) for p in ("none", "oracle")]
+    pressed = "document.querySelector('.boxes button').getAttribute('aria-pressed')"
+    equal(browser.evaluate(pressed), str(medians[0] > 10 * medians[1]).lower(), "variants: the scale")
+    ticks = "[...document.querySelectorAll('.boxes')[0].querySelectorAll('.tick')].map(t => t.textContent)"
+    before = browser.evaluate(ticks)
+    browser.evaluate("document.querySelector('.boxes button').click()")
+    check(browser.evaluate(ticks) != before, "variants: the other scale has other ticks")
+
+
 def make_reports(dynfilter, root):
     walk, odd = os.path.join(root, "walk"), os.path.join(root, HOSTILE)
     run(dynfilter, "synth", "walking_xyz", walk, "--frames", "16", "--seed", "3")
@@ -249,6 +330,7 @@ def make_reports(dynfilter, root):
     run(dynfilter, "run", walk, "--pipeline", "rts_slam", "--detector-mode", "late:3", "--out", os.path.join(root, "late"))
     run(dynfilter, "compare", walk, "--pipelines", "none,dynfilter,oracle", "--out", os.path.join(root, "compared"),
         "--map", os.path.join(root, "maps"))
+    run(dynfilter, "compare", walk, "--pipelines", "none,oracle", "--variants", "--out", os.path.join(root, "variants"))
     # Nothing to compare with, one frame, and a name that is a program.
     for name in ("groundtruth.txt", "detections.txt"):
         os.remove(os.path.join(odd, name))
@@ -269,6 +351,8 @@ def main():
         check_run(browser, os.path.join(root, "runs", "own"), "dynfilter")
         check_marks(browser, os.path.join(root, "late"))
         check_compare(browser, os.path.join(root, "compared"))
+        check_beside(browser, os.path.join(root, "compared"))
+        check_variants(browser, os.path.join(root, "variants"))
         check_all(browser, os.path.join(root, "odd", "report.html"), "one frame of a hostile name")
         check(HOSTILE in browser.evaluate("document.querySelector('h1').innerText"), "the name is shown as it is")
         check_all(browser, os.path.join(root, "compared", "report.html"), "without uPlot", NO_UPLOT)

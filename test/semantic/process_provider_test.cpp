@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <numeric>
-#include <sstream>
 #include <thread>
 
 #include "doctest/doctest.h"
@@ -367,19 +366,13 @@ TEST_CASE("an answer after the time limit is never taken for that of a later ima
   CHECK(result->detections->at(0).box.x == 31.0F);
 }
 
-TEST_CASE("the example in Python of docs/reference/provider_process.md is a provider") {
+TEST_CASE("examples/python/lamp_provider.py is a provider") {
   if (std::system("python3 -c '' 2> /dev/null") != 0) {
     MESSAGE("skipped: no python3");
     return;
   }
-  std::ifstream file(DYNFILTER_SOURCE_DIR "/docs/reference/provider_process.md");
-  std::stringstream text;
-  text << file.rdbuf();
-  const std::string begin = "```python\n", docs = text.str();
-  const std::size_t from = docs.find(begin) + begin.size();
-  REQUIRE(from > begin.size());
   ProcessProviderParams params;
-  params.command = {"python3", "-c", docs.substr(from, docs.find("```", from) - from)};
+  params.command = {"python3", "-B", DYNFILTER_SOURCE_DIR "/examples/python/lamp_provider.py"};
   params.timeout_s = 30;
   ProcessProvider provider(params);
   cv::Mat dark(40, 60, CV_8UC3, cv::Scalar(9, 9, 9));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <dynfilter/config/parameters.hpp>
 #include <fstream>
@@ -13,15 +14,33 @@
 
 namespace dynfilter_test {
 
+/// A parameter's default, unit and range. Of a long list, such as the classes that may move, the first ones.
+inline std::string default_cell(const dynfilter::FieldInfo& field) {
+  constexpr std::size_t kWidest = 60, kShown = 24;  // columns
+  std::string cell = field.default_value;
+  if (cell.size() > kWidest) {
+    const auto count = std::count(cell.begin(), cell.end(), ',') + 1;
+    cell = cell.substr(0, cell.rfind(',', kShown)) + ", ... " + std::to_string(count) + " in all]";
+  }
+  if (!field.unit.empty()) cell += " " + field.unit;
+  if (!field.range.empty()) cell += " (" + field.range + ")";
+  return cell;
+}
+
+/// The rows of parameters below their table's head.
+inline std::string parameter_rows(const std::vector<dynfilter::FieldInfo>& fields) {
+  std::string rows = "|---|---|---|\n";
+  for (const dynfilter::FieldInfo& field : fields)
+    rows += "| `" + field.name + "` | " + default_cell(field) + " | " + field.doc + " |\n";
+  return rows;
+}
+
+constexpr const char* kParameterHead = "| parameter | default | meaning |\n";
+
 /// The parameter table of P for a page of docs/.
 template <class P>
 std::string parameter_table() {
-  std::ostringstream out;
-  out << "| parameter | default | unit | range | meaning |\n|---|---|---|---|---|\n";
-  for (const dynfilter::FieldInfo& field : dynfilter::describe_parameters<P>())
-    out << "| `" << field.name << "` | " << field.default_value << " | " << field.unit << " | " << field.range
-        << " | " << field.doc << " |\n";
-  return out.str();
+  return kParameterHead + parameter_rows(dynfilter::describe_parameters<P>());
 }
 
 /// Checks that a page of docs/ has these tables, each {name, table}.

@@ -17,6 +17,7 @@ namespace dynfilter::command {
 struct PublishedSystem {
   std::string name;
   std::string alignment;                ///< of the estimate with the truth: "SE(3)" or "Sim(3)"
+  std::string note;                     ///< what it is, and where the figures are from; may be empty
   std::map<std::string, double> ate_m;  ///< RMSE by the sequence's name
 };
 
@@ -53,8 +54,9 @@ inline BenchSequence sequence(const YamlNode& node) {
 }
 
 inline PublishedSystem published(const YamlNode& node, const std::vector<BenchSequence>& sequences) {
-  only_keys(node, {"system", "alignment", "ate_cm"});
-  PublishedSystem system{required(node, "system").text(), required(node, "alignment").text(), {}};
+  only_keys(node, {"system", "alignment", "note", "ate_cm"});
+  PublishedSystem system{required(node, "system").text(), required(node, "alignment").text(), "", {}};
+  if (const auto note = node.find("note")) system.note = note->text();
   if (system.alignment != "SE(3)" && system.alignment != "Sim(3)")
     required(node, "alignment").fail("expected SE(3) or Sim(3)");
   for (const auto& [name, value] : required(node, "ate_cm").entries()) {

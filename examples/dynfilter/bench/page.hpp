@@ -33,7 +33,8 @@ inline constexpr const char* kStyle =
 inline constexpr const char* kIntroduction =
     "<p>ATE is the RMSE in centimetres after alignment: SE(3), or Sim(3) for systems of one camera, which "
     "have no scale. Read it beside the tracked frames. Figures of papers are grey. They are of other front "
-    "ends, often medians of many runs. The least ATE of our runs and that of the papers are bold.</p>\n";
+    "ends, often medians of many runs. Compare rows of one alignment: Sim(3) also fits the scale, which "
+    "lowers the error. The least ATE of each alignment is bold, of our runs and of the papers.</p>\n";
 
 /// A bar as long as the ATE, of at most the largest one shown. `none` does not set the scale, as it would
 /// make all others invisible.
@@ -61,8 +62,8 @@ inline std::string row_html(const BenchRow& row, double largest_m) {
   };
   return fmt::format(
       "<tr{}><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-      row_class(row), name_of(row), row.alignment, tracked, figure(100 * row.ate_rmse_m, 1),
-      figure(row.recall, 3), figure(row.total_ms, 1), bar(row, largest_m));
+      row_class(row), name_of(row), row.alignment, tracked, ate_cm_text(row), figure(row.recall, 3),
+      figure(row.total_ms, 1), bar(row, largest_m));
 }
 
 inline double largest_ate_m(const std::vector<BenchRow>& rows, const std::string& sequence) {
@@ -74,9 +75,9 @@ inline double largest_ate_m(const std::vector<BenchRow>& rows, const std::string
 }
 
 inline const BenchRow* find_row(const std::vector<BenchRow>& rows, const std::string& sequence,
-                                const std::string& system) {
+                                const BenchRow& system) {
   const auto found = std::find_if(rows.begin(), rows.end(), [&](const BenchRow& row) {
-    return row.sequence == sequence && row.system == system;
+    return row.sequence == sequence && row.system == system.system && row.alignment == system.alignment;
   });
   return found == rows.end() ? nullptr : &*found;
 }
@@ -93,29 +94,31 @@ inline std::vector<std::string> shown_sequences(const Manifest& manifest, const 
   return shown;
 }
 
-/// The ATE of a system on a sequence. The least ones of our runs and of the papers are bold.
+/// The ATE of a system on a sequence. The least ones of an alignment are bold, of our runs and of the papers.
 inline std::string overview_cell(const std::vector<BenchRow>& rows, const std::string& sequence,
-                                 const std::string& system) {
+                                 const BenchRow& system) {
   const BenchRow* row = find_row(rows, sequence, system);
   if (row == nullptr || !std::isfinite(row->ate_rmse_m)) return "<td></td>";
   const bool best = std::none_of(rows.begin(), rows.end(), [&](const BenchRow& other) {
     return other.sequence == sequence && (other.state == "published") == (row->state == "published") &&
-           other.ate_rmse_m < row->ate_rmse_m;
+           other.alignment == row->alignment && other.ate_rmse_m < row->ate_rmse_m;
   });
-  return fmt::format("<td{}>{}</td>", best ? R"( class="best")" : "", cell(100 * row->ate_rmse_m, 1));
+  return fmt::format("<td{}>{}</td>", best ? R"( class="best")" : "", ate_cm_text(*row));
 }
 
 /// All systems on all sequences.
 inline std::string overview(const std::vector<std::string>& sequences, const std::vector<BenchRow>& rows) {
-  std::string html = "<div class=\"wide\"><table><tr><th>ATE cm</th>";
+  std::string html = "<div class=\"wide\"><table><tr><th>ATE cm</th><th>alignment</th>";
   for (const std::string& sequence : sequences) html += "<th>" + report::escaped(sequence) + "</th>";
   html += "</tr>\n";
   std::vector<std::string> done;
   for (const BenchRow& first : rows) {
-    if (first.state == "missing" || std::find(done.begin(), done.end(), first.system) != done.end()) continue;
-    done.push_back(first.system);
-    html += fmt::format("<tr{}><td>{}</td>", row_class(first), report::escaped(first.system));
-    for (const std::string& sequence : sequences) html += overview_cell(rows, sequence, first.system);
+    const std::string name = first.system + ", " + first.alignment;
+    if (first.state == "missing" || std::find(done.begin(), done.end(), name) != done.end()) continue;
+    done.push_back(name);
+    html += fmt::format("<tr{}><td>{}</td><td>{}</td>", row_class(first), report::escaped(first.system),
+                        first.alignment);
+    for (const std::string& sequence : sequences) html += overview_cell(rows, sequence, first);
     html += "</tr>\n";
   }
   return html + "</table></div>\n";
@@ -130,6 +133,16 @@ inline std::string sequence_html(const std::string& sequence, const std::vector<
   for (const BenchRow& row : shown_rows(rows))
     if (row.sequence == sequence) html += row_html(row, largest_m);
   return html + "</table></div>\n";
+}
+
+/// What the papers' systems are, where the manifest says it.
+inline std::string sources_html(const Manifest& manifest) {
+  std::string items;
+  for (const PublishedSystem& system : manifest.published)
+    if (!system.note.empty())
+      items += fmt::format("<li>{}, {}: {}</li>\n", report::escaped(system.name), system.alignment,
+                           report::escaped(system.note));
+  return items.empty() ? "" : "<h2>Figures of papers</h2>\n<ul>\n" + items + "</ul>\n";
 }
 
 inline std::string missing_html(const Manifest& manifest, const std::vector<BenchRow>& rows) {
@@ -156,7 +169,8 @@ inline std::string bench_page(const Manifest& manifest, const std::vector<BenchR
       title, detail_bench::kStyle, detail_bench::kIntroduction);
   page += detail_bench::overview(sequences, rows);
   for (const std::string& sequence : sequences) page += detail_bench::sequence_html(sequence, rows);
-  return page + detail_bench::missing_html(manifest, rows) + "</body></html>\n";
+  return page + detail_bench::sources_html(manifest) + detail_bench::missing_html(manifest, rows) +
+         "</body></html>\n";
 }
 
 }  // namespace dynfilter::command

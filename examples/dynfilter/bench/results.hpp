@@ -2,6 +2,7 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <dynfilter/config/numbers.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/version.hpp>
 
@@ -25,7 +26,7 @@ struct BenchRow {
   std::string sequence, system;
   std::string alignment = "SE(3)";  ///< or "Sim(3)": one camera has no scale of its own
   std::string state;                ///< "", "missing" (no data), "failed", "published"
-  std::string note;                 ///< why it failed
+  std::string note;                 ///< why it failed; of a paper: what the system is
   std::string link;                 ///< page of the run, relative to the results
   std::size_t frames = 0, tracked_frames = 0;
   double ate_rmse_m = NAN, rpe_trans_rmse_m = NAN, recall = NAN, static_kept = NAN, total_ms = NAN;
@@ -44,6 +45,14 @@ inline Json to_json(const BenchRow& row) {
           {"recall", number_or_null(row.recall)},
           {"static_kept", number_or_null(row.static_kept)},
           {"ms_total", number_or_null(row.total_ms)}};
+}
+
+/// Ours to a tenth of a millimetre, those of papers with the digits that they print.
+inline std::string ate_cm_text(const BenchRow& row) {
+  constexpr int kOurDigits = 2;
+  if (!std::isfinite(row.ate_rmse_m)) return "";
+  return row.state == "published" ? number_text(100 * row.ate_rmse_m)
+                                  : cell(100 * row.ate_rmse_m, kOurDigits);
 }
 
 /// Of a sequence that is not there, one row is enough.
@@ -72,7 +81,7 @@ inline Table bench_table(const std::vector<BenchRow>& rows) {
                {"", true}});
   for (const BenchRow& row : shown_rows(rows)) {
     const std::string tracked = row.frames > 0 ? fmt::format("{}/{}", row.tracked_frames, row.frames) : "";
-    table.add({row.sequence, row.system, row.alignment, tracked, cell(100 * row.ate_rmse_m, 1),
+    table.add({row.sequence, row.system, row.alignment, tracked, ate_cm_text(row),
                cell(row.rpe_trans_rmse_m, 4), cell(row.recall, 3), cell(row.static_kept, 3),
                cell(row.total_ms, 1), row.state});
   }

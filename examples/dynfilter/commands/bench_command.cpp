@@ -83,16 +83,22 @@ class Bench {
     return std::filesystem::path(pipeline).stem().string();
   }
 
-  /// Rows and folders of results are told apart by names, those of papers as well.
+  /// Rows and folders of results are told apart by names. A paper may have a system with both alignments.
   void check_names() const {
-    std::vector<NamedSource> systems, sequences;
+    std::vector<NamedSource> systems, published, sequences;
     for (const std::string& pipeline : manifest_.pipelines)
       systems.push_back({system_of(pipeline), pipeline});
-    for (const PublishedSystem& system : manifest_.published)
-      systems.push_back({system.name, "published: " + system.name});
+    for (const PublishedSystem& system : manifest_.published) {
+      const std::string source = "published: " + system.name;
+      published.push_back({system.name + ", " + system.alignment, source + ", " + system.alignment});
+      if (std::none_of(systems.begin(), systems.end(),
+                       [&](const NamedSource& known) { return known.source == source; }))
+        systems.push_back({system.name, source});
+    }
     for (const BenchSequence& sequence : manifest_.sequences)
       sequences.push_back({sequence.name, sequence.folder});
     check_distinct(systems);
+    check_distinct(published);
     check_distinct(sequences);
   }
 
@@ -139,7 +145,7 @@ class Bench {
       if (found == system.ate_m.end()) continue;
       BenchRow row;
       row.sequence = sequence.name, row.system = system.name, row.alignment = system.alignment;
-      row.state = "published", row.ate_rmse_m = found->second;
+      row.state = "published", row.note = system.note, row.ate_rmse_m = found->second;
       rows_.push_back(row);
     }
   }

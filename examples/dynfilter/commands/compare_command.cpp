@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/version.hpp>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -16,7 +17,8 @@
 #include <vector>
 
 #include "command.hpp"
-#include "eval/statistics.hpp"
+#include "compare_rows.hpp"
+#include "eval/paper_table.hpp"
 #include "io/sequence_source.hpp"
 #include "report/map_sample.hpp"
 #include "report/page.hpp"
@@ -24,12 +26,12 @@
 #include "run_and_print.hpp"
 #include "run_options.hpp"
 #include "running/command_registry.hpp"
+#include "running/commit.hpp"
 #include "running/distinct_names.hpp"
 #include "running/results_folder.hpp"
 #include "running/run_summary.hpp"
 #include "running/sequence_run.hpp"
 #include "text/progress.hpp"
-#include "text/table.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -39,23 +41,9 @@ struct CompareOptions {
   std::vector<std::string> sequence_names;  ///< in the rows: no two are the same
   RunOptions run;
   bool variants = false, json = false, csv = false, markdown = false, wide = false, verbose = false;
+  std::string table, reference;
   std::string out, maps;
   bool force = false;
-};
-
-struct Row {
-  Summary summary;
-  std::string variant;  ///< "" unless variants were requested
-};
-
-/// Results of one pipeline over all its runs of one scene.
-struct Medians {
-  std::string scene, pipeline;
-  std::string place;  ///< the scene for readers: no path
-  std::size_t runs = 0, frames = 0, tracked_frames = 0;
-  double ate_median_m = NAN, ate_max_m = NAN, recall = NAN, static_kept = NAN;
-  double over_oracle = NAN;  ///< median ATE over that of the pipeline `oracle`, if it is included
-  double total_ms = NAN, filters_ms = NAN;
 };
 
 /// `a, b` as the shell passes it: `a,` and `b`, or ` b` after the comma.
@@ -69,6 +57,12 @@ std::vector<std::string> without_blanks(const std::vector<std::string>& words) {
   return names;
 }
 
+void check_reference(const CompareOptions& options, const std::vector<NamedSource>& pipelines) {
+  const auto is = [&](const NamedSource& pipeline) { return pipeline.name == options.reference; };
+  if (options.reference.empty() || std::any_of(pipelines.begin(), pipelines.end(), is)) return;
+  throw Error("--reference " + options.reference + ": is not among the --pipelines");
+}
+
 /// Rows are told apart by names. Also finds what is wrong with a pipeline before the first run.
 void check_names(CompareOptions& options) {
   const Registry registry = command_registry(options.run.plugins);
@@ -76,6 +70,7 @@ void check_names(CompareOptions& options) {
   for (const std::string& pipeline : options.pipelines)
     pipelines.push_back({named_pipeline(pipeline, registry).name, pipeline});
   check_distinct(pipelines);
+  check_reference(options, pipelines);
   const bool twice = options.pipelines.size() > 1 || options.variants;
   for (const std::string& sequence : options.sequences)
     if (twice && io::kind_of_source(sequence) == io::SourceKind::Camera)
@@ -124,8 +119,8 @@ std::vector<Row> run_all(const CompareOptions& options, std::vector<report::RunR
   std::vector<Row> rows;
   std::vector<RunOptions> runs = all_runs(options);
   RecordOptions record;
-  record.pictures = std::max<std::size_t>(1, report::kMostPictures / runs.size());
-  record.picture_bytes = report::kPictureBytes / runs.size();
+  const report::RunShare share(runs.size());
+  record.pictures = share.pictures, record.picture_bytes = share.picture_bytes, record.rows = share.rows;
   record.map_points = std::min(report::kMostMapPoints, report::kMapPointsOfAllRuns / runs.size());
   Batch batch(runs.size());
   for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -145,271 +140,18 @@ std::vector<Row> run_all(const CompareOptions& options, std::vector<report::RunR
   return rows;
 }
 
-double median_of_known(const std::vector<Row>& rows, double Summary::*member) {
-  std::vector<double> known;
-  for (const Row& row : rows) {
-    if (std::isfinite(row.summary.*member)) known.push_back(row.summary.*member);
-  }
-  return eval::median(known);
+eval::Provenance provenance() {
+  return {DYNFILTER_VERSION, source_commit(), eval::machine_class()};
 }
 
-Medians medians_of(const std::vector<Row>& rows) {
-  Medians m;
-  m.scene = rows[0].summary.scene;
-  // That of a recording is its folder's path.
-  m.place = m.scene == rows[0].summary.folder ? rows[0].summary.sequence : m.scene;
-  m.pipeline = rows[0].summary.pipeline;
-  m.runs = rows.size();
-  for (const Row& row : rows) {
-    m.frames += row.summary.frames;
-    m.tracked_frames += row.summary.tracked_frames;
-    if (!(m.ate_max_m >= row.summary.ate_rmse_m)) m.ate_max_m = row.summary.ate_rmse_m;
-  }
-  m.ate_median_m = median_of_known(rows, &Summary::ate_rmse_m);
-  m.recall = median_of_known(rows, &Summary::recall);
-  m.static_kept = median_of_known(rows, &Summary::static_kept);
-  m.total_ms = median_of_known(rows, &Summary::total_ms);
-  m.filters_ms = median_of_known(rows, &Summary::filters_ms);
-  return m;
-}
-
-/// In the order in which scenes and pipelines first appear.
-/// Different scenes are never pooled, because their errors differ in scale.
-std::vector<Medians> all_medians(const std::vector<Row>& rows) {
-  std::vector<std::vector<Row>> groups;
-  for (const Row& row : rows) {
-    const auto same = [&row](const std::vector<Row>& group) {
-      return group[0].summary.scene == row.summary.scene && group[0].summary.pipeline == row.summary.pipeline;
-    };
-    auto group = std::find_if(groups.begin(), groups.end(), same);
-    if (group == groups.end()) group = groups.insert(groups.end(), {{}});
-    group->push_back(row);
-  }
-  std::vector<Medians> medians;
-  for (const std::vector<Row>& group : groups) medians.push_back(medians_of(group));
-  for (Medians& m : medians)
-    for (const Medians& other : medians)
-      if (other.scene == m.scene && other.pipeline == "oracle")
-        m.over_oracle = m.ate_median_m / other.ate_median_m;
-  return medians;
-}
-
-Json to_json(const std::vector<Row>& rows) {
-  Json json{{"rows", Json::array()}, {"medians", Json::array()}};
-  for (const Row& row : rows) {
-    json["rows"].push_back(named_json(row.summary));
-    if (!row.variant.empty()) json["rows"].back()["variant"] = row.variant;
-  }
-  for (const Medians& m : all_medians(rows)) {
-    json["medians"].push_back({{"scene", m.scene},
-                               {"pipeline", m.pipeline},
-                               {"runs", m.runs},
-                               {"frames", m.frames},
-                               {"tracked_frames", m.tracked_frames},
-                               {"ate_rmse_m", number_or_null(m.ate_median_m)},
-                               {"ate_rmse_max_m", number_or_null(m.ate_max_m)},
-                               {"ate_over_oracle", number_or_null(m.over_oracle)},
-                               {"recall", number_or_null(m.recall)},
-                               {"static_kept", number_or_null(m.static_kept)},
-                               {"ms_total", number_or_null(m.total_ms)},
-                               {"ms_filters", number_or_null(m.filters_ms)}});
-  }
-  return json;
-}
-
-// Prints each note once, with its pipelines unless it applies to all.
-void print_row_notes(const std::vector<Row>& rows, bool wide) {
-  std::vector<std::pair<std::string, std::set<std::string>>> notes;
-  std::set<std::string> pipelines;
-  for (const Row& row : rows) {
-    pipelines.insert(row.summary.pipeline);
-    std::vector<std::string> own = row.summary.notes;
-    own.insert(own.end(), row.summary.stage_notes.begin(), row.summary.stage_notes.end());
-    for (const std::string& note : own) {
-      const std::string line = row.summary.sequence + ": " + note;
-      auto known = std::find_if(notes.begin(), notes.end(), [&](const auto& n) { return n.first == line; });
-      if (known == notes.end()) known = notes.insert(notes.end(), {line, {}});
-      known->second.insert(row.summary.pipeline);
-    }
-  }
-  if (!notes.empty()) fmt::print("\n");
-  for (const auto& [line, of] : notes) {
-    const std::string who = of.size() < pipelines.size() ? fmt::format(" ({})", fmt::join(of, ", ")) : "";
-    fmt::print("{}", wrapped("note: " + line + who, wide ? 1000 : text_columns()));
-  }
-}
-
-std::vector<Column> row_columns() {
-  return {{"sequence", true},
-          {"run", true},
-          {"pipeline", true},
-          {"tracked"},
-          {"ATE m"},
-          {"RPE m", false, 5},
-          {"RPE deg", false, 7},
-          {"precision", false, 6},
-          {"recall"},
-          {"kept"},
-          {"features", false, 8},
-          {"rejected", false, 4},
-          {"ms", false, 2},
-          {"filters ms", false, 3},
-          {"map points", false, 9},
-          {"ghosts"},
-          {"coverage"},
-          {"", true}};
-}
-
-/// Figures of a map against the truth; NaN without.
-MapTruthSummary map_truth(const Summary& s) {
-  return s.map && s.map->truth ? *s.map->truth : MapTruthSummary();
-}
-
-std::vector<std::string> cells_of(const Row& row) {
-  const Summary& s = row.summary;
-  const MapTruthSummary map = map_truth(s);
-  return {s.sequence,
-          row.variant,
-          s.pipeline,
-          s.verdicts_only ? "-" : fmt::format("{}/{}", s.tracked_frames, s.frames),
-          cell(s.ate_rmse_m, 4),
-          cell(s.rpe_trans_rmse_m, 4),
-          cell(s.rpe_rot_rmse_deg, 3),
-          cell(s.precision, 3),
-          cell(s.recall, 3),
-          cell(s.static_kept, 3),
-          cell(s.features_mean, 0),
-          cell(s.rejected_mean, 0),
-          cell(s.total_ms, 1),
-          cell(s.filters_ms, 2),
-          s.map ? std::to_string(s.map->points) : "",
-          cell(map.ghosts, 4),
-          cell(map.coverage, 3),
-          s.failure.empty() ? "" : "failed"};
-}
-
-/// One table for all sequences, or one per sequence, because names of sequences may be long.
-void print_rows(const std::vector<Row>& rows, bool wide) {
-  if (wide) {
-    Table table(row_columns());
-    for (const Row& row : rows) table.add(cells_of(row));
-    return print_table(table, true);
-  }
-  for (std::size_t begin = 0; begin < rows.size();) {
-    Table table(row_columns());
-    const std::string sequence = rows[begin].summary.sequence, scene = rows[begin].summary.scene;
-    for (; begin < rows.size() && rows[begin].summary.sequence == sequence &&
-           rows[begin].summary.scene == scene;
-         ++begin) {
-      std::vector<std::string> cells = cells_of(rows[begin]);
-      cells[0].clear();
-      table.add(std::move(cells));
-    }
-    fmt::print("{}\n", sequence);
-    print_table(table, false);
-    if (begin < rows.size()) fmt::print("\n");
-  }
-}
-
-Table medians_table(const std::vector<Medians>& medians) {
-  Table table({{"median of runs", true},
-               {"pipeline", true},
-               {"runs"},
-               {"tracked", false, 1},
-               {"ATE m"},
-               {"worst"},
-               {"/oracle"},
-               {"recall"},
-               {"kept"},
-               {"ms", false, 2},
-               {"filters ms", false, 3}});
-  for (const Medians& m : medians)
-    table.add({m.place, m.pipeline, std::to_string(m.runs), fmt::format("{}/{}", m.tracked_frames, m.frames),
-               cell(m.ate_median_m, 4), cell(m.ate_max_m, 4), cell(m.over_oracle, 2), cell(m.recall, 3),
-               cell(m.static_kept, 3), cell(m.total_ms, 1), cell(m.filters_ms, 2)});
-  return table;
-}
-
-/// Empty unless a pipeline has several runs of one scene.
-std::vector<Medians> shown_medians(const std::vector<Row>& rows) {
-  std::vector<Medians> medians = all_medians(rows);
-  if (medians.size() == rows.size()) medians.clear();
-  return medians;
-}
-
-std::string markdown_of(const std::vector<Row>& rows) {
-  Table table(row_columns());
-  for (const Row& row : rows) table.add(cells_of(row));
-  const std::vector<Medians> medians = shown_medians(rows);
-  return table.markdown() + (medians.empty() ? "" : "\n" + medians_table(medians).markdown());
-}
-
-std::string csv_figures(const std::vector<double>& figures) {
-  std::string csv;
-  for (const double figure : figures) csv += std::isfinite(figure) ? fmt::format(",{}", figure) : ",";
-  return csv;
-}
-
-std::string csv_line(const Row& row) {
-  const Summary& s = row.summary;
-  const MapTruthSummary map = map_truth(s);
-  const double map_points = s.map ? static_cast<double>(s.map->points) : NAN;
-  std::vector<std::string> notes = s.notes;
-  notes.insert(notes.end(), s.stage_notes.begin(), s.stage_notes.end());
-  if (!s.failure.empty()) notes.insert(notes.begin(), "failed: " + s.failure);
-  return fmt::format("{},{},{},{},{}", detail_table::csv_field(s.sequence), row.variant,
-                     detail_table::csv_field(s.pipeline), s.frames, s.tracked_frames) +
-         csv_figures(
-             {s.ate_rmse_m,        s.rpe_trans_rmse_m, s.rpe_rot_rmse_deg, s.precision, s.recall,
-              s.static_kept,       s.features_mean,    s.rejected_mean,    s.total_ms,  s.extraction_ms,
-              s.correspondence_ms, s.filters_ms,       s.tracking_ms,      map_points,  map.ghosts,
-              map.coverage,        map.error_median_m, s.cpu_ms,           NAN,         NAN}) +
-         "," + detail_table::csv_field(fmt::format("{}", fmt::join(notes, "; "))) + "\n";
-}
-
-std::string csv_line(const Medians& m) {
-  return fmt::format("{},median of {},{},{},{}", detail_table::csv_field(m.place), m.runs,
-                     detail_table::csv_field(m.pipeline), m.frames, m.tracked_frames) +
-         csv_figures({m.ate_median_m,
-                      NAN,
-                      NAN,
-                      NAN,
-                      m.recall,
-                      m.static_kept,
-                      NAN,
-                      NAN,
-                      m.total_ms,
-                      NAN,
-                      NAN,
-                      m.filters_ms,
-                      NAN,
-                      NAN,
-                      NAN,
-                      NAN,
-                      NAN,
-                      NAN,
-                      m.ate_max_m,
-                      m.over_oracle}) +
-         ",\n";
-}
-
-/// The figures of all rows as they are, then the medians. Empty: there is none.
-std::string csv_of(const std::vector<Row>& rows) {
-  std::string csv =
-      "sequence,run,pipeline,frames,tracked_frames,ate_rmse_m,rpe_trans_rmse_m,rpe_rot_rmse_deg,precision,"
-      "recall,static_kept,features_mean,rejected_mean,ms_total,ms_extraction,ms_correspondence,ms_filters,"
-      "ms_tracking,map_points,map_ghosts,map_coverage,map_error_median_m,cpu_ms,ate_rmse_max_m,"
-      "ate_over_oracle,notes\n";
-  for (const Row& row : rows) csv += csv_line(row);
-  for (const Medians& m : shown_medians(rows)) csv += csv_line(m);
-  return csv;
-}
-
-void print_text(const std::vector<Row>& rows, bool wide, bool verbose) {
+void print_text(const CompareOptions& options, const std::vector<Row>& rows) {
+  const bool wide = options.wide, verbose = options.verbose;
   print_rows(rows, wide);
-  if (const std::vector<Medians> medians = shown_medians(rows); !medians.empty()) {
+  const std::vector<eval::ComparedRow> medians = shown_medians(rows, options.reference);
+  if (!medians.empty()) {
     fmt::print("\n");
     print_table(medians_table(medians), wide);
+    if (wide) fmt::print("{}", test_text(rows, options.reference));
   }
   for (const Row& row : rows) {
     if (!verbose || row.summary.stages.empty()) continue;
@@ -421,21 +163,27 @@ void print_text(const std::vector<Row>& rows, bool wide, bool verbose) {
 }
 
 void print_rows_as(const CompareOptions& options, const std::vector<Row>& rows) {
-  if (options.json)
-    fmt::print("{}", json_text(to_json(rows)));
+  if (!options.table.empty())
+    fmt::print("{}", eval::paper_table(options.table, comparison_of(rows, options.reference), provenance()));
+  else if (options.json)
+    fmt::print("{}", json_text(to_json(rows, options.reference)));
   else if (options.csv)
-    fmt::print("{}", csv_of(rows));
+    fmt::print("{}", csv_of(rows, options.reference));
   else if (options.markdown)
-    fmt::print("{}", markdown_of(rows));
+    fmt::print("{}", markdown_of(rows, options.reference));
   else
-    print_text(rows, options.wide, options.verbose);
+    print_text(options, rows);
 }
 
-void write_results(ResultsFolder& folder, const std::vector<Row>& rows,
+void write_results(ResultsFolder& folder, const std::string& reference, const std::vector<Row>& rows,
                    const std::vector<report::RunRecord>& records) {
-  const Json json = to_json(rows);
+  const Json json = to_json(rows, reference);
   folder.write("summary.json", json_text(json));
-  folder.write("summary.csv", csv_of(rows));
+  folder.write("summary.csv", csv_of(rows, reference));
+  const eval::Comparison comparison = comparison_of(rows, reference);
+  for (const auto& [name, format] :
+       {std::pair{"table.tex", "latex"}, {"table.md", "markdown"}, {"table.csv", "csv"}})
+    folder.write(name, eval::paper_table(format, comparison, provenance()));
   folder.write("report.html", report::compare_page(records, json["medians"]));
   folder.commit();
 }
@@ -462,10 +210,11 @@ int compare(CompareOptions& options) {
   std::optional<ResultsFolder> folder;
   if (!options.out.empty())
     folder.emplace(options.out, options.force,
-                   std::initializer_list<const char*>{"summary.json", "summary.csv", "report.html"});
+                   std::initializer_list<const char*>{"summary.json", "summary.csv", "report.html",
+                                                      "table.tex", "table.md", "table.csv"});
   std::vector<report::RunRecord> records;
   const std::vector<Row> rows = run_all(options, folder ? &records : nullptr);
-  if (folder) write_results(*folder, rows, records);
+  if (folder) write_results(*folder, options.reference, rows, records);
   print_rows_as(options, rows);
   std::vector<Summary> summaries;
   for (const Row& row : rows) summaries.push_back(row.summary);
@@ -503,8 +252,23 @@ void add_compare(CLI::App& app, Action& action) {
   csv->excludes(json)->excludes(markdown);
   markdown->excludes(json);
   command
-      ->add_option("--out", options->out,
-                   "folder for report.html, a page with all runs, summary.json and summary.csv")
+      ->add_option("--table", options->table,
+                   "print the table for a paper: latex (with booktabs), markdown or csv")
+      ->check(CLI::IsMember({"latex", "markdown", "csv"}))
+      ->type_name("FORMAT")
+      ->excludes(json)
+      ->excludes(csv)
+      ->excludes(markdown);
+  command
+      ->add_option(
+          "--reference", options->reference,
+          "pipeline that the Wilcoxon test compares the others with; by default none, else the first")
+      ->type_name("PIPELINE");
+  command
+      ->add_option(
+          "--out", options->out,
+          "folder for report.html, a page with all runs, table.tex, table.md, table.csv for a paper, "
+          "summary.json and summary.csv")
       ->type_name("FOLDER");
   command->add_flag("--force", options->force, "replace the results of another comparison in --out");
   CLI::Option* map =

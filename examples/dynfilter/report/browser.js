@@ -129,7 +129,8 @@ class FrameBar {
       button("−", "Zoom the plots out", () => zoomTime(2)),
       button("all", "Show all of the time", () => setRange(null)));
     this.node = element("div", { class: "frame-bar", role: "group", "aria-label": "Frame of all plots" },
-      this.playButton, this.slider, this.text, element("span", { class: "mark-buttons" }, this.markButtons), zoom);
+      this.playButton, this.slider, this.text, element("span", { class: "mark-buttons" }, this.markButtons), zoom,
+      element("span", { class: "keys hint" }, "Keys: ← → frame, with Shift 10, Home, End, space plays"));
     listen("frame", () => this.show());
   }
   rebuild() {

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Joins the parts of the report's page and writes them as C++.
 #   cmake -DSOURCE=DIR -DUPLOT=DIR|"" -DOUTPUT=FILE.cpp -P embed.cmake
-set(modules dom format store frames plot lines trajectory map browser figures sections main)
+set(modules dom format store frames save plain_plot plot lines trajectory map browser beside figures boxes sections keys main)
 
 # sha256_source(VARIABLE FILE): "sha256-BASE64", as a content security policy names a script.
 function(sha256_source variable file)

@@ -124,14 +124,16 @@ function medianTable(medians, runs) {
   const columns = [
     { name: "scene", key: "scene", text: true }, { name: "pipeline", key: "pipeline", text: true }, { name: "runs", key: "runs", digits: 0 },
     { name: "tracked", key: "tracked_frames", digits: 0 }, { name: "ATE", unit: "m", key: "ate_rmse_m", digits: 4 },
-    { name: "worst", unit: "m", key: "ate_rmse_max_m", digits: 4 }, { name: "over oracle", key: "ate_over_oracle", digits: 2 },
+    { name: "worst", unit: "m", key: "ate_rmse_max_m", digits: 4 }, { name: "mean", unit: "m", key: "ate_rmse_mean_m", digits: 4 },
+    { name: "std", unit: "m", key: "ate_rmse_std_m", digits: 4 }, { name: "over oracle", key: "ate_over_oracle", digits: 2 },
     { name: "recall", key: "recall", digits: 3 }, { name: "static kept", key: "static_kept", digits: 3 },
-    { name: "time", unit: "ms", key: "ms_total", digits: 1 },
-  ];
+    { name: "time", unit: "ms", key: "ms_total", digits: 1 }, { name: `p against ${medians[0].reference}`, key: "p_value", digits: 3 },
+  ].filter((c) => c.text || medians.some((m) => m[c.key] !== null && m[c.key] !== undefined));
   const short = (scene) => scene.split("/").pop();
   const rows = medians.map((m) => ({
     values: columns.map((c) => m[c.key]),
     node: element("tr", {}, columns.map((c) => element("td", { class: c.text ? "text" : null }, c.text ? short(m[c.key]) : figure(m[c.key], c.digits)))),
   }));
-  return element("section", {}, element("h2", {}, "Medians over the runs of a scene"), new SortedTable(columns, rows, "Medians").node);
+  return element("section", {}, element("h2", {}, "Medians over the runs of a scene"), new SortedTable(columns, rows, "Medians").node,
+    element("p", { class: "hint" }, "std divides by n - 1. p: Wilcoxon signed-rank test of the ATE, paired by seed and variant. Below 0.05 a difference of seeds is more than noise; variants share frames, so their p is too small."));
 }

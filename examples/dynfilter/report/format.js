@@ -31,6 +31,22 @@ function tickText(value, ticks) {
   return value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
 }
 
+/** Powers of ten; between them 2 and 5 where there is room. */
+function logTicks(low, high) {
+  const few = high / low < 300;
+  const ticks = [];
+  for (let power = Math.floor(Math.log10(low) + 1e-9); 10 ** power <= high; ++power)
+    for (const digit of few ? [1, 2, 5] : [1]) {
+      const tick = Number(`${digit}e${power}`);
+      if (tick >= low * (1 - 1e-9) && tick <= high) ticks.push(tick);
+    }
+  return ticks;
+}
+
+function logText(tick) {
+  return tick >= 1e-4 ? String(tick) : tick.toExponential(0);
+}
+
 function known(values) {
   return values.filter((v) => v !== null && v !== undefined);
 }
@@ -44,4 +60,22 @@ function median(values) {
   const half = sorted.length >> 1;
   if (sorted.length === 0) return null;
   return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
+}
+
+/** At a share of the way from the least value to the largest, linear between two of them. */
+function quantile(values, share) {
+  const sorted = known(values).sort((a, b) => a - b);
+  if (sorted.length === 0) return null;
+  const at = share * (sorted.length - 1), below = Math.floor(at);
+  return sorted[below] + (at - below) * (sorted[Math.min(below + 1, sorted.length - 1)] - sorted[below]);
+}
+
+/** As evo has them: the deviation divides by n. */
+function errorStatistics(values) {
+  const errors = known(values), n = errors.length;
+  if (n === 0) return null;
+  const sum = (of) => errors.reduce((total, e) => total + of(e), 0);
+  const mean = sum((e) => e) / n;
+  return { n, rmse: Math.sqrt(sum((e) => e * e) / n), mean, median: median(errors), std: Math.sqrt(sum((e) => (e - mean) ** 2) / n),
+    min: Math.min(...errors), max: largest(errors) };
 }

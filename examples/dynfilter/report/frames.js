@@ -6,6 +6,12 @@ function runLabel(run) {
   return run.summary.pipeline + (run.variant ? ", " + run.variant : "");
 }
 
+/** Of variants, those of the whole sequence: lines of all would hide each other. */
+function wholeRuns(runs) {
+  const whole = runs.filter((run) => !run.variant || run.variant === "forward from 0");
+  return whole.length > 0 ? whole : runs;
+}
+
 /** All frames that any of the runs played, by time. */
 function axisOf(runs) {
   const secondsOf = new Map();

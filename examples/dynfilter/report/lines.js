@@ -75,7 +75,7 @@ function classification(run) {
 function plotList() {
   const run = store.focus;
   const several = store.group.runs.length > 1;
-  const specs = [overRuns("Position error", "m, as in the ATE", 4, "error_m"), featureStack(run)];
+  const specs = [overRuns("Position error", "m, as in the ATE", 4, "error_m", { canLog: true }), featureStack(run)];
   specs.push(overRuns("Mean weight of the kept features", "1: sharp corners that stand still", 3, "weight", { most: 1.02 }));
   if (several) specs.push(overRuns("Features rejected", "", 0, "rejected"));
   if (several) specs.push(overRuns("Recall", "", 3, "recall", { most: 1.02 }), overRuns("Precision", "", 3, "precision", { most: 1.02 }));

@@ -4,25 +4,27 @@ function build(data) {
   followThemes();
   const groups = groupRuns(data.runs);
   store.group = groups[0];
-  store.shown = new Set(groups[0].runs);
-  store.focus = favourite(groups[0].runs);
+  store.shown = new Set(wholeRuns(groups[0].runs));
+  store.focus = favourite(wholeRuns(groups[0].runs));
 
   const head = new Head(data), figures = new HeadFigures(data), notes = new Notes(), stages = new StageTable();
   const plots = new Plots(), trajectory = new Trajectory(), map = new MapView();
   const pictures = new FramePictures(), facts = new FrameFacts(), marks = new MarkList(), bar = new FrameBar();
   const compared = data.kind === "compare";
+  const statistics = new ErrorTable(), boxes = new BoxPlots(data.runs), beside = new SideBySide();
   const runTable = compared ? new RunTable(data.runs, groups) : null;
   const plain = hasPlots ? null : element("p", { class: "hint", id: "no-uplot" },
     "The plots are plain: the program was built without uPlot, so they cannot be zoomed by dragging.");
 
   document.getElementById("report").replaceChildren(...[
-    head.node, figures.node, runTable && runTable.node, compared ? medianTable(data.medians, data.runs) : null, plain,
+    head.node, figures.node, runTable && runTable.node, compared ? medianTable(data.medians, data.runs) : null, boxes.node, plain,
     element("div", { class: "columns" },
       element("section", { class: "left", "aria-label": "Trajectory and plots" }, trajectory.node, plots.node),
       element("section", { class: "side", "aria-label": "Frame" }, pictures.node, facts.node, marks.node)),
-    map.node, stages.node, notes.node, bar.node].filter(Boolean));
+    beside.node, map.node, statistics.node, stages.node, notes.node, bar.node].filter(Boolean));
 
-  const parts = [head, figures, runTable, trajectory, plots, pictures, marks, bar, stages, notes].filter(Boolean);
+  listenToKeys(bar);
+  const parts = [head, figures, runTable, boxes, beside, statistics, trajectory, plots, pictures, marks, bar, stages, notes].filter(Boolean);
   const rebuild = () => {
     for (const part of parts) part.rebuild();
     facts.show();

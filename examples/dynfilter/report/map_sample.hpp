@@ -11,7 +11,7 @@
 namespace dynfilter::command::report {
 
 /// Points of the map of one run, and of the maps of all runs of a report. 12 bytes each in base64.
-constexpr std::size_t kMostMapPoints = 60'000, kMapPointsOfAllRuns = 150'000;
+constexpr std::size_t kMostMapPoints = 60'000, kMapPointsOfAllRuns = 60'000;
 
 namespace detail {
 

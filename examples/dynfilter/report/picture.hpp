@@ -12,16 +12,31 @@
 
 namespace dynfilter::command::report {
 
-/// Bytes of all pictures of a report. In base64 they are a third more, and the page stays below 12 MB.
-constexpr std::size_t kPictureBytes = 7'000'000;
+/// Bytes of all pictures of a report. In base64 they are a third more. With maps and rows the page stays
+/// below 10 MB.
+constexpr std::size_t kPictureBytes = 4'500'000;
+/// Frames with figures of all runs of a report, about 300 bytes each. A longer run is thinned.
+constexpr std::size_t kMostRows = 7500, kLeastRows = 200;
 /// Pictures of a report at most: more would be too small to read.
 constexpr std::size_t kMostPictures = 100;
+/// Of each run in a report of many, which then has smaller ones.
+constexpr std::size_t kLeastPictures = 8;
 constexpr int kPictureWidth_px = 960;
 /// Of a video up to this length, the report has every frame, with smaller pictures.
 constexpr std::size_t kMostVideoPictures = 1000;
 /// Below this size a picture is drawn and stored smaller from the start.
 constexpr std::size_t kSmallPictureBytes = 25'000;
 constexpr int kSmallPictureWidth_px = 480;
+
+/// What one of several runs may take of a report.
+struct RunShare {
+  explicit RunShare(std::size_t runs)
+      : pictures(std::max(kLeastPictures, kMostPictures / std::max<std::size_t>(1, runs))),
+        picture_bytes(kPictureBytes / std::max<std::size_t>(1, runs)),
+        rows(std::max(kLeastRows, kMostRows / std::max<std::size_t>(1, runs))) {}
+
+  std::size_t pictures, picture_bytes, rows;
+};
 
 /// Every how many-th frame gets a picture, so that `frames` of them get at most `most`.
 /// A multiple of `step`, with which the overlay pictures are drawn anyway.

@@ -1,7 +1,10 @@
 // One plot over time. With uPlot, or as plain SVG where the program was built without it.
-// A specification has: title, unit, digits, series [{ label, colour, values }], stacked, most (of the y axis).
+// A specification has: title, unit, digits, series [{ label, colour, values }], stacked, most (of the y axis), and
+// canLog, for figures that may differ by powers of ten.
 
 const PLOT_HEIGHT = 180;
+const DWARFS = 10; // times the least median
+const LOG_SPAN = 1e-4; // a logarithmic axis shows at most this share of its top
 const hasPlots = typeof uPlot !== "undefined";
 
 /** Sums from the first series on; drawn from the last to the first, each over the one before. */
@@ -12,6 +15,18 @@ function stackedUp(series) {
     sums.push(one.values.map((v, k) => (v || 0) + (below ? below[k] : 0)));
   }
   return sums;
+}
+
+/** A linear axis would show one of the series and a line at zero. */
+function isDwarfed(series) {
+  const medians = series.map((s) => median(s.values.filter((v) => v > 0))).filter((m) => m !== null);
+  return medians.length > 1 && Math.max(...medians) > DWARFS * Math.min(...medians);
+}
+
+/** The lower end of a logarithmic axis: values below are drawn at its edge. */
+function logFloor(columns, top) {
+  const least = columns.flat().reduce((low, v) => (v > 0 && v < low ? v : low), top);
+  return 10 ** Math.floor(Math.log10(Math.max(least, top * LOG_SPAN)));
 }
 
 /** More than half of the values are missing: points instead of lines. */
@@ -41,11 +56,16 @@ class Plot {
     this.box = element("div", { class: "plot-box", role: "img", "aria-label": describe(spec) });
     const legend = element("ul", { class: "legend" }, spec.series.map((s, i) =>
       element("li", {}, swatch(s.colour), element("span", {}, s.label), this.values[i])));
+    this.log = Boolean(spec.canLog) && isDwarfed(spec.series);
+    this.scale = spec.canLog ? element("button", { type: "button", "aria-pressed": String(this.log), onclick: () => this.switchScale() }, "log scale") : null;
+    const save = element("button", { type: "button", "aria-label": `Save the plot ${spec.title} as SVG`, onclick: () => savePlot(this) }, "save SVG");
     this.node = element("figure", { class: "plot" },
-      element("figcaption", {}, spec.title, spec.unit ? element("span", { class: "unit" }, " " + spec.unit) : null),
+      element("figcaption", {}, spec.title, spec.unit ? element("span", { class: "unit" }, " " + spec.unit) : null,
+        element("span", { class: "tools" }, this.scale, save)),
       this.box, legend);
     this.columns = spec.stacked ? stackedUp(spec.series) : spec.series.map((s) => s.values);
     this.top = topOf(spec, this.columns);
+    this.low = spec.canLog ? logFloor(this.columns, this.top) : 0;
     this.hover = null;
   }
 
@@ -54,6 +74,12 @@ class Plot {
     this.box.replaceChildren();
     this.drawing = hasPlots ? new UPlotDrawing(this) : new SvgDrawing(this);
     this.showFrame();
+  }
+  switchScale() {
+    this.log = !this.log;
+    this.scale.setAttribute("aria-pressed", String(this.log));
+    this.drawing.remove();
+    this.draw();
   }
   /** A plot that is no more in the page must not follow the others. */
   remove() {
@@ -94,21 +120,30 @@ class UPlotDrawing {
       legend: { show: false },
       padding: [10, 8, 0, 0],
       cursor: { y: false, points: { show: false }, drag: { x: true, y: false }, sync: { key: "frames" } },
-      scales: { x: { time: false }, y: { range: () => [0, plot.top] } },
+      scales: { x: { time: false }, y: plot.log ? { distr: 3, range: () => [plot.low, plot.top] } : { range: () => [0, plot.top] } },
       axes: [{ ...axis, size: 26, values: (u, ticks) => ticks.map((t) => tickText(t, ticks) + " s") },
-             { ...axis, size: 46, values: (u, ticks) => ticks.map((t) => tickText(t, ticks)) }],
+             { ...axis, size: 46, ...this.upwards() }],
       series: [{}, ...order.map((i) => this.lineOf(spec, i))],
       hooks: {
         setCursor: [(u) => this.follow(u)],
         setScale: [(u, key) => key === "x" && this.zoomed(u)],
         draw: [(u) => this.drawMarks(u)],
       },
-    }, [store.group.axis.seconds, ...order.map((i) => columns[i])], plot.box);
+    }, [store.group.axis.seconds, ...order.map((i) => this.shown(columns[i]))], plot.box);
     this.u.over.append(this.line);
     this.listenToPointer();
     this.showRange();
   }
 
+  upwards() {
+    if (!this.plot.log) return { values: (u, ticks) => ticks.map((t) => tickText(t, ticks)) };
+    const ticks = logTicks(this.plot.low, this.plot.top);
+    return { splits: () => ticks, filter: (u, splits) => splits, values: (u, splits) => splits.map(logText) };
+  }
+  /** A logarithm has no zero. */
+  shown(column) {
+    return this.plot.log ? column.map((v) => (v === null ? null : Math.max(v, this.plot.low))) : column;
+  }
   lineOf(spec, i) {
     const s = spec.series[i];
     const sparse = isSparse(s.values);
@@ -170,98 +205,5 @@ class UPlotDrawing {
       u.ctx.fillStyle = colour(MARKS[mark.kind].colour);
       u.ctx.fillRect(begin, u.bbox.top - 6 * ratio, Math.max(2 * ratio, end - begin), 5 * ratio);
     }
-  }
-}
-
-/** The same without uPlot: no hovering and no zoom by dragging. */
-class SvgDrawing {
-  constructor(plot) {
-    this.plot = plot;
-    this.line = shape("line", { class: "frame-line-svg" });
-    this.svg = shape("svg", { class: "plain-plot", height: PLOT_HEIGHT, "aria-hidden": "true" });
-    this.svg.addEventListener("click", (event) => {
-      const x = event.clientX - this.svg.getBoundingClientRect().left;
-      const wanted = this.from + (x - this.left) / (this.right - this.left) * (this.to - this.from);
-      const seconds = store.group.axis.seconds;
-      setFrame(seconds.reduce((best, s, k) => (Math.abs(s - wanted) < Math.abs(seconds[best] - wanted) ? k : best), 0));
-    });
-    plot.box.append(this.svg);
-    this.resize();
-  }
-
-  resize() {
-    const seconds = store.group.axis.seconds;
-    const last = seconds[seconds.length - 1];
-    [this.from, this.to] = store.range || [seconds[0], last > seconds[0] ? last : seconds[0] + 1];
-    [this.left, this.right, this.bottom, this.upper] = [46, this.plot.width() - 8, PLOT_HEIGHT - 22, 10];
-    this.svg.setAttribute("width", this.plot.width());
-    this.svg.replaceChildren(...this.axes(), ...this.curves(), ...this.marks(), this.line);
-  }
-  showRange() {
-    this.resize();
-  }
-  remove() {}
-  x(s) {
-    return this.left + (s - this.from) / (this.to - this.from) * (this.right - this.left);
-  }
-  y(value) {
-    return this.bottom - Math.min(1, value / this.plot.top) * (this.bottom - this.upper);
-  }
-
-  axes() {
-    const across = roundTicks(this.from, this.to, 8), up = roundTicks(0, this.plot.top, 4);
-    const text = (x, y, anchor, content) => shape("text", { x, y, "text-anchor": anchor, class: "tick" }, content);
-    return [
-      ...across.map((t) => shape("line", { class: "grid", x1: this.x(t), x2: this.x(t), y1: this.upper, y2: this.bottom })),
-      ...up.map((t) => shape("line", { class: "grid", x1: this.left, x2: this.right, y1: this.y(t), y2: this.y(t) })),
-      ...across.map((t) => text(this.x(t), PLOT_HEIGHT - 6, "middle", tickText(t, across) + " s")),
-      ...up.map((t) => text(this.left - 6, this.y(t) + 4, "end", tickText(t, up))),
-    ];
-  }
-
-  curves() {
-    const { spec, columns } = this.plot;
-    const seconds = store.group.axis.seconds;
-    const inside = seconds.map((s) => s >= this.from && s <= this.to);
-    const order = spec.series.map((_, i) => (spec.stacked ? spec.series.length - 1 - i : i));
-    const drawn = [];
-    for (const i of order) {
-      const paint = `var(--${spec.series[i].colour})`;
-      const points = [];
-      let path = "", open = false;
-      columns[i].forEach((value, k) => {
-        if (value === null || value === undefined || !inside[k]) return (open = false);
-        const at = `${this.x(seconds[k]).toFixed(1)} ${this.y(value).toFixed(1)}`;
-        path += (open ? "L" : "M") + at;
-        points.push([this.x(seconds[k]), this.y(value)]);
-        open = true;
-      });
-      if (spec.stacked && points.length > 0) {
-        const [first, last] = [points[0][0], points[points.length - 1][0]];
-        path += `L${last} ${this.bottom}L${first} ${this.bottom}Z`;
-      }
-      if (isSparse(columns[i]) || columns[i].length < 3)
-        drawn.push(...points.map(([cx, cy]) => shape("circle", { cx, cy, r: 2.5, fill: paint })));
-      else
-        drawn.push(shape("path", spec.stacked ? { d: path, fill: paint } : { d: path, fill: "none", stroke: paint, "stroke-width": 1.5 }));
-    }
-    return drawn;
-  }
-
-  marks() {
-    const seconds = store.group.axis.seconds;
-    return markRanges(store.focus)
-      .map((m) => [m, Math.max(this.left, this.x(seconds[m.from]) - 1), Math.min(this.right, this.x(seconds[m.to]) + 1)])
-      .filter(([, from, to]) => from <= to)
-      .map(([m, from, to]) => shape("rect", { x: from, y: 2, width: to - from, height: 5, fill: `var(--${MARKS[m.kind].colour})` }));
-  }
-
-  placeCursor() {
-    const x = this.x(store.group.axis.seconds[store.frame]);
-    const inside = x >= this.left - 1 && x <= this.right + 1;
-    this.line.setAttribute("visibility", inside ? "visible" : "hidden");
-    for (const [name, value] of Object.entries({ x1: x, x2: x, y1: this.upper, y2: this.bottom }))
-      this.line.setAttribute(name, value);
-    this.line.dataset.frame = store.frame;
   }
 }

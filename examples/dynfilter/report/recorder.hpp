@@ -29,17 +29,18 @@ namespace dynfilter::command::report {
 class RunRecorder {
  public:
   /// `pictures`: at most so many of the played frames get one, `step` as in picture_step().
-  /// `picture_bytes`: of all of them. `map_points`: of its map, at most.
+  /// `picture_bytes`: of all of them. `map_points`: of its map, at most. `most_rows`: frames with figures.
   RunRecorder(const StageTotals& stages, std::size_t frames, std::size_t pictures, std::size_t picture_bytes,
-              std::size_t map_points, std::size_t step = 1)
+              std::size_t map_points, std::size_t step = 1, std::size_t most_rows = kMostRows)
       : step_(picture_step(frames, pictures, step)),
         bytes_each_(picture_bytes / std::max<std::size_t>(1, (frames + step_ - 1) / step_)),
         most_pictures_(pictures),
         encoder_(bytes_each_),
-        map_points_(map_points) {
+        map_points_(map_points),
+        most_rows_(most_rows) {
     for (const StageTotal& stage : stages.stages())
       record_.stages.push_back({stage.call_point, stage.name, stage.path, stage.depth, {}});
-    record_.rows.reserve(std::min(frames, kMostRows));
+    record_.rows.reserve(std::min(frames, most_rows_));
   }
 
   /// For the frame that add() gets next.
@@ -51,7 +52,7 @@ class RunRecorder {
   /// `age_frames`: of the boxes or masks that the frame got; NaN without any.
   void add(const FrameRow& row, const PipelineJudge& judge, double age_frames) {
     if (frames_ % every_ == 0) {
-      if (record_.rows.size() == kMostRows) thin();
+      if (record_.rows.size() == most_rows_) thin();
       if (frames_ % every_ == 0) add_row(row, judge, age_frames);
     }
     mark(row, judge.record(), age_frames);
@@ -71,7 +72,6 @@ class RunRecorder {
 
  private:
   static constexpr std::size_t kMostTruth = 1500;
-  static constexpr std::size_t kMostRows = 10'000;
 
   /// Of the frame that comes, in the series.
   std::size_t place() const { return frames_ / every_; }
@@ -230,7 +230,7 @@ class RunRecorder {
   RunRecord record_;
   std::size_t step_, bytes_each_, most_pictures_;
   PictureEncoder encoder_;
-  std::size_t map_points_, frames_ = 0;
+  std::size_t map_points_, most_rows_, frames_ = 0;
   std::size_t every_ = 1;  ///< how many frames a row is for
   eval::Similarity T_;     ///< estimate to truth
   bool aligned_ = false;

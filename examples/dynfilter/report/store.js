@@ -42,7 +42,7 @@ function setShown(run, on) {
 function setFocus(run) {
   if (run.group !== store.group) {
     store.group = run.group;
-    store.shown = new Set(run.group.runs);
+    store.shown = new Set(wholeRuns(run.group.runs));
     store.frame = 0;
     store.range = null;
   }

@@ -36,7 +36,8 @@ class PathView {
     this.buttons = element("span", { class: "tools" },
       element("button", { type: "button", "aria-label": `${title}: zoom in`, onclick: () => this.zoom(ZOOM_STEP) }, "+"),
       element("button", { type: "button", "aria-label": `${title}: zoom out`, onclick: () => this.zoom(1 / ZOOM_STEP) }, "−"),
-      element("button", { type: "button", "aria-label": `${title}: show all`, onclick: () => this.showAll() }, "all"));
+      element("button", { type: "button", "aria-label": `${title}: show all`, onclick: () => this.showAll() }, "all"),
+      element("button", { type: "button", "aria-label": `Save ${title} as SVG`, onclick: () => saveShape(this.svg, `${title}, m`, this.legend()) }, "save SVG"));
     this.caption = element("figcaption", {}, title, " ", element("span", { class: "unit" }, "m"), this.buttons);
     this.title = title;
     this.node = element("figure", { class: "path" }, this.caption, this.svg);
@@ -59,6 +60,10 @@ class PathView {
     this.draw();
   }
 
+  legend() {
+    const truth = this.truth.length > 0 ? [{ label: "ground truth", colour: "truth" }] : [];
+    return [...truth, ...this.paths.map(({ run }) => ({ label: runLabel(run), colour: run.colour }))];
+  }
   size() {
     return [Math.max(200, this.svg.clientWidth), Math.max(160, this.svg.clientHeight)];
   }

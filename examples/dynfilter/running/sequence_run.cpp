@@ -18,7 +18,7 @@
 #include <utility>
 
 #include "command_registry.hpp"
-#include "eval/classification.hpp"
+#include "frame_row.hpp"
 #include "frame_show.hpp"
 #include "given_poses.hpp"
 #include "identity.hpp"
@@ -264,7 +264,7 @@ class SequenceRun {
                         report::kMostMapPoints, output_->every());
     else if (record_ != nullptr)
       recorder_.emplace(judge_.totals(), order_.size(), record.pictures, record.picture_bytes,
-                        record.map_points);
+                        record.map_points, 1, record.rows);
   }
 
   void take_record(const FrameRow& row, const io::SequenceFrame& frame,
@@ -314,30 +314,10 @@ class SequenceRun {
 
   FrameRow row_of(std::size_t i, const odometry::TrackResult& result) {
     const FrameVerdict& verdict = judge_.record();
-    FrameRow row;
-    row.index = i;
-    row.timestamp_s = sequence_.timestamp_s(i);
-    row.state = odometry::to_string(result.state);
-    row.keyframe = result.keyframe, row.relocalised = result.relocalised;
-    row.features = verdict.features.size();
-    row.of_static = verdict.count(Vote::Static), row.dynamic = verdict.count(Vote::Dynamic);
-    row.unknown = verdict.count(Vote::Unknown), row.restored = verdict.restored();
-    row.weight_mean = verdict.mean_weight();
-    row.tracked_points = static_cast<std::size_t>(result.tracked_points);
-    row.extraction_ms = result.ms.extraction;
-    row.correspondence_ms = verdict.correspondence_ms;
-    row.filters_ms = std::max(0.0, result.ms.judge - verdict.correspondence_ms);
-    row.tracking_ms = result.ms.tracking + result.ms.mapping;
-    row.cpu_ms = result.cpu_ms.total(), row.cpu_judge_ms = result.cpu_ms.judge;
-    const auto take = [&row](const std::vector<std::string>& notes, auto& counts) {
-      for (const std::string& note : notes) {
-        row.note += (row.note.empty() ? "" : "; ") + note;
-        counts.add(note);
-      }
-    };
-    take(verdict.stage_notes, stage_notes_);
-    take(verdict.notes, notes_);
-    if (judged_by_truth_) classify(i, verdict, row.truth);
+    FrameRow row = frame_row(i, sequence_.timestamp_s(i), result, verdict);
+    for (const std::string& note : verdict.stage_notes) stage_notes_.add(note);
+    for (const std::string& note : verdict.notes) notes_.add(note);
+    if (judged_by_truth_) row.truth = judged(verdict, sequence_.load_truth(i));
     return row;
   }
 
@@ -354,12 +334,6 @@ class SequenceRun {
     if (lacks("boxes")) return "; boxes come from --detections or --detector";
     if (lacks("mask")) return "; masks come from --masks or --detector";
     return "";
-  }
-
-  void classify(std::size_t i, const FrameVerdict& verdict, eval::Classification& counts) const {
-    const cv::Mat truth = sequence_.load_truth(i);
-    for (const MarkedFeature& f : verdict.features)
-      counts.add(eval::truth_at(truth, f.pixel), f.decision == Vote::Dynamic);
   }
 
   OverlayFrame judged_picture(const io::SequenceFrame& frame, const odometry::SemanticInputs& inputs,

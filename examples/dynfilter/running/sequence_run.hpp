@@ -44,8 +44,8 @@ struct RunOptions {
 
 /// A record of a run for a report of several.
 struct RecordOptions {
-  std::size_t pictures = 0, picture_bytes = 0, map_points = 0;  ///< at most, of this run
-  report::RunRecord* record = nullptr;                          ///< is filled; null: none is made
+  std::size_t pictures = 0, picture_bytes = 0, map_points = 0, rows = 0;  ///< at most, of this run
+  report::RunRecord* record = nullptr;                                    ///< is filled; null: none is made
 };
 
 /// Runs one pipeline on one sequence with the odometry. Writes files if options.out is set.

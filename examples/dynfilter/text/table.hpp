@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "eval/table_text.hpp"
 #include "terminal.hpp"
 
 namespace dynfilter::command {
@@ -18,34 +19,6 @@ namespace dynfilter::command {
 inline std::string cell(double value, int digits) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
 }
-
-namespace detail_table {
-
-inline std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
-/// A cell of a Markdown table. Characters that Markdown or HTML would act on are shown as they are.
-inline std::string markdown_cell(const std::string& text) {
-  std::string cell;
-  for (const char c : text) {
-    if (c == '\n' || c == '\r') {
-      cell += ' ';
-      continue;
-    }
-    if (c == '<') {
-      cell += "&lt;";
-      continue;
-    }
-    if (std::string("|\\`*_[]").find(c) != std::string::npos) cell += '\\';
-    cell += c;
-  }
-  return cell;
-}
-
-}  // namespace detail_table
 
 struct Column {
   std::string head;
@@ -67,13 +40,13 @@ class Table {
     std::string head = "|", rule = "|", body;
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       if (!is_used(c)) continue;
-      head += " " + detail_table::markdown_cell(columns_[c].head) + " |";
+      head += " " + eval::markdown_cell(columns_[c].head) + " |";
       rule += columns_[c].text ? "---|" : "---:|";
     }
     for (const auto& row : rows_) {
       body += "|";
       for (std::size_t c = 0; c < columns_.size(); ++c)
-        if (is_used(c)) body += " " + detail_table::markdown_cell(row[c]) + " |";
+        if (is_used(c)) body += " " + eval::markdown_cell(row[c]) + " |";
       body += "\n";
     }
     return head + "\n" + rule + "\n" + body;

@@ -43,7 +43,7 @@ class FlowTracker {
   /// An empty `guess` means no motion.
   /// Points that are NaN, outside the image or fail the check are not found.
   /// Images of different size find nothing.
-  /// Cost: see docs/explanation/correspondence.md.
+  /// Cost: see docs/reference/results.md.
   void track(const ImagePyramid& current, const ImagePyramid& reference, Span<const cv::Point2f> current_px,
              Span<const cv::Point2f> guess, Correspondences& out) {
     track(current, reference, current_px, guess, params_.check, out);

@@ -54,7 +54,8 @@ from ._core import (  # noqa: E402, after the calls were wrapped
     scene_names,
     write_trajectory,
 )
-from .compare import Comparison, Judgement, Run, compare, judge, run, run_scene  # noqa: E402
+from .compare import Judgement, compare, judge, run, run_scene  # noqa: E402
+from .comparison import Comparison, Run  # noqa: E402
 from .errors import ConfigError, Error, IoError, PluginError  # noqa: E402
 from .filters import Filter, param  # noqa: E402
 from .rerun_log import to_rerun  # noqa: E402

@@ -7,13 +7,15 @@ import math
 import os
 import statistics
 from collections import Counter
-from dataclasses import dataclass, field
-from typing import Any, Callable, Iterable, List, Optional, Sequence as Many, Tuple, Union
+from dataclasses import dataclass
+from typing import Any, Callable, Iterable, List, Optional, Union
 
 from . import _core
+from .comparison import Comparison, Run
 from .errors import Error
 from .filters import Filter
 from .keywords import named_arguments
+from .playing import own_stamps, played
 from .sequences import Frame, Recording, Sequence, Trajectory
 
 Source = Union[str, Filter]
@@ -22,32 +24,12 @@ Source = Union[str, Filter]
 _FIRST_FRAME = 5
 """Frames of an exact scene before this one are not counted: filters fill their state."""
 _LAST_FRAME = 14
-
-
-@dataclass
-class Run:
-    """One pipeline on one sequence or scene. NaN where there is nothing to compare with."""
-
-    pipeline: str
-    sequence: str
-    frames: int = 0
-    tracked_frames: int = 0
-    """Read it beside the ATE: lost frames flatter the ATE."""
-    ate_rmse_m: float = math.nan
-    rpe_trans_rmse_m: float = math.nan
-    rpe_rot_rmse_deg: float = math.nan
-    precision: float = math.nan
-    recall: float = math.nan
-    """Share of the dynamic features that were rejected."""
-    static_kept: float = math.nan
-    """Share of the static features that were kept."""
-    judge_ms: float = math.nan
-    """Median time of all calls of the pipeline, per frame."""
-    failure: str = ""
-    """A stage that failed in every frame. The other figures are then NaN: they would be of another pipeline."""
-    notes: List[str] = field(default_factory=list, repr=False)
-    """Stages that were skipped or failed, with the number of frames."""
-    trajectory: Optional[Trajectory] = field(default=None, repr=False)
+_VARIANTS = [
+    (f"{'reverse' if reverse else 'forward'} from {start}", start, reverse)
+    for reverse in (False, True)
+    for start in (0, 5, 10)
+]
+"""As `dynfilter compare --variants` plays them."""
 
 
 @dataclass
@@ -142,25 +124,47 @@ def run(
     *,
     frames: Optional[int] = None,
     each: Optional[Callable[[Frame, _core.Track], None]] = None,
+    start: int = 0,
+    reverse: bool = False,
 ) -> Run:
     """Runs the reference odometry with a pipeline on a sequence, as `dynfilter run` does.
 
     `pipeline`: also "none" and, where the sequence has labels, "oracle". `frames`: at most so many.
     `each`: is called after every frame, with the frame and what the odometry made of it.
+    `reverse`: from the last frame to the first. `start`: leaves out the first frames, of the reversed sequence then.
     """
+    return _run(pipeline, sequence, frames, each, start, reverse, 0)
+
+
+def _run(
+    pipeline: Source,
+    sequence: Sequence,
+    frames: Optional[int],
+    each: Optional[Callable[[Frame, _core.Track], None]],
+    start: int,
+    reverse: bool,
+    recorded_runs: int,
+) -> Run:
+    """`recorded_runs`: of a report that this run is one of; 0: there is none."""
     if not _core.has_odometry:
         raise NotImplementedError("this build has no odometry: it needs Ceres, fmt and nlohmann-json")
     guessed = isinstance(sequence, Recording) and sequence.camera_is_guessed
     odometry = _core.Odometry(sequence.camera, pipeline, sensor=sequence.sensor, poses=not guessed)
+    if recorded_runs > 0:
+        odometry._record(len(sequence) if frames is None else min(frames, len(sequence)), recorded_runs)
     where = str(sequence.folder) if isinstance(sequence, Recording) else sequence.name
-    counts, times, tracked, n = _core.Classification(), [], 0, 0
-    for frame in sequence:
+    counts, times, cpu_times, tracked, n = _core.Classification(), [], [], 0, 0
+    stamps: "dict[float, float]" = {}
+    for frame in played(sequence, start, reverse):
         if frames is not None and n >= frames:
             break
         odometry._require_labels(where, frame.labels is not None)
+        stamp = frame.timestamp
+        shown = 2 * next(iter(stamps.values()), stamp) - stamp if reverse else stamp  # time has to increase
+        stamps[shown] = stamp
         track = odometry.process(
             frame.grey,
-            timestamp=frame.timestamp,
+            timestamp=shown,
             right=frame.right if sequence.sensor == "stereo" else None,
             depth=frame.depth if sequence.sensor == "rgbd" else None,
             depth_unit_m=frame.depth_unit_m,
@@ -169,24 +173,34 @@ def run(
             mask=frame.mask,
             labels=frame.labels,
         )
-        if frame.truth is not None and n >= _core.Classification.first_frame:
-            counts.add(frame.truth, track.keypoints, track.decision == _core.DYNAMIC)
+        truth = frame.truth if not reverse else None  # it is of motion over earlier frames
+        if truth is not None and n >= _core.Classification.first_frame:
+            counts.add(truth, track.keypoints, track.decision == _core.DYNAMIC)
+        if recorded_runs > 0:
+            odometry._see(frame.index, stamp, sequence.name, frame.colour, truth, frame.boxes, frame.mask)
         if each is not None:
             each(frame, track)
         tracked += track.state == "tracked"
         times.append(track.judge_ms)
+        cpu_times.append(track.cpu_ms)
         n += 1
-    result = Run(odometry.pipeline, sequence.name, n, tracked, trajectory=odometry.trajectory())
-    result.judge_ms = statistics.median(times) if times else math.nan
+    result = Run(odometry.pipeline, sequence.name, scene=sequence.scene or sequence.name, frames=n, tracked_frames=tracked)
+    result.trajectory = own_stamps(odometry.trajectory(), stamps)
+    result.alignment = "Sim(3)" if sequence.sensor == "mono" else "SE(3)"
+    if times:
+        result.judge_ms, result.cpu_ms = statistics.median(times), statistics.median(cpu_times)
+        own = list(stamps.values())
+        result.first_s, result.last_s = own[0], own[-1]
     result.failure, result.notes = odometry.failure, odometry.notes
     if guessed:
         result.notes.append("the camera is not known: verdicts only, no trajectory")
-    if result.failure:
-        return result
-    result.precision, result.recall, result.static_kept = counts.precision, counts.recall, counts.static_kept
-    if sequence.sensor == "mono":  # a map that was started again has lost its poses
-        result.tracked_frames = len(odometry.trajectory()[0])
-    _add_errors(result, sequence.ground_truth(), sequence.sensor == "mono")
+    if not result.failure:
+        result.precision, result.recall, result.static_kept = counts.precision, counts.recall, counts.static_kept
+        if sequence.sensor == "mono":  # a map that was started again has lost its poses
+            result.tracked_frames = len(odometry.trajectory()[0])
+        _add_errors(result, sequence.ground_truth(), sequence.sensor == "mono")
+    if recorded_runs > 0:
+        result._record = odometry._recorded(result, result.trajectory, sequence.ground_truth(), guessed)
     return result
 
 
@@ -204,98 +218,51 @@ def _add_errors(result: Run, truth: Optional[Trajectory], mono: bool) -> None:
         pass
 
 
-class Comparison(List[Run]):
-    """Runs, printed as a table."""
-
-    _COLUMNS: Many[Tuple[str, str, str]] = (
-        ("tracked", "tracked", ""),
-        ("ATE m", "ate_rmse_m", ".4f"),
-        ("RPE m", "rpe_trans_rmse_m", ".4f"),
-        ("precision", "precision", ".3f"),
-        ("recall", "recall", ".3f"),
-        ("kept", "static_kept", ".3f"),
-        ("ms", "judge_ms", ".2f"),
-    )
-
-    def _table(self) -> List[List[str]]:
-        columns = [c for c in self._COLUMNS if c[1] == "tracked" or any(_known(run, c[1]) for run in self)]
-        states = [["", "failed"]] if any(run.failure for run in self) else []
-        rows = [["sequence", "pipeline"] + [title for title, _, _ in columns] + [""] * len(states)]
-        for run in self:
-            cells = [run.sequence, run.pipeline]
-            for _, key, shape in columns:
-                if key == "tracked":
-                    cells.append(f"{run.tracked_frames}/{run.frames}")
-                else:
-                    cells.append(format(getattr(run, key), shape) if _known(run, key) else "-")
-            rows.append(cells + [state[bool(run.failure)] for state in states])
-        return rows
-
-    def _notes(self) -> List[str]:
-        """Each once, with its pipelines unless it is of all."""
-        of: "dict[str, List[str]]" = {}
-        for run in self:
-            for note in (["failed: " + run.failure] if run.failure else []) + run.notes:
-                names = of.setdefault(f"{run.sequence}: {note}", [])
-                if run.pipeline not in names:
-                    names.append(run.pipeline)
-        every = len({run.pipeline for run in self})
-        return [f"note: {note}" + (f" ({', '.join(names)})" if len(names) < every else "") for note, names in of.items()]
-
-    def __str__(self) -> str:
-        rows = self._table()
-        wide = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-        lines = [
-            "  ".join(cell.ljust(w) if i < 2 else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, wide))).rstrip()
-            for row in rows
-        ]
-        notes = self._notes()
-        return "\n".join(lines + ([""] + notes if notes else []))
-
-    def markdown(self) -> str:
-        """The table as Markdown."""
-        head, *rows = self._table()
-        lines = [head, ["---", "---"] + ["---:"] * (len(head) - 2)] + rows
-        return "\n".join("| " + " | ".join(row) + " |" for row in lines)
-
-    def _repr_html_(self) -> str:
-        head, *rows = ("".join(f"<td>{cell}</td>" for cell in row) for row in self._table())
-        return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
-
-
-def _known(run: Run, key: str) -> bool:
-    return not math.isnan(getattr(run, key))
-
-
 @named_arguments
 def compare(
     pipelines: Iterable[Source],
     on: Iterable[Union[str, _core.ExactScene, Sequence]],
     *,
     frames: Optional[int] = None,
+    variants: bool = False,
+    reference: str = "",
+    pictures: bool = True,
 ) -> Comparison:
-    """Runs every pipeline on every sequence or scene. Print the result.
+    """Runs every pipeline on every sequence or scene. Print the result, or see Comparison.to_latex() and report().
 
     `pipelines`: presets, files, YAML text or filters.
-    `on`: names of exact_scene_names(), ExactScene, Recording, render(...).
+    `on`: names of exact_scene_names(), ExactScene, Recording, render(...). Seeds of a scene are pooled in the tables.
+    `variants`: six runs per sequence: forward and in reverse, from frames 0, 5 and 10.
+    `reference`: pipeline that a paired test compares the others with; "": `none`, else the first one.
+    `pictures`: for report(); False saves their time.
 
     Rows are told apart by names. Raises Error for two pipelines of one name, or a folder that is given twice.
     Filters of one class with other parameters, and folders of the same name, get longer names.
     """
     judged, places = list(pipelines), list(on)
     names, place_names = _pipeline_names(judged), _place_names(places)
+    if reference and reference not in names:
+        raise Error(f"reference: `{reference}` is none of the pipelines: {', '.join(names)}")
+    plays = _VARIANTS if variants else [("", 0, False)]
+    on_sequences = sum(isinstance(place, Sequence) for place in places)
+    recorded = on_sequences * len(judged) * len(plays) if pictures else 0
     runs = Comparison()
+    runs.reference = reference
     for place, place_name in zip(places, place_names):
         for pipeline, name in zip(judged, names):
-            if isinstance(pipeline, Filter):
-                pipeline.reset()
-            if isinstance(place, (str, _core.ExactScene)):
-                scene = _core.ExactScene(place) if isinstance(place, str) else place
-                done = run_scene(pipeline, scene)
-            else:
-                done = run(pipeline, place, frames=frames)
-            done.pipeline, done.sequence = name, place_name
-            runs.append(done)
+            for variant, start, reverse in plays if isinstance(place, Sequence) else plays[:1]:
+                if isinstance(pipeline, Filter):
+                    pipeline.reset()
+                if isinstance(place, Sequence):
+                    done = _run(pipeline, place, frames, None, start, reverse, recorded)
+                    done.variant = variant
+                    done.scene = place.scene or place_name
+                else:
+                    scene = _core.ExactScene(place) if isinstance(place, str) else place
+                    done = run_scene(pipeline, scene)
+                    done.scene = place_name
+                done.pipeline, done.sequence = name, place_name
+                runs.append(done)
     return runs
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .compare import Run, Source, run
+from .compare import Source, run
+from .comparison import Run
 from .errors import Error
 from .keywords import named_arguments
 from .sequences import Frame, Sequence, Trajectory

@@ -74,6 +74,8 @@ class Sequence:
     camera: _core.Camera
     sensor: str = "rgbd"
     """rgbd, stereo or mono: what the odometry uses of a frame."""
+    scene: Optional[str] = None
+    """Sequences of one scene are pooled in the tables of a comparison; None: the sequence is its own scene."""
 
     def __len__(self) -> int:
         raise NotImplementedError
@@ -117,6 +119,8 @@ class Recording(Sequence):
         self.sensor = self._reader.sensor
         self.camera = self._reader.camera
         self.name = self._reader.name
+        self.scene = self._reader.scene or None
+        self.is_stream: bool = self._reader.is_stream
         self._scale = scale
         self._boxes = _boxes(_chosen(detections, _detections_in(self.folder)))
         self._masks = _chosen(masks, self.folder / "masks")
@@ -164,10 +168,11 @@ class Recording(Sequence):
 class RenderedSequence(Sequence):
     """Frames of a rendered scene, drawn when they are asked for. See render()."""
 
-    def __init__(self, renderer: _core._Renderer, name: str, boxes: bool, masks: bool) -> None:
+    def __init__(self, renderer: _core._Renderer, name: str, scene: str, boxes: bool, masks: bool) -> None:
         self._renderer, self._gives = renderer, (boxes, masks)
         self.camera = renderer.camera
         self.name = name
+        self.scene = scene
 
     def __len__(self) -> int:
         return len(self._renderer)
@@ -186,6 +191,11 @@ class RenderedSequence(Sequence):
         frames = range(len(self))
         stamps = np.array([self._renderer.timestamp(i) for i in frames])
         return stamps, np.stack([self._renderer.pose(i) for i in frames])
+
+
+_RENDER_DEFAULTS: Dict[str, Any] = dict(rate_hz=None, boxes=True, masks=False, late_boxes=0, motion_blur=False)
+_RENDER_DEFAULTS.update(exposure_variation=False, image_noise=1.6, perfect_depth=False)
+"""Scenes that differ in these are not pooled."""
 
 
 @named_arguments
@@ -223,7 +233,11 @@ def render(
         late_boxes,
         right_images,
     )
-    sequence = RenderedSequence(renderer, f"{scene}_{seed}" if seed != 1 else scene, boxes, masks)
+    options: Dict[str, Any] = dict(rate_hz=rate_hz, boxes=boxes, masks=masks, late_boxes=late_boxes, motion_blur=motion_blur)
+    options.update(exposure_variation=exposure_variation, image_noise=image_noise, perfect_depth=perfect_depth)
+    changed = [f", {name}={value}" for name, value in options.items() if value != _RENDER_DEFAULTS[name]]
+    name = f"{scene}_{seed}" if seed != 1 else scene
+    sequence = RenderedSequence(renderer, name, scene + "".join(changed), boxes, masks)
     sequence.sensor = "stereo" if right_images else "rgbd"
     return sequence
 

@@ -15,6 +15,7 @@ void bind_pipeline(pybind11::module_& module);
 void bind_exact_scene(pybind11::module_& module);
 void bind_sequences(pybind11::module_& module);
 void bind_evaluation(pybind11::module_& module);
+void bind_comparison(pybind11::module_& module);
 void bind_mapping(pybind11::module_& module);
 void bind_odometry(pybind11::module_& module);
 

@@ -29,8 +29,6 @@ py::tuple arrays_of(const io::Trajectory& trajectory) {
   return py::make_tuple(stamps, poses);
 }
 
-namespace {
-
 io::Trajectory trajectory_of(const std::string& argument, py::handle value) {
   if (!py::isinstance<py::sequence>(value) || py::len(value) != 2)
     refuse(argument, "(timestamps, poses)", value);
@@ -47,6 +45,8 @@ io::Trajectory trajectory_of(const std::string& argument, py::handle value) {
     trajectory.push_back({stamps.at(i), pose_of(argument, poses[py::int_(i)])});
   return io::sorted_by_time(std::move(trajectory));
 }
+
+namespace {
 
 py::tuple read_trajectory(const std::string& path) {
   return arrays_of(io::read_trajectory(path).trajectory);

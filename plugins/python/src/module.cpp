@@ -45,6 +45,7 @@ PYBIND11_MODULE(_core, module) {
   bind_exact_scene(module);
   bind_sequences(module);
   bind_evaluation(module);
+  bind_comparison(module);
   bind_mapping(module);
   bind_odometry(module);
   module.def("_unknown_name", &dynfilter::unknown_name, py::arg("what"), py::arg("word"), py::arg("known"));

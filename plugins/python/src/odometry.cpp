@@ -7,11 +7,13 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <odometry/odometry.hpp>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <running/oracle_filter.hpp>
 #include <running/pipeline_judge.hpp>
@@ -22,6 +24,7 @@
 
 #include "arguments.hpp"
 #include "pipeline.hpp"
+#include "recording.hpp"
 #include "registered.hpp"
 #include "trajectory.hpp"
 
@@ -42,6 +45,7 @@ class Odometry {
       : link_(std::make_shared<FilterLink>()),
         labels_(std::make_shared<command::OracleLabels>()),
         judge_(config(pipeline)),
+        sensor_(sensor),
         odometry_(camera_of("camera", camera), options_of(sensor, poses), &judge_) {}
 
   Track process(py::handle grey, double timestamp, py::handle depth, double depth_unit_m, py::handle boxes,
@@ -69,6 +73,7 @@ class Odometry {
       track.result = odometry_.process(frame, inputs, known);
     }
     labels_->labels = cv::Mat();
+    last_ = track.result;
     ++frames_;
     link_->rethrow_error();
     take_verdict(track);
@@ -87,6 +92,34 @@ class Odometry {
     for (const auto& [note, times] : stage_notes_)
       notes.push_back(note + " (" + command::counted(times, "frame") + ")");
     return notes;
+  }
+
+  /// Frames from now on are recorded for a report of so many runs.
+  void record(std::size_t frames, std::size_t runs) {
+    recording_.emplace(judge_, frames, std::max<std::size_t>(1, runs));
+  }
+
+  /// The frame that was processed last.
+  void see(std::size_t index, double timestamp_s, const std::string& sequence, py::handle colour,
+           py::handle truth, py::handle boxes, py::handle mask) {
+    if (!recording_) return;
+    Images images;
+    command::OverlayFrame picture;
+    picture.colour = images.colour("colour", colour);
+    if (picture.colour.channels() == 1) cv::cvtColor(picture.colour, picture.colour, cv::COLOR_GRAY2BGR);
+    if (!boxes.is_none()) picture.detections = detections_of("boxes", boxes);
+    if (!mask.is_none()) picture.mask = images.mask("mask", mask);
+    command::FrameRow row = command::frame_row(index, timestamp_s, last_, judge_.record());
+    picture.title = pipeline() + "   " + sequence + "   frame " + std::to_string(index) + "   " + row.state;
+    recording_->add(std::move(row), judge_, images.grey("truth", truth), std::move(picture));
+  }
+
+  command::report::RunRecord recorded(py::handle run, py::handle trajectory, py::handle truth,
+                                      bool verdicts_only) {
+    std::optional<io::Trajectory> true_poses;
+    if (!truth.is_none()) true_poses = trajectory_of("truth", truth);
+    return recording_.value().finish(run, judge_, trajectory_of("trajectory", trajectory), true_poses,
+                                     sensor_, verdicts_only);
   }
 
   py::tuple trajectory() const { return arrays_of(odometry_.trajectory()); }
@@ -119,7 +152,10 @@ class Odometry {
   std::shared_ptr<FilterLink> link_;
   std::shared_ptr<command::OracleLabels> labels_;
   command::PipelineJudge judge_;
+  std::string sensor_;
   odometry::Odometry odometry_;
+  odometry::TrackResult last_;
+  std::optional<Recording> recording_;
   std::size_t frames_ = 0;
   bool any_judged_ = false;
   std::map<std::string, std::size_t> stage_notes_;
@@ -145,7 +181,9 @@ void bind_track(py::module_& module) {
           "decision", [](const Track& t) { return copy_of(t.decision); },
           "(n,) uint8: 0 unknown, 1 static, 2 dynamic, over all call points")
       .def_readonly("judge_ms", &Track::judge_ms, "all calls of the pipeline")
-      .def_property_readonly("total_ms", [](const Track& t) { return t.result.ms.total(); });
+      .def_property_readonly("total_ms", [](const Track& t) { return t.result.ms.total(); })
+      .def_property_readonly(
+          "cpu_ms", [](const Track& t) { return t.result.cpu_ms.total(); }, "CPU time of all threads");
 }
 
 /// Truth images have 0 static, 128 don't care, 255 dynamic.
@@ -164,6 +202,7 @@ void classify(eval::Classification& self, py::handle truth, py::handle pixels, p
 
 void bind_odometry(py::module_& module) {
   module.attr("has_odometry") = true;
+  bind_recording(module);
   bind_track(module);
   py::class_<Odometry>(module, "Odometry",
                        "Odometry as ORB-SLAM's tracking and local mapping, without loop closing: the "
@@ -182,6 +221,11 @@ void bind_odometry(py::module_& module) {
            "`right`: (height, width) uint8, rectified, for stereo.")
       .def("trajectory", &Odometry::trajectory,
            "(timestamps (n,) [s], poses (n, 4, 4)) of the tracked frames, refined since.")
+      .def("_record", &Odometry::record, py::arg("frames"), py::arg("runs"))
+      .def("_see", &Odometry::see, py::arg("index"), py::arg("timestamp"), py::arg("sequence"),
+           py::arg("colour"), py::arg("truth"), py::arg("boxes"), py::arg("mask"))
+      .def("_recorded", &Odometry::recorded, py::arg("run"), py::arg("trajectory"), py::arg("truth"),
+           py::arg("verdicts_only"))
       .def("_require_labels", &Odometry::require_labels, py::arg("where"), py::arg("has_labels"))
       .def_property_readonly(
           "failure", &Odometry::failure,

@@ -10,6 +10,7 @@
 #include "arguments.hpp"
 #include "bindings.hpp"
 #include "io/sequence.hpp"
+#include "render/scene_file.hpp"
 #include "render/scenes.hpp"
 #include "render/sequence_renderer.hpp"
 #include "trajectory.hpp"
@@ -112,6 +113,12 @@ std::string sensor_of(const io::Sequence& sequence) {
   return sequence.has_depth() ? "rgbd" : sequence.has_stereo() ? "stereo" : "mono";
 }
 
+/// "" for what `synth` did not write.
+std::string scene_of(const io::Sequence& sequence) {
+  const auto rendered = render::read_scene_name(sequence.folder());
+  return rendered ? rendered->scene : "";
+}
+
 }  // namespace
 
 void bind_sequences(py::module_& module) {
@@ -133,6 +140,8 @@ void bind_sequences(py::module_& module) {
       .def_property_readonly("name", &io::Sequence::name)
       .def_property_readonly("sensor", &sensor_of)
       .def_property_readonly("has_labels", &io::Sequence::has_labels)
+      .def_property_readonly("scene", &scene_of)
+      .def_property_readonly("is_stream", &io::Sequence::is_stream)
       .def_property_readonly("camera_is_guessed", &io::Sequence::camera_is_guessed)
       .def_property_readonly("notes", &io::Sequence::notes);
   py::class_<render::SequenceRenderer>(module, "_Renderer")

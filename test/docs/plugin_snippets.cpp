@@ -1,4 +1,0 @@
-// SPDX-License-Identifier: MIT
-#include <dynfilter/config/parameters.hpp>
-
-#include "plugins_1.inc"

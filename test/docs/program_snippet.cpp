@@ -1,2 +1,0 @@
-// SPDX-License-Identifier: MIT
-#include "first_pipeline_1.inc"
