@@ -34,21 +34,20 @@ Features features_at(const std::vector<cv::Point2f>& px, unsigned seed) {
 
 }  // namespace
 
-TEST_CASE("flow_starts: at the descriptor's match, else as the nearest feature that has one") {
-  const Features now = features_at({{100, 100}, {500, 100}, {120, 100}, {485, 110}, {300, 300}}, 1);
+TEST_CASE("flow_starts: at the match of the descriptor, as far as a near car jumps") {
+  const Features now = features_at({{200, 100}, {500, 100}, {220, 100}, {300, 300}}, 1);
   Features then{now.keypoints, now.descriptors.clone()};
-  const cv::Point2f near_step(-90, 20), far_step(0, 70);
-  then.keypoints[0].pt += near_step;
-  then.keypoints[1].pt += far_step;
-  then.descriptors.rowRange(2, 5) = 255 - then.descriptors.rowRange(2, 5);  // these match nothing
+  then.keypoints[0].pt += {-90, 20};
+  then.keypoints[1].pt += {0, 115};
+  then.keypoints[3].pt += {125, 0};                         // too far
+  then.descriptors.row(2) = 255 - then.descriptors.row(2);  // matches nothing
   FlowStarts starts;
   const Span<const cv::Point2f> px = starts.find(now.view(), then.view());
-  REQUIRE(px.size() == 5);
-  CHECK(px[0] == cv::Point2f(10, 120));
-  CHECK(px[1] == cv::Point2f(500, 170));
-  CHECK(px[2] == cv::Point2f(120, 100) + near_step);
-  CHECK(px[3] == cv::Point2f(485, 110) + far_step);
-  CHECK(std::isnan(px[4].x));  // nothing is near it
+  REQUIRE(px.size() == 4);
+  CHECK(px[0] == cv::Point2f(110, 120));
+  CHECK(px[1] == cv::Point2f(500, 215));
+  CHECK(std::isnan(px[2].x));
+  CHECK(std::isnan(px[3].x));
 }
 
 TEST_CASE("flow_starts: without descriptors nothing is known") {

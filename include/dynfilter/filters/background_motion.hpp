@@ -102,7 +102,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr double kWindow_s = 0.2;                     ///< ... and in time
   static constexpr double kUnknownStep_s = 1.0 / 30;           ///< where stamps do not increase
   static constexpr float kLeastOdds = -3, kMostOdds = 6;       ///< of one frame [nats]
-  static constexpr float kLeastLineOdds = -3;                  ///< a mover may keep to its epipolar line
+  static constexpr float kLeastLineOdds = -1;                  ///< a mover may keep to its epipolar line
   static constexpr float kLeastBelief = -4, kMostBelief = 10;  ///< [nats].
   /// Before any was measured.
   static constexpr double kFirstStepRatio = 1.5, kFirstTrackRatio = 3;
