@@ -54,6 +54,19 @@ TEST_CASE("every rejector has a card in docs/reference/filters whose table is th
   }
 }
 
+TEST_CASE("background_motion's card begins with state, residual, decision and symbols, before any constant") {
+  const std::string card = read(DYNFILTER_SOURCE_DIR "/docs/reference/filters/background_motion.md");
+  std::size_t last = 0;
+  for (const char* part :
+       {"**State.**", "**Residual.**", "**Decision.**", "| symbol |", "## The model", "## Constants"}) {
+    CAPTURE(part);
+    const std::size_t at = card.find(part);
+    REQUIRE(at != std::string::npos);
+    CHECK(at > last);
+    last = at;
+  }
+}
+
 TEST_CASE("the page of the example multi_model has the table of its parameters") {
   Registry registry;
   registry.add<multi_model::MultiModelFilter>();
