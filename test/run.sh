@@ -3,7 +3,7 @@
 # Installs what is missing, builds everything and runs every test. Safe to repeat, quick the second time.
 #   bash test/run.sh            everything but what only --long does; ends with a table of seconds per step
 #   bash test/run.sh --quick    only the optimized build and its tests
-#   bash test/run.sh --long     also clang-tidy over every file, more sanitizers, every compiler, LaTeX, fuzzing for 10 minutes
+#   bash test/run.sh --long     also clang-tidy over every file, more sanitizers and compilers, LaTeX, fuzzing for 10 minutes
 # FUZZ_SECONDS: for how long each fuzz target runs, default 20 (--long: 600). Two of the seven run at a time, and beside the
 # last one the linter, so that all of them take four times as long.
 # The last line is "N passed, N failed, N skipped"; the exit code is 0 when nothing failed.
