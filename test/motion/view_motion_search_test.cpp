@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/filters/detail/sequential_homographies.hpp>
 #include <dynfilter/motion/detail/view_motion_terms.hpp>
 #include <dynfilter/motion/flow_groups.hpp>
 #include <dynfilter/motion/ground_plane.hpp>
 #include <dynfilter/motion/view_motion_search.hpp>
 #include <numeric>
 
+#include "../../examples/multi_model/sequential_homographies.hpp"
 #include "doctest/doctest.h"
 
 namespace background_motion_test {
 
 using namespace dynfilter;
+using multi_model::ImageMatch;
+using multi_model::SequentialHomographies;
 
 namespace {
 
