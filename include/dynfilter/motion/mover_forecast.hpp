@@ -35,7 +35,8 @@ class MoverForecast {
     bool moves = false;
   };
 
-  void clear() {  ///< Nothing is expected.
+  /// Nothing is expected.
+  void clear() {
     carried_.clear();
     places_.clear();
   }
