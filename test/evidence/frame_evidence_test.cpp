@@ -14,6 +14,7 @@
 #include <dynfilter/testing/exact_scene_frame.hpp>
 #include <dynfilter/testing/exact_scene_presets.hpp>
 
+#include "../correspondence/random_texture.hpp"
 #include "doctest/doctest.h"
 
 namespace frame_evidence_test {
@@ -79,6 +80,53 @@ TEST_CASE("a late mask is carried with the depth image, whether semantics were a
   REQUIRE(not_told.size() == told.size());
   CHECK(cv::norm(told, not_told, cv::NORM_INF) == 0);
   CHECK((flat.empty() || cv::norm(told, flat, cv::NORM_INF) > 0));  // the depth image has an effect
+}
+
+// 90 px are more than flow finds by itself. Any two descriptors differ in about half of their bits.
+TEST_CASE("stereo: flow finds features that jump far where their descriptors are, to a fraction of a pixel") {
+  constexpr int kJump_px = 90;
+  const cv::Size size(640, 240);
+  const test::WaveTexture texture(3);
+  std::vector<cv::KeyPoint> then, now;
+  std::vector<float> right_px;
+  for (int y = 40; y < 200; y += 20)
+    for (int x = 40; x < 500; x += 20) {
+      now.emplace_back(cv::Point2f(static_cast<float>(x), static_cast<float>(y)), 31.0F);
+      then.emplace_back(now.back().pt + cv::Point2f(kJump_px + 0.8F, -0.6F), 31.0F);  // as corners are found
+      right_px.push_back(now.back().pt.x - 10);
+    }
+  cv::Mat descriptors(static_cast<int>(now.size()), 32, CV_8UC1);
+  cv::randu(descriptors, 0, 256);
+  const auto found = [&](bool stereo, const cv::Mat& described) {
+    CorrespondenceParams params;
+    params.flow = FlowParams::guided();
+    FrameEvidence evidence(params);
+    evidence.set_history(1);
+    FrameView frame;
+    frame.camera = freiburg3_camera();
+    frame.camera->baseline_fx_px_m = 40;
+    for (int k = 0; k < 2; ++k) {
+      frame.id = k;
+      frame.keypoints = k == 0 ? then : now;
+      frame.descriptors = described;
+      if (stereo) frame.right_u_px = right_px;
+      frame.grey = texture.image(size, cv::Point2d(k * kJump_px, 0));
+      evidence.begin(frame, CallPoint::BeforePose);
+      if (k == 0) evidence.end(false);
+    }
+    const Match& match = evidence.match({});
+    std::size_t right = 0;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      const cv::Point2f off =
+          match.correspondences.reference_px[i] - now[i].pt - cv::Point2f(static_cast<float>(kJump_px), 0);
+      right += match.found(i) && off.dot(off) < 0.3F * 0.3F ? 1U : 0U;
+    }
+    evidence.end(false);
+    return static_cast<double>(right) / static_cast<double>(now.size());
+  };
+  CHECK(found(true, descriptors) >= 0.95);
+  CHECK(found(true, cv::Mat()) <= 0.3);
+  CHECK(found(false, descriptors) <= 0.3);  // RGB-D and one camera: as before
 }
 
 TEST_CASE("what is kept does not depend on the host's buffers") {

@@ -14,7 +14,6 @@
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/flow.hpp>
-#include <dynfilter/correspondence/flow_starts.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
@@ -44,7 +43,8 @@ class FrameMatches {
         current_(current),
         flow_(params.flow, params.threads),
         step_flow_(checked_once(params.flow), params.threads),
-        descriptors_(params.descriptors) {}
+        descriptors_(params.descriptors),
+        far_descriptors_(searching_far(params.descriptors)) {}
 
   const History& history() const { return history_; }  ///< the earlier frames that are kept
   History& history() { return history_; }
@@ -76,6 +76,8 @@ class FrameMatches {
 
  private:
   static FlowParams checked_once(FlowParams params);
+  static constexpr double kFar_px = 120;  ///< a car at 8 m that comes nearer at 20 m/s, at 10 Hz
+  static DescriptorMatchParams searching_far(DescriptorMatchParams params);
   /// True in one of four cells of 8 x 8 pixels.
   /// Selecting by position makes the result independent of the features' order.
   static bool in_sparse_cell(const cv::Point2f& px) {
@@ -92,7 +94,8 @@ class FrameMatches {
   // Late boxes need another frame, which uses flow or descriptors instead.
   void correspond(const StoredFrame& stored, Correspondences& out);
 
-  /// For flow. Stereo cameras drive, so that features jump far.
+  /// Where descriptors are found: flow does not search as far as features jump on a street at 10 Hz. Empty
+  /// without stereo.
   Span<const cv::Point2f> starts(const StoredFrame& stored);
   void descriptor_matches(const StoredFrame& stored, Correspondences& out);
   void host_matches(const StoredFrame& stored, Correspondences& out);
@@ -117,8 +120,8 @@ class FrameMatches {
   CurrentFrame& current_;
   History history_;
   FlowTracker flow_, step_flow_;
-  FlowStarts starts_;
-  DescriptorMatcher descriptors_;
+  DescriptorMatcher descriptors_, far_descriptors_;
+  Correspondences far_;  ///< scratch
   std::list<Match> matches_;
   std::list<MatchedFeatures> matched_features_;
   MatchedFeatures reference_features_;  ///< scratch
@@ -229,10 +232,17 @@ inline void FrameMatches::correspond(const StoredFrame& stored, Correspondences&
     descriptor_matches(stored, out);
 }
 
+inline DescriptorMatchParams FrameMatches::searching_far(DescriptorMatchParams params) {
+  params.search_radius_px = std::max(params.search_radius_px, kFar_px);
+  return params;
+}
+
 inline Span<const cv::Point2f> FrameMatches::starts(const StoredFrame& stored) {
   const FrameView& frame = current_.frame();
   if (!is_stereo(frame)) return {};
-  return starts_.find({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors});
+  far_descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {},
+                         far_);
+  return far_.reference_px;  // NaN where nothing was found
 }
 
 inline void FrameMatches::descriptor_matches(const StoredFrame& stored, Correspondences& out) {

@@ -12,6 +12,7 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/motion/neighbour_field.hpp>
+#include <dynfilter/motion/static_miss.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -69,7 +70,9 @@ class MoverForecast {
       feature.velocity_mps = R * feature.velocity_mps;
       feature.evidence *= kept;
       const Eigen::Vector3f& q = feature.point_m;
-      px_.push_back(q.z() > kNearest_m ? project(camera, {q.x(), q.y(), q.z()}) : cv::Point2f(kNone, kNone));
+      px_.push_back(q.z() > static_cast<float>(StaticMissModel::kNearest_m)
+                        ? project(camera, {q.x(), q.y(), q.z()})
+                        : cv::Point2f(kNone, kNone));
       depths_m_.push_back(feature.point_m.z());
     }
     places_.build(px_, depths_m_, kReach_px);
@@ -91,9 +94,8 @@ class MoverForecast {
  private:
   static constexpr double kMemory_s = 0.45;                    ///< cars pass in a second
   static constexpr float kReach_px = 40, kBlindReach_px = 25;  ///< a near car has few features
-  static constexpr float kBlindTrust = 0.4F;
-  static constexpr float kCell_m = 2;  ///< a car's width
-  static constexpr float kNearest_m = 0.3F;
+  static constexpr float kBlindTrust = 0.4F;                   ///< it may lie on what is behind
+  static constexpr float kCell_m = 2;                          ///< a car's width
 
   /// Median velocities of movers by cells of space.
   class Cells {

@@ -55,12 +55,13 @@ class StaticMissModel {
         backward_(inverse(T_current_reference)),
         space_(camera, T_current_reference, noise) {}
 
+  static constexpr double kNearest_m = 0.5;  ///< nothing is nearer to a camera
+
   StaticMiss operator()(const SeenPoint& then, const SeenPoint& now, const MatchSpread& spread = {}) const;
   /// The same without chi2 where both depths are known.
   StaticMiss miss(const SeenPoint& then, const SeenPoint& now) const;
 
  private:
-  static constexpr double kNearest_m = 0.5;  ///< nothing is nearer to a camera
   static constexpr double kInFront_m = 1e-3;
 
   StaticMiss in_space(const SeenPoint& then, const SeenPoint& now, const MatchSpread& spread) const;

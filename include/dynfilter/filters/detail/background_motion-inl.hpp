@@ -364,7 +364,8 @@ inline void BackgroundMotionFilter::weigh_misses(const Evidence& evidence) {
     const bool can_show_rest = step_[i].can_show_rest() || track_[i].can_show_rest();
     const float expected = can_show_rest ? 0 : forecast(evidence, i);
     if (expected > 0 && !(now > expected)) now = expected;
-    if (now <= 0 && matched && !can_show_rest) own_[i] += std::max(now, kLeastLineOdds);
+    if (now <= 0 && matched && !can_show_rest)
+      own_[i] = std::max(own_[i] + std::max(now, kLeastLineOdds), kLeastBelief);
     if (std::isnan(now) || (now <= 0 && !can_show_rest)) continue;
     seen_[i] = 1;
     own_[i] = std::clamp(own_[i] + now, kLeastBelief, kMostBelief);
