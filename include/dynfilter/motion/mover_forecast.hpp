@@ -25,7 +25,7 @@ namespace dynfilter {
 /// no evidence of their own, but they lie where the car was bound to be. Each feature with a depth is carried
 /// on by the camera's motion, a mover also by the velocity of its object. That is the median of the measured
 /// ones in its cell of space, else of those that were forecast there. So a car is followed through frames in
-/// which nothing of it matches. O(n log n), about 60 us for 1000 features.
+/// which nothing of it matches. O(n log n), about 50 us for 1000 features.
 class MoverForecast {
  public:
   /// A feature of this frame. Points and velocities are in this camera's frame.
