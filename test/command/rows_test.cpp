@@ -31,7 +31,7 @@ class Places {
   Places() {
     for (const char* folder : {"a", "b"}) fs::create_directories(root() / folder);
     fs::copy(Walking::shared().folder(), root() / "a/walking", fs::copy_options::recursive);
-    REQUIRE(dynfilter("synth moving_box " + path("b/walking") + " --frames 14 --seed 5").exit_code == 0);
+    fs::copy(moving_box(), root() / "b/walking", fs::copy_options::recursive);
     write_text(root() / "a/p.yaml", pipeline_text("boxes", "    - semantic_box: { role: reject }\n"));
     write_text(root() / "b/p.yaml", pipeline_text("flow", "    - epipolar: { max_distance_px: 1.0 }\n"));
   }
@@ -56,6 +56,15 @@ class Places {
   }
 
  private:
+  /// Rendered once for all tests.
+  static fs::path moving_box() {
+    static const TemporaryFolder folder;
+    static const CommandResult made =
+        dynfilter("synth moving_box '" + (folder.path() / "box").string() + "' --frames 14 --seed 5");
+    REQUIRE(made.exit_code == 0);
+    return folder.path() / "box";
+  }
+
   TemporaryFolder folder_;
 };
 
