@@ -10,6 +10,7 @@ function(dynfilter_detector_library name)
   add_library(dynfilter::${name} ALIAS dynfilter_${name})
   set_target_properties(dynfilter_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
     UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+  dynfilter_hide_library(${name})
   if(NOT top_level AND NOT DYNFILTER_INSTALL)
     set_target_properties(dynfilter_${name} PROPERTIES EXCLUDE_FROM_ALL ON)
   endif()
