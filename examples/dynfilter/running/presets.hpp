@@ -12,7 +12,7 @@ namespace dynfilter::command {
 inline constexpr PresetKind kPipelines = kPipelinePresets;
 inline constexpr PresetKind kDetectors{"detector", "detectors"};
 
-/// Beside the installed program (<prefix>/share/dynfilter).
+/// Beside the installed program (<prefix>/share/dynfilter), then the folder that its build names.
 inline PresetFolders command_folders(const PresetKind& kind) {
   PresetFolders folders;
   std::error_code error;
@@ -20,6 +20,9 @@ inline PresetFolders command_folders(const PresetKind& kind) {
   if (!error)
     folders.installed.push_back(
         (program.parent_path() / DYNFILTER_DATA_FROM_BIN / kind.folder).lexically_normal());
+#ifdef DYNFILTER_PRESETS_SOURCE
+  folders.installed.push_back(std::filesystem::path(DYNFILTER_PRESETS_SOURCE) / kind.folder);
+#endif
   return folders;
 }
 
