@@ -228,9 +228,8 @@ void bind_verdict(py::module_& module) {
            py::arg("right_u") = py::none(),
            "(height, width) uint8 for hosts that take a mask: discs around rejected features, none of a kept "
            "one."
-           "\n`shape`: image.shape. `radius_px`: of a disc at octave 0, 1.2 times more per octave. None: 14 "
-           "for\n"
-           "a host with depth images (`rgbd=True`), else 7.\n"
+           "\n`shape`: image.shape. `radius_px`: of a disc at octave 0, 1.2 times more per octave.\n"
+           "None: 14 for a host with depth images (`rgbd=True`), else 7.\n"
            "`right_u`: columns of the features in the right image, for a mask of that; -1: no match.\n"
            "`keep_radius_px`: a kept feature protects its surroundings up to here.\n"
            "`polarity`: \"255_drops\" (OpenVINS, cuVSLAM) or \"0_drops\" (stella_vslam, pySLAM, Kimera-VIO).")
