@@ -25,6 +25,7 @@ struct DepthImage {
 /// wrong matches. One object per camera stream. Buffers are kept.
 class DenseMask {
  public:
+  /// `polarity`: which pixels of image() the host drops.
   explicit DenseMask(MaskPolarity polarity = MaskPolarity::NonzeroDrops);
 
   /// CV_8UC1 with 0 and 255. `keypoints`: the features of the verdict, in its order. A depth image of another
