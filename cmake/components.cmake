@@ -55,6 +55,38 @@ function(dynfilter_library_sources output name parts)
   set(${output} "${sources}" PARENT_SCOPE)
 endfunction()
 
+# A host's library exports nothing of ours: neither what comes from our static libraries, nor what its own files compile of
+# our headers. Linkers accept one version script: a host that has its own sets its target's property DYNFILTER_EXPORTED.
+if(UNIX AND NOT APPLE)
+  set(hide_from "$<$<NOT:$<BOOL:$<TARGET_PROPERTY:DYNFILTER_EXPORTED>>>:LINKER:--version-script=")
+  set(DYNFILTER_HIDE_INLINE "$<BUILD_INTERFACE:${hide_from}${PROJECT_SOURCE_DIR}/cmake/hidden_symbols.map>>"
+    "$<INSTALL_INTERFACE:${hide_from}$<INSTALL_PREFIX>/${DYNFILTER_CONFIG_DESTINATION}/hidden_symbols.map>>")
+endif()
+function(dynfilter_hide_inline name)
+  target_link_options(dynfilter_${name} INTERFACE ${DYNFILTER_HIDE_INLINE})
+endfunction()
+function(dynfilter_hide_library name)
+  if(DYNFILTER_HIDE_INLINE)
+    target_link_options(dynfilter_${name} INTERFACE "LINKER:--exclude-libs,libdynfilter_${name}.a")
+  endif()
+endfunction()
+
+# Presets are found by their names: from the place of a program or a library, in share/dynfilter above it. Elsewhere a program
+# knows the folder by one small source, and not by a definition that all of its files are compiled with.
+# dynfilterConfig.cmake does the same for an installation.
+if(top_level)
+  file(MAKE_DIRECTORY "${CMAKE_BINARY_DIR}/share")
+  file(CREATE_LINK "${PROJECT_SOURCE_DIR}/examples" "${CMAKE_BINARY_DIR}/share/dynfilter" SYMBOLIC)
+else()
+  set(dynfilter_presets "${PROJECT_SOURCE_DIR}/examples")
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/presets.cpp.in" "${PROJECT_BINARY_DIR}/library/presets.cpp" @ONLY)
+endif()
+function(dynfilter_presets_of name)
+  if(NOT top_level)
+    target_sources(dynfilter_${name} INTERFACE "$<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/library/presets.cpp>")
+  endif()
+endfunction()
+
 function(dynfilter_component name)
   cmake_parse_arguments(arg "" "PARTS" "COMPONENTS;OPENCV;LINK;HEADERS;WITHOUT" ${ARGN})
   dynfilter_bodies(bodies ${name} "${arg_HEADERS}" "${arg_WITHOUT}")
@@ -67,6 +99,7 @@ function(dynfilter_component name)
     dynfilter_library_sources(sources ${name} ${arg_PARTS} ${bodies})
     add_library(dynfilter_${name} STATIC ${sources})
     set_target_properties(dynfilter_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)  # plugins link it
+    dynfilter_hide_library(${name})
     # A project that takes the source in compiles only the components that it links.
     if(NOT top_level AND NOT DYNFILTER_INSTALL)
       set_target_properties(dynfilter_${name} PROPERTIES EXCLUDE_FROM_ALL ON)
@@ -111,6 +144,7 @@ list(APPEND CMAKE_MODULE_PATH "${CMAKE_CURRENT_LIST_DIR}")
 find_package(FLANN REQUIRED)
 
 dynfilter_component(core OPENCV core LINK Eigen3::Eigen)
+dynfilter_hide_inline(core)
 if(NOT DYNFILTER_AVX2)
   set(scope INTERFACE)
   get_target_property(type dynfilter_core TYPE)
@@ -128,17 +162,8 @@ dynfilter_component(evidence COMPONENTS late cluster)
 dynfilter_component(motion COMPONENTS geometry cluster)
 # Only the rejector dbscan needs FLANN.
 dynfilter_component(filters COMPONENTS evidence motion LINK FLANN::FLANN)
-dynfilter_component(pipeline COMPONENTS filters)
-# Pipelines that come with dynfilter are found by their names. Programs of a build tree find those of the source tree.
-# Packaged programs must not name a folder of the machine that built them.
-set(DYNFILTER_BUILD_DATA "${PROJECT_SOURCE_DIR}/examples")
-if(DYNFILTER_DEBIAN)
-  set(DYNFILTER_BUILD_DATA "${CMAKE_INSTALL_PREFIX}/${DYNFILTER_DATA_DESTINATION}")
-endif()
-set(DYNFILTER_PIPELINES_DEFINITION
-  "$<BUILD_INTERFACE:DYNFILTER_PIPELINES_DIR=\"${DYNFILTER_BUILD_DATA}/pipelines\">"
-  "$<INSTALL_INTERFACE:DYNFILTER_PIPELINES_DIR=\"$<INSTALL_PREFIX>/${DYNFILTER_DATA_DESTINATION}/pipelines\">")
-target_compile_definitions(dynfilter_pipeline INTERFACE ${DYNFILTER_PIPELINES_DEFINITION})
+dynfilter_component(pipeline COMPONENTS filters LINK ${CMAKE_DL_LIBS})
+dynfilter_presets_of(pipeline)
 dynfilter_component(keyframe COMPONENTS config)
 dynfilter_component(plugin COMPONENTS evidence LINK ${CMAKE_DL_LIBS})
 set(corner_modules imgproc)
@@ -170,7 +195,9 @@ add_library(dynfilter_header_only INTERFACE)
 add_library(dynfilter::header_only ALIAS dynfilter_header_only)
 set_target_properties(dynfilter_header_only PROPERTIES EXPORT_NAME header_only)
 target_compile_features(dynfilter_header_only INTERFACE cxx_std_17)
-target_compile_definitions(dynfilter_header_only INTERFACE DYNFILTER_HEADER_ONLY ${DYNFILTER_PIPELINES_DEFINITION})
+target_compile_definitions(dynfilter_header_only INTERFACE DYNFILTER_HEADER_ONLY)
+dynfilter_hide_inline(header_only)
+dynfilter_presets_of(header_only)
 if(NOT DYNFILTER_AVX2)
   target_compile_definitions(dynfilter_header_only INTERFACE DYNFILTER_WITHOUT_AVX2)
 endif()

@@ -5,9 +5,9 @@ if(NOT DYNFILTER_INSTALL)
   return()
 endif()
 include(CMakePackageConfigHelpers)
-set(config_destination ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
 
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/dynfilter" "${PROJECT_SOURCE_DIR}/plugins/detectors/include/dynfilter"
+        "${PROJECT_SOURCE_DIR}/plugins/dense/include/dynfilter"
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h"
         PATTERN "facade/detail" EXCLUDE)
@@ -27,17 +27,18 @@ foreach(component IN LISTS DYNFILTER_COMPONENTS)
   install(TARGETS dynfilter_${component} EXPORT dynfilter_${component}
           LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-  install(EXPORT dynfilter_${component} NAMESPACE dynfilter:: DESTINATION ${config_destination}
+  install(EXPORT dynfilter_${component} NAMESPACE dynfilter:: DESTINATION ${DYNFILTER_CONFIG_DESTINATION}
           FILE dynfilter_${component}.cmake COMPONENT development)
   string(APPEND DYNFILTER_COMPONENT_TABLE
     "set(dynfilter_${component}_needs ${DYNFILTER_${component}_COMPONENTS})\n"
     "set(dynfilter_${component}_opencv ${DYNFILTER_${component}_OPENCV})\n")
 endforeach()
 configure_package_config_file(cmake/dynfilterConfig.cmake.in "${PROJECT_BINARY_DIR}/dynfilterConfig.cmake"
-                              INSTALL_DESTINATION ${config_destination} NO_SET_AND_CHECK_MACRO)
+                              INSTALL_DESTINATION ${DYNFILTER_CONFIG_DESTINATION} NO_SET_AND_CHECK_MACRO)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/dynfilterConfig.cmake" "${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake"
               "${PROJECT_SOURCE_DIR}/cmake/plugin.cmake" "${PROJECT_SOURCE_DIR}/cmake/FindFLANN.cmake"
-        DESTINATION ${config_destination} COMPONENT development)
+              "${PROJECT_SOURCE_DIR}/cmake/hidden_symbols.map" "${PROJECT_SOURCE_DIR}/cmake/presets.cpp.in"
+        DESTINATION ${DYNFILTER_CONFIG_DESTINATION} COMPONENT development)
 include(cmake/pkgconfig.cmake)

@@ -33,10 +33,14 @@ endif()
 if(NOT DYNFILTER_AVX2)
   set(simd " -DDYNFILTER_WITHOUT_AVX2")
 endif()
+set(hidden "")
+if(DYNFILTER_HIDE_INLINE)
+  set(hidden "-Wl,--version-script=\${libdir}/cmake/dynfilter/hidden_symbols.map ")
+endif()
 dynfilter_pkgconfig(dynfilter "${PROJECT_DESCRIPTION}" "eigen3 ${opencv_package}"
-  "-L\${libdir} ${libraries}-llz4 -ldl -pthread" "-pthread${mode}${simd}")
+  "-L\${libdir} ${libraries}${hidden}-llz4 -ldl -pthread" "-pthread${mode}${simd}")
 dynfilter_pkgconfig(dynfilter-header-only "${PROJECT_DESCRIPTION} (headers only)" "eigen3 ${opencv_package}"
-  "-llz4 -ldl -pthread" "-pthread -DDYNFILTER_HEADER_ONLY${simd}")
+  "${hidden}-llz4 -ldl -pthread" "-pthread -DDYNFILTER_HEADER_ONLY${simd}")
 if(TARGET dynfilter_facade)
   dynfilter_pkgconfig(dynfilter-facade "${PROJECT_DESCRIPTION} (C++11 and C)" "${opencv_package}"
     "-L\${libdir} -ldynfilter_facade" "")

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # The table of docs/how-to/masks.md (docs/reference/figures/masks.csv): masks of rendered sequences against their labels.
 #   bash examples/masks.sh FOLDER [DYNFILTER]     needs the built command; about a quarter of an hour
-# SCENES, SEEDS and KINDS (features network perfect) select others. OPTIONS is passed to `dynfilter masks`.
+# SCENES, SEEDS and KINDS (discs features network perfect) select others. OPTIONS is passed to `dynfilter masks`.
 set -eu
 folder=$(realpath -m "${1:?a folder for the sequences}")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -22,7 +22,7 @@ rendered() {  # SCENE SEED: its folder
 # Where objects come from. Those of the network have its faults, and masks of a quarter of the size.
 source_of() {  # KIND SEQUENCE
   case $1 in
-    features) echo "--shape features --no-detections --no-masks" ;;
+    discs | features) echo "--shape $1 --no-detections --no-masks" ;;
     network) echo "--shape objects --masks $2/instances_small" ;;
     perfect) echo "--shape objects --masks $2/instances --detections $2/instances.txt" ;;
   esac
@@ -37,7 +37,7 @@ echo "|---|---|---|---|---|---|"
 for scene in ${SCENES:-walking_xyz street_traffic hall_people crowd}; do
   for seed in ${SEEDS:-1 21 22}; do
     sequence=$(rendered "$scene" "$seed")
-    for kind in ${KINDS:-features network perfect}; do
+    for kind in ${KINDS:-discs features network perfect}; do
       # shellcheck disable=SC2046,SC2086
       "$dynfilter" masks "$sequence" "$work/out" --force --truth --json $(source_of "$kind" "$sequence") \
         ${OPTIONS:-} > "$work/out.json"

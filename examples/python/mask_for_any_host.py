@@ -26,7 +26,7 @@ for frame in sequence:
     # Any detector will do: the host finds its own features under the mask.
     corners = cv2.goodFeaturesToTrack(frame.grey, 1000, 0.003, 8).reshape(-1, 2)
     verdict = pipeline.before_pose(corners, **frame.arguments())
-    mask = verdict.mask(frame.grey.shape, polarity=polarity)
+    mask = verdict.mask(frame.grey.shape, polarity=polarity, rgbd=frame.depth is not None)
     dropped += float((mask == (0 if polarity == "0_drops" else 255)).mean())
     cv2.imwrite(str(out / f"{frame.timestamp:.6f}.png"), mask)
 print(f"{len(sequence)} masks in {out}, which drop {100 * dropped / len(sequence):.1f} % of the pixels")

@@ -164,6 +164,10 @@ TEST_CASE("masks of features need no detector") {
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   CHECK(number_in(result.out, "truth", "iou") > 0.4);
+  // What is between the features is most of a body.
+  const CommandResult discs = dynfilter(clip.masks(features + "--shape discs"));
+  CHECK(number_in(discs.out, "truth", "iou") < number_in(result.out, "truth", "iou"));
+  CHECK(number_in(discs.out, "truth", "movers_masked") > 0);
   const CommandResult none = dynfilter(clip.masks(features + "--pipeline none"));
   CHECK(number_in(none.out, "truth", "movers_masked") == 0);
   const cv::Mat mask =

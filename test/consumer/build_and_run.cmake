@@ -18,7 +18,7 @@ set(where -DDYNFILTER_SOURCE=${SOURCE})
 # A user's own warnings must not be triggered by our headers.
 set(flags "-O0 -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror")
 if(WAY STREQUAL "package")
-  foreach(component development library)
+  foreach(component development library data)
     run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${WORK}/prefix" --component ${component})
   endforeach()
   set(where -DCMAKE_PREFIX_PATH=${WORK}/prefix)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The C++ of the pages, with the variables that a reader has.
 #include <cstdint>
+#include <dynfilter/dense/dense_mask.hpp>
 #include <dynfilter/detectors/dnn_provider.hpp>
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/hosts/host_mask.hpp>
@@ -37,6 +38,7 @@ std::vector<cv::KeyPoint> keypoints;
 std::vector<Detection> boxes, detections;
 std::vector<cv::Point2f> prev_pts, cur_pts;
 std::vector<int> ids, track_cnt;
+std::vector<float> right_u_px;
 std::unordered_map<int, std::int32_t> place_of_id;
 const Camera camera;
 const FrameView frame;
@@ -85,10 +87,11 @@ void late_results(Pipeline& pipeline, FrameView& view, std::unique_ptr<SemanticP
 
 void host_mask(Pipeline& pipeline) {
 #include "mask_hosts_1.inc"
+#include "mask_hosts_2.inc"
 }
 
 void stella_masks(Host& slam, HostMask& host, const Verdict& verdict) {
-#include "mask_hosts_2.inc"
+#include "mask_hosts_3.inc"
 }
 
 namespace ov_core {
@@ -102,11 +105,11 @@ struct VioManager {
 };
 
 void openvins(VioManager* sys, HostMask& host, const Verdict& verdict) {
-#include "mask_hosts_3.inc"
+#include "mask_hosts_4.inc"
 }
 
 void vins_status(Pipeline& pipeline) {
-#include "mask_hosts_4.inc"
+#include "mask_hosts_5.inc"
 }
 
 struct KimeraFrame {
@@ -119,7 +122,7 @@ struct FeatureDetector {
 
 void kimera(KimeraFrame* left_frame, FeatureDetector* feature_detector_, HostMask& host,
             const Verdict& verdict) {
-#include "mask_hosts_5.inc"
+#include "mask_hosts_6.inc"
 }
 
 void plugins() {

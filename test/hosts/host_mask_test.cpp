@@ -46,16 +46,59 @@ TEST_CASE("one polarity is the inverse of the other") {
   CHECK(cv::countNonZero(nonzero_drops + zero_drops != 255) == 0);
 }
 
-TEST_CASE("a disc is 1.2 times larger per octave") {
+/// Radius of the disc of feature 0, of the given octave.
+int radius_of(const cv::Mat& mask, const cv::Point& centre = {40, 50}) {
+  int radius_px = 0;
+  while (mask.at<uchar>(centre + cv::Point(radius_px + 1, 0)) != 0) ++radius_px;
+  CHECK(mask.at<uchar>(centre - cv::Point(radius_px, 0)) != 0);
+  CHECK(mask.at<uchar>(centre - cv::Point(radius_px + 1, 0)) == 0);
+  return radius_px;
+}
+
+TEST_CASE("the radius is that of the sensor, times a factor per octave") {
   Case c;
-  c.keypoints[0].octave = 3;
+  const auto radii = [&](int octave, const MaskedImageParams& params = MaskedImageParams()) {
+    c.keypoints[0].octave = octave;
+    HostMask host(MaskPolarity::NonzeroDrops, params);
+    return std::pair(radius_of(host.rgbd_image(c.keypoints, c.verdict, c.image.size())),
+                     radius_of(host.image(c.keypoints, c.verdict, c.image.size())));
+  };
+  CHECK(radii(0) == std::pair(14, 7));
+  CHECK(radii(3) == std::pair(24, 12));  // 14 * 1.2^3 = 24.2, 7 * 1.2^3 = 12.1
   MaskedImageParams params;
-  params.radius_px = 10;
-  const cv::Mat mask =
+  params.octave_scale = 1;
+  CHECK(radii(3, params) == std::pair(14, 7));
+  params.octave_scale = 1.5, params.radius_px = 8, params.radius_without_depth_px = 4;
+  CHECK(radii(2, params) == std::pair(18, 9));
+  params.octave_scale = MaskedImageParams::kMostPerOctave;  // 4^16 px would overflow
+  c.keypoints[0].octave = 99;
+  const cv::Mat all =
       HostMask(MaskPolarity::NonzeroDrops, params).image(c.keypoints, c.verdict, c.image.size());
-  const int radius_px = cvRound(10 * std::pow(1.2, 3));
-  CHECK(mask.at<uchar>(50, 40 + radius_px) == 255);
-  CHECK(mask.at<uchar>(50, 40 + radius_px + 1) == 0);
+  CHECK(cv::countNonZero(all) > c.image.size().area() / 2);
+}
+
+TEST_CASE("the right image is masked at the features' disparities") {
+  const Case c;
+  HostMask host(MaskPolarity::NonzeroDrops);
+  const cv::Mat left = host.image(c.keypoints, c.verdict, c.image.size()).clone();
+  // Alike for all: the mask is that of the left image, shifted.
+  std::vector<float> right_u_px{40 - 25, 110 - 25, 120 - 25};
+  cv::Mat right = host.right_image(c.keypoints, c.verdict, right_u_px, c.image.size()).clone();
+  const cv::Rect shifted(0, 0, c.image.cols - 25, c.image.rows);
+  CHECK(cv::countNonZero(right(shifted) != left(shifted + cv::Point(25, 0))) == 0);
+  CHECK(cv::countNonZero(right) == cv::countNonZero(left));
+  // Of each its own: the kept one is far from the rejected ones, and hides nothing of their discs.
+  right_u_px = {30, 60, 100};
+  right = host.right_image(c.keypoints, c.verdict, right_u_px, c.image.size()).clone();
+  CHECK(radius_of(right, {30, 50}) == 7);
+  CHECK(radius_of(right, {100, 50}) == 7);
+  CHECK(right.at<uchar>(50, 60) == 0);
+  // Without a match there is no disc, and a missing array is one without matches.
+  right_u_px = {-1, 60, std::nanf("")};
+  CHECK(cv::countNonZero(host.right_image(c.keypoints, c.verdict, right_u_px, c.image.size())) == 0);
+  CHECK(cv::countNonZero(host.right_image(c.keypoints, c.verdict, std::vector<float>(), c.image.size())) ==
+        0);
+  CHECK(c.keypoints[0].pt.x == 40.F);
 }
 
 TEST_CASE("depth has holes where the mask drops, in every type") {
@@ -63,9 +106,10 @@ TEST_CASE("depth has holes where the mask drops, in every type") {
   for (const int type : {CV_16UC1, CV_32FC1}) {
     const cv::Mat depth(c.image.size(), type, cv::Scalar(3));
     HostMask host(MaskPolarity::ZeroDrops);  // the polarity is that of the mask image only
-    const cv::Mat holes = host.depth(c.keypoints, c.verdict, depth);
+    const cv::Mat holes = host.depth(c.keypoints, c.verdict, depth).clone();
     CHECK(holes.type() == type);
-    CHECK(cv::countNonZero(holes == 0) == cv::countNonZero(c.mask(MaskPolarity::NonzeroDrops)));
+    const cv::Mat mask = host.rgbd_image(c.keypoints, c.verdict, depth.size());
+    CHECK(cv::countNonZero((holes == 0) != (mask == 0)) == 0);
     CHECK(cv::countNonZero(depth == 0) == 0);
   }
 }
@@ -81,9 +125,15 @@ TEST_CASE("ids and status follow the verdict") {
 }
 
 TEST_CASE("a parameter out of range is an error") {
-  MaskedImageParams params;
-  params.radius_px = -1;
-  CHECK_THROWS_AS(HostMask(MaskPolarity::ZeroDrops, params), ConfigError);
+  using P = MaskedImageParams;
+  for (double P::*member :
+       {&P::radius_px, &P::radius_without_depth_px, &P::keep_radius_px, &P::octave_scale}) {
+    for (const double wrong : {-1.0, P::kMax_px + 1, std::nan("")}) {
+      P params;
+      params.*member = wrong;
+      CHECK_THROWS_AS(HostMask(MaskPolarity::ZeroDrops, params), ConfigError);
+    }
+  }
 }
 
 TEST_CASE("stella_vslam drops what is rejected") {

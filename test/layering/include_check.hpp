@@ -74,7 +74,7 @@ inline std::string table_of_rooms() {
 inline const std::map<std::string, std::string>& gatekeepers() {
   static const std::map<std::string, std::string> table{
       {"flann/", "filters"}, {"ceres/", "geometry"},   {"opencv2/dnn", "plugins"},
-      {"png.h", "plugins"},  {"jpeglib.h", "plugins"}, {"dlfcn.h", "plugin facade/detail"}};
+      {"png.h", "plugins"},  {"jpeglib.h", "plugins"}, {"dlfcn.h", "plugin pipeline facade/detail"}};
   return table;
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""CITATION.cff, and the recipes for vcpkg and Conan in docs/how-to/install.md.  packaging_test.py SOURCE CMAKE"""
+"""CITATION.cff, and the recipes for vcpkg (docs/how-to/install.md) and Conan.  packaging_test.py SOURCE CMAKE"""
 import json
 import pathlib
 import re
@@ -91,7 +91,7 @@ class Conan(unittest.TestCase):
         sys.modules.update(fakes)
         self.addCleanup(lambda: [sys.modules.pop(name) for name in fakes])
         space = {}
-        exec(compile(block("python", "ConanFile"), "conanfile.py", "exec"), space)
+        exec(compile((ROOT / "conanfile.py").read_text(), "conanfile.py", "exec"), space)
         self.recipe = space["Dynfilter"]()
         self.needed = []
         self.recipe.requires = lambda needed, **_: self.needed.append(needed)

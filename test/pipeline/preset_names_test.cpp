@@ -91,6 +91,17 @@ TEST_CASE("presets: own folders come first, then DYNFILTER_PRESETS, then install
   CHECK(std::count(names.begin(), names.end(), "dynfilter") == 1);
 }
 
+TEST_CASE("presets: those that come along are found from the place of the program, all kinds") {
+  const Shelf shelf;
+  const fs::path share = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "share/dynfilter";
+  for (const PresetKind& kind : {kPipelinePresets, PresetKind{"detector", "detectors"}}) {
+    const std::vector<fs::path> folders = preset_folders({}, kind);
+    CHECK(std::count(folders.begin(), folders.end(), share / kind.folder) >= 1);
+    CHECK(std::all_of(folders.begin(), folders.end(), [](const fs::path& f) { return fs::is_directory(f); }));
+  }
+  CHECK(preset_folders({}, {"thing", "no_such_kind"}).empty());
+}
+
 TEST_CASE("presets: DYNFILTER_PRESETS is a list; a folder in it may have one for each kind") {
   const Shelf shelf;
   shelf.write("share/pipelines/one.yaml", "one");
@@ -99,7 +110,9 @@ TEST_CASE("presets: DYNFILTER_PRESETS is a list; a folder in it may have one for
   Shelf::environment(shelf.folder("share").string() + "::/no/such/folder:" + shelf.folder("flat").string());
   CHECK(loaded("one") == "one");
   CHECK(loaded("two") == "two");
-  CHECK(preset_names({}, {"detector", "detectors"}) == std::vector<std::string>{"eye"});
+  const std::vector<std::string> eyes = preset_names({}, {"detector", "detectors"});
+  CHECK(std::count(eyes.begin(), eyes.end(), "eye") == 1);
+  CHECK(std::count(eyes.begin(), eyes.end(), "one") == 0);
 }
 
 TEST_CASE("presets: an unknown name lists the known ones and the one that was meant") {

@@ -40,6 +40,21 @@ def test_discs_of_rejected_features(verdict):
     assert (mask[:, 130:201] == 255).sum() == pytest.approx(area(octave_2) / 2, rel=0.1)
 
 
+def test_radius_of_the_sensor(verdict):
+    for options, radius in [({}, 7), ({"rgbd": True}, 14), ({"radius_px": 9}, 9), ({"radius_px": 9, "rgbd": True}, 9)]:
+        row = verdict.mask(SHAPE, **options)[60, :130]
+        assert (row == 255).sum() == 2 * radius + 1 and row[60] == 255
+
+
+def test_right_image(verdict):
+    n = 63  # of the fixture: those behind the first three are nowhere
+    left, right = verdict.mask(SHAPE), verdict.mask(SHAPE, right_u=np.r_[40, 180, 192, [-1] * (n - 3)])
+    np.testing.assert_array_equal(right[:, :-20], left[:, 20:])
+    assert not verdict.mask(SHAPE, right_u=np.full(n, -1.0)).any()
+    with pytest.raises(ValueError, match="right_u"):
+        verdict.mask(SHAPE, right_u=[40, 180])
+
+
 def test_polarity(verdict):
     drops_255, drops_0 = verdict.mask(SHAPE), verdict.mask(SHAPE, polarity="0_drops")
     np.testing.assert_array_equal(drops_0, 255 - drops_255)
@@ -52,7 +67,7 @@ def test_polarity(verdict):
 def test_depth_with_holes(verdict):
     depth = np.full(SHAPE, 1000, np.uint16)
     holes = verdict.depth(depth)
-    np.testing.assert_array_equal(holes == 0, verdict.mask(SHAPE) == 255)
+    np.testing.assert_array_equal(holes == 0, verdict.mask(SHAPE, rgbd=True) == 255)
     assert (depth == 1000).all() and holes.dtype == np.uint16
     assert verdict.depth(depth.astype(np.float32)).dtype == np.float32
 

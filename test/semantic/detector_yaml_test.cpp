@@ -125,6 +125,15 @@ TEST_CASE("the files of a detector lie in the network folder, else beside the YA
                         yaml_folder.path().string() + " (expected any file)")
                            .c_str(),
                        IoError);
+  // The real folders are named, each once: `.` says nothing.
+  const std::string here = std::filesystem::current_path().string();
+  CHECK_THROWS_WITH_AS(ProviderFiles({{".", here}}).find("net.onnx", "any file"),
+                       ("net.onnx: no such file in " + here + " (expected any file)").c_str(), IoError);
+  CHECK_THROWS_WITH_AS(ProviderFiles({{"./no", ".."}}).find("net.onnx", "any file"),
+                       ("net.onnx: no such file in " + here + "/no nor in " +
+                        std::filesystem::current_path().parent_path().string() + " (expected any file)")
+                           .c_str(),
+                       IoError);
   write(networks.path() / "net.onnx", "");
   CHECK(make(networks.path()) != nullptr);
   CHECK_THROWS_AS(make({}), IoError);

@@ -72,9 +72,9 @@ void add_mask_options(CLI::App& command, MaskOptions& options) {
       ->type_name("TOOL");
   command
       .add_option("--shape", options.shape,
-                  "features: around rejected features, without a detector; objects: the instances of a "
-                  "detector that move, through the whole clip")
-      ->check(CLI::IsMember({"features", "objects"}))
+                  "features: around rejected features and between them, without a detector; discs: around "
+                  "them only; objects: the instances of a detector that move, through the whole clip")
+      ->check(CLI::IsMember({"features", "discs", "objects"}))
       ->capture_default_str()
       ->type_name("SHAPE");
   command

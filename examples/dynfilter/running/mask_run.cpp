@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
+#include <dynfilter/dense/dense_mask.hpp>
+#include <dynfilter/hosts/host_mask.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -19,7 +22,6 @@
 #include "interruption.hpp"
 #include "io/sequence.hpp"
 #include "mask_output.hpp"
-#include "masks/feature_mask.hpp"
 #include "masks/instances.hpp"
 #include "masks/mask_form.hpp"
 #include "masks/object_motion.hpp"
@@ -166,9 +168,17 @@ class MaskRun {
     return all;
   }
 
+  /// What a host would get of the same verdict.
   const cv::Mat& feature_mask(const io::SequenceFrame& frame) {
-    if (!feature_mask_) feature_mask_.emplace(frame.grey.size());
-    return feature_mask_->draw(features(), {frame.depth, frame.depth_unit_m});
+    Verdict verdict;
+    std::vector<cv::KeyPoint> keypoints;
+    for (const masks::JudgedFeature& feature : features())
+      keypoints.push_back(feature.keypoint), verdict.decision.push_back(feature.decision);
+    const cv::Size size = frame.grey.size();
+    if (options_.shape == "features")
+      return dense_.image(keypoints, verdict, size, {frame.depth, frame.depth_unit_m});
+    return frame.depth.empty() ? discs_.image(keypoints, verdict, size)
+                               : discs_.rgbd_image(keypoints, verdict, size);
   }
 
   void see_objects(std::size_t k, const io::SequenceFrame& frame) {
@@ -255,7 +265,8 @@ class MaskRun {
   odometry::Sensor sensor_;
   odometry::Odometry odometry_;
   std::optional<SemanticFeed> feed_;
-  std::optional<masks::FeatureMask> feature_mask_;
+  DenseMask dense_;
+  HostMask discs_{MaskPolarity::NonzeroDrops};
   masks::ObjectTracker tracker_;
   cv::Size size_;
   std::map<std::size_t, std::vector<std::uint8_t>> pictures_;  ///< images for overlay/, compressed

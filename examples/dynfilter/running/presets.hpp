@@ -20,7 +20,9 @@ inline PresetFolders command_folders(const PresetKind& kind) {
   if (!error)
     folders.installed.push_back(
         (program.parent_path() / DYNFILTER_DATA_FROM_BIN / kind.folder).lexically_normal());
+#ifdef DYNFILTER_PRESETS_SOURCE
   folders.installed.push_back(std::filesystem::path(DYNFILTER_PRESETS_SOURCE) / kind.folder);
+#endif
   return folders;
 }
 

@@ -16,12 +16,14 @@
 
 namespace dynfilter {
 
-/// All 0 to kMax_px. A host that hardly finds features near movers needs a smaller radius_px.
+/// Lengths are 0 to kMax_px. Large discs starve a host: without depth it finds no map to begin with.
 struct MaskedImageParams {
-  static constexpr double kMax_px = 500;
-  double radius_px = 14;      ///< surroundings of a rejected feature of octave 0; 1.2 times more per octave
-  double keep_radius_px = 7;  ///< surroundings that a kept feature protects
-  double feather_px = 4;      ///< width of the soft edge of what is painted over
+  static constexpr double kMax_px = 500, kMostPerOctave = 4;
+  double radius_px = 14;               ///< around a rejected feature of octave 0, for hosts with depth images
+  double radius_without_depth_px = 7;  ///< the same for hosts of one camera or two
+  double octave_scale = 1.2;           ///< a disc is so much larger per octave; 1: all are alike
+  double keep_radius_px = 7;           ///< around a kept feature, which protects as much
+  double feather_px = 4;               ///< width of the soft edge of what is painted over
 };
 
 /// Hands a verdict to a host that nobody can patch: the images that it is given show nothing where features
@@ -34,7 +36,8 @@ class MaskedImage {
 
   /// CV_8UC1, 255 on what was rejected. `keypoints`: the features that the verdict is about, in the order of
   /// it. Valid until the next call. Cost: a disc per feature, about 0.3 ms for 1000.
-  const cv::Mat& mask(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Size& size);
+  const cv::Mat& mask(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Size& size,
+                      bool has_depth = true);
 
   /// A copy of the depth image (any type) with zero, that is no depth, where the mask is set. An image of
   /// another size than the mask is copied unchanged.
@@ -55,18 +58,24 @@ class MaskedImage {
 };
 
 inline MaskedImage::MaskedImage(const MaskedImageParams& params) : params_(params) {
-  for (const double px : {params.radius_px, params.keep_radius_px, params.feather_px})
-    if (!(px >= 0 && px <= MaskedImageParams::kMax_px))
+  using P = MaskedImageParams;
+  for (const double px :
+       {params.radius_px, params.radius_without_depth_px, params.keep_radius_px, params.feather_px})
+    if (!(px >= 0 && px <= P::kMax_px))
       throw ConfigError("masked_image", "expected 0 to 500 px, got " + std::to_string(px));
+  if (!(params.octave_scale >= 1 && params.octave_scale <= P::kMostPerOctave))
+    throw ConfigError("masked_image",
+                      "octave_scale: expected 1 to 4, got " + std::to_string(params.octave_scale));
 }
 
 inline const cv::Mat& MaskedImage::mask(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
-                                        const cv::Size& size) {
+                                        const cv::Size& size, bool has_depth) {
+  const double radius_px = has_depth ? params_.radius_px : params_.radius_without_depth_px;
   mask_.create(size, CV_8UC1);
   mask_.setTo(0);
   const std::size_t n = std::min(keypoints.size(), verdict.size());
   for (std::size_t i = 0; i < n; ++i)
-    if (!verdict.keep(i)) disc(keypoints[i], params_.radius_px, 255);
+    if (!verdict.keep(i)) disc(keypoints[i], radius_px, 255);
   for (std::size_t i = 0; i < n; ++i)
     if (verdict.keep(i)) disc(keypoints[i], params_.keep_radius_px, 0);
   return mask_;
@@ -100,8 +109,9 @@ inline void MaskedImage::paint(const cv::Mat& image, const cv::Mat& mask, cv::Ma
 
 inline void MaskedImage::disc(const cv::KeyPoint& keypoint, double radius_px, int value) {
   if (!std::isfinite(keypoint.pt.x) || !std::isfinite(keypoint.pt.y)) return;
-  const double scale = std::pow(1.2, std::clamp(keypoint.octave, 0, 16));
-  cv::circle(mask_, keypoint.pt, cvRound(radius_px * scale), cv::Scalar(value), cv::FILLED);
+  const double scale = std::pow(params_.octave_scale, std::clamp(keypoint.octave, 0, 16)),
+               reach_px = std::min<double>(radius_px * scale, mask_.rows + mask_.cols);  // all of the image
+  cv::circle(mask_, keypoint.pt, cvRound(reach_px), cv::Scalar(value), cv::FILLED);
 }
 
 inline void MaskedImage::smooth(const cv::Mat& image) {

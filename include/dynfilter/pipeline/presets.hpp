@@ -25,14 +25,8 @@ struct PresetFolders {
 
 namespace detail {
 
-/// Adds a folder of pipelines that come with dynfilter. A compiled library does not know where it was
-/// installed to: each file that includes this header adds what its CMake target names, before main().
-bool add_built_in_presets(const char* folder);
-#if defined(DYNFILTER_PIPELINES_DIR) && !defined(DYNFILTER_LIBRARY)
-[[maybe_unused]] static const bool kAddedBuiltInPresets = add_built_in_presets(DYNFILTER_PIPELINES_DIR);
-#endif
-
-/// The folders added: installed pipelines, or those of the source tree.
+/// The folders of a kind that come with dynfilter. First the one that CMake compiles into a source of the
+/// program. Then `share/dynfilter` in folders above the program, and above the library that holds this code.
 std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind);
 
 }  // namespace detail

@@ -33,10 +33,12 @@ struct ProviderFiles {
       if (!name.empty() && std::filesystem::exists(path, failed)) return path;
       throw MissingFileError(name + ": no such file (expected " + what + ")");
     }
-    std::string looked;
+    std::string looked, last;
     for (const std::filesystem::path& folder : folders) {
       if (!name.empty() && std::filesystem::exists(folder / path, failed)) return folder / path;
-      looked += (looked.empty() ? "" : " nor in ") + folder.string();
+      const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(folder, failed), failed);
+      if (real != last) looked += (looked.empty() ? "" : " nor in ") + real.string();
+      last = real.string();
     }
     throw MissingFileError(name + ": no such file in " + looked + " (expected " + what + ")");
   }

@@ -271,11 +271,15 @@ class Verdict:
         self,
         shape: Sequence[int],
         *,
-        radius_px: float = 14.0,
+        radius_px: Optional[float] = None,
         keep_radius_px: float = 7.0,
         polarity: str = "255_drops",
+        rgbd: bool = False,
+        right_u: Optional[ArrayLike] = None,
     ) -> Bytes: ...
-    def depth(self, depth: Array, *, radius_px: float = 14.0, keep_radius_px: float = 7.0) -> Array: ...
+    def depth(
+        self, depth: Array, *, radius_px: Optional[float] = None, keep_radius_px: float = 7.0
+    ) -> Array: ...
     def draw(self, image: Array) -> Bytes: ...
     def _repr_png_(self) -> bytes: ...
 

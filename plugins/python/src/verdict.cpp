@@ -7,6 +7,7 @@
 #include <dynfilter/hosts/draw_verdict.hpp>
 #include <dynfilter/hosts/host_mask.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <string>
 
 #include "arguments.hpp"
@@ -24,9 +25,11 @@ MaskPolarity polarity_of(const std::string& name) {
   refuse_name("polarity", {"255_drops", "0_drops"}, name);
 }
 
-HostMask host_mask(double radius_px, double keep_radius_px, const std::string& polarity) {
+/// Without a radius, that of the sensor.
+HostMask host_mask(std::optional<double> radius_px, double keep_radius_px, const std::string& polarity) {
   MaskedImageParams params;
-  params.radius_px = radius_px, params.keep_radius_px = keep_radius_px;
+  if (radius_px) params.radius_px = params.radius_without_depth_px = *radius_px;
+  params.keep_radius_px = keep_radius_px;
   return HostMask(polarity_of(polarity), params);
 }
 
@@ -36,13 +39,19 @@ cv::Size size_of(py::handle shape) {
   return {shape[py::int_(1)].cast<int>(), shape[py::int_(0)].cast<int>()};
 }
 
-py::array mask(const PyVerdict& self, py::handle shape, double radius_px, double keep_radius_px,
-               const std::string& polarity) {
+py::array mask(const PyVerdict& self, py::handle shape, std::optional<double> radius_px,
+               double keep_radius_px, const std::string& polarity, bool rgbd, py::handle right_u) {
   HostMask host = host_mask(radius_px, keep_radius_px, polarity);
-  return array_of(host.image(self.keypoints, self.verdict, size_of(shape)));
+  const cv::Size size = size_of(shape);
+  if (rgbd) return array_of(host.rgbd_image(self.keypoints, self.verdict, size));
+  if (right_u.is_none()) return array_of(host.image(self.keypoints, self.verdict, size));
+  const auto columns = array_of<float>("right_u", right_u, static_cast<py::ssize_t>(self.keypoints.size()));
+  const Span<const float> right_u_px(columns.data(), self.keypoints.size());
+  return array_of(host.right_image(self.keypoints, self.verdict, right_u_px, size));
 }
 
-py::array depth(const PyVerdict& self, py::handle depth, double radius_px, double keep_radius_px) {
+py::array depth(const PyVerdict& self, py::handle depth, std::optional<double> radius_px,
+                double keep_radius_px) {
   if (depth.is_none()) refuse("depth", "a float32 or uint16 image", depth);
   Images images;
   const cv::Mat given = images.depth("depth", depth);
@@ -214,16 +223,20 @@ void bind_verdict(py::module_& module) {
       .def("rejected_by", &rejected_by, py::arg("stage"), "(n,) bool: rejected, and this stage said so.")
       .def("rejected_ids", &rejected_ids, py::arg("ids"),
            "The ids of rejected features, int64. `ids`: (n,) integers of the host.")
-      .def("mask", &mask, py::arg("shape"), py::kw_only(), py::arg("radius_px") = 14.0,
-           py::arg("keep_radius_px") = 7.0, py::arg("polarity") = kDrop255,
+      .def("mask", &mask, py::arg("shape"), py::kw_only(), py::arg("radius_px") = py::none(),
+           py::arg("keep_radius_px") = 7.0, py::arg("polarity") = kDrop255, py::arg("rgbd") = false,
+           py::arg("right_u") = py::none(),
            "(height, width) uint8 for hosts that take a mask: discs around rejected features, none of a kept "
            "one."
            "\n`shape`: image.shape. `radius_px`: of a disc at octave 0, 1.2 times more per octave.\n"
+           "None: 14 for a host with depth images (`rgbd=True`), else 7.\n"
+           "`right_u`: columns of the features in the right image, for a mask of that; -1: no match.\n"
            "`keep_radius_px`: a kept feature protects its surroundings up to here.\n"
            "`polarity`: \"255_drops\" (OpenVINS, cuVSLAM) or \"0_drops\" (stella_vslam, pySLAM, Kimera-VIO).")
-      .def("depth", &depth, py::arg("depth"), py::kw_only(), py::arg("radius_px") = 14.0,
+      .def("depth", &depth, py::arg("depth"), py::kw_only(), py::arg("radius_px") = py::none(),
            py::arg("keep_radius_px") = 7.0,
-           "A copy of a depth image with zero on the same discs, for hosts that drop features without depth.")
+           "A copy of a depth image with zero on the discs of mask(rgbd=True), for hosts that drop features "
+           "without depth.")
       .def("draw", &draw, py::arg("image"),
            "A colour copy (BGR) of a uint8 image: green kept, red rejected, yellow restored.")
       .def("_repr_png_", &png, "The picture that a notebook shows: on the frame's image while that exists.")

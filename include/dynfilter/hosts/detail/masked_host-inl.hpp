@@ -42,7 +42,7 @@ DYNFILTER_INLINE const MaskedHost::Images& MaskedHost::process(const cv::Mat& im
   find_corners();
   judge(image, depth, timestamp_s);
   if (verdict_.kept() == verdict_.size()) return images_;
-  const cv::Mat& mask = masked_.mask(keypoints_, verdict_, image.size());
+  const cv::Mat& mask = masked_.mask(keypoints_, verdict_, image.size(), !depth.empty());
   if (!depth.empty()) {
     MaskedImage::zero_depth(depth, mask, masked_depth_);
     images_.depth = masked_depth_;

@@ -3,6 +3,7 @@
 
 #include <dynfilter/pipeline/presets.hpp>
 
+#include <dlfcn.h>
 #include <algorithm>
 #include <cstdlib>
 #include <dynfilter/config/near_miss.hpp>
@@ -18,24 +19,29 @@
 #include <system_error>
 #include <vector>
 
+/// A folder like share/dynfilter, of a source that only CMake's targets bring along. Null without it.
+extern "C" __attribute__((weak)) const char dynfilter_presets_folder[];
+
 namespace dynfilter {
 
 namespace detail {
 
-inline std::vector<std::filesystem::path>& built_in_folders() {
-  static std::vector<std::filesystem::path> folders;
-  return folders;
-}
-
-DYNFILTER_INLINE bool add_built_in_presets(const char* folder) {
-  std::vector<std::filesystem::path>& folders = built_in_folders();
-  if (std::find(folders.begin(), folders.end(), folder) == folders.end()) folders.emplace_back(folder);
-  return true;
-}
-
 DYNFILTER_INLINE std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind) {
-  if (std::string(kind.folder) == kPipelinePresets.folder) return built_in_folders();
-  return {};
+  namespace fs = std::filesystem;
+  std::vector<fs::path> folders;
+  std::error_code error;
+  const auto add = [&](const fs::path& data) {
+    if (fs::is_directory(data / kind.folder, error)) folders.push_back(data / kind.folder);
+  };
+  if (dynfilter_presets_folder != nullptr) add(dynfilter_presets_folder);
+  Dl_info here{};
+  const bool known = dladdr(reinterpret_cast<const void*>(&built_in_presets), &here) != 0;
+  for (const fs::path& file : {fs::path(known && here.dli_fname != nullptr ? here.dli_fname : ""),
+                               fs::path("/proc/self/exe")})  // dladdr() has a program's name as it was typed
+    for (fs::path at = fs::canonical(file, error).parent_path(); at.has_relative_path();
+         at = at.parent_path())
+      add(at / "share/dynfilter");
+  return folders;
 }
 
 /// Of DYNFILTER_PRESETS, a list with `:` between: a folder like share/dynfilter, with a folder for each kind

@@ -215,8 +215,6 @@ inline std::filesystem::path find_detector(const std::string& name, const std::f
   constexpr PresetKind kDetectors{"detector", "detectors"};
   PresetFolders folders;
   folders.first.push_back(folder);
-  for (const std::filesystem::path& pipelines : dynfilter::detail::built_in_presets(kPipelinePresets))
-    folders.installed.push_back(pipelines.parent_path() / kDetectors.folder);
   return find_preset(name, folders, kDetectors);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "masks/feature_mask.hpp"
+#include <dynfilter/dense/dense_mask.hpp>
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,9 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
-namespace dynfilter::masks {
+namespace dynfilter {
 namespace {
 
 // Lengths are those of an image of 640x480.
@@ -19,7 +20,7 @@ namespace {
 /// Radius around a rejected feature of octave 0.
 constexpr double kRadius_px = 8;
 /// With depth the surface limits the mask, so discs reach further.
-constexpr double kRadiusWithDepth_px = 32;
+constexpr double kRadiusWithDepth_px = 48;
 /// Radius around a kept feature that is not masked.
 constexpr double kKeepRadius_px = 5;
 /// Neighbours further apart than this are not of one group.
@@ -28,8 +29,10 @@ constexpr double kLink_px = 60;
 constexpr int kLeastGroup = 4;
 /// Depth difference to the nearest rejected feature: half a body, and the noise of a sensor, which grows.
 constexpr double kSurface_m = 0.25, kSurface_share = 0.05;
-/// Where the sensor has no depth, the mask reaches only this far.
+/// Where either the feature or the pixel has no depth, the mask reaches only this far.
 constexpr double kHole_px = 8;
+/// Neighbours that a feature needs before they overrule its depth. An edge inside of a group counts twice.
+constexpr std::size_t kLeastNeighbours = 3;
 /// A feature at an outline may read the depth behind it. The nearest depth around it is the object's.
 constexpr int kDepthPatch_px = 3;
 
@@ -87,15 +90,36 @@ float nearest_metres(const DepthImage& depth, cv::Point p) {
   return nearest_m;
 }
 
+float tolerance_m(float depth_m) {
+  return static_cast<float>(kSurface_m) + static_cast<float>(kSurface_share) * depth_m;
+}
+
 }  // namespace
 
-FeatureMask::FeatureMask(cv::Size size)
-    : size_(size), scale_(scale_of(size)), discs_(disc_params(scale_, kRadius_px)) {}
+DenseMask::DenseMask(MaskPolarity polarity) : polarity_(polarity) {}
 
-const cv::Mat& FeatureMask::draw(const std::vector<JudgedFeature>& features, const DepthImage& depth) {
-  const bool has_depth = depth.image.size() == size_;
+const cv::Mat& DenseMask::image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
+                                const cv::Size& size, const DepthImage& depth) {
+  const cv::Mat& mask = draw(keypoints, verdict, size, depth);
+  if (polarity_ == MaskPolarity::NonzeroDrops) return mask;
+  cv::bitwise_not(mask, inverted_);
+  return inverted_;
+}
+
+const cv::Mat& DenseMask::depth(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
+                                const DepthImage& depth) {
+  MaskedImage::zero_depth(depth.image, draw(keypoints, verdict, depth.image.size(), depth), holes_);
+  return holes_;
+}
+
+const cv::Mat& DenseMask::draw(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
+                               const cv::Size& size, const DepthImage& depth) {
+  if (size.empty()) return mask_ = cv::Mat();
+  const bool has_depth =
+      depth.image.size() == size && (depth.image.type() == CV_16UC1 || depth.image.type() == CV_32FC1);
+  size_ = size, scale_ = scale_of(size);
   discs_ = MaskedImage(disc_params(scale_, has_depth ? kRadiusWithDepth_px : kRadius_px));
-  split(features);
+  split(keypoints, verdict);
   find_groups();
   discs_.mask(keypoints_, verdict_, size_).copyTo(mask_);
   leave_to_kept();
@@ -105,35 +129,40 @@ const cv::Mat& FeatureMask::draw(const std::vector<JudgedFeature>& features, con
   return mask_;
 }
 
-void FeatureMask::split(const std::vector<JudgedFeature>& features) {
+void DenseMask::split(Span<const cv::KeyPoint> keypoints, const Verdict& verdict) {
   keypoints_.clear();
   verdict_.decision.clear();
-  for (const JudgedFeature& feature : features) {
-    const cv::Point2f p = feature.keypoint.pt;
+  for (std::size_t i = 0; i < keypoints.size() && i < verdict.size(); ++i) {
+    const cv::Point2f p = keypoints[i].pt;
     const bool inside = p.x >= 0 && p.y >= 0 && p.x < static_cast<float>(size_.width) &&
                         p.y < static_cast<float>(size_.height);
-    if (feature.decision == Vote::Unknown || !inside) continue;
-    keypoints_.push_back(feature.keypoint);
+    const bool restored = i < verdict.restored.size() && verdict.restored[i] != 0;
+    const Vote vote = restored ? Vote::Dynamic : verdict.decision[i];
+    if (vote == Vote::Unknown || !inside) continue;
+    keypoints_.push_back(keypoints[i]);
     keypoints_.back().octave = 0;  // its size says nothing about the object's
-    verdict_.decision.push_back(feature.decision);
+    verdict_.decision.push_back(vote);
   }
 }
 
 /// Groups of rejected features: neighbours in the triangulation that are near each other are of one group. A
 /// group of a few is no object but wrong matches: its features are taken back.
 /// Delaunay triangles have no feature inside, so one of a group covers no kept feature.
-void FeatureMask::find_groups() {
+void DenseMask::find_groups() {
   const auto linked = [&](std::size_t i, std::size_t j) {
     return rejected(i) && rejected(j) && cv::norm(keypoints_[i].pt - keypoints_[j].pt) <= kLink_px * scale_;
   };
+  links_.clear();
   detail::DisjointSets groups;
   groups.reset(keypoints_.size());
   std::vector<Corners> filled;
   for (const Corners& c : triangles_of(keypoints_, size_)) {
     const std::array<bool, 3> links{linked(c[0], c[1]), linked(c[1], c[2]), linked(c[2], c[0])};
-    for (std::size_t k = 0; k < 3; ++k)
-      if (links[k])
-        groups.unite(static_cast<std::uint32_t>(c[k]), static_cast<std::uint32_t>(c[(k + 1) % 3]));
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!links[k]) continue;
+      groups.unite(static_cast<std::uint32_t>(c[k]), static_cast<std::uint32_t>(c[(k + 1) % 3]));
+      links_.push_back({c[k], c[(k + 1) % 3]});
+    }
     if (links[0] && links[1] && links[2]) filled.push_back(c);
   }
   std::vector<int> members(keypoints_.size(), 0);
@@ -147,12 +176,12 @@ void FeatureMask::find_groups() {
     if (rejected(i) && members[group_of(i)] < kLeastGroup) verdict_.decision[i] = Vote::Unknown;
 }
 
-bool FeatureMask::rejected(std::size_t i) const {
+bool DenseMask::rejected(std::size_t i) const {
   return verdict_.decision[i] == Vote::Dynamic;
 }
 
 /// 0 at the features of one decision, which is what distanceTransform() measures from.
-const cv::Mat& FeatureMask::seeds_of(Vote decision) {
+const cv::Mat& DenseMask::seeds_of(Vote decision) {
   seeds_.create(size_, CV_8UC1);
   seeds_.setTo(255);
   for (std::size_t i = 0; i < keypoints_.size(); ++i)
@@ -161,33 +190,56 @@ const cv::Mat& FeatureMask::seeds_of(Vote decision) {
 }
 
 /// Half of the way to a kept feature belongs to that.
-void FeatureMask::leave_to_kept() {
+void DenseMask::leave_to_kept() {
   cv::Mat& kept_px = nearest_;
   cv::distanceTransform(seeds_of(Vote::Dynamic), distance_px_, cv::DIST_L2, cv::DIST_MASK_5);
   cv::distanceTransform(seeds_of(Vote::Static), kept_px, cv::DIST_L2, cv::DIST_MASK_5);
   mask_.setTo(0, distance_px_ > kept_px);
 }
 
-void FeatureMask::keep_surface(const DepthImage& depth) {
+/// Depth of each rejected feature [m], 0: unknown. One without depth, or behind most of its neighbours, is at
+/// an outline: it gets theirs.
+std::vector<float> DenseMask::depths_of_movers(const DepthImage& depth) const {
+  std::vector<float> own_m(keypoints_.size(), 0);
+  for (std::size_t i = 0; i < keypoints_.size(); ++i)
+    if (rejected(i)) own_m[i] = nearest_metres(depth, cv::Point(keypoints_[i].pt));
+  std::vector<std::vector<float>> around_m(keypoints_.size());
+  for (const auto& [i, j] : links_)
+    for (const auto& [self, other] : {std::pair(i, j), std::pair(j, i)})
+      if (own_m[other] > 0) around_m[self].push_back(own_m[other]);
+  std::vector<float> depths_m = own_m;
+  for (std::size_t i = 0; i < keypoints_.size(); ++i) {
+    std::vector<float>& around = around_m[i];
+    if (around.empty()) continue;
+    const auto middle = around.begin() + static_cast<std::ptrdiff_t>((around.size() - 1) / 2);
+    std::nth_element(around.begin(), middle, around.end());
+    const bool behind = around.size() >= kLeastNeighbours && own_m[i] > *middle + tolerance_m(*middle);
+    if (own_m[i] == 0 || behind) depths_m[i] = *middle;
+  }
+  return depths_m;
+}
+
+void DenseMask::keep_surface(const DepthImage& depth) {
   if (cv::countNonZero(mask_) == 0) return;
   cv::distanceTransform(seeds_of(Vote::Dynamic), distance_px_, nearest_, cv::DIST_L2, cv::DIST_MASK_5,
                         cv::DIST_LABEL_PIXEL);
+  const std::vector<float> depths_m = depths_of_movers(depth);
   std::vector<float> seed_m(keypoints_.size() + 2, 0);
-  for (std::size_t i = 0; i < keypoints_.size(); ++i) {
-    const cv::Point p(keypoints_[i].pt);
-    if (rejected(i)) seed_m[static_cast<std::size_t>(nearest_.at<int>(p))] = nearest_metres(depth, p);
-  }
+  for (std::size_t i = 0; i < keypoints_.size(); ++i)
+    if (rejected(i))
+      seed_m[static_cast<std::size_t>(nearest_.at<int>(cv::Point(keypoints_[i].pt)))] = depths_m[i];
   for (int y = 0; y < size_.height; ++y) {
     for (int x = 0; x < size_.width; ++x) {
       if (mask_.at<std::uint8_t>(y, x) == 0) continue;
       const float here_m = metres_at(depth, x, y),
                   there_m = seed_m[static_cast<std::size_t>(nearest_.at<int>(y, x))];
       const bool other_surface =
-          here_m > 0 && there_m > 0 && std::abs(here_m - there_m) > kSurface_m + kSurface_share * there_m;
-      const bool far_hole = here_m == 0 && there_m > 0 && distance_px_.at<float>(y, x) > kHole_px * scale_;
-      if (other_surface || far_hole) mask_.at<std::uint8_t>(y, x) = 0;
+          here_m > 0 && there_m > 0 && std::abs(here_m - there_m) > tolerance_m(there_m);
+      const bool one_unknown =
+          (here_m == 0) != (there_m == 0) && distance_px_.at<float>(y, x) > kHole_px * scale_;
+      if (other_surface || one_unknown) mask_.at<std::uint8_t>(y, x) = 0;
     }
   }
 }
 
-}  // namespace dynfilter::masks
+}  // namespace dynfilter
