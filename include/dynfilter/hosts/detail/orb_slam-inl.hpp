@@ -34,6 +34,7 @@ DYNFILTER_INLINE OrbSlam::OrbSlam(OrbSlamSettings settings, HostSensor sensor, L
       pipeline_(configured_pipeline(settings)),
       watch_(pipeline_) {
   check_parameters(params_, "DynFilter");
+  start_recording(params_, pipeline_);
 }
 
 DYNFILTER_INLINE void OrbSlam::reset() {
