@@ -150,8 +150,8 @@ DYNFILTER_C_API int dynfilter_process(dynfilter_filter* filter, const dynfilter_
                                       dynfilter_verdicts* verdicts);
 /* Forgets all earlier frames. 0 done. */
 DYNFILTER_C_API int dynfilter_reset(dynfilter_filter* filter);
-/* Writes each frame and verdict from now on to this file, of at most max_mb megabytes, for `dynfilter replay`.
- * Replaces the file. "" ends it, and so does the end of the filter. 0 done. */
+/* Writes each frame and verdict from now on to this file, for `dynfilter replay`. It ends at max_mb
+ * megabytes, with the filter, and with "". Replaces the file. 0 done. */
 DYNFILTER_C_API int dynfilter_record(dynfilter_filter* filter, const char* file, int max_mb);
 /* Of the last frame; "" beyond stage_count. */
 DYNFILTER_C_API const char* dynfilter_stage_name(const dynfilter_filter* filter, size_t stage);

@@ -30,6 +30,7 @@ class FrameObserver {
 struct RecordingParams {
   int max_mb = 4096;   ///< of the file [MB]: the recording ends there
   bool images = true;  ///< false: they are left out, and pipelines that need them replay differently
+  bool waits = false;  ///< if images come too fast to be written; false: they are left out
 };
 
 /// A flight recorder (docs/how-to/flight_recorder.md). Replaces the file. Throws IoError if it cannot be

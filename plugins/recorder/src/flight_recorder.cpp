@@ -57,25 +57,25 @@ class FlightRecorder final : public FrameObserver {
  public:
   FlightRecorder(const std::string& file, const RecordingParams& params)
       : params_(params), file_(file, std::uint64_t{1'000'000} * static_cast<std::uint64_t>(params.max_mb)) {
-    images_.emplace(file_);
+    images_.emplace(file_, params.waits);
   }
   ~FlightRecorder() override {
     images_.reset();  // writes what waits
     const char* why = file_.state() == RecordFile::State::Full ? "full" : "closed";
     guarded([&] {
-      ByteWriter bytes(raw_);
+      ByteWriter bytes(buffer_.raw);
       bytes.text(why);
       bytes.number(std::uint64_t{left_out_});
-      file_.append(RecordKind::End, call_, raw_);
+      file_.append(RecordKind::End, call_, buffer_);
     });
   }
 
   void begin(const PipelineConfig& config) override {
     guarded([&] {
       const RecordedPipeline head{DYNFILTER_VERSION, config.name, config.yaml, parameter_texts(config)};
-      ByteWriter bytes(raw_);
+      ByteWriter bytes(buffer_.raw);
       transfer_head(bytes, head);
-      file_.append(RecordKind::Pipeline, call_, raw_);
+      file_.append(RecordKind::Pipeline, call_, buffer_);
     });
   }
 
@@ -88,12 +88,12 @@ class FlightRecorder final : public FrameObserver {
       left_out_ += lacks ? 1 : 0;
       if (lacks && params_.images)
         note_ = "flight recorder: the images of this frame are left out, too many wait to be written";
-      ByteWriter bytes(raw_);
+      ByteWriter bytes(buffer_.raw);
       transfer_choice(bytes, point, 3);
       bytes.number(std::int32_t{limits.min_features});
       const PlacedImages placed(*images_, kept);
       transfer_frame(bytes, frame, placed);
-      if (file_.append(RecordKind::Frame, call_, raw_)) images_->end();
+      if (file_.append(RecordKind::Frame, call_, buffer_)) images_->end();
     });
   }
 
@@ -101,9 +101,9 @@ class FlightRecorder final : public FrameObserver {
     if (told_end_) return;
     guarded([&] {
       if (file_.state() == RecordFile::State::Open) {
-        ByteWriter bytes(raw_);
+        ByteWriter bytes(buffer_.raw);
         transfer_verdict(bytes, std::as_const(verdict));
-        file_.append(RecordKind::Verdict, call_, raw_);
+        file_.append(RecordKind::Verdict, call_, buffer_);
       }
       if (file_.state() != RecordFile::State::Open) note_ = end_note(), told_end_ = true;
       if (!note_.empty()) verdict.report.notes.push_back(std::exchange(note_, ""));
@@ -127,9 +127,9 @@ class FlightRecorder final : public FrameObserver {
   void write_event(RecordKind kind, const Content& content) {
     if (file_.state() != RecordFile::State::Open) return;
     guarded([&] {
-      ByteWriter bytes(raw_);
+      ByteWriter bytes(buffer_.raw);
       content(bytes);
-      file_.append(kind, call_, raw_);
+      file_.append(kind, call_, buffer_);
     });
   }
 
@@ -152,7 +152,7 @@ class FlightRecorder final : public FrameObserver {
   RecordingParams params_;
   RecordFile file_;
   std::optional<ImageWriter> images_;
-  std::vector<char> raw_;
+  RecordBuffer buffer_;
   std::uint64_t call_ = 0, left_out_ = 0;
   std::string note_;
   bool told_end_ = false;

@@ -33,10 +33,12 @@ ImageWriter::~ImageWriter() {
 bool ImageWriter::begin(std::uint64_t call, std::size_t image_bytes) {
   next_ = Job();
   next_.call = call;
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const bool fits = waiting_bytes_ + image_bytes <= kMaxWaitingBytes;
-  if (!fits) slots_.clear();
-  return fits;
+  std::unique_lock<std::mutex> lock(mutex_);
+  const auto fits = [&] { return waiting_bytes_ == 0 || waiting_bytes_ + image_bytes <= kMaxWaitingBytes; };
+  if (waits_) written_.wait(lock, fits);
+  if (fits()) return true;
+  slots_.clear();
+  return false;
 }
 
 ImagePlace ImageWriter::place(std::uint32_t number, const cv::Mat& image) {
@@ -96,14 +98,15 @@ void ImageWriter::work() {
     const std::lock_guard<std::mutex> lock(mutex_);
     waiting_bytes_ -= job.bytes;
     job.images.clear();
+    written_.notify_one();
   }
 }
 
 void ImageWriter::write(const Job& job) {
-  ByteWriter bytes(raw_);
+  ByteWriter bytes(buffer_.raw);
   bytes.count(job.images, 1);
   for (const auto& [slot, image] : job.images) bytes.number(slot), bytes.matrix(image);
-  file_.append(RecordKind::Images, job.call, raw_);
+  file_.append(RecordKind::Images, job.call, buffer_);
 }
 
 }  // namespace dynfilter::recorder

@@ -21,7 +21,8 @@ namespace dynfilter::recorder {
 /// Compresses and writes images in a thread of its own, so that the tracker only pays for copies of them.
 class ImageWriter {
  public:
-  explicit ImageWriter(RecordFile& file) : file_(file), thread_([this] { work(); }) {}
+  /// `waits`: begin() waits until there is room.
+  ImageWriter(RecordFile& file, bool waits) : file_(file), waits_(waits), thread_([this] { work(); }) {}
   ImageWriter(const ImageWriter&) = delete;
   ImageWriter& operator=(const ImageWriter&) = delete;
   /// Writes what waits.
@@ -57,15 +58,16 @@ class ImageWriter {
   void write(const Job& job);
 
   RecordFile& file_;
+  bool waits_;
   Job next_;
   std::map<std::uint32_t, Slot> slots_;
 
   std::mutex mutex_;  ///< of the members below, and of the images' counts of owners
-  std::condition_variable wakes_;
+  std::condition_variable wakes_, written_;
   std::deque<Job> jobs_;
   std::size_t waiting_bytes_ = 0;
   bool ends_ = false;
-  std::vector<char> raw_;
+  RecordBuffer buffer_;
   std::thread thread_;  ///< last: it uses the others
 };
 

@@ -23,21 +23,20 @@ namespace {
 
 /// Descriptors and pixels hardly compress: LZ4 then gives up early, which halves its time.
 constexpr int kFastLevel = -8;
+constexpr LZ4F_blockSizeID_t kBlockSize = LZ4F_max256KB;
 
-/// After a header's room. Empty: it cannot be compressed.
-std::vector<char> packed_record(const std::vector<char>& raw) {
+/// Behind room for the header. Returns the bytes of both, 0 if the content cannot be compressed.
+std::size_t pack(RecordBuffer& buffer) {
   LZ4F_preferences_t preferences{};
   preferences.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
-  preferences.frameInfo.blockSizeID = LZ4F_max256KB;
-  preferences.frameInfo.contentSize = raw.size();
+  preferences.frameInfo.blockSizeID = kBlockSize;
+  preferences.frameInfo.contentSize = buffer.raw.size();
   preferences.compressionLevel = kFastLevel;
-  std::vector<char> bytes(sizeof(RecordHeader) + LZ4F_compressFrameBound(raw.size(), &preferences));
-  const std::size_t size =
-      LZ4F_compressFrame(bytes.data() + sizeof(RecordHeader), bytes.size() - sizeof(RecordHeader), raw.data(),
-                         raw.size(), &preferences);
-  if (LZ4F_isError(size) != 0) return {};
-  bytes.resize(sizeof(RecordHeader) + size);
-  return bytes;
+  const std::size_t room = LZ4F_compressFrameBound(buffer.raw.size(), &preferences);
+  if (buffer.packed.size() < sizeof(RecordHeader) + room) buffer.packed.resize(sizeof(RecordHeader) + room);
+  const std::size_t size = LZ4F_compressFrame(buffer.packed.data() + sizeof(RecordHeader), room,
+                                              buffer.raw.data(), buffer.raw.size(), &preferences);
+  return LZ4F_isError(size) != 0 ? 0 : sizeof(RecordHeader) + size;
 }
 
 }  // namespace
@@ -53,24 +52,24 @@ RecordFile::RecordFile(const std::string& path, std::uint64_t max_bytes)
   written_ = sizeof header;
 }
 
-bool RecordFile::append(RecordKind kind, std::uint64_t call, const std::vector<char>& raw) {
-  if (raw.size() > std::numeric_limits<std::uint32_t>::max() / 2) return false;
-  std::vector<char> bytes = packed_record(raw);
+bool RecordFile::append(RecordKind kind, std::uint64_t call, RecordBuffer& buffer) {
+  if (buffer.raw.size() > std::numeric_limits<std::uint32_t>::max() / 2) return false;
+  const std::size_t size = pack(buffer);
   RecordHeader header;
   header.kind = static_cast<std::uint32_t>(kind), header.call = call;
-  header.raw_bytes = static_cast<std::uint32_t>(raw.size());
+  header.raw_bytes = static_cast<std::uint32_t>(buffer.raw.size());
+  header.packed_bytes = static_cast<std::uint32_t>(size - sizeof header);
+  header.check = header.own_check();
+  std::memcpy(buffer.packed.data(), &header, sizeof header);
   const std::lock_guard<std::mutex> lock(mutex_);
   const bool last = kind == RecordKind::End;
-  if (state_ == State::Failed || bytes.empty() || (state_ == State::Full && !last)) return false;
-  if (written_ + bytes.size() + (last ? 0 : kEndBytes) > max_bytes_) {
+  if (state_ == State::Failed || size == 0 || (state_ == State::Full && !last)) return false;
+  if (written_ + size + (last ? 0 : kEndBytes) > max_bytes_) {
     state_ = State::Full;
     return false;
   }
-  header.packed_bytes = static_cast<std::uint32_t>(bytes.size() - sizeof header);
-  header.check = header.own_check();
-  std::memcpy(bytes.data(), &header, sizeof header);
-  written_ += bytes.size();
-  if (std::fwrite(bytes.data(), bytes.size(), 1, file_.get()) == 1) return true;
+  written_ += size;
+  if (std::fwrite(buffer.packed.data(), size, 1, file_.get()) == 1) return true;
   state_ = State::Failed;
   return false;
 }
@@ -80,22 +79,36 @@ RecordFile::State RecordFile::state() const {
   return state_;
 }
 
-void unpack(const std::vector<char>& packed, std::vector<char>& raw) {
-  LZ4F_dctx* made = nullptr;
-  if (LZ4F_isError(LZ4F_createDecompressionContext(&made, LZ4F_VERSION)) != 0) throw Error("out of memory");
-  const std::unique_ptr<LZ4F_dctx, LZ4F_errorCode_t (*)(LZ4F_dctx*)> context(made,
-                                                                             &LZ4F_freeDecompressionContext);
-  std::size_t from = 0, to = 0;
-  for (;;) {
+struct Unpacker::Context {
+  Context() {
+    if (LZ4F_isError(LZ4F_createDecompressionContext(&lz4, LZ4F_VERSION)) != 0) throw Error("out of memory");
+  }
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+  ~Context() { LZ4F_freeDecompressionContext(lz4); }
+  LZ4F_dctx* lz4 = nullptr;
+};
+
+Unpacker::Unpacker() : context_(std::make_unique<Context>()) {}
+Unpacker::~Unpacker() = default;
+
+void Unpacker::unpack(const std::vector<char>& packed, std::vector<char>& raw) {
+  LZ4F_dctx* const lz4 = context_->lz4;
+  LZ4F_resetDecompressionContext(lz4);
+  LZ4F_frameInfo_t info{};
+  std::size_t from = packed.size();
+  if (LZ4F_isError(LZ4F_getFrameInfo(lz4, &info, packed.data(), &from)) != 0 ||
+      info.blockSizeID > kBlockSize || info.contentChecksumFlag != LZ4F_contentChecksumEnabled)
+    throw Error("it is no LZ4 frame as recorders write them");
+  for (std::size_t to = 0;;) {
     std::size_t taken = packed.size() - from, given = raw.size() - to;
     const std::size_t hint =
-        LZ4F_decompress(context.get(), raw.data() + to, &given, packed.data() + from, &taken, nullptr);
+        LZ4F_decompress(lz4, raw.data() + to, &given, packed.data() + from, &taken, nullptr);
     if (LZ4F_isError(hint) != 0) throw Error("its checksum differs");
     from += taken, to += given;
-    if (hint == 0) break;
-    if (taken == 0 && given == 0) throw Error("it is incomplete");
+    if (hint == 0 && from == packed.size() && to == raw.size()) return;
+    if (hint == 0 || (taken == 0 && given == 0)) throw Error("it is not as long as it says");
   }
-  if (from != packed.size() || to != raw.size()) throw Error("it is not as long as it says");
 }
 
 }  // namespace dynfilter::recorder

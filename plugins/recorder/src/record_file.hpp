@@ -42,6 +42,12 @@ struct CloseFile {
 };
 using FilePtr = std::unique_ptr<std::FILE, CloseFile>;
 
+/// The content of a record and its compressed form. Memory is kept from record to record: fresh pages cost
+/// more than the bytes.
+struct RecordBuffer {
+  std::vector<char> raw, packed;
+};
+
 /// A file that only grows. Each record is handed to the system as a whole. Used from two threads.
 class RecordFile {
  public:
@@ -51,7 +57,7 @@ class RecordFile {
   RecordFile(const std::string& path, std::uint64_t max_bytes);
 
   /// Compresses and writes a record. False: the file is full or cannot be written, and nothing was.
-  bool append(RecordKind kind, std::uint64_t call, const std::vector<char>& raw);
+  bool append(RecordKind kind, std::uint64_t call, RecordBuffer& buffer);
   State state() const;
   const std::string& path() const { return path_; }
 
@@ -66,7 +72,19 @@ class RecordFile {
   State state_ = State::Open;
 };
 
-/// Bytes of an LZ4 frame. Throws Error.
-void unpack(const std::vector<char>& packed, std::vector<char>& raw);
+/// Reads LZ4 frames as append() writes them. Its memory is bounded, whatever a frame says of its blocks.
+class Unpacker {
+ public:
+  Unpacker();
+  ~Unpacker();
+  Unpacker(const Unpacker&) = delete;
+  Unpacker& operator=(const Unpacker&) = delete;
+  /// Fills `raw`, whose size is that of the content. Throws Error.
+  void unpack(const std::vector<char>& packed, std::vector<char>& raw);
+
+ private:
+  struct Context;
+  std::unique_ptr<Context> context_;
+};
 
 }  // namespace dynfilter::recorder

@@ -222,7 +222,7 @@ class RecordingReader::Impl {
     if (!get(packed_.data(), packed_.size())) fail(at, "it cannot be read");
     raw_.resize(h.raw_bytes);
     try {
-      unpack(packed_, raw_);
+      unpacker_.unpack(packed_, raw_);
     } catch (const Error& error) {
       fail(at, error.what());
     }
@@ -282,6 +282,7 @@ class RecordingReader::Impl {
   std::vector<std::string> notes_;
   detail::ImageShelf shelf_;
   std::vector<char> packed_, raw_;
+  Unpacker unpacker_;
 };
 
 RecordingReader::RecordingReader(const std::filesystem::path& file) : impl_(std::make_unique<Impl>(file)) {}

@@ -104,8 +104,8 @@ VerdictDifference difference(const Verdict& a, const Verdict& b);
 /// checked against its bytes first. LZ4 expands 255 times at most.
 class RecordingReader {
  public:
-  /// Reads where the records are. Throws IoError for what is no recording, or of another version. A file
-  /// that was cut off is read up to there, and notes() says so.
+  /// Reads where the records are. Throws IoError for what is no recording, or of another version. A file that
+  /// was cut off is read up to there, and notes() says so.
   explicit RecordingReader(const std::filesystem::path& file);
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
