@@ -249,6 +249,39 @@ TEST_CASE("without images the arrays are all there, and the frame counts what it
   CHECK(event->frame.keypoints.size() > 100);
 }
 
+TEST_CASE("images that come faster than they are written are left out, and all that tell it agree") {
+  constexpr int kSide_px = 6000;  // two of them are more than may wait
+  constexpr int kMostFrames = 30;
+  const File file;
+  std::size_t told = 0;
+  {
+    Pipeline pipeline(pipeline_from_text("pipeline: {name: nothing}", builtin_filters()));
+    pipeline.set_observer(open_recording(file.name()));
+    cv::Mat images[2];
+    for (cv::Mat& image : images) {
+      image.create(kSide_px, kSide_px, CV_8UC1);
+      cv::randu(image, 0, 256);
+    }
+    for (int k = 0; k < kMostFrames && told == 0; ++k) {
+      FrameView view;
+      view.id = k, view.timestamp_s = 0.1 * k;
+      view.grey = images[k % 2];
+      for (const std::string& note : pipeline.before_pose(view).report.notes)
+        told += note == "flight recorder: the images of this frame are left out, too many wait to be written"
+                    ? 1
+                    : 0;
+    }
+  }
+  CHECK(told == 1);
+  RecordingReader reader(file.path);
+  REQUIRE(reader.notes().size() == 1);
+  CHECK(reader.notes()[0] == "the images of 1 call were left out when recording");
+  std::size_t left_out = 0, calls = 0;
+  while (const auto event = reader.next()) left_out += event->frame.images_left_out, ++calls;
+  CHECK(left_out == 1);
+  CHECK(calls == reader.calls());
+}
+
 TEST_CASE("a full recording ends where a record is whole, and the verdict says so once") {
   const File file;
   RecordingParams params;

@@ -3,27 +3,22 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <dynfilter/config/numbers.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/pipeline/frame_observer.hpp>
 #include <dynfilter/recorder/recording.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <opencv2/imgproc.hpp>
-#include <system_error>
 #include <utility>
 
 #include "command_registry.hpp"
 #include "frame_row.hpp"
 #include "identity.hpp"
 #include "interruption.hpp"
-#include "io/atomic_file.hpp"
-#include "io/output_lock.hpp"
 #include "io/trajectory.hpp"
 #include "pipeline_judge.hpp"
+#include "recording_cut.hpp"
 #include "report/page.hpp"
 #include "report/recorder.hpp"
 #include "results_folder.hpp"
@@ -36,71 +31,6 @@ namespace {
 using recorder::RecordedEvent;
 using recorder::RecordingReader;
 namespace fs = std::filesystem;
-
-/// "A:B", both included.
-std::pair<std::size_t, std::size_t> cut_range(const std::string& text) {
-  const std::size_t colon = text.find(':');
-  const auto number = [&](const std::string& word) {
-    const std::optional<double> value = parse_number(word);
-    const bool digits = !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
-    if (!digits || !value || *value > 1e9)
-      throw Error("--cut " + text + ": expected two frame numbers, as --cut 40:60");
-    return static_cast<std::size_t>(*value);
-  };
-  if (colon == std::string::npos) number("");
-  const std::pair<std::size_t, std::size_t> range{number(text.substr(0, colon)),
-                                                  number(text.substr(colon + 1))};
-  if (range.first > range.second) throw Error("--cut " + text + ": the first frame is after the last");
-  return range;
-}
-
-/// A recording that appears as a whole, or not at all.
-class CutFile {
- public:
-  CutFile(const std::string& file, bool force)
-      : path_(check(file, force)), lock_(path_), partial_(io::detail::temporary_beside(path_)) {
-    Interruption::watch();
-  }
-  CutFile(const CutFile&) = delete;
-  CutFile& operator=(const CutFile&) = delete;
-  ~CutFile() {
-    std::error_code ignored;
-    fs::remove(partial_, ignored);
-  }
-  std::shared_ptr<FrameObserver> recorder() const {
-    RecordingParams params;
-    params.max_mb = 1'000'000;  // it is smaller than its source
-    params.waits = true;
-    return open_recording(partial_.string(), params);
-  }
-  void commit() { io::detail::rename_or_throw(partial_, path_); }
-
- private:
-  static fs::path check(const std::string& file, bool force) {
-    std::error_code error;
-    if (!force && fs::exists(file, error))
-      throw IoError(file + ": is there already: choose another file, or replace it with --force");
-    return file;
-  }
-  fs::path path_;
-  io::OutputLock lock_;
-  fs::path partial_;
-};
-
-/// What the frame was judged on, for pictures: colours are not recorded.
-cv::Mat picture_of(const recorder::RecordedFrame& frame) {
-  cv::Mat colour;
-  if (!frame.grey.empty() && frame.grey.type() == CV_8UC1) {
-    cv::cvtColor(frame.grey, colour, cv::COLOR_GRAY2BGR);
-    return colour;
-  }
-  constexpr int kUnknownWidth_px = 640, kUnknownHeight_px = 480, kMostSide_px = 8192;
-  const Camera camera = frame.camera.value_or(Camera());
-  const bool known = camera.width_px > 0 && camera.width_px <= kMostSide_px && camera.height_px > 0 &&
-                     camera.height_px <= kMostSide_px;
-  return {known ? camera.height_px : kUnknownHeight_px, known ? camera.width_px : kUnknownWidth_px, CV_8UC3,
-          cv::Scalar::all(128)};
-}
 
 class ReplayRun {
  public:
@@ -204,7 +134,7 @@ class ReplayRun {
     see_pose(event.frame.id, event.frame.timestamp_s, event.frame.T_world_camera,
              event.frame.pose_provenance);
     keyframe_ = keyframe_ || event.point == CallPoint::AtKeyframe;
-    images_left_out_ += event.frame.images_left_out > 0 ? 1 : 0;
+    replay_.images_left_out += event.frame.images_left_out > 0 ? 1 : 0;
     if (!shown_) shown_ = event.frame;
   }
 
@@ -225,9 +155,11 @@ class ReplayRun {
     if (!event.verdict) return;
     ++c.compared;
     const recorder::VerdictDifference found = recorder::difference(*event.verdict, verdict);
-    if (!found.any()) return;
+    // Reasons and reports of another pipeline are other ones.
+    if (replay_.recorded_pipeline ? !found.any() : found.decisions == 0) return;
     ++c.differ;
     c.decisions += found.decisions;
+    frame_differs_ = true, frame_decisions_ += found.decisions;
     const DifferentCall call{number_, event.frame.id, to_string(event.point)};
     if (!c.first) c.first = call;
     c.last = call;
@@ -246,13 +178,16 @@ class ReplayRun {
     result.state = tracked ? odometry::TrackState::Tracked : odometry::TrackState::Judged;
     result.keyframe = keyframe_;
     result.ms.judge = verdict.correspondence_ms + verdict.filters_ms;
-    const FrameRow row = frame_row(number_, shown_->timestamp_s, result, verdict);
+    FrameRow row = frame_row(number_, shown_->timestamp_s, result, verdict);
+    if (frame_differs_)
+      row.note = fmt::format("differs from the recording in {}{}{}", counted(frame_decisions_, "decision"),
+                             row.note.empty() ? "" : "; ", row.note);
     for (const std::string& note : verdict.stage_notes) stage_notes_.add(note);
     for (const std::string& note : verdict.notes) notes_.add(note);
     statistics_.add(row);
     if (output_) add_row(row);
     shown_.reset();
-    keyframe_ = false;
+    keyframe_ = frame_differs_ = false, frame_decisions_ = 0;
   }
 
   void add_row(const FrameRow& row) {
@@ -291,9 +226,9 @@ class ReplayRun {
 
   void finish_summary() {
     Summary& s = replay_.run;
-    if (images_left_out_ > 0)
+    if (replay_.images_left_out > 0)
       s.notes.push_back(fmt::format("{} without their images: verdicts that need them differ",
-                                    counted(images_left_out_, "call")));
+                                    counted(replay_.images_left_out, "call")));
     for (const auto& [note, times] : notes_.counts())
       s.notes.push_back(fmt::format("{} ({})", note, counted(times, "frame")));
     for (const auto& [note, times] : stage_notes_.counts())
@@ -333,8 +268,8 @@ class ReplayRun {
   std::optional<recorder::RecordedFrame> shown_;  ///< the frame that is being judged
   std::size_t frames_ = 0, number_ = 0;           ///< so far; of the frame
   std::int64_t last_id_ = -1;
-  std::size_t images_left_out_ = 0;
-  bool keyframe_ = false;
+  std::size_t frame_decisions_ = 0;  ///< of the frame that is being judged, as the flags
+  bool keyframe_ = false, frame_differs_ = false;
 };
 
 }  // namespace

@@ -42,6 +42,7 @@ struct ReplaySummary {
   Summary run;
   ReplayComparison comparison;
   bool recorded_pipeline = true;
+  std::size_t images_left_out = 0;  ///< calls that lack images: their verdicts need not be the same
   std::optional<std::pair<std::size_t, std::size_t>> cut;  ///< first and last frame that were written
 };
 

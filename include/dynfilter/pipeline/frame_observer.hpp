@@ -6,11 +6,13 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/verdict.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
 #include <memory>
 #include <string>
 
 namespace dynfilter {
+
+struct HostLimits;  // pipeline.hpp
+struct PipelineConfig;
 
 /// Sees what a pipeline is given and what it answers, in the thread of the call: Pipeline::set_observer().
 /// It must not throw.
@@ -23,6 +25,7 @@ class FrameObserver {
   virtual void frame(const FrameView& frame, CallPoint point, const HostLimits& limits) = 0;
   virtual void judged(Verdict& verdict) = 0;  ///< the answer, whose report may get notes
   virtual void reset() = 0;                   ///< as Pipeline::reset() was called
+  /// As Pipeline::update_pose() was called.
   virtual void pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/pipeline/frame_observer.hpp>
+#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/recorder/recording.hpp>
 #include <dynfilter/version.hpp>
 #include <exception>

@@ -209,7 +209,8 @@ class RecordingReader::Impl {
     read(records_.back(), [&](ByteReader& bytes) { bytes.text(why), bytes.number(left_out); });
     if (why == "full") notes_.emplace_back("the recording was full and ended before the program did");
     if (left_out > 0)
-      notes_.push_back("the images of " + std::to_string(left_out) + " calls were left out when recording");
+      notes_.push_back("the images of " + std::to_string(left_out) + (left_out == 1 ? " call" : " calls") +
+                       " were left out when recording");
   }
 
   const std::vector<char>& unpacked(const IndexedRecord& record) {

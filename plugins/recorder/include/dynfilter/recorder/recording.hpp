@@ -22,6 +22,7 @@ namespace dynfilter::recorder {
 /// Of the format. Readers refuse every other one.
 inline constexpr std::uint32_t kVersion = 1;
 
+/// A KeyframeView that owns its memory.
 struct RecordedKeyframe {
   std::int64_t id = -1;
   Pose T_world_camera;
@@ -29,11 +30,13 @@ struct RecordedKeyframe {
   std::vector<float> depth_m;
   std::vector<std::int64_t> map_point_ids;
 };
+/// HostMatches that own their memory.
 struct RecordedMatches {
   std::int64_t reference_frame_id = -1;
   std::vector<std::int32_t> reference_index;
   std::vector<MatchSpread> spread;
 };
+/// A DetectionInput that owns its memory.
 struct RecordedDetections {
   std::int64_t frame_id = -1;
   std::vector<Detection> detections;
@@ -66,6 +69,7 @@ struct RecordedFrame {
 
 /// What the host did, in its order.
 struct RecordedEvent {
+  /// Which of the host's calls it was.
   enum class Kind { Frame, Pose, Reset };
   Kind kind = Kind::Frame;
   // Frame: a call of the pipeline.
@@ -96,8 +100,10 @@ struct VerdictDifference {
   std::size_t features = 0;   ///< features of which any bit differs, those included
   bool report = false;        ///< verdicts on map points, notes, counts, or wait_for_keyframe differ
 
+  /// Whether anything differs.
   bool any() const { return features > 0 || report; }
 };
+/// Compares two verdicts bit for bit.
 VerdictDifference difference(const Verdict& a, const Verdict& b);
 
 /// Reads a recording from front to back. Allocates no more than its records hold: what a record claims is
@@ -111,7 +117,7 @@ class RecordingReader {
   RecordingReader(RecordingReader&&) noexcept;
   RecordingReader& operator=(RecordingReader&&) noexcept;
 
-  const RecordedPipeline& pipeline() const;
+  const RecordedPipeline& pipeline() const;       ///< that judged the frames
   std::size_t calls() const;                      ///< frames handed to the pipeline, at all call points
   const std::vector<std::string>& notes() const;  ///< how the recording ended; what it lacks
   /// The next event; nullopt at the end. Throws IoError where the file is damaged.
