@@ -73,7 +73,7 @@ class CutFile {
 };
 
 /// What the frame was judged on, for pictures: colours are not recorded.
-inline cv::Mat picture_of(const recorder::RecordedFrame& frame) {
+inline cv::Mat recorded_picture(const recorder::RecordedFrame& frame) {
   cv::Mat colour;
   if (!frame.grey.empty() && frame.grey.type() == CV_8UC1) {
     cv::cvtColor(frame.grey, colour, cv::COLOR_GRAY2BGR);

@@ -192,7 +192,7 @@ class ReplayRun {
 
   void add_row(const FrameRow& row) {
     OverlayFrame picture;
-    picture.colour = picture_of(*shown_);
+    picture.colour = recorded_picture(*shown_);
     picture.title = fmt::format("{}   {}   frame {} (id {})   {}", replay_.run.pipeline, replay_.run.sequence,
                                 row.index, shown_->id, row.state);
     if (shown_->detections) picture.detections = shown_->detections->detections;
