@@ -44,7 +44,6 @@ struct OrbSlamParams {
   std::string network_dir;
   std::string detector_mode = "async";
   std::string record;
-  int record_mb = 4096;
 
   static const FieldTable<OrbSlamParams>& fields();
 

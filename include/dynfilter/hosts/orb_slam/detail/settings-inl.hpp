@@ -49,7 +49,6 @@ DYNFILTER_INLINE const FieldTable<OrbSlamParams>& OrbSlamParams::fields() {
       text("detector_mode", &P::detector_mode,
            "async: in a thread; sync: the tracker waits; late:N, rate:HZ: tests"),
       text("record", &P::record, "flight recorder: the file that gets each frame and verdict"),
-      integer("record_mb", &P::record_mb, "MB", {1, 1'000'000}, "its largest size"),
   };
   return table;
 }
@@ -68,7 +67,7 @@ DYNFILTER_INLINE PipelineConfig configured_pipeline(OrbSlamSettings& settings) {
 DYNFILTER_INLINE void start_recording(const OrbSlamParams& params, Pipeline& pipeline) {
   if (!params.enabled || params.record.empty()) return;
   try {
-    pipeline.set_observer(open_recording(params.record, {params.record_mb}));
+    pipeline.set_observer(open_recording(params.record));
   } catch (const IoError& error) {
     throw ConfigError("DynFilter.record", error.what());
   }
