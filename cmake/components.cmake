@@ -124,6 +124,32 @@ function(dynfilter_component name)
   set(DYNFILTER_${name}_OPENCV ${arg_OPENCV} PARENT_SCOPE)
 endfunction()
 
+# Ordinary sources below plugins/FOLDER: a program that uses them links them.
+#   dynfilter_source_library(NAME FOLDER SOURCES... COMPONENTS ... OPENCV ... LINK ...)
+function(dynfilter_source_library name folder)
+  cmake_parse_arguments(arg "" "" "SOURCES;COMPONENTS;OPENCV;LINK" ${ARGN})
+  set(source_dir "${PROJECT_SOURCE_DIR}/plugins/${folder}")
+  list(TRANSFORM arg_SOURCES REPLACE "(.+)" "${source_dir}/src/\\1.cpp")
+  add_library(dynfilter_${name} STATIC ${arg_SOURCES})
+  add_library(dynfilter::${name} ALIAS dynfilter_${name})
+  set_target_properties(dynfilter_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
+    UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+  dynfilter_hide_library(${name})
+  if(NOT top_level AND NOT DYNFILTER_INSTALL)
+    set_target_properties(dynfilter_${name} PROPERTIES EXCLUDE_FROM_ALL ON)
+  endif()
+  target_compile_features(dynfilter_${name} PUBLIC cxx_std_17)
+  target_include_directories(dynfilter_${name} ${DYNFILTER_SYSTEM} PUBLIC
+    "$<BUILD_INTERFACE:${source_dir}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
+  list(TRANSFORM arg_COMPONENTS PREPEND dynfilter_ OUTPUT_VARIABLE others)
+  list(TRANSFORM arg_OPENCV PREPEND opencv_ OUTPUT_VARIABLE modules)
+  target_link_libraries(dynfilter_${name} PUBLIC ${others} ${modules} ${arg_LINK}
+    PRIVATE $<BUILD_INTERFACE:dynfilter_library_options>)
+  set(DYNFILTER_COMPONENTS ${DYNFILTER_COMPONENTS} ${name} PARENT_SCOPE)
+  set(DYNFILTER_${name}_COMPONENTS ${arg_COMPONENTS} PARENT_SCOPE)
+  set(DYNFILTER_${name}_OPENCV ${arg_OPENCV} PARENT_SCOPE)
+endfunction()
+
 # Both accept only requests for their own major version, and more than one is supported: the oldest is checked here.
 set(DYNFILTER_Eigen3_MINIMUM 3.3)
 set(DYNFILTER_OpenCV_MINIMUM 4.2)
@@ -174,7 +200,12 @@ if(OpenCV_VERSION VERSION_GREATER_EQUAL 5)  # where goodFeaturesToTrack has move
   endif()
 endif()
 dynfilter_component(semantic COMPONENTS config cluster OPENCV imgproc LINK Threads::Threads)
-dynfilter_component(hosts COMPONENTS pipeline semantic plugin OPENCV ${corner_modules})
+# The flight recorder, with the lz4 that FLANN::FLANN brings.
+dynfilter_source_library(recorder recorder COMPONENTS pipeline LINK FLANN::FLANN Threads::Threads
+  SOURCES flight_recorder image_writer record_file recording_reader verdict_difference)
+target_compile_definitions(dynfilter_recorder PUBLIC DYNFILTER_HAS_RECORDER)  # for headers alone
+dynfilter_component(hosts COMPONENTS pipeline semantic plugin OPENCV ${corner_modules} LINK dynfilter_recorder)
+list(APPEND DYNFILTER_hosts_COMPONENTS recorder)
 dynfilter_component(mapping COMPONENTS config cluster geometry OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(testing COMPONENTS evidence)
 

@@ -10,7 +10,7 @@ target_include_directories(dynfilter_facade ${DYNFILTER_SYSTEM} PUBLIC
   "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
 target_compile_features(dynfilter_facade PUBLIC cxx_std_11 PRIVATE cxx_std_17)
 # Header-only, it is a test of this mode: a host may do so.
-set(facade_from dynfilter_pipeline)
+set(facade_from dynfilter_pipeline dynfilter_recorder)
 if(DYNFILTER_FACADE_HEADER_ONLY)
   set(facade_from dynfilter_header_only opencv_imgproc opencv_video)
 endif()

@@ -83,6 +83,7 @@ int dispatch(int argc, char** argv) {
   add_presets(app, action);
   add_synth(app, action);
   add_run(app, action);
+  add_replay(app, action);
   add_compare(app, action);
   add_bench(app, action);
   add_map(app, action);

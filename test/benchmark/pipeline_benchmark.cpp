@@ -5,8 +5,11 @@
 #include <benchmark/benchmark.h>
 
 #include <dynfilter/pipeline/builtin_filters.hpp>
+#include <dynfilter/pipeline/frame_observer.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/testing/exact_scene.hpp>
+#include <filesystem>
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -49,6 +52,30 @@ void preset(benchmark::State& state, const std::string& name) {
   state.counters["features"] = static_cast<double>(features) / static_cast<double>(calls);
 }
 
+/// What the flight recorder costs the host's thread: a pipeline without stages, recorded.
+/// range(0): with images of 640x480, grey and depth, which change from frame to frame.
+void flight_recorder(benchmark::State& state) {
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / "pipeline_benchmark.dfr";
+  const std::vector<ExactFrame> sequence = frames(30, 1000);
+  std::vector<cv::Mat> grey, depth;
+  for (std::size_t k = 0; k < sequence.size(); ++k) {
+    cv::randu(grey.emplace_back(480, 640, CV_8UC1), 0, 256);
+    cv::randu(depth.emplace_back(480, 640, CV_16UC1), 5000, 6000);
+  }
+  {
+    Pipeline pipeline(pipeline_from_text("pipeline: { name: nothing }", builtin_filters()));
+    pipeline.set_observer(open_recording(file.string()));
+    std::size_t next = 0;
+    for (auto _ : state) {
+      FrameView view = sequence[next].view();
+      if (state.range(0) != 0) view.grey = grey[next], view.depth = depth[next];
+      benchmark::DoNotOptimize(pipeline.before_pose(view).report.rejected);
+      next = (next + 1) % sequence.size();
+    }
+  }
+  std::filesystem::remove(file);
+}
+
 }  // namespace
 
 #define DYNFILTER_PRESET(name)                        \
@@ -63,5 +90,7 @@ DYNFILTER_PRESET(rts_slam);
 DYNFILTER_PRESET(rts_slam_sg);
 DYNFILTER_PRESET(rts_slam_published);
 DYNFILTER_PRESET(dynfilter);
+// As many as do not fill the recording.
+BENCHMARK(flight_recorder)->Arg(0)->Arg(1)->Iterations(500)->Unit(benchmark::kMillisecond);
 
 BENCHMARK_MAIN();

@@ -67,6 +67,11 @@ int main(void) {
         strcmp(dynfilter_stage_name(filter, stage), "semantic_box") == 0)
       saw_box = 1;
   if (!saw_box) return failed("the reason");
+  /* what the flight recorder wrote is read by test/facade/recording_test.cpp */
+  if (dynfilter_record(filter, "/nowhere/run.dfr", 10) == 0) return failed("a file that cannot be written");
+  if (strstr(dynfilter_last_error(filter), "/nowhere/run.dfr") == NULL) return failed("the recording's file");
+  if (dynfilter_record(filter, NULL, 10) == 0 || dynfilter_record(NULL, "x", 10) == 0)
+    return failed("a recording without a file or a filter");
   for (stage = 0; stage < verdicts.stage_count; ++stage) {
     if (dynfilter_get_stage_report(filter, stage, &report, sizeof report) != 0) return failed("a report");
     if (strcmp(report.name, dynfilter_stage_name(filter, stage)) != 0) return failed("the report's name");

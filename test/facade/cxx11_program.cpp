@@ -46,6 +46,8 @@ int main() {
     saw_box = saw_box || (report.name == "semantic_box" && report.judged == 10 && report.dynamic == 3 &&
                           !report.skipped && report.time_ms > 0);
   if (!saw_box) return failed("the report of the boxes");
+  if (filter.record("/nowhere/run.dfr") || filter.error().find("/nowhere/run.dfr") == std::string::npos)
+    return failed("a recording that cannot be written");
   frame.has_boxes = false;
   if (!filter.process(frame, df::CallPoint::BeforePose, verdicts)) return failed(filter.error().c_str());
   if (!filter.reports().back().skipped || filter.reports().back().note != "skipped: no boxes")

@@ -9,6 +9,9 @@
 #include <dynfilter/detectors/class_list.hpp>
 #include <dynfilter/detectors/detections.hpp>
 #include <dynfilter/detectors/image_file.hpp>
+#include <dynfilter/pipeline/builtin_filters.hpp>
+#include <dynfilter/pipeline/pipeline_yaml.hpp>
+#include <dynfilter/recorder/recording.hpp>
 #include <filesystem>
 
 #include "io/association.hpp"
@@ -19,6 +22,7 @@
 #include "io/trajectory.hpp"
 #include "io/trajectory_formats.hpp"
 #include "memory_file.hpp"
+#include "record_file.hpp"
 #include "support/allocated_bytes.hpp"
 #include "target.hpp"
 
@@ -135,7 +139,61 @@ void read_pictures(const std::string& path, std::size_t file_bytes) {
   read_picture(path, file_bytes, io::ImageAs::Colour);
 }
 
+/// LZ4 expands its bytes 255 times at most. Lists of the host's own types are larger than what is written.
+constexpr std::size_t kMostExpansion = 255, kMostListExpansion = 8;
+
+/// Every event of a recording, through a pipeline: what a file holds is as odd as any host's frame.
+void replay(const std::string& path, std::size_t file_bytes) {
+  std::vector<KeyframeView> keyframes;
+  Pipeline pipeline(
+      pipeline_from_text("pipeline: { before_pose: [ semantic_box, flow_consistency ] }", builtin_filters()));
+  std::size_t events = 0;
+  std::optional<recorder::RecordingReader> reader;
+  {
+    const dynfilter_test::AllocatedBytes allocated;
+    reader.emplace(path);
+    require(allocated.bytes() <= kReaderBytes + kMostListExpansion * kMostExpansion * file_bytes,
+            "the places of the records take no more memory than the file allows");
+  }
+  for (;;) {
+    std::optional<recorder::RecordedEvent> event;
+    {
+      const dynfilter_test::AllocatedBytes allocated;
+      event = reader->next();
+      require(allocated.bytes() <= kReaderBytes + kMostListExpansion * kMostExpansion * file_bytes,
+              "an event takes no more memory than the file allows");
+    }
+    if (!event) break;
+    require(++events <= file_bytes / sizeof(recorder::RecordHeader), "an event has a record");
+    if (event->kind != recorder::RecordedEvent::Kind::Frame) continue;
+    pipeline.process(event->frame.view(keyframes), event->point, event->limits);
+    if (event->verdict) recorder::difference(*event->verdict, *event->verdict);
+  }
+  require(events >= reader->calls(), "each call is an event");
+}
+
+/// Records of these contents, whose checksums are right: a kind, the content's length and the content each.
+void replay_records(const std::string& text) {
+  const fs::path path = scratch() / "records.dfr";
+  {
+    recorder::RecordFile file(path.string(), std::uint64_t{1} << 30U);
+    std::uint64_t call = 1;
+    for (std::size_t at = 0; at + 3 <= text.size();) {
+      const auto byte = [&](std::size_t k) { return static_cast<std::uint8_t>(text[at + k]); };
+      const std::size_t size = std::min<std::size_t>(byte(1) + 256U * byte(2), text.size() - at - 3);
+      recorder::RecordBuffer buffer;
+      buffer.raw.assign(text.data() + at + 3, text.data() + at + 3 + size);
+      const auto kind = static_cast<recorder::RecordKind>(1 + byte(0) % recorder::kRecordKinds);
+      file.append(kind, call, buffer);
+      call += kind == recorder::RecordKind::Verdict ? 1 : 0;
+      at += 3 + size;
+    }
+  }
+  replay(path.string(), fs::file_size(path));
+}
+
 void read(const std::string& kind, const std::string& path, std::size_t file_bytes) {
+  if (kind == "recording") replay(path, file_bytes);
   if (kind == "poses") read_poses(path, std::nullopt);
   if (kind == "tum") read_poses(path, io::TrajectoryFormat::Tum);
   if (kind == "kitti") read_poses(path, io::TrajectoryFormat::Kitti);
@@ -156,6 +214,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (end == std::string::npos) return 0;
   const fuzz::MemoryFile file(input.substr(end + 1));
   try {
+    if (input.substr(0, end) == "records") replay_records(input.substr(end + 1));
     read(input.substr(0, end), file.path(), size);
   } catch (const Error& error) {
     fuzz::require_one_line(error.what());

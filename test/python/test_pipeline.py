@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 import gc
+import json
+import subprocess
 import threading
 import time
 import weakref
@@ -196,3 +198,18 @@ def test_one_camera_is_judged_by_its_matches(play):
     frame, verdict = scene.frame(7), play(dynfilter.Pipeline("dynfilter"), scene)
     assert "background_motion" not in set(verdict.reasons)
     assert (~verdict.keep[frame.dynamic]).mean() > 0.5 and verdict.keep[frame.static].mean() > 0.95
+
+
+def test_a_recording_replays_bit_for_bit(tool, tmp_path):
+    recording = tmp_path / "run.dfr"
+    pipeline = dynfilter.Pipeline("dynfilter")
+    pipeline.record(recording)
+    for k in range(6):
+        pipeline.before_pose(**GENERAL.frame(k).arguments())
+    pipeline.record("")
+    pipeline.before_pose(**GENERAL.frame(6).arguments())  # no longer recorded
+    run = subprocess.run([tool("DYNFILTER_COMMAND"), "replay", recording, "--json"], capture_output=True, check=True)
+    replay = json.loads(run.stdout)["replay"]
+    assert (replay["calls"], replay["compared"], replay["differ"]) == (6, 6, 0)
+    with pytest.raises(dynfilter.IoError, match="/nowhere/run.dfr: the recording cannot be written"):
+        pipeline.record("/nowhere/run.dfr")

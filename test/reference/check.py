@@ -123,7 +123,7 @@ def without_frame(classes, members):
 def throwing(source):
     """Headers, classes and names of functions that throw an exception of ours themselves."""
     found = set()
-    for folder in ("include", "plugins/detectors", "plugins/dense"):
+    for folder in ("include", "plugins/detectors", "plugins/dense", "plugins/recorder"):
         for path in sorted((pathlib.Path(source) / folder).rglob("*.[ch]pp")):
             text = path.read_text()
             for match in DEFINITION.finditer(text):

@@ -27,6 +27,7 @@ void add_map(CLI::App& app, Action& action);
 void add_masks(CLI::App& app, Action& action);
 void add_motion(CLI::App& app, Action& action);
 void add_presets(CLI::App& app, Action& action);
+void add_replay(CLI::App& app, Action& action);
 void add_run(CLI::App& app, Action& action);
 void add_serve(CLI::App& app, Action& action);
 void add_synth(CLI::App& app, Action& action);

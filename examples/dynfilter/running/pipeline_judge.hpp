@@ -60,11 +60,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
   }
 
   Flags before_pose(const FrameView& view) override {
-    record_ = FrameVerdict();
-    for (const cv::KeyPoint& keypoint : view.keypoints)
-      record_.features.push_back({keypoint.pt, Vote::Unknown, false, 0});
-    alive_.resize(view.size());
-    std::iota(alive_.begin(), alive_.end(), std::size_t{0});
+    begin(view);
     return judge(view, CallPoint::BeforePose);
   }
   Flags after_pose(const FrameView& view) override { return judge(view, CallPoint::AfterPose); }
@@ -73,6 +69,16 @@ class PipelineJudge final : public odometry::FeatureJudge {
     pipeline_.update_pose(frame_id, T_world_camera, PoseProvenance::Refined);
   }
   void reset() override { pipeline_.reset(); }
+
+  /// A call of a recording, as its host made it. Between two calls of a frame a host may thin it by the
+  /// verdict. Or it hands in the same features again, or others, which are then those of the record.
+  const Verdict& judge_recorded(const FrameView& view, CallPoint point, const HostLimits& limits,
+                                bool new_frame) {
+    if (new_frame || (view.size() != alive_.size() && view.size() != record_.features.size())) begin(view);
+    if (view.size() != alive_.size()) all_alive();
+    return process(view, point, limits);
+  }
+  Pipeline& pipeline() { return pipeline_; }
   bool wait_for_keyframe() const override { return wait_; }
   Span<const MatchSpread> spread() const override { return spread_; }
 
@@ -107,14 +113,30 @@ class PipelineJudge final : public odometry::FeatureJudge {
       pipeline_.update_pose(view.id, view.T_world_camera, view.pose_provenance);
       return {};
     }
-    const Verdict& verdict = pipeline_.process(view, point);
+    process(view, point, {});
+    return flags_;
+  }
+
+  void begin(const FrameView& view) {
+    record_ = FrameVerdict();
+    for (const cv::KeyPoint& keypoint : view.keypoints)
+      record_.features.push_back({keypoint.pt, Vote::Unknown, false, 0});
+    all_alive();
+  }
+  void all_alive() {
+    alive_.resize(record_.features.size());
+    std::iota(alive_.begin(), alive_.end(), std::size_t{0});
+  }
+
+  const Verdict& process(const FrameView& view, CallPoint point, const HostLimits& limits) {
+    const Verdict& verdict = pipeline_.process(view, point, limits);
     record_.correspondence_ms += verdict.report.correspondence_ms;
     record_.filters_ms += verdict.report.total_ms - verdict.report.correspondence_ms;
     wait_ = verdict.report.wait_for_keyframe;
     flags_.assign(view.size(), 0);
     spread_ = verdict.spread;
     if (pipeline_.stages(point)) take(verdict);
-    return flags_;
+    return verdict;
   }
 
   void take(const Verdict& verdict) {

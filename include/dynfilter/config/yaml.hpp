@@ -38,13 +38,11 @@ class YamlNode {
   /// Throws if one of these keys is duplicated.
   std::vector<std::pair<std::string, YamlNode>> entries(const std::string& prefix = "") const;
   std::vector<YamlNode> items() const;  ///< the members of a list; throws ConfigError for anything else
-  /// Throws if this key is duplicated. Other keys are not checked.
-  std::optional<YamlNode> find(const std::string& key) const;
+  std::optional<YamlNode> find(const std::string& key) const;  ///< throws if this key is duplicated
 
   double real() const;  ///< a finite number; throws ConfigError for anything else
   int integer() const;  ///< throws ConfigError for fractions and for what an int cannot hold
-  /// true, false, 1 or 0, without quotes.
-  bool flag() const;
+  bool flag() const;    ///< true, false, 1 or 0, without quotes
   /// A quoted text, or a plain one that YAML 1.1 takes for no number, date or null.
   std::string text() const;
   std::vector<std::string> texts() const;  ///< a list of texts; a single text is a list of one
@@ -75,10 +73,11 @@ class YamlDocument {
 
   YamlNode root() const { return {*root_, ""}; }         ///< the value at the top
   const std::string& source() const { return source_; }  ///< the file's path, or what from_text() got
+  const std::string& text() const { return text_; }      ///< what was parsed
 
  private:
   std::shared_ptr<const YamlValue> root_;
-  std::string source_;
+  std::string source_, text_;
 };
 
 }  // namespace dynfilter

@@ -150,6 +150,9 @@ DYNFILTER_C_API int dynfilter_process(dynfilter_filter* filter, const dynfilter_
                                       dynfilter_verdicts* verdicts);
 /* Forgets all earlier frames. 0 done. */
 DYNFILTER_C_API int dynfilter_reset(dynfilter_filter* filter);
+/* Writes each frame and verdict from now on to this file, for `dynfilter replay`. It ends at max_mb
+ * megabytes, with the filter, and with "". Replaces the file. 0 done. */
+DYNFILTER_C_API int dynfilter_record(dynfilter_filter* filter, const char* file, int max_mb);
 /* Of the last frame; "" beyond stage_count. */
 DYNFILTER_C_API const char* dynfilter_stage_name(const dynfilter_filter* filter, size_t stage);
 /* 0 done, else there is no such stage. `report_size`: sizeof(dynfilter_stage_report), so that later versions

@@ -46,20 +46,10 @@ struct Box {
 
 /// Pinhole camera with OpenCV's distortion.
 struct Camera {
-  double fx_px, fy_px, cx_px, cy_px;
-  double distortion[5];     ///< k1 k2 p1 p2 k3
-  double baseline_fx_px_m;  ///< 0: not a stereo camera
-  int width_px, height_px;  ///< 0: as the images say
-
-  Camera()
-      : fx_px(0),
-        fy_px(0),
-        cx_px(0),
-        cy_px(0),
-        distortion(),
-        baseline_fx_px_m(0),
-        width_px(0),
-        height_px(0) {}
+  double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
+  double distortion[5] = {};        ///< k1 k2 p1 p2 k3
+  double baseline_fx_px_m = 0;      ///< 0: not a stereo camera
+  int width_px = 0, height_px = 0;  ///< 0: as the images say
 };
 
 /// T_world_camera: takes points of the camera to the world.
@@ -73,8 +63,8 @@ struct Transform {
 /// One frame. Only keypoints are required; arrays are as long as they are, or empty. Nothing is copied by the
 /// library but what its history keeps.
 struct Frame {
-  std::int64_t id;  ///< grows from frame to frame
-  double timestamp_s;
+  std::int64_t id = 0;  ///< grows from frame to frame
+  double timestamp_s = 0;
   std::vector<cv::KeyPoint> keypoints;              ///< distorted pixels, with octave
   std::vector<cv::KeyPoint> keypoints_undistorted;  ///< empty: computed from the camera
   cv::Mat descriptors;                              ///< CV_8U, a row per keypoint
@@ -82,33 +72,21 @@ struct Frame {
   std::vector<float> right_u_px;                    ///< stereo: column in the right image; < 0 or NaN: none
   cv::Mat grey;                                     ///< CV_8UC1
   cv::Mat depth;                                    ///< CV_32FC1 or CV_16UC1, same size
-  double depth_unit_m;                              ///< metres per unit of `depth`
-  bool has_camera;
+  double depth_unit_m = 1;                          ///< metres per unit of `depth`
+  bool has_camera = false;
   Camera camera;
-  PoseKind pose_kind;
+  PoseKind pose_kind = PoseKind::None;
   Transform T_world_camera;
   std::vector<std::int64_t> map_point_ids;  ///< -1: none
   std::vector<cv::Point3f> map_points_world_m;
-  bool has_boxes;  ///< true with no boxes: the detector found nothing
+  bool has_boxes = false;  ///< true with no boxes: the detector found nothing
   std::vector<Box> boxes;
-  std::int64_t boxes_frame_id;  ///< the frame that they were computed on, -1: this one
-  cv::Mat mask;                 ///< CV_8UC1, 0 = background; empty: none
-  std::int64_t mask_frame_id;
-  bool has_matches;
+  std::int64_t boxes_frame_id = -1;  ///< the frame that they were computed on, -1: this one
+  cv::Mat mask;                      ///< CV_8UC1, 0 = background; empty: none
+  std::int64_t mask_frame_id = -1;
+  bool has_matches = false;
   std::vector<std::int32_t> match_index;  ///< per keypoint its index in the frame below, -1: none
-  std::int64_t match_frame_id;
-
-  Frame()
-      : id(0),
-        timestamp_s(0),
-        depth_unit_m(1),
-        has_camera(false),
-        pose_kind(PoseKind::None),
-        has_boxes(false),
-        boxes_frame_id(-1),
-        mask_frame_id(-1),
-        has_matches(false),
-        match_frame_id(-1) {}
+  std::int64_t match_frame_id = -1;
 };
 
 /// Per feature, in the order of Frame::keypoints.
@@ -171,6 +149,9 @@ class DYNFILTER_FACADE_API DynFilter {
   bool update_pose(std::int64_t frame_id, const Transform& T_world_camera, PoseKind kind) noexcept;
   /// Forgets all earlier frames.
   bool reset() noexcept;
+  /// Writes each frame and verdict from now on to this file, of at most `max_mb` megabytes, for `dynfilter
+  /// replay`. It ends with load() and with "". Replaces the file.
+  bool record(const std::string& file, int max_mb = 4096) noexcept;
 
   /// Of the last call that failed.
   const std::string& error() const noexcept;

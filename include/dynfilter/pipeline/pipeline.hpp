@@ -13,6 +13,7 @@
 
 namespace dynfilter {
 
+class FrameObserver;  // pipeline/frame_observer.hpp
 class Stage;
 
 /// Deletes a stage where its type is not known.
@@ -27,12 +28,12 @@ using StagePtr = std::unique_ptr<Stage, StageDeleter>;
 /// All parts of a pipeline. pipeline/compose.hpp creates them in C++, pipeline/pipeline_yaml.hpp from YAML.
 struct PipelineConfig {
   std::string name = "pipeline";
+  std::string yaml;  ///< the text that it was read from; "" if made in code
   PipelineParams params;
   CorrespondenceParams correspondence;
   FloorParams floor;
   InitialisationParams initialisation;
-  /// Null: no stage at this call point.
-  StagePtr before_pose, after_pose, at_keyframe;
+  StagePtr before_pose, after_pose, at_keyframe;  ///< null: no stage at this call point
 };
 
 /// What the host's tracker needs in this call, whatever the pipeline's own floor is.
@@ -40,19 +41,16 @@ struct HostLimits {
   int min_features = 0;  ///< fewer features are never left; more than the frame has: all are kept
 };
 
-/// Judges the features of one camera stream. Not thread-safe.
-/// The steady state allocates nothing that scales with the image.
+/// Judges the features of one camera stream. Not thread-safe. In steady state it allocates no image.
 class Pipeline {
  public:
-  /// Throws ConfigError for a parameter out of range, and for an unknown value of DYNFILTER_SIMD
-  /// (core/cpu.hpp).
+  /// Throws ConfigError for a parameter out of range, and for an unknown DYNFILTER_SIMD (core/cpu.hpp).
   explicit Pipeline(PipelineConfig config);
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
   ~Pipeline();
 
-  /// Call when features are extracted and the pose is at most predicted.
-  /// The verdict is valid until the next call.
+  /// Features are extracted, the pose is at most predicted. The verdict is valid until the next call.
   const Verdict& before_pose(const FrameView& frame, const HostLimits& limits = {}) {
     return process(frame, CallPoint::BeforePose, limits);
   }
@@ -72,6 +70,9 @@ class Pipeline {
 
   /// Sets the refined pose of an earlier frame. Ignored if the frame is no longer kept.
   void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance);
+
+  /// Records or watches from now on; null ends it.
+  void set_observer(std::shared_ptr<FrameObserver> observer);
 
   const std::string& name() const;  ///< the name in YAML, or that of the file
   /// What the last frame brought, without what cannot be used of it.

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/pipeline/compose.hpp>
+#include <dynfilter/pipeline/frame_observer.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/pipeline/stage.hpp>
 #include <limits>
@@ -129,6 +130,14 @@ class PyPipeline {
   void reset() {
     pipeline_.reset();
     last_id_.reset();
+  }
+  void record(const std::string& file, int max_mb, bool images) {
+    const py::gil_scoped_release no_gil;  // the last recording may have images to write
+    pipeline_.set_observer(nullptr);
+    if (file.empty()) return;
+    RecordingParams params;
+    params.max_mb = max_mb, params.images = images;
+    pipeline_.set_observer(open_recording(file, params));
   }
   const std::string& name() const { return pipeline_.name(); }
   std::string needs() const { return to_string(pipeline_.needs().required | pipeline_.needs().optional); }
@@ -388,6 +397,15 @@ void bind_pipeline(py::module_& module) {
   type.def("reset", &PyPipeline::reset, "Forgets all earlier frames: on loss of tracking or at a new scene.")
       .def("update_pose", &PyPipeline::update_pose, py::arg("frame_id"), py::arg("pose"),
            py::arg("pose_kind") = "refined", "A better (4, 4) T_world_camera of an earlier frame.")
+      .def(
+          "record",
+          [](PyPipeline& self, py::handle file, int max_mb, bool images) {
+            self.record(py::module_::import("os").attr("fspath")(file).cast<std::string>(), max_mb, images);
+          },
+          py::arg("file"), py::kw_only(), py::arg("max_mb") = 4096, py::arg("images") = true,
+          "Writes each frame and verdict from now on to this file, for `dynfilter replay`. Replaces the "
+          "file. It "
+          "ends at `max_mb` megabytes, with the pipeline, and with \"\".")
       .def_property_readonly("name", &PyPipeline::name)
       .def_property_readonly("needs", &PyPipeline::needs, "inputs that its stages can use")
       .def("__str__", &PyPipeline::tree)

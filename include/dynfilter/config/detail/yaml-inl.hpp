@@ -217,7 +217,7 @@ inline std::string YamlNode::child_path(const std::string& key) const {
 
 DYNFILTER_INLINE YamlDocument YamlDocument::from_text(const std::string& text, const std::string& source) {
   YamlDocument document;
-  document.source_ = source;
+  document.source_ = source, document.text_ = text;
   try {
     document.root_ = std::make_shared<const YamlValue>(YamlText::read(text));
   } catch (const ConfigError& error) {

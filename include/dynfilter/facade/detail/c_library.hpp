@@ -239,6 +239,11 @@ int dynfilter_reset(dynfilter_filter* filter) {
   if (filter == nullptr) return 1;
   return filter->filter.reset() ? 0 : fail(filter, filter->filter.error().c_str());
 }
+int dynfilter_record(dynfilter_filter* filter, const char* file, int max_mb) {
+  if (filter == nullptr) return 1;
+  if (file == nullptr) return fail(filter, "expected a file, got NULL");
+  return filter->filter.record(file, max_mb) ? 0 : fail(filter, filter->filter.error().c_str());
+}
 const char* dynfilter_stage_name(const dynfilter_filter* filter, size_t stage) {
   return filter == nullptr || stage >= filter->verdicts.stages.size()
              ? ""

@@ -15,6 +15,7 @@
 
 #include <dynfilter/facade/facade.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
+#include <dynfilter/pipeline/frame_observer.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/version.hpp>
@@ -220,6 +221,14 @@ bool DynFilter::reset() noexcept {
   return impl_ && impl_->guarded([&] {
     impl_->need_pipeline();
     impl_->pipeline->reset();
+  });
+}
+
+bool DynFilter::record(const std::string& file, int max_mb) noexcept {
+  return impl_ && impl_->guarded([&] {
+    impl_->need_pipeline();
+    impl_->pipeline->set_observer(nullptr);  // its file may be the same
+    if (!file.empty()) impl_->pipeline->set_observer(open_recording(file, {max_mb}));
   });
 }
 

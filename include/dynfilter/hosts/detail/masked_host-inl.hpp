@@ -32,6 +32,7 @@ DYNFILTER_INLINE MaskedHost::MaskedHost(OrbSlamSettings settings, const std::str
   const io::CameraFile file = io::read_camera(camera_file);
   camera_ = file.camera;
   if (file.depth_units_per_m && *file.depth_units_per_m > 0) depth_unit_m_ = 1 / *file.depth_units_per_m;
+  start_recording(params_, pipeline_);
 }
 
 DYNFILTER_INLINE const MaskedHost::Images& MaskedHost::process(const cv::Mat& image, const cv::Mat& depth,

@@ -17,7 +17,7 @@ DYNFILTER_INLINE std::unique_ptr<OrbSlam> OrbSlam::start(const std::string& sett
   const HostSensor kind = host_sensor(sensor);
   try {
     auto made = std::make_unique<OrbSlam>(read_orb_slam_settings(settings_file, registry, providers), kind,
-                                          std::move(sink));
+                                          sink);  // a copy: the error needs it
     made->print(made->start_line());
     return made;
   } catch (const std::exception& error) {
@@ -34,6 +34,7 @@ DYNFILTER_INLINE OrbSlam::OrbSlam(OrbSlamSettings settings, HostSensor sensor, L
       pipeline_(configured_pipeline(settings)),
       watch_(pipeline_) {
   check_parameters(params_, "DynFilter");
+  start_recording(params_, pipeline_);
 }
 
 DYNFILTER_INLINE void OrbSlam::reset() {

@@ -43,6 +43,7 @@ struct OrbSlamParams {
   std::string detector;
   std::string network_dir;
   std::string detector_mode = "async";
+  std::string record;
 
   static const FieldTable<OrbSlamParams>& fields();
 
@@ -60,6 +61,8 @@ struct OrbSlamSettings {
 
 /// The pipeline of the settings, taken out of them, as their parameters want it.
 PipelineConfig configured_pipeline(OrbSlamSettings& settings);
+/// Starts the flight recorder that `record` names. Throws ConfigError if its file cannot be written.
+void start_recording(const OrbSlamParams& params, Pipeline& pipeline);
 
 namespace orb_slam::detail {
 

@@ -22,6 +22,7 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/floor.hpp>
+#include <dynfilter/pipeline/frame_observer.hpp>
 #include <dynfilter/pipeline/initialisation.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
@@ -54,6 +55,13 @@ class Pipeline::Impl {
   }
 
   const Verdict& process(const FrameView& frame, CallPoint call_point, const HostLimits& limits) {
+    if (observer_) observer_->frame(frame, call_point, limits);
+    judge(frame, call_point, limits);
+    if (observer_) observer_->judged(verdict_);
+    return verdict_;
+  }
+
+  void judge(const FrameView& frame, CallPoint call_point, const HostLimits& limits) {
     const auto start = StageReports::Clock::now();
     begin(frame, call_point);
     if (Stage* root = stage_at(call_point)) {
@@ -72,7 +80,6 @@ class Pipeline::Impl {
     finish(call_point);
     verdict_.report.total_ms =
         std::chrono::duration<double, std::milli>(StageReports::Clock::now() - start).count();
-    return verdict_;
   }
 
   void reset() {
@@ -102,6 +109,11 @@ class Pipeline::Impl {
   }
   const PipelineConfig& config() const { return config_; }
   FrameEvidence& evidence() { return evidence_; }
+  FrameObserver* observer() const { return observer_.get(); }
+  void set_observer(std::shared_ptr<FrameObserver> observer) {
+    observer_ = std::move(observer);
+    if (observer_) observer_->begin(config_);
+  }
 
  private:
   static constexpr std::array<CallPoint, 3> kCallPoints{CallPoint::BeforePose, CallPoint::AfterPose,
@@ -225,6 +237,7 @@ class Pipeline::Impl {
   std::optional<std::int64_t> last_id_;
   std::int64_t first_id_ = -1;  ///< since the last reset
   double last_timestamp_s_ = 0;
+  std::shared_ptr<FrameObserver> observer_;
 };
 
 DYNFILTER_INLINE Pipeline::Pipeline(PipelineConfig config)
@@ -241,11 +254,16 @@ DYNFILTER_INLINE const Verdict& Pipeline::process(const FrameView& frame, CallPo
   return impl_->process(frame, call_point, limits);
 }
 DYNFILTER_INLINE void Pipeline::reset() {
+  if (impl_->observer() != nullptr) impl_->observer()->reset();
   impl_->reset();
 }
 DYNFILTER_INLINE void Pipeline::update_pose(std::int64_t frame_id, const Pose& T_world_camera,
                                             PoseProvenance provenance) {
+  if (impl_->observer() != nullptr) impl_->observer()->pose(frame_id, T_world_camera, provenance);
   impl_->evidence().update_pose(frame_id, T_world_camera, provenance);
+}
+DYNFILTER_INLINE void Pipeline::set_observer(std::shared_ptr<FrameObserver> observer) {
+  impl_->set_observer(std::move(observer));
 }
 DYNFILTER_INLINE const std::string& Pipeline::name() const {
   return impl_->config().name;

@@ -76,7 +76,9 @@ DYNFILTER_INLINE PipelineConfig read_pipeline(const YamlDocument& document, cons
   const auto node = document.root().find("pipeline");
   if (!node) throw ConfigError(document.source(), "expected the key `pipeline`");
   try {
-    return read_pipeline(*node, registry);
+    PipelineConfig config = read_pipeline(*node, registry);
+    config.yaml = document.text();
+    return config;
   } catch (const ConfigError& error) {
     if (document.source().empty()) throw;
     throw ConfigError(document.source(), error.what());

@@ -11,6 +11,7 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/printable_text.hpp>
+#include <dynfilter/pipeline/frame_observer.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/plugin/loader.hpp>
@@ -47,6 +48,7 @@ DYNFILTER_INLINE const FieldTable<OrbSlamParams>& OrbSlamParams::fields() {
       text("network_dir", &P::network_dir, "folder of the detector's network files"),
       text("detector_mode", &P::detector_mode,
            "async: in a thread; sync: the tracker waits; late:N, rate:HZ: tests"),
+      text("record", &P::record, "flight recorder: the file that gets each frame and verdict"),
   };
   return table;
 }
@@ -60,6 +62,15 @@ DYNFILTER_INLINE PipelineConfig configured_pipeline(OrbSlamSettings& settings) {
   PipelineConfig config = std::move(settings.pipeline);
   if (!settings.params.keep_first_frame) config.params.first_frame_suspects = FirstFrameSuspects::Reject;
   return config;
+}
+
+DYNFILTER_INLINE void start_recording(const OrbSlamParams& params, Pipeline& pipeline) {
+  if (!params.enabled || params.record.empty()) return;
+  try {
+    pipeline.set_observer(open_recording(params.record));
+  } catch (const IoError& error) {
+    throw ConfigError("DynFilter.record", error.what());
+  }
 }
 
 namespace orb_slam {
@@ -146,13 +157,14 @@ inline void load_plugins(const std::vector<std::string>& plugins, const std::str
   }
 }
 
-/// `root` must be valid as long as the pipeline is read.
-inline void read_pipeline_of(const YamlNode& root, const std::string& name, const std::string& file,
+inline void read_pipeline_of(const YamlDocument& document, const std::string& name, const std::string& file,
                              const Registry& registry, OrbSlamSettings& settings) {
+  const YamlNode root = document.root();
   const std::string key = "DynFilter.pipeline";
   if (const auto node = root.find("pipeline")) {
     if (!name.empty()) root.fail("both `pipeline` and `" + key + "` are given: expected one of them");
     settings.pipeline = read_pipeline(*node, registry);
+    settings.pipeline.yaml = document.text();
     settings.pipeline_file = file;
     return;
   }
@@ -179,7 +191,7 @@ DYNFILTER_INLINE OrbSlamSettings read_orb_slam_settings(const std::string& file,
     Registry filters = registry;
     ProviderRegistry detectors = providers;
     orb_slam::detail::load_plugins(settings.params.plugins, file, filters, detectors);
-    orb_slam::detail::read_pipeline_of(root, name, file, filters, settings);
+    orb_slam::detail::read_pipeline_of(document, name, file, filters, settings);
     if (settings.params.enabled)
       settings.semantics = orb_slam::detail::make_semantics(settings.params, file, detectors);
     return settings;
