@@ -12,9 +12,9 @@ namespace fs = std::filesystem;
 namespace {
 
 const std::vector<std::string>& subcommands() {
-  static const std::vector<std::string> names{"filters", "check",  "presets", "synth",      "run",
-                                              "compare", "bench",  "map",     "masks",      "eval",
-                                              "detect",  "motion", "serve",   "completion", "man"};
+  static const std::vector<std::string> names{"filters", "check", "presets",    "synth", "run",  "replay",
+                                              "compare", "bench", "map",        "masks", "eval", "detect",
+                                              "motion",  "serve", "completion", "man"};
   return names;
 }
 
