@@ -153,7 +153,7 @@ class LeftHalf final : public SemanticProvider {
 
 }  // namespace
 
-TEST_CASE("keep_first_frame 0: masks and boxes decide on the first frame, with the default pipeline") {
+TEST_CASE("masks and boxes decide on the first frame, with the default pipeline") {
   const Folder folder;
   for (const bool by_mask : {true, false}) {
     CAPTURE(by_mask);
@@ -168,14 +168,13 @@ TEST_CASE("keep_first_frame 0: masks and boxes decide on the first frame, with t
       }
       return kept;
     };
-    CHECK(first("", false) == std::pair(600, 1200));
-    const std::string reject = "DynFilter.keep_first_frame: 0\n";
+    CHECK(first("DynFilter.keep_first_frame: 1\n", false) == std::pair(600, 1200));
     for (const bool after_reset : {false, true}) {
-      const auto [left, all] = first(reject + kNoFloor, after_reset);
+      const auto [left, all] = first(kNoFloor, after_reset);
       CHECK(left == 0);
       CHECK(all >= 600 - 2 * 30);  // a mask reaches a few pixels beyond its outline
       // The floor holds: it restores some of the left half.
-      CHECK(first(reject + "DynFilter.min_features_before_map: 700\n", after_reset).second == 700);
+      CHECK(first("DynFilter.min_features_before_map: 700\n", after_reset).second == 700);
     }
   }
 }
@@ -444,8 +443,8 @@ TEST_CASE("a closed host has the same keys: boxes of a file, the first frame, th
     const MaskedHost::Images& images = closed.process(grey(), depth(), 100.0);
     return kWidth * kHeight - cv::countNonZero(images.depth);
   };
-  CHECK(zeroed(boxes) == 0);
-  CHECK(zeroed(boxes + "DynFilter.keep_first_frame: 0\n") > kWidth * kHeight / 4);  // a prior of the default
+  CHECK(zeroed(boxes + "DynFilter.keep_first_frame: 1\n") == 0);
+  CHECK(zeroed(boxes) > kWidth * kHeight / 4);  // a prior of the default
   MaskedHost closed(folder.settings(boxes), 2, builtin_filters(), MaskedImageParams(), host_providers());
   CHECK(has(closed.start_line(), "dynfilter: pipeline `dynfilter` of "));
   CHECK(has(closed.start_line(), "but not: pose, mask ("));

@@ -440,7 +440,7 @@ TEST_CASE_TEMPLATE("a keyframe: map points at another depth than the covisible k
   CHECK(filter.at_keyframe(host.frame, std::vector<KeyFrame*>{}).empty());
 }
 
-TEST_CASE("until the map exists more is kept, of the first frame all") {
+TEST_CASE("until the map exists more is kept") {
   const auto kept = [](OrbSlam& filter, int n, long unsigned int id, bool map_exists) {
     Host<host::v2::Frame> host(n, Sensor::RgbD, id);
     filter.set_detections({person(-10, -10, 900, 900)});
@@ -448,15 +448,17 @@ TEST_CASE("until the map exists more is kept, of the first frame all") {
     return host.frame.N;
   };
   OrbSlam rgbd = make();
-  CHECK(kept(rgbd, 1000, 0, false) == 1000);
+  CHECK(kept(rgbd, 1000, 0, false) == 550);
   CHECK(kept(rgbd, 1000, 1, false) == 550);
   CHECK(kept(rgbd, 1000, 2, true) == 100);
   rgbd.reset();
-  CHECK(kept(rgbd, 1000, 3, false) == 1000);
-  CHECK(rgbd.summary().find("1000 restored") != std::string::npos);
-  OrbSlam mono = make("DynFilter.keep_first_frame: false\n", HostSensor::Monocular);
+  CHECK(kept(rgbd, 1000, 3, false) == 550);
+  CHECK(rgbd.summary().find("550 restored") != std::string::npos);
+  OrbSlam all = make("DynFilter.keep_first_frame: true\n");
+  CHECK(kept(all, 1000, 0, false) == 1000);
+  OrbSlam mono = make("", HostSensor::Monocular);
   CHECK(kept(mono, 1000, 0, false) == 250);
-  OrbSlam told = make("DynFilter.keep_first_frame: 0\nDynFilter.min_features_before_map: 700\n");
+  OrbSlam told = make("DynFilter.min_features_before_map: 700\n");
   CHECK(kept(told, 1000, 0, false) == 700);
   OrbSlam off = make("DynFilter.enabled: 0\n");
   CHECK(kept(off, 1000, 0, true) == 1000);

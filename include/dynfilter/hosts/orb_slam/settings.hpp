@@ -33,7 +33,7 @@ enum class OnError {
 struct OrbSlamParams {
   bool enabled = true;
   OnError on_error = OnError::Stop;
-  bool keep_first_frame = true;
+  bool keep_first_frame = false;
   int min_features_before_map = -1;
   int min_features = 100;
   /// Most keyframes that a new one is compared with: as many as share most of its points.

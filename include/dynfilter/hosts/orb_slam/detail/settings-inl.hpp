@@ -37,7 +37,7 @@ DYNFILTER_INLINE const FieldTable<OrbSlamParams>& OrbSlamParams::fields() {
       choice("on_error", &P::on_error, {{"stop", OnError::Stop}, {"off", OnError::Off}},
              "if the settings are wrong: end the host, or run it without rejection"),
       flag("keep_first_frame", &P::keep_first_frame,
-           "false: reject features on boxes and masks in the first frame"),
+           "true: keep features on boxes and masks in the first frame"),
       integer("min_features_before_map", &P::min_features_before_map, "features", {-1, 100000},
               "kept before the map exists; -1: 550, mono 250"),
       integer("min_features", &P::min_features, "features", {0, 100000}, "kept after that"),
