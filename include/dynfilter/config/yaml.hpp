@@ -32,8 +32,7 @@ class YamlNode {
   bool is_none() const { return value_ == nullptr; }         ///< whether there is no value at its path
   [[noreturn]] void fail(const std::string& message) const;  ///< throws ConfigError with the path
 
-  /// All keys in file order, duplicates included.
-  std::vector<std::string> keys() const;
+  std::vector<std::string> keys() const;  ///< all keys in file order, duplicates included
   /// Keys that begin with `prefix` and their values, in file order.
   /// Throws if one of these keys is duplicated.
   std::vector<std::pair<std::string, YamlNode>> entries(const std::string& prefix = "") const;
@@ -43,8 +42,7 @@ class YamlNode {
 
   double real() const;  ///< a finite number; throws ConfigError for anything else
   int integer() const;  ///< throws ConfigError for fractions and for what an int cannot hold
-  /// true, false, 1 or 0, without quotes.
-  bool flag() const;
+  bool flag() const;    ///< true, false, 1 or 0, without quotes
   /// A quoted text, or a plain one that YAML 1.1 takes for no number, date or null.
   std::string text() const;
   std::vector<std::string> texts() const;  ///< a list of texts; a single text is a list of one
@@ -53,8 +51,7 @@ class YamlNode {
   std::vector<double> reals() const;
   std::vector<int> integers() const;  ///< like reals(), for integers
 
-  /// The node as error messages print it.
-  std::string shown() const;
+  std::string shown() const;  ///< the node as error messages print it
 
  private:
   /// True for a decimal number without quotes.

@@ -7,16 +7,11 @@
 #include <cstdlib>
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <filesystem>
 #include <sstream>
-#include <string>
 #include <system_error>
-#include <vector>
 
 namespace dynfilter {
 
