@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A host that makes map points of its first frame, in which a person walks: the adapter finds those on the
-// person although the host has lost them. The lines of docs/how-to/orb_slam.md run here as they are there.
+// A host makes map points of its first frame, in which a person walks. The adapter finds those on the person
+// although the host has lost them. The lines of docs/how-to/orb_slam.md run here as they are there.
 #include <algorithm>
 #include <dynfilter/hosts/orb_slam.hpp>
 #include <map>
@@ -29,8 +29,7 @@ OrbSlam filter_of(const std::string& keys) {
   return OrbSlam(folder.write("settings.yaml", "%YAML:1.0\n---\nCamera.fx: 256.0\n" + keys), 2);
 }
 
-/// Features stay on the same place of the wall or the person from frame to frame. Their numbers are the ids of
-/// their map points; those on the person are negative until they are made.
+/// It stays on one place of the wall or of the person, whose number is the id of its map point.
 struct Feature {
   cv::KeyPoint key;
   int place;
@@ -100,7 +99,7 @@ struct Tracker {
     return frame;
   }
 
-  /// All of frame 0 become map points. Later the host finds those of the wall, and on the person only outliers.
+  /// All of frame 0 become map points. Later the host finds those of the wall, on the person only outliers.
   void find_points(Frame& frame, const std::vector<Feature>& extracted, int k, bool finds_person) {
     std::map<std::pair<float, float>, Feature> by_place;
     for (const Feature& feature : extracted) by_place[{feature.key.pt.x, feature.key.pt.y}] = feature;

@@ -126,7 +126,7 @@ def test_prepare_changes_no_verdict(rendered):
         assert np.array_equal(verdict.decision, expected.decision)
     prepared.prepare(arguments["grey"], -1.0)
     assert "prepare()" in prepared.before_pose(lattice, **rendered[4].arguments()).report.notes[0]
-    with pytest.raises(TypeError, match="grey"):
+    with pytest.raises(ValueError, match="grey"):
         prepared.prepare(3, 0.0)
 
 
