@@ -60,6 +60,20 @@ class Host {
   const ExactScene& scene_;
 };
 
+/// Static points of these scenes float in space, so that a mover sweeps some along: 2 % may be.
+void check_first_frame(const Pipeline& pipeline, const ExactFrame& first, double least_share) {
+  int people = 0, found = 0, wrong = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    const bool moved = pipeline.map_point(first.point[i]).vote == Vote::Dynamic;
+    (first.label[i] != 0 ? found : wrong) += moved ? 1 : 0;
+    people += first.label[i] != 0 ? 1 : 0;
+  }
+  MESSAGE(found << " of " << people << " map points on people, and " << wrong << " others");
+  CHECK(found >= least_share * people);
+  CHECK(50 * wrong <= static_cast<int>(first.size()) - people);
+  CHECK(static_cast<int>(pipeline.moved_map_points().size()) == found + wrong);
+}
+
 TEST_CASE("people of the first frame: their map points have moved after a second, the others have not") {
   for (const double rate_hz : {10.0, 30.0, 60.0}) {
     CAPTURE(rate_hz);
@@ -75,20 +89,17 @@ TEST_CASE("people of the first frame: their map points have moved after a second
     Pipeline pipeline = dynfilter_preset();
     Host host(scene);
     for (int k = 0; k <= static_cast<int>(rate_hz); ++k) host.track(pipeline, k);
-    const ExactFrame first = scene.frame(0);
-    int people = 0, found = 0;
-    for (std::size_t i = 0; i < first.size(); ++i) {
-      const Vote vote = pipeline.map_point(first.point[i]).vote;
-      if (first.label[i] == 0) {
-        CHECK(vote != Vote::Dynamic);
-        continue;
-      }
-      ++people, found += vote == Vote::Dynamic ? 1 : 0;
-    }
-    MESSAGE(found << " of " << people << " map points on people");
-    CHECK(found >= 0.8 * people);  // the others were hidden or left the image
-    CHECK(static_cast<int>(pipeline.moved_map_points().size()) == found);
+    check_first_frame(pipeline, scene.frame(0), 0.8);
   }
+}
+
+TEST_CASE("a point whose feature has no match goes on with the features around it") {
+  const ExactScene scene = two_people().missing_matches(0.4).order(7);
+  Pipeline pipeline = dynfilter_preset();
+  Host host(scene);
+  for (int k = 0; k <= 24; ++k) host.track(pipeline, k);
+  // By its own features alone, one point of 100 would be left after 9 frames.
+  check_first_frame(pipeline, scene.frame(0), 0.7);
 }
 
 TEST_CASE("at a keyframe, verdicts on map points are those of all frames, and features are left alone") {
@@ -144,11 +155,11 @@ TEST_CASE("Bayes' rule: log-odds add up by time, within bounds, one vote a frame
     Pipeline pipeline = saying("DSUDD");
     const fakes::Features features(5);
     const std::vector<std::int64_t> ids{10, 11, 12, 13, 13};
-    const double dynamic = std::log(0.7 / 0.05), fixed = std::log(0.3 / 0.95), first = std::log(0.05 / 0.95);
+    const double dynamic = std::log(0.7 / 0.03), fixed = std::log(0.3 / 0.97), first = std::log(0.05 / 0.95);
     const auto expect = [&](std::int64_t id, double log_odds) {
       const MapPointVerdict verdict = pipeline.map_point(id);
       CHECK(verdict.suspicion == doctest::Approx(1 / (1 + std::exp(-log_odds / 2))).epsilon(0.002));
-      CHECK(verdict.vote == (log_odds > std::log(9.0) ? Vote::Dynamic
+      CHECK(verdict.vote == (log_odds > std::log(4.0) ? Vote::Dynamic
                              : log_odds < first       ? Vote::Static
                                                       : Vote::Unknown));
     };
@@ -160,9 +171,9 @@ TEST_CASE("Bayes' rule: log-odds add up by time, within bounds, one vote a frame
       view.map_point_ids = ids;
       pipeline.before_pose(view);
       observations += (k == 0 ? 1.0 / 30 : 1 / rate_hz) / 0.2;
-      expect(10, std::min(5.0, first + observations * dynamic));
-      expect(11, std::max(-5.0, first + observations * fixed));
-      expect(13, std::min(5.0, first + observations * dynamic));
+      expect(10, std::min(4.0, first + observations * dynamic));
+      expect(11, std::max(-4.0, first + observations * fixed));
+      expect(13, std::min(4.0, first + observations * dynamic));
     }
     CHECK(pipeline.map_point(12).vote == Vote::Unknown);  // nothing was said of it
     CHECK(pipeline.map_point(12).suspicion == Votes::kNoIdea);
