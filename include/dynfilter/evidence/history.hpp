@@ -38,7 +38,7 @@ class History {
   }
   /// The frame that was added last. Null: none.
   const StoredFrame* newest() const { return frames_.empty() ? nullptr : frames_.back().get(); }
-  void forget_poses();
+  void forget_poses();   ///< of all frames
   void mark_keyframe();  ///< the current frame is the last keyframe from now on
   std::size_t size() const { return frames_.size(); }
 
