@@ -131,8 +131,11 @@ inline void MapPointHistory::carry_on(const FrameEvidence& evidence, const Verdi
     }
     point->px += point->step_px;
   }
-  const auto is_lost = [](const Point* point) { return point->misses > kMostMisses; };
-  placed_.erase(std::remove_if(placed_.begin(), placed_.end(), is_lost), placed_.end());
+  const auto is_done = [](Point* point) {  // lost, or static for sure until the host sees it again
+    if (point->log_odds <= -kMost) point->misses = kMostMisses + 1;
+    return point->misses > kMostMisses;
+  };
+  placed_.erase(std::remove_if(placed_.begin(), placed_.end(), is_done), placed_.end());
 }
 
 /// Features with a verdict first. None: verdict.size().
