@@ -52,7 +52,7 @@ class MapPointHistory {
     std::int64_t frame_id = -1;  ///< that voted last: one vote a frame
     cv::Point2f px, step_px;     ///< place in the last frame, and its last motion
     float depth_m = 0;
-    int misses = kMostMisses + 1;  ///< more than kMostMisses: its place is not known
+    int misses = kMostMisses + 1, unseen = 0;  ///< misses above kMostMisses: its place is not known
   };
   /// To this frame, all points whose place is known.
   void carry_on(const FrameEvidence& evidence, const Verdict& verdict, float weight);
@@ -121,7 +121,7 @@ inline void MapPointHistory::carry_on(const FrameEvidence& evidence, const Verdi
   grid_.build(Span<const cv::Point2f>(match.correspondences.reference_px), kReach_px);
   for (Point* const point : placed_) {
     const std::size_t i = nearest(*point, grid_, match, verdict);
-    ++point->misses;
+    ++point->misses, ++point->unseen;
     if (i < verdict.size()) {
       point->misses = 0;
       point->step_px = evidence.pixels()[i] - match.correspondences.reference_px[i];
@@ -132,7 +132,7 @@ inline void MapPointHistory::carry_on(const FrameEvidence& evidence, const Verdi
     point->px += point->step_px;
   }
   const auto is_done = [](Point* point) {  // lost, or static for sure until the host sees it again
-    if (point->log_odds <= -kMost) point->misses = kMostMisses + 1;
+    if (point->log_odds <= -kMost && point->unseen > kMostMisses) point->misses = kMostMisses + 1;
     return point->misses > kMostMisses;
   };
   placed_.erase(std::remove_if(placed_.begin(), placed_.end(), is_done), placed_.end());
@@ -171,7 +171,7 @@ inline void MapPointHistory::place(Span<const cv::KeyPoint> keypoints, Span<cons
     if (keypoints_[i].pt != keypoints[j].pt || ids[j++] < 0) continue;
     Point& point = points_[ids[j - 1]];
     if (point.misses > kMostMisses) placed_.push_back(&point);
-    point.px = keypoints[j - 1].pt, point.depth_m = depths_m_[i], point.misses = 0;
+    point.px = keypoints[j - 1].pt, point.depth_m = depths_m_[i], point.misses = point.unseen = 0;
   }
 }
 
