@@ -93,6 +93,7 @@ int main(void) {
     return failed("a short stride");
   if (strstr(dynfilter_last_error(filter), "grey_stride_bytes") == NULL) return failed("it is named");
   frame.grey_stride_bytes = 0;
+  if (dynfilter_prepare(filter, &frame) != 0) return failed(dynfilter_last_error(filter));
   frame.match_index = matches, frame.match_frame_id = 0, frame.id = 1;
   if (dynfilter_process(filter, &frame, DYNFILTER_BEFORE_POSE, &verdicts) != 0)
     return failed(dynfilter_last_error(filter));

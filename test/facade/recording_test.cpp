@@ -33,7 +33,7 @@ constexpr int kFrames = 4;
   std::vector<KeyframeView> keyframes;
   int calls = 0, differ = 0;
   while (const auto event = reader.next()) {
-    if (event->kind == recorder::RecordedEvent::Kind::Reset) pipeline.reset();
+    event->repeat(pipeline);
     if (event->kind != recorder::RecordedEvent::Kind::Frame) continue;
     const FrameView view = event->frame.view(keyframes);
     CHECK((view.detections && view.detections->detections.size() == 1 && !view.grey.empty()));

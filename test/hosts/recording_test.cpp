@@ -130,9 +130,9 @@ void check_round_trip(int sensor, const char* preset) {
   std::vector<KeyframeView> keyframes;
   std::size_t k = 0, resets = 0, poses = 0;
   while (const auto event = reader.next()) {
-    if (event->kind == RecordedEvent::Kind::Reset) pipeline.reset(), ++resets;
-    if (event->kind == RecordedEvent::Kind::Pose)
-      pipeline.update_pose(event->pose_frame_id, event->T_world_camera, event->provenance), ++poses;
+    event->repeat(pipeline);
+    resets += event->kind == RecordedEvent::Kind::Reset ? 1 : 0;
+    poses += event->kind == RecordedEvent::Kind::Pose ? 1 : 0;
     if (event->kind != RecordedEvent::Kind::Frame) continue;
     CAPTURE(k);
     const FrameView view = event->frame.view(keyframes);

@@ -113,6 +113,55 @@ def test_after_pose_and_keyframe():
     pipeline.update_pose(5, np.eye(4))
 
 
+def test_prepare_changes_no_verdict(rendered):
+    y, x = np.mgrid[4:476:8, 4:636:8]
+    lattice = np.float32([x.ravel(), y.ravel()]).T
+    plain, prepared = dynfilter.Pipeline("dynfilter"), dynfilter.Pipeline("dynfilter")
+    for k in range(4):
+        arguments = rendered[k].arguments()
+        thread = threading.Thread(target=prepared.prepare, args=(arguments["grey"], arguments["timestamp"]))
+        thread.start()
+        expected = plain.before_pose(lattice, **arguments)
+        thread.join()
+        verdict = prepared.before_pose(lattice, **arguments)
+        assert verdict.report.notes == []
+        assert np.array_equal(verdict.decision, expected.decision)
+    prepared.prepare(arguments["grey"], -1.0)
+    assert "prepare()" in prepared.before_pose(lattice, **rendered[4].arguments()).report.notes[0]
+    with pytest.raises(ValueError, match="grey"):
+        prepared.prepare(3, 0.0)
+
+
+def test_map_points_and_doubts():
+    scene = dynfilter.ExactScene("general")
+    pipeline = dynfilter.Pipeline("dynfilter")
+    for k in range(30):
+        frame = scene.frame(k)
+        arguments = frame.arguments()
+        keep = pipeline.before_pose(**arguments).keep
+        ids = np.where((k == 0) | (frame.label == 0), frame.point, -1)
+        pipeline.update_pose(
+            k,
+            frame.pose,
+            "estimated",
+            keypoints=arguments["keypoints"][keep],
+            map_point_ids=ids[keep],
+            inliers=200,
+        )
+    moved = pipeline.moved_map_points
+    first = scene.frame(0)
+    movers = set(first.point[first.label != 0])
+    assert len(movers & set(moved)) > 40
+    assert len(set(moved) - movers) <= 5  # static points that a mover sweeps along
+    pipeline.lost()
+    assert pipeline.moved_map_points == moved
+    pipeline.reset()
+    assert pipeline.moved_map_points == []
+    assert pipeline.before_pose(**scene.frame(30).arguments()).report.doubts == 0
+    with pytest.raises(ValueError, match="map_point_ids"):
+        pipeline.update_pose(30, np.eye(4), keypoints=arguments["keypoints"], map_point_ids=[1, 2])
+
+
 def test_other_threads_run_meanwhile(rendered):
     frame = rendered[0]
     y, x = np.mgrid[4:476:8, 4:636:8]

@@ -55,17 +55,24 @@ class RecordedHost {
     return view;
   }
 
-  /// Plays all frames. `use` gets each verdict. Frame 5 follows a reset, and each pose is refined later.
+  /// What it says of its own tracking.
+  dynfilter::HostTracking tracking(std::size_t k) const {
+    return {frames_[k].keypoints, frames_[k].map_point_ids, 40 + k, 2};
+  }
+
+  /// Plays all frames. `use` gets each verdict. Frame 5 follows a reset and frame 3 a loss. Each pose is
+  /// refined later.
   void play(dynfilter::Pipeline& pipeline, const std::function<void(const dynfilter::Verdict&)>& use) const {
     using dynfilter::CallPoint;
     for (std::size_t k = 0; k < frames_.size(); ++k) {
       if (k == 5) pipeline.reset();
+      if (k == 3) pipeline.lost();
       use(pipeline.before_pose(view(k, CallPoint::BeforePose), {kMinFeatures}));
       use(pipeline.after_pose(view(k, CallPoint::AfterPose)));
       if (k % 3 == 0) use(pipeline.at_keyframe(view(k, CallPoint::AtKeyframe)));
       if (k > 0)
         pipeline.update_pose(frames_[k - 1].id, frames_[k - 1].T_world_camera,
-                             dynfilter::PoseProvenance::Refined);
+                             dynfilter::PoseProvenance::Refined, tracking(k - 1));
     }
   }
 

@@ -51,9 +51,7 @@ template <class Use>
 void replay(RecordingReader& reader, Pipeline& pipeline, const Use& use) {
   std::vector<KeyframeView> keyframes;
   while (const std::optional<RecordedEvent> event = reader.next()) {
-    if (event->kind == RecordedEvent::Kind::Reset) pipeline.reset();
-    if (event->kind == RecordedEvent::Kind::Pose)
-      pipeline.update_pose(event->pose_frame_id, event->T_world_camera, event->provenance);
+    event->repeat(pipeline);
     if (event->kind == RecordedEvent::Kind::Frame) {
       const Verdict& again = pipeline.process(event->frame.view(keyframes), event->point, event->limits);
       REQUIRE(event->verdict);
@@ -173,10 +171,16 @@ TEST_CASE("every member of a frame comes back as it was handed in") {
     RecordingReader reader(file.path);
     const RecordedHost host(sensor);
     std::vector<KeyframeView> keyframes;
-    std::size_t resets = 0, poses = 0;
+    std::size_t resets = 0, losses = 0, poses = 0;
     while (const auto event = reader.next()) {
       resets += event->kind == RecordedEvent::Kind::Reset ? 1 : 0;
-      poses += event->kind == RecordedEvent::Kind::Pose ? 1 : 0;
+      losses += event->kind == RecordedEvent::Kind::Lost ? 1 : 0;
+      if (event->kind == RecordedEvent::Kind::Pose) {
+        const HostTracking told = host.tracking(poses++), kept = event->tracking.view();
+        CHECK(same(told.keypoints, kept.keypoints));
+        CHECK(same(told.map_point_ids, kept.map_point_ids));
+        CHECK((told.inliers == kept.inliers && told.outliers == kept.outliers));
+      }
       if (event->kind != RecordedEvent::Kind::Frame) continue;
       CHECK(event->frame.images_left_out == 0);
       CHECK(event->limits.min_features ==
@@ -185,6 +189,7 @@ TEST_CASE("every member of a frame comes back as it was handed in") {
                  host.view(static_cast<std::size_t>(event->frame.id), event->point));
     }
     CHECK(resets == 1);
+    CHECK(losses == 1);
     CHECK(poses == 7);
   }
 }

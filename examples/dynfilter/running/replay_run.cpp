@@ -121,7 +121,7 @@ class ReplayRun {
       }
       if (is_in_cut()) judge(event, is_new);
     } else if (frames_ == 0 || is_in_cut()) {
-      if (event.kind == RecordedEvent::Kind::Reset) judge_.reset();
+      event.repeat(judge_.pipeline());
       if (event.kind == RecordedEvent::Kind::Pose) refine(event);
     }
     return true;
@@ -139,7 +139,6 @@ class ReplayRun {
   }
 
   void refine(const RecordedEvent& event) {
-    judge_.pipeline().update_pose(event.pose_frame_id, event.T_world_camera, event.provenance);
     const auto known = poses_.find(event.pose_frame_id);
     if (known != poses_.end()) known->second.T_world_camera = event.T_world_camera;
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <dynfilter/cluster/cell_grid.hpp>
 #include <dynfilter/cluster/clusters.hpp>
@@ -18,15 +17,12 @@ void check_dbscan(const DbscanParams& params);
 
 }  // namespace detail
 
-/// DBSCAN (Ester et al. 1996) for 3-D points with a fixed radius.
-/// Uses a uniform grid whose cell diagonal is the radius (Gunawan 2013).
-/// All points of a cell are neighbours, and a cell with `min_points` needs no counting.
-/// Clusters are merged cell by cell. Core points and their clusters are exactly those of the definition.
-/// A border point joins the cluster of its nearest core point.
-/// The result does not depend on the order of the points, except for the numbering.
-/// Points that are not finite are noise.
-/// Cost: linear in the number of points at constant density.
-/// Buffers are reused from call to call.
+/// DBSCAN (Ester et al. 1996) for 3-D points with a fixed radius. Uses a uniform grid whose cell diagonal is
+/// the radius (Gunawan 2013). All points of a cell are neighbours, and a cell with `min_points` needs no
+/// counting. Clusters are merged cell by cell. Core points and their clusters are exactly those of the
+/// definition. A border point joins the cluster of its nearest core point. The result does not depend on the
+/// order of the points, except for the numbering. Points that are not finite are noise. Cost: linear in the
+/// number of points at constant density. Buffers are reused from call to call.
 class GridDbscan {
  public:
   /// In any frame of reference [m]. Throws ConfigError if the radius or the count is out of range.

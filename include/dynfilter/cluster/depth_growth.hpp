@@ -10,8 +10,6 @@
 #include <dynfilter/core/span.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -23,13 +21,11 @@ struct DepthGrowthParams {
   double max_reach_m = 0.5;
 };
 
-/// Grows seeds over a depth image and stops at depth jumps.
-/// It extends the features of a moving object to its pixels.
-/// Zhou et al. (section 3.2.2) use this for maps, DynaSLAM without a limit on the reach for masks.
+/// Grows seeds over a depth image and stops at depth jumps. It extends the features of a moving object to its
+/// pixels. Zhou et al. (section 3.2.2) use this for maps, DynaSLAM without a limit on the reach for masks.
 /// Growth also covers surfaces that touch the object without a jump, such as the floor under feet.
-/// max_reach_m limits this.
-/// Cost: linear in the grown pixels, plus clearing the mask.
-/// Nothing is allocated after the first image of a size.
+/// max_reach_m limits this. Cost: linear in the grown pixels, plus clearing the mask. Nothing is allocated
+/// after the first image of a size.
 class DepthGrowth {
  public:
   explicit DepthGrowth(const DepthGrowthParams& params = DepthGrowthParams()) : params_(params) {}

@@ -2,10 +2,7 @@
 #pragma once
 
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/config/yaml.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <functional>
 #include <map>
 #include <memory>
@@ -33,8 +30,7 @@ class Registry {
     FilterFactory make;
   };
 
-  /// Throws ConfigError if the name is taken.
-  void add(Entry entry);
+  void add(Entry entry);  ///< throws ConfigError if the name is taken
 
   /// F has a struct F::Params with fields(), a constructor F(Params) and the constants F::kName and
   /// F::kSummary. Throws as above.

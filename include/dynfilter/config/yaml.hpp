@@ -32,8 +32,7 @@ class YamlNode {
   bool is_none() const { return value_ == nullptr; }         ///< whether there is no value at its path
   [[noreturn]] void fail(const std::string& message) const;  ///< throws ConfigError with the path
 
-  /// All keys in file order, duplicates included.
-  std::vector<std::string> keys() const;
+  std::vector<std::string> keys() const;  ///< all keys in file order, duplicates included
   /// Keys that begin with `prefix` and their values, in file order.
   /// Throws if one of these keys is duplicated.
   std::vector<std::pair<std::string, YamlNode>> entries(const std::string& prefix = "") const;
@@ -51,8 +50,7 @@ class YamlNode {
   std::vector<double> reals() const;
   std::vector<int> integers() const;  ///< like reals(), for integers
 
-  /// The node as error messages print it.
-  std::string shown() const;
+  std::string shown() const;  ///< the node as error messages print it
 
  private:
   /// True for a decimal number without quotes.

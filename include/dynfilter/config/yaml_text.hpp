@@ -25,13 +25,11 @@ struct YamlValue {
   Children children;  ///< in text order; keys are empty in a list and may repeat in a map
 };
 
-/// Reads the part of YAML that settings files use, in time linear in the text length.
-/// What it accepts has the meaning that YAML 1.1 (PyYAML) gives it; the rest is an error with line and
-/// column.
-/// Accepts maps and lists by indentation or in brackets, plain and quoted values on one line, and comments.
-/// Errors are anchors, aliases, merge keys, tags, block texts (`|`, `>`) and texts over several lines. So are
-/// keys without a value, a second document, control characters and Unicode line breaks.
-/// Line breaks are LF, CR LF and CR.
+/// Reads the part of YAML that settings files use, in time linear in the text length. What it accepts has the
+/// meaning that YAML 1.1 (PyYAML) gives it; the rest is an error with line and column. Accepts maps and lists
+/// by indentation or in brackets, plain and quoted values on one line, and comments. Errors are anchors,
+/// aliases, merge keys, tags, block texts (`|`, `>`) and texts over several lines. So are keys without a
+/// value, a second document, control characters and Unicode line breaks. Line breaks are LF, CR LF and CR.
 ///
 /// Accepts more than PyYAML, as OpenCV's own files need it:
 /// - `%YAML:1.0` as the first line, and no `---` after it;

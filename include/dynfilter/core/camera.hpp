@@ -11,9 +11,8 @@ namespace dynfilter {
 struct Camera {
   double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
   std::array<double, 5> distortion{};  ///< k1 k2 p1 p2 k3; all zero: no distortion
-  /// Stereo baseline [m] times fx [px]; 0: not a stereo camera.
-  double baseline_fx_px_m = 0;
-  int width_px = 0, height_px = 0;  ///< 0: any size
+  double baseline_fx_px_m = 0;         ///< stereo baseline [m] times fx [px]; 0: not a stereo camera
+  int width_px = 0, height_px = 0;     ///< 0: any size
 
   bool valid() const { return fx_px > 0 && fy_px > 0; }  ///< whether it has focal lengths
   /// Stereo baseline [m]; 0: not a stereo camera.

@@ -57,9 +57,8 @@ class CellLists {
       if (cell_of_[i] != kNone) entries_[next_[cell_of_[i]]++] = static_cast<std::int32_t>(i);
   }
 
-  /// A list for each occupied cell, in the order of the keys, which may be any.
-  /// Cost: O(n), with more passes for keys of more bits. Keys that leave too few bits for the index are
-  /// sorted in O(n log n).
+  /// A list for each occupied cell, in the order of the keys, which may be any. Cost: O(n), with more passes
+  /// for keys of more bits. Keys that leave too few bits for the index are sorted in O(n log n).
   template <class KeyOf>
   void build_occupied(std::size_t n, const KeyOf& key) {
     key_of_.resize(n);

@@ -12,9 +12,8 @@ namespace dynfilter {
 /// frame data never throws: filters abstain on it.
 class Error : public std::runtime_error {
  public:
-  /// Room for a path, the fault and the known names.
-  static constexpr std::size_t kMaxBytes = 1024;
-  explicit Error(const std::string& message);  ///< cleaned and cut, as above
+  static constexpr std::size_t kMaxBytes = 1024;  ///< room for a path, the fault and the known names
+  explicit Error(const std::string& message);     ///< cleaned and cut, as above
 };
 
 /// A configuration that cannot be used. Names the YAML path and what was expected there.

@@ -85,10 +85,9 @@ struct FrameView {
   std::int64_t id = 0;  ///< increases from frame to frame
   double timestamp_s = 0;
 
-  Span<const cv::KeyPoint> keypoints;  ///< distorted pixels, with octave
-  /// Undistorted pixels; empty: computed from `camera`.
-  Span<const cv::KeyPoint> keypoints_undistorted;
-  cv::Mat descriptors;        ///< one row per keypoint, CV_8U (binary)
+  Span<const cv::KeyPoint> keypoints;              ///< distorted pixels, with octave
+  Span<const cv::KeyPoint> keypoints_undistorted;  ///< undistorted pixels; empty: computed from `camera`
+  cv::Mat descriptors;                             ///< one row per keypoint, CV_8U (binary)
   Span<const float> depth_m;  ///< depth along the optical axis; NaN, zero and negative: no depth
 
   /// Stereo: column of each feature's match in the right image [px], on the undistorted, rectified row.
@@ -96,10 +95,9 @@ struct FrameView {
   /// Leave it empty for RGB-D, where a column would be computed from the depth.
   Span<const float> right_u_px;
 
-  cv::Mat grey;   ///< CV_8UC1
-  cv::Mat depth;  ///< CV_32FC1 or CV_16UC1, same size as `grey`; 0 and NaN: no depth
-  /// Metres per unit of `depth`: 1 for metres, 1/5000 for TUM's 16-bit images.
-  double depth_unit_m = 1;
+  cv::Mat grey;             ///< CV_8UC1
+  cv::Mat depth;            ///< CV_32FC1 or CV_16UC1, same size as `grey`; 0 and NaN: no depth
+  double depth_unit_m = 1;  ///< metres per unit of `depth`: 1 for metres, 1/5000 for TUM's 16-bit images
   /// The host does not write to `depth` after the call, so no copy is made.
   /// Ignored for an image around a buffer of the host, which the host may free.
   bool depth_handed_over = false;

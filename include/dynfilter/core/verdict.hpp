@@ -42,12 +42,12 @@ struct StageReport {
 struct FrameReport {
   std::int64_t frame_id = -1;
   CallPoint call_point = CallPoint::BeforePose;
-  /// In the order of the pipeline file, children after their combinator.
-  std::vector<StageReport> stages;
-  std::vector<std::string> notes;  ///< floor events, resets and inputs that could not be used
+  std::vector<StageReport> stages;  ///< in the order of the pipeline file, children after their combinator
+  std::vector<std::string> notes;   ///< floor events, resets and inputs that could not be used
   std::size_t features = 0, rejected = 0, restored = 0;
   /// Delay the first keyframe: too much moves, or no feature could be judged yet. See InitialisationParams.
   bool wait_for_keyframe = false;
+  std::size_t doubts = 0;        ///< resets by the self-check so far, this call included
   double correspondence_ms = 0;  ///< time to find correspondences
   double total_ms = 0;           ///< total time, correspondences included
 };
@@ -63,17 +63,17 @@ struct MapPointVerdict {
 struct Verdict {
   std::vector<Vote> decision;
   std::vector<float> suspicion;
-  std::vector<std::uint8_t> prior;  ///< 1: a semantic stage marked the feature as a suspect
-  /// 1: judged dynamic but restored by the floor, decision Unknown.
-  std::vector<std::uint8_t> restored;
+  std::vector<std::uint8_t> prior;     ///< 1: a semantic stage marked the feature as a suspect
+  std::vector<std::uint8_t> restored;  ///< 1: judged dynamic but restored by the floor, decision Unknown
   std::vector<std::uint64_t> reasons;  ///< bit k: report.stages[k] voted dynamic
   std::vector<MatchSpread> spread;     ///< of the match with the last frame; empty: no stage asked for it
-  /// At a keyframe, one entry per feature with a map point.
+  /// At a keyframe, one entry per feature with a map point: of the stage there, or of all frames.
   std::vector<MapPointVerdict> map_points;
   FrameReport report;
 
   std::size_t size() const { return decision.size(); }
   bool keep(std::size_t i) const { return decision[i] != Vote::Dynamic; }  ///< everything but Dynamic
+  bool called_dynamic(std::size_t i) const { return !keep(i) || restored[i] != 0; }  ///< before the floor
   /// For the host's optimiser: what to multiply the feature's information (1 / sigma^2) with, in [0, 1]. The
   /// probability that it stands still, times how well its match is determined in the worst direction. The
   /// suspicion s of a distance d with the limit l is d / (d + l); the probability is 1 / (1 + (d / l)^2).

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/small_window.hpp>

@@ -6,10 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/span.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

@@ -8,7 +8,6 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/guided_flow.hpp>
@@ -16,8 +15,6 @@
 #include <dynfilter/correspondence/lucas_kanade.hpp>
 #include <dynfilter/correspondence/patch_residual.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <vector>
 
@@ -38,22 +35,26 @@ class FlowTracker {
     pyramid.build(grey, params_.window_px, params_.levels, !(guided() || own()));
   }
 
+  /// What track() needs from two images alone, which these pyramids must hold until then. Only a guided flow
+  /// has such.
+  void prepare(const ImagePyramid& current, const ImagePyramid& reference) {
+    if (guided()) guided_.prepare(current, reference);
+  }
+  void forget_prepared() { guided_.forget_prepared(); }  ///< the pyramids have changed
+
   /// `current_px` are distorted pixels.
   /// `guess` is the expected position of each point in the reference frame, NaN if unknown.
-  /// An empty `guess` means no motion.
-  /// Points that are NaN, outside the image or fail the check are not found.
-  /// Images of different size find nothing.
-  /// Cost: see docs/reference/results.md.
+  /// An empty `guess` means no motion. Points that are NaN, outside the image or fail the check are not
+  /// found. Images of different size find nothing. Cost: see docs/reference/results.md.
   void track(const ImagePyramid& current, const ImagePyramid& reference, Span<const cv::Point2f> current_px,
              Span<const cv::Point2f> guess, Correspondences& out) {
     track(current, reference, current_px, guess, params_.check, out);
   }
 
-  /// Tracks over a large gap. Follows the points through `steps`:
-  /// the frames before the current one, newest first, ending with the reference.
-  /// Then tracks each point directly between both ends, with the end of the chain as guess, so that drift
-  /// does not accumulate. Only this last step is checked.
-  /// Cost: one unchecked track() per step and one checked track().
+  /// Tracks over a large gap. Follows the points through `steps`: the frames before the current one, newest
+  /// first, ending with the reference. Then tracks each point directly between both ends, with the end of the
+  /// chain as guess, so that drift does not accumulate. Only this last step is checked. Cost: one unchecked
+  /// track() per step and one checked track().
   void track_chain(const ImagePyramid& current, Span<const ImagePyramid* const> steps,
                    Span<const cv::Point2f> current_px, Correspondences& out);
 

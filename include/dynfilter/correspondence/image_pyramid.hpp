@@ -6,8 +6,6 @@
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <utility>

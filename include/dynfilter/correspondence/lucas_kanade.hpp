@@ -11,8 +11,6 @@
 #include <dynfilter/correspondence/patch_kernels.hpp>
 #include <dynfilter/correspondence/patch_spread.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <opencv2/core/utility.hpp>
 #include <vector>
 

@@ -3,9 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <opencv2/core.hpp>
 #include <optional>

@@ -5,8 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

@@ -4,14 +4,12 @@
 #include <cstddef>
 #include <dynfilter/cluster/depth_split.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <optional>
 #include <vector>
 

@@ -2,13 +2,10 @@
 #pragma once
 
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace dynfilter {

@@ -5,17 +5,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/evidence/crowded_places.hpp>
 #include <iterator>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -33,12 +29,11 @@ namespace dynfilter {
 ///    features (limits::kMaxBoxFeaturePairs);
 ///  - pixel positions are NaN or within 1e6 pixels, and at most limits::kMaxCrowd are in a square of
 ///    limits::kCrowd_px.
-/// Of more boxes those with the highest scores are kept.
-/// Of more than limits::kMaxFeatures features none is judged, and none of those in a more crowded square.
-/// Unusable input is removed, with a note. So is an input without a usable value, as if it had not been
-/// given:
-/// without a note where hosts fill arrays with "none" (depths, right columns, map points, matches).
-/// An unusual array is replaced by a copy in this object, valid until the next call.
+/// Of more boxes those with the highest scores are kept. Of more than limits::kMaxFeatures features none is
+/// judged, and none of those in a more crowded square. Unusable input is removed, with a note. So is an input
+/// without a usable value, as if it had not been given. Where hosts fill arrays with "none" (depths, right
+/// columns, map points, matches), there is no note. An unusual array is replaced by a copy in this object,
+/// valid until the next call.
 class FrameCleaner {
  public:
   void clean(FrameView& frame);  ///< removes from `frame` what cannot be used, with a note for each

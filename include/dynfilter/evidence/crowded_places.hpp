@@ -15,10 +15,9 @@
 
 namespace dynfilter {
 
-/// Finds the keypoints of which more than limits::kMaxCrowd share a square of an image.
-/// All searches of neighbours in an image rely on this bound. Without it their time grows with the square of
-/// the number of features.
-/// The squares are those of a grid from (0, 0), so the order of the keypoints does not matter.
+/// Finds the keypoints of which more than limits::kMaxCrowd share a square of an image. All searches of
+/// neighbours in an image rely on this bound. Without it their time grows with the square of the number of
+/// features. The squares are those of a grid from (0, 0), so the order of the keypoints does not matter.
 /// Cost: 1 us for 1000 keypoints, 10 ms for 100,000.
 class CrowdedPlaces {
  public:

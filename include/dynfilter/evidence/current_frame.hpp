@@ -3,10 +3,8 @@
 
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/evidence/clean_frame.hpp>
 #include <dynfilter/evidence/crowded_places.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
@@ -14,7 +12,6 @@
 #include <dynfilter/geometry/undistort.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 

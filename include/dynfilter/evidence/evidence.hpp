@@ -5,8 +5,6 @@
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>

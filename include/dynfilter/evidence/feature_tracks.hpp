@@ -9,13 +9,11 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/simd.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/correspondence/patch_spread.hpp>
 #include <limits>
 #include <list>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <utility>
 #include <vector>
 
@@ -56,12 +54,11 @@ struct TrackOptions {
   }
 };
 
-/// Tracks features over frames by chaining the matches of consecutive frames.
-/// A match with a reference index (the host's tracks) continues that feature's track.
-/// A match with a position only (flow on newly detected features) continues the track of the nearest feature
-/// in the last frame. That feature must be within `max_jump_px` and at the same depth.
-/// Its past positions are shifted accordingly.
-/// Cost: O(n), about 60 us for 1000 features, without extra flow.
+/// Tracks features over frames by chaining the matches of consecutive frames. A match with a reference index
+/// (the host's tracks) continues that feature's track. A match with a position only (flow on newly detected
+/// features) continues the track of the nearest feature in the last frame. That feature must be within
+/// `max_jump_px` and at the same depth. Its past positions are shifted accordingly. Cost: O(n), about 60 us
+/// for 1000 features, without extra flow.
 class FeatureTracks {
  public:
   static constexpr float kNoDepth = std::numeric_limits<float>::quiet_NaN();

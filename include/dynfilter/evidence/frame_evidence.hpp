@@ -4,23 +4,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
-#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
-#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/earlier_votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
-#include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/frame_matches.hpp>
 #include <dynfilter/evidence/frame_models.hpp>
 #include <dynfilter/evidence/frame_tracks.hpp>
 #include <dynfilter/evidence/history.hpp>
 #include <dynfilter/evidence/late_results.hpp>
-#include <dynfilter/evidence/matched_features.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
@@ -59,6 +51,10 @@ class FrameEvidence final : public Evidence {
   void end(bool keyframe);
   /// Forgets all earlier frames.
   void reset();
+  /// Does what needs no features of the next frame, see Pipeline::prepare().
+  void prepare(const cv::Mat& grey, double timestamp_s) { matches_.prepare(grey, timestamp_s); }
+  bool prepared_in_vain() const { return matches_.prepared_in_vain(); }  ///< for another image or stamp
+  void forget_poses() { matches_.history().forget_poses(); }             ///< of all earlier frames
   /// Sets the pose of an earlier frame. Ignored if it is no longer kept, or not rigid.
   void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance);
 

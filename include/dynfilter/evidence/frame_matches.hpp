@@ -5,11 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
+#include <cstring>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
@@ -25,8 +23,6 @@
 #include <limits>
 #include <list>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,6 +47,9 @@ class FrameMatches {
 
   /// Stores the frame that begins. False if it is there already, from an earlier call point.
   bool begin();
+  /// The pyramid of the next frame, and the flow that needs no features. See Pipeline::prepare().
+  void prepare(const cv::Mat& grey, double timestamp_s);
+  bool prepared_in_vain() const { return prepared_in_vain_; }  ///< another image or stamp than the frame's
   void reset();
   const Match& match(const Reference& reference);  ///< see Evidence::match()
   /// See Evidence::match_with().
@@ -111,6 +110,8 @@ class FrameMatches {
 
   /// Makes deep copies, because hosts reuse buffers. The pyramid is the copy of the grey image.
   bool keep(StoredFrame& stored);
+  void build_pyramid(ImagePyramid& pyramid);
+  bool is_prepared() const;
 
   /// Writes into the slot's image only if nothing else refers to it.
   /// The host may still hold an image that it handed over.
@@ -128,6 +129,9 @@ class FrameMatches {
   Match step_;
   std::vector<cv::Point2f> sparse_px_;
   std::string note_;
+  ImagePyramid prepared_;
+  double prepared_s_ = 0;  ///< stamp
+  bool prepared_in_vain_ = false;
   double correspondence_ms_ = 0;
   double (*now_ms_)() = nullptr;
   std::int64_t last_begun_id_ = -1;
@@ -138,14 +142,45 @@ inline bool FrameMatches::begin() {
   const std::int64_t id = current_.frame().id;
   if (std::exchange(last_begun_id_, id) != id) steps_shared_ = std::exchange(last_asked_for_, false);
   correspondence_ms_ = 0;
+  prepared_in_vain_ = false;
   note_.clear();
   detail::free_slots(matches_);
   detail::free_slots(matched_features_);
   return keep(history_.current(id));
 }
 
+inline void FrameMatches::prepare(const cv::Mat& grey, double timestamp_s) {
+  prepared_s_ = timestamp_s;
+  if (params_.source != CorrespondenceSource::Auto && params_.source != CorrespondenceSource::Flow) return;
+  flow_.build(grey, prepared_);
+  if (last_asked_for_ && history_.newest() != nullptr) flow_.prepare(prepared_, history_.newest()->pyramid);
+}
+
+inline void FrameMatches::build_pyramid(ImagePyramid& pyramid) {
+  prepared_in_vain_ = !prepared_.empty() && !is_prepared();
+  if (is_prepared()) {
+    pyramid.swap(prepared_);
+  } else {
+    flow_.forget_prepared();
+    if (uses_flow()) flow_.build(current_.frame().grey, pyramid);
+  }
+  prepared_.clear();
+}
+
+/// The host hands over the very pixels, perhaps as a copy.
+inline bool FrameMatches::is_prepared() const {
+  const FrameView& frame = current_.frame();
+  if (!uses_flow() || prepared_.size() != frame.grey.size() || prepared_s_ != frame.timestamp_s) return false;
+  const cv::Mat prepared = prepared_.image();
+  for (int y = 0; y < prepared.rows; ++y)
+    if (std::memcmp(prepared.ptr(y), frame.grey.ptr(y), static_cast<std::size_t>(prepared.cols)) != 0)
+      return false;
+  return true;
+}
+
 inline void FrameMatches::reset() {
   history_.clear();
+  prepared_.clear();
   steps_shared_ = last_asked_for_ = true;
 }
 
@@ -340,11 +375,9 @@ inline bool FrameMatches::keep(StoredFrame& stored) {
   }
   frame.descriptors.copyTo(stored.descriptors);
   if (seen_before) return false;
-  if (uses_flow()) {
-    const double start_ms = now_ms();
-    flow_.build(frame.grey, stored.pyramid);
-    correspondence_ms_ += now_ms() - start_ms;
-  }
+  const double start_ms = now_ms();
+  build_pyramid(stored.pyramid);
+  correspondence_ms_ += now_ms() - start_ms;
   keep_depth(stored.depth);
   stored.depth_unit_m = frame.depth_unit_m;
   return true;

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>

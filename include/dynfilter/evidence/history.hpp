@@ -36,6 +36,9 @@ class History {
   const StoredFrame* keyframe() const {
     return frames_.empty() || keyframe_ != frames_.back() ? keyframe_.get() : nullptr;
   }
+  /// The frame that was added last. Null: none.
+  const StoredFrame* newest() const { return frames_.empty() ? nullptr : frames_.back().get(); }
+  void forget_poses();   ///< of all frames
   void mark_keyframe();  ///< the current frame is the last keyframe from now on
   std::size_t size() const { return frames_.size(); }
 
@@ -90,6 +93,11 @@ inline void History::mark_keyframe() {
   if (frames_.empty() || keyframe_ == frames_.back()) return;
   recycle(std::move(keyframe_));
   keyframe_ = frames_.back();
+}
+
+inline void History::forget_poses() {
+  for (const FramePtr& frame : frames_) frame->pose_provenance = PoseProvenance::None;
+  if (keyframe_) keyframe_->pose_provenance = PoseProvenance::None;
 }
 
 inline History::FramePtr History::take_spare() {

@@ -13,8 +13,6 @@
 #include <dynfilter/late/late_semantics.hpp>
 #include <dynfilter/late/motion_history.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

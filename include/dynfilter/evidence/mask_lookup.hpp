@@ -9,8 +9,6 @@
 #include <cstring>
 #include <dynfilter/core/frame_view.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

@@ -5,12 +5,9 @@
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

@@ -6,16 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/order_statistics.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 

@@ -145,6 +145,9 @@ DYNFILTER_C_API void dynfilter_destroy(dynfilter_filter* filter);
 
 /* Sets all members to "not there". Always call it first. */
 DYNFILTER_C_API void dynfilter_frame_init(dynfilter_frame* frame);
+/* Does what needs no keypoints, with `grey`, its size and `timestamp_s` of the next frame. May run in a
+ * thread beside the host's own work. It ends before the next call with this filter. 0 done. */
+DYNFILTER_C_API int dynfilter_prepare(dynfilter_filter* filter, const dynfilter_frame* frame);
 /* 0 done, else failed: see dynfilter_last_error(). `call_point`: enum dynfilter_call_point. */
 DYNFILTER_C_API int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, int call_point,
                                       dynfilter_verdicts* verdicts);

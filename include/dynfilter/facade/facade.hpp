@@ -141,6 +141,9 @@ class DYNFILTER_FACADE_API DynFilter {
   bool load_text(const std::string& yaml) noexcept;
   bool loaded() const noexcept;  ///< whether there is a pipeline
 
+  /// Does what needs no keypoints of the next frame. May run in a thread beside the host's own work. It ends
+  /// before the next call of this object. Verdicts stay the same.
+  bool prepare(const cv::Mat& grey, double timestamp_s) noexcept;
   /// Judges one frame. False: see error().
   bool process(const Frame& frame, CallPoint call_point, Verdicts& verdicts) noexcept;
   /// Of the last frame that was processed: one entry per stage, in the order of Verdicts::stages.

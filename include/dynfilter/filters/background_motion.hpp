@@ -6,14 +6,9 @@
 #include <cstdint>
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
-#include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
@@ -26,7 +21,6 @@
 #include <dynfilter/motion/row_twist.hpp>
 #include <dynfilter/motion/static_miss.hpp>
 #include <opencv2/core/types.hpp>
-#include <string>
 #include <vector>
 
 namespace dynfilter {
@@ -67,9 +61,8 @@ struct BackgroundMotionParams {
 ///           suspect needs no core.
 /// Votes:    with a confidence, the probability that the chosen motion is the background's. It weighs what
 ///           later frames take over. Below 1/3 every vote is Unknown: nothing is rejected against a
-///           background that may be a mover.
-///           Stereo: a feature with one depth is judged by its place in the image, one without by the line on
-///           which it may lie (motion/static_miss.hpp).
+///           background that may be a mover. Stereo: a feature with one depth is judged by its place in the
+///           image, one without by the line on which it may lie (motion/static_miss.hpp).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (one more candidate).
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone, which are
@@ -79,8 +72,7 @@ struct BackgroundMotionParams {
 ///           they still cover; movers with fewer than three features; everything, if a
 ///           mover is taken for the background. The report names the choice and the number of candidates.
 /// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. The pipeline
-///           keeps 12 frames. Cost: see the
-///           card.
+///           keeps 12 frames. Cost: see the card.
 class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> {
  public:
   using Params = BackgroundMotionParams;

@@ -6,16 +6,12 @@
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,11 +31,10 @@ struct BoxBlurParams {
 /// Rejects features in boxes that are blurred while the rest of the image is sharp.
 /// The blur shows that the object moves. This is the blur filter of COEB-SLAM.
 ///
-/// Formula:  E / E_rest < min_sharpness for the second differences along x or along y.
-///           E is their variance over the variance of the grey values, inside the box.
-///           E_rest is the same outside all such boxes.
-///           Motion blur has a direction, so the smaller of the two ratios decides.
-///           A smooth surface has little of both variances.
+/// Formula:  E / E_rest < min_sharpness for the second differences along x or along y. E is their variance
+///           over the variance of the grey values, inside the box. E_rest is the same outside all such boxes.
+///           Motion blur has a direction, so the smaller of the two ratios decides. A smooth surface has
+///           little of both variances.
 /// Needs:    boxes, grey image.
 /// Votes:    Dynamic in a blurred box, Static in a sharp one, Unknown outside.
 /// Abstains: without boxes, in boxes without texture, and if the image outside them has no texture.

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <dynfilter/cluster/cell_grid.hpp>
 #include <dynfilter/cluster/clusters.hpp>
 #include <dynfilter/cluster/density_clusters.hpp>
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/filters/detail/adaptive_dbscan.hpp>
@@ -34,13 +32,10 @@ struct DbscanFilterParams {
 
 /// Extends the dynamic features of earlier stages to moving objects (Zhou et al. sec. 3.2.2).
 ///
-/// Formula:  DBSCAN over the 3-D points of the dynamic features.
-///           A feature within Eps of a core point belongs to the object and is dynamic.
-///           Noise points do not extend.
-///           adaptive: Eps_k is the mean distance to the k-th neighbour.
-///           MinPts_k is the mean number of points within Eps_k.
-///           The third k of the first three in a row with equal cluster counts is selected
-///           (filters/detail/adaptive_dbscan.hpp).
+/// Formula:  DBSCAN over the 3-D points of the dynamic features. A feature within Eps of a core point belongs
+///           to the object and is dynamic. Noise points do not extend. adaptive: Eps_k is the mean distance
+///           to the k-th neighbour. MinPts_k is the mean number of points within Eps_k. The third k of the
+///           first three in a row with equal cluster counts is selected (filters/detail/adaptive_dbscan.hpp).
 /// Needs:    depth, camera. Place it in a `sequence` after stages that vote dynamic.
 /// Abstains: if no feature is dynamic, and on features without depth. Never votes Static.
 /// Blind to: objects with fewer dynamic features than min_points.

@@ -7,16 +7,11 @@
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/camera_motion.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/filters/detail/seen_depth.hpp>
 #include <opencv2/core/types.hpp>
-#include <string>
 #include <vector>
 
 namespace dynfilter {
@@ -59,13 +54,11 @@ struct DepthConsistencyParams {
 /// Rejects features whose depth differs from the prediction of an earlier view of a static scene (DeS-SLAM
 /// sec. 3.2, eq. 1-6; DynaSLAM sec. III-C).
 ///
-/// Formula:  Form relative: |1 - d_proj / z| > max_deviation, at keyframes |z_r - d_r| / z_r.
-///           Form metric: d_proj - z > max_difference_m.
-///           Prediction match: d_proj is the depth of the feature's point in the reference,
-///           moved by the camera's motion.
-///           Prediction view: the feature is projected into the reference,
-///           and d_proj is the depth of the reference there.
-///           Only a larger depth is evidence of motion; a smaller one occludes the place.
+/// Formula:  Form relative: |1 - d_proj / z| > max_deviation, at keyframes |z_r - d_r| / z_r. Form metric:
+///           d_proj - z > max_difference_m. Prediction match: d_proj is the depth of the feature's point in
+///           the reference, moved by the camera's motion. Prediction view: the feature is projected into the
+///           reference, and d_proj is the depth of the reference there. Only a larger depth is evidence of
+///           motion; a smaller one occludes the place.
 /// Needs:    depth, camera, and one of:
 ///           correspondences (for match, and to fit the motion); covisible keyframes with poses.
 /// Abstains: without depth, beyond 6 m, on silhouettes,

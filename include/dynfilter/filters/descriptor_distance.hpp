@@ -5,12 +5,8 @@
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
-#include <dynfilter/evidence/matched_features.hpp>
-#include <string>
 
 namespace dynfilter {
 

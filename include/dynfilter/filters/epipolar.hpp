@@ -7,18 +7,13 @@
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/epipolar_distance.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/two_view_model.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace dynfilter {
@@ -41,19 +36,16 @@ struct EpipolarParams {
 
 /// Rejects features away from their epipolar lines (RTS-SLAM sec. 3.3, eq. 1-4 and Algorithm 1, lines 3-16).
 ///
-/// Formula:  D = |p2' F p1| / sqrt(X^2 + Y^2) > max_distance_px, (X, Y, Z) = F p1.
-///           F is fitted on the seeds by RANSAC.
-///           With min_seeds or fewer, F is fitted on all features if an earlier stage suspects some
-///           (its DynamicFlag). Otherwise there is no model.
-///           A plane, a rotation, no motion or a tiny baseline leave F undetermined.
-///           The distance from H p1 then counts (see geometry/two_view.hpp).
-///           The report names the model that was used.
-///           With measured_noise, max_distance_px is multiplied by max(1, sigma / (1/3 px)).
-///           sigma is that of the seeds' misses in this frame (geometry/neighbour_noise.hpp).
-///           Where the match slides along an edge, sigma is larger in that direction.
+/// Formula:  D = |p2' F p1| / sqrt(X^2 + Y^2) > max_distance_px, (X, Y, Z) = F p1. F is fitted on the seeds
+///           by RANSAC. With min_seeds or fewer, F is fitted on all features if an earlier stage suspects
+///           some (its DynamicFlag). Otherwise there is no model. A plane, a rotation, no motion or a tiny
+///           baseline leave F undetermined. The distance from H p1 then counts (see geometry/two_view.hpp).
+///           The report names the model that was used. With measured_noise, max_distance_px is multiplied by
+///           max(1, sigma / (1/3 px)). sigma is that of the seeds' misses in this frame
+///           (geometry/neighbour_noise.hpp). Where the match slides along an edge, sigma is larger in that
+///           direction.
 /// Needs:    correspondences; undistorted pixels, from a camera or from the host.
-/// Abstains: without correspondence, without model,
-///           and where static parallax and motion cannot be separated.
+/// Abstains: without correspondence, without model, and where static parallax and motion cannot be separated.
 /// Blind to: motion along the epipolar line; everything if the model was fitted on movers.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.3 ms for 1000 features with 30 % outliers, with model, without flow.

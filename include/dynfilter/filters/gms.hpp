@@ -6,16 +6,11 @@
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
-#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/filters/detail/grid_motion_statistics.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
-#include <string>
 #include <vector>
 
 namespace dynfilter {
@@ -40,10 +35,9 @@ struct GmsFilterParams {
 /// Rejects features whose match has too little support from the matches around it (Bian et al. 2017; Zhou et
 /// al. sec. 3.1).
 ///
-/// Formula:  kept if S >= factor * sqrt(n).
-///           S is the number of matches from the surrounding 3 x 3 cells
-///           to the 3 x 3 cells around the target.
-///           The mean number of matches in these cells is n (filters/detail/grid_motion_statistics.hpp).
+/// Formula:  kept if S >= factor * sqrt(n). S is the number of matches from the surrounding 3 x 3 cells to
+///           the 3 x 3 cells around the target. The mean number of matches in these cells is n
+///           (filters/detail/grid_motion_statistics.hpp).
 /// Needs:    correspondences of any kind.
 /// Abstains: without a match, and with fewer than 50.
 /// Blind to: large movers, whose matches support each other; motion within a cell.

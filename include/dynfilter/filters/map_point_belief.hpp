@@ -6,20 +6,14 @@
 #include <cstdint>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/mask_lookup.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <iterator>
 #include <optional>
-#include <string>
 #include <unordered_map>
-#include <utility>
-#include <vector>
 
 namespace dynfilter {
 
@@ -38,13 +32,11 @@ struct MapPointBeliefParams {
 
 /// Rejects map points that masks mark as movable more often than not (RDS-SLAM, Liu and Miura 2021).
 ///
-/// Formula:  Bayes' rule per map point, starting at `initial`:
-///           b' = b P(z|moves) / (b P(z|moves) + (1 - b) P(z|static)).
-///           The observation z is on or off the mask.
-///           P is `hit` if z agrees with the hypothesis, else 1 - hit.
-/// Needs:    map points, and masks at any rate. Each mask is used once, even when it arrives late.
-///           Late masks need correspondences to their frame.
-///           Between masks, the last beliefs decide.
+/// Formula:  Bayes' rule per map point, starting at `initial`: b' = b P(z|moves) / (b P(z|moves) + (1 - b)
+///           P(z|static)). The observation z is on or off the mask. P is `hit` if z agrees with the
+///           hypothesis, else 1 - hit.
+/// Needs:    map points, and masks at any rate. Each mask is used once, even when it arrives late. Late masks
+///           need correspondences to their frame. Between masks, the last beliefs decide.
 /// Abstains: on features without a map point, and at a belief of exactly `threshold`.
 /// Blind to: classes that the network does not detect; whether the object moves at all.
 /// State:    one belief per map point observed in the last 300 frames.

@@ -4,8 +4,6 @@
 #include <cstddef>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>

@@ -4,8 +4,6 @@
 #include <cstddef>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/mask_lookup.hpp>
@@ -42,9 +40,8 @@ struct SemanticMaskParams {
 /// Formula:  label(p) in `labels`, or such a pixel within dilate_px of p (a disc).
 /// Needs:    a mask of any size, which is scaled to the image, or detections with instance masks.
 ///           Masks of an older frame need correspondences.
-/// Votes:    role reject: Dynamic, with a lower score in the margin than on the mask.
-///           role prior: marks suspects.
-///           Never Static, because networks miss objects.
+/// Votes:    role reject: Dynamic, with a lower score in the margin than on the mask. role prior: marks
+///           suspects. Never Static, because networks miss objects.
 /// Abstains: without a mask, if it is unusable, and if it is older than max_age_frames.
 /// Blind to: classes that the network does not detect; whether the object moves at all.
 /// State:    none; the pipeline carries late masks.

@@ -5,9 +5,7 @@
 #include <cstddef>
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/camera_motion.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
@@ -15,7 +13,6 @@
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace dynfilter {
@@ -51,16 +48,13 @@ struct TrajectoryConsistencyParams {
 
 /// Rejects features whose 3-D motion differs from the camera's (RTS-SLAM sec. 3.4).
 ///
-/// Formula:  Mode displacement (eq. 10-14): | |P_t - P_r| - |t| | > alpha + beta min(d_t, d_r).
-///           This form neglects rotation.
-///           Mode rigid: |R P_r + t - P_t| against the same threshold.
-///           Threshold noise replaces this by chi-square > max_chi2 of the residual (u, v, depth),
-///           under flow noise, depth noise and the uncertainty of the motion.
-///           With measured_noise, the first two are at least those of this frame's seeds
-///           (geometry/neighbour_noise.hpp, geometry/rigid_misses.hpp), and the motion is refitted under
-///           them.
-///           Mode rigid also limits |R P_r + t - P_t| to max_displacement_m
-///           (Zhou et al. eq. 1-2).
+/// Formula:  Mode displacement (eq. 10-14): | |P_t - P_r| - |t| | > alpha + beta min(d_t, d_r). This form
+///           neglects rotation. Mode rigid: |R P_r + t - P_t| against the same threshold. Threshold noise
+///           replaces this by chi-square > max_chi2 of the residual (u, v, depth), under flow noise, depth
+///           noise and the uncertainty of the motion. With measured_noise, the first two are at least those
+///           of this frame's seeds (geometry/neighbour_noise.hpp, geometry/rigid_misses.hpp), and the motion
+///           is refitted under them. Mode rigid also limits |R P_r + t - P_t| to max_displacement_m (Zhou et
+///           al. eq. 1-2).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses.
 /// Abstains: without depth or correspondence, beyond 6 m, and without a camera motion.
 /// Blind to: motion below the depth camera's noise over the gap;

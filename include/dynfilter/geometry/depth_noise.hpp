@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <limits>
 

@@ -87,11 +87,10 @@ struct RigidMotion {
   bool from_prior = false;  ///< true if the prior pose won
 };
 
-/// Relative rigid motion from 3D-3D correspondences.
-/// Seeded RANSAC over triples in closed form, with noise-whitened scores, bail-out and local optimisation
-/// (Chum, Matas and Kittler, DAGM 2003). Robust least squares follow (rigid_least_squares.hpp).
-/// Reuses its buffers: no allocation after the largest input.
-/// Cost: about 20 us + 30 us for 1000 points.
+/// Relative rigid motion from 3D-3D correspondences. Seeded RANSAC over triples in closed form, with
+/// noise-whitened scores, bail-out and local optimisation (Chum, Matas and Kittler, DAGM 2003). Robust least
+/// squares follow (rigid_least_squares.hpp). Reuses its buffers: no allocation after the largest input. Cost:
+/// about 20 us + 30 us for 1000 points.
 class RigidMotionEstimator {
  public:
   explicit RigidMotionEstimator(const RigidMotionOptions& options = {});

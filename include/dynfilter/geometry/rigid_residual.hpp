@@ -3,9 +3,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -35,13 +33,11 @@ struct RigidResidual {
 /// Predicts image position and depth (u, v, depth) of static reference points under q = R p + t.
 /// Normalises the residual r:
 ///   chi2 = r^T S^-1 r,  S = diag(su^2, su^2, sz(c)^2) + G Sp G^T + E + L C L^T.
-/// E is what the match can slide along an edge (core/frame_view.hpp).
-/// Sp is the noise of the reference point (depth noise along its ray), G = d(u, v, z)/dp.
-/// C is the motion's covariance (translation, rotation; as in RigidMotion), L = d(u, v, z)/d(motion).
-/// This is first-order propagation (Hartley and Zisserman, section 5.2).
-/// The pixel noise is that of the match, so the reference pixel adds none.
-/// A static point exceeds 7.81 with probability 5 % and 11.34 with 1 %.
-/// Cost: about 0.1 us per point.
+/// E is what the match can slide along an edge (core/frame_view.hpp). Sp is the noise of the reference point
+/// (depth noise along its ray), G = d(u, v, z)/dp. C is the motion's covariance (translation, rotation; as in
+/// RigidMotion), L = d(u, v, z)/d(motion). This is first-order propagation (Hartley and Zisserman, section
+/// 5.2). The pixel noise is that of the match, so the reference pixel adds none. A static point exceeds 7.81
+/// with probability 5 % and 11.34 with 1 %. Cost: about 0.1 us per point.
 class RigidResidualModel {
  public:
   /// `motion_covariance` has 36 numbers, row-major. Null means an exact motion.

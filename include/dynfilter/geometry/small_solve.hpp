@@ -6,12 +6,11 @@
 
 namespace dynfilter::detail {
 
-/// Solves A x = b by L D L^T for a symmetric positive definite A (n x n).
-/// Works in place: b becomes x, and A is overwritten. The storage order does not matter.
-/// False if a pivot is not positive relative to the largest diagonal entry.
-/// At -O2 it takes 0.27 (n = 5), 0.33 (6) and 0.42 (8) of the time of Eigen's fixed-size LDLT, at -O3 0.35 to
-/// 0.43. The figures are of test/benchmark/small_solve_benchmark.cpp, GCC 12, x86-64. Eigen's takes seconds
-/// to compile per size and file.
+/// Solves A x = b by L D L^T for a symmetric positive definite A (n x n). Works in place: b becomes x, and A
+/// is overwritten. The storage order does not matter. False if a pivot is not positive relative to the
+/// largest diagonal entry. At -O2 it takes 0.27 (n = 5), 0.33 (6) and 0.42 (8) of the time of Eigen's
+/// fixed-size LDLT, at -O3 0.35 to 0.43. The figures are of test/benchmark/small_solve_benchmark.cpp, GCC 12,
+/// x86-64. Eigen's takes seconds to compile per size and file.
 bool solve_positive_definite(double* A, double* b, int n, double min_pivot_share = 1e-14);
 
 /// Inverse of a symmetric positive definite A (n x n, n <= 9).

@@ -77,12 +77,11 @@ struct TwoViewModel {
 /// What the model says of one match.
 enum class TwoViewVerdict { CannotSay, Consistent, Inconsistent };
 
-/// Distance [px] of a match from the model in the current image.
-/// Fundamental: distance from the epipolar line (RTS-SLAM, eq. 4).
-/// Homography and Rotation: distance from H p1, less `allowance_px` along the epipolar line, times sqrt(3.84
-/// / 5.99) = 0.80.
-/// This factor accounts for two coordinates of error instead of one, so that the same threshold passes the
-/// same share of static points. NaN if the kind is None or a point is not finite.
+/// Distance [px] of a match from the model in the current image. Fundamental: distance from the epipolar line
+/// (RTS-SLAM, eq. 4). Homography and Rotation: distance from H p1, less `allowance_px` along the epipolar
+/// line, times sqrt(3.84 / 5.99) = 0.80. This factor accounts for two coordinates of error instead of one, so
+/// that the same threshold passes the same share of static points. NaN if the kind is None or a point is not
+/// finite.
 double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current);
 
 /// The model's verdict on a match for a threshold on `distance_px`.

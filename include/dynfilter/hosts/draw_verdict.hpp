@@ -5,7 +5,6 @@
 #include <dynfilter/core/verdict.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
-#include <string>
 
 namespace dynfilter {
 

@@ -8,8 +8,6 @@
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/hosts/masked_image.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
-#include <memory>
 #include <opencv2/core/mat.hpp>
-#include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace dynfilter {
 
@@ -23,20 +16,16 @@ class HostSemantics {
   /// For the next frame. `frame_id`: the frame they were computed on, -1: the next one.
   /// Masks are copied unless the detections are the only reference to them.
   void set_detections(std::vector<Detection> detections, std::int64_t frame_id);
-  /// Copied.
-  void set_mask(const cv::Mat& labels, std::int64_t frame_id);
+  void set_mask(const cv::Mat& labels, std::int64_t frame_id);  ///< copied
 
   /// A new frame. Its pixels are copied where a detector needs them later.
   void begin(const SemanticImage& image);
 
-  /// What there is for the frame begun last.
-  void add_to(FrameView& view) const;
+  void add_to(FrameView& view) const;  ///< what there is for the frame begun last
 
-  /// Frame numbers start again: what was computed on earlier ones is dropped.
-  void reset();
+  void reset();  ///< frame numbers start again: what was computed on earlier ones is dropped
 
-  /// The first error of the file or the detector, once; "" without one.
-  std::string take_error();
+  std::string take_error();  ///< the first error of the file or the detector, once; "" without one
 
  private:
   struct Given {

@@ -2,15 +2,9 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <cstdint>
-#include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace dynfilter {
 
@@ -72,12 +66,10 @@ class InputWatch {
   Input never_given(const Asked& asked) const;
   Input never_given() const;
 
-  /// "; boxes and mask are optional"
-  std::string optional_inputs(Input missing) const;
+  std::string optional_inputs(Input missing) const;  ///< "; boxes and mask are optional"
   /// "; without depth flow_consistency judges, not background_motion"
   std::string choices(Input given) const;
-  /// "no mask came for semantic_mask and object_vote"
-  std::string missing_inputs() const;
+  std::string missing_inputs() const;  ///< "no mask came for semantic_mask and object_vote"
   std::string missing_calls() const;
   /// "judged by flow_consistency", or that no stage judged and what the stages said.
   std::string judges() const;

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <dynfilter/config/registry.hpp>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/verdict.hpp>

@@ -9,8 +9,6 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 

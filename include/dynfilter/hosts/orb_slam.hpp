@@ -1,32 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <dynfilter/config/registry.hpp>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/hosts/draw_verdict.hpp>
 #include <dynfilter/hosts/host_semantics.hpp>
 #include <dynfilter/hosts/input_watch.hpp>
 #include <dynfilter/hosts/orb_slam/compact_frame.hpp>
 #include <dynfilter/hosts/orb_slam/read_frame.hpp>
 #include <dynfilter/hosts/orb_slam/settings.hpp>
-#include <dynfilter/hosts/orb_slam/traits.hpp>
-#include <dynfilter/pipeline/builtin_filters.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
-#include <dynfilter/semantic/provider_registry.hpp>
-#include <functional>
-#include <memory>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace dynfilter {
 
@@ -74,6 +54,11 @@ class OrbSlam {
   }
 
   // ---- the call points
+  /// Beside the extraction, in a thread of its own that ends before the next call: Pipeline::prepare().
+  void prepare(const cv::Mat& grey, double timestamp_s) {
+    if (params_.enabled) pipeline_.prepare(grey, timestamp_s);
+  }
+
   /// A: in the Frame's constructor, after the extraction and before `N` is set. Thins mvKeys and
   /// mDescriptors.
   template <class Frame>
@@ -105,9 +90,9 @@ class OrbSlam {
     return verdict_;
   }
 
-  /// In CreateNewKeyFrame, before the KeyFrame is made of the frame. Judges features and map points against
-  /// the covisible keyframes (mvpLocalKeyFrames) and thins the frame. Returns the map points that moved, for
-  /// the host to erase (SetBadFlag).
+  /// In CreateNewKeyFrame, before the KeyFrame is made of the frame. Judges features and map points, those of
+  /// the covisible keyframes (mvpLocalKeyFrames) as well, and thins the frame. Returns the map points that
+  /// moved, for the host to erase (SetBadFlag).
   template <class Frame, class KeyFrame>
   std::vector<orb_slam::MapPointOf<Frame>*> at_keyframe(Frame& frame,
                                                         const std::vector<KeyFrame*>& keyframes) {
@@ -120,11 +105,27 @@ class OrbSlam {
     for (std::size_t i = 0; i < verdict_.size() && i < frame.mvpMapPoints.size(); ++i)
       if (!verdict_.keep(i) && frame.mvpMapPoints[i] != nullptr) moved.push_back(frame.mvpMapPoints[i]);
     orb_slam::compact_frame(frame, verdict_);
+    const std::vector<std::int64_t> ids = pipeline_.moved_map_points();
+    for (KeyFrame* const keyframe : keyframes)
+      if (!ids.empty() && keyframe != nullptr && !keyframe->isBad())
+        for (auto* const point : keyframe->GetMapPointMatches())
+          if (point != nullptr && std::binary_search(ids.begin(), ids.end(), orb_slam::id_of(*point)))
+            moved.push_back(point);
+    std::sort(moved.begin(), moved.end());
+    moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
     return moved;
   }
 
-  /// In Tracking::Reset: forgets everything; the next frame is a first frame.
-  void reset();
+  /// Whether a map point has moved, for candidates of loops and of relocalisation. From any thread.
+  template <class MapPoint>
+  bool moved(const MapPoint* point) const {
+    return point != nullptr && pipeline_.map_point(orb_slam::id_of(*point)).vote == Vote::Dynamic;
+  }
+
+  /// In Tracking::Track, while the host is lost: forgets its poses, and ignores that of this frame. Images,
+  /// tracks and verdicts on map points stay, because the map does.
+  void lost() { pipeline_.lost(), lost_ = true; }
+  void reset();  ///< in Tracking::Reset: forgets everything; the next frame is a first frame
 
   // ---- what happened
   /// Of the last call; in the order of judged_keypoints(), which is the host's order before it was thinned.
@@ -160,8 +161,7 @@ class OrbSlam {
     if (sink_) sink_(line);
   }
   void warn(const std::string& line);
-  /// As far as it is known before the first frame.
-  Input given_inputs() const;
+  Input given_inputs() const;  ///< as far as it is known before the first frame
 
   /// Features that the host's tracker needs, more while it has no map.
   int min_features(bool map_exists) const;
@@ -178,10 +178,7 @@ class OrbSlam {
     keep_images(grey, std::move(depth));
     FrameView view = reader_.read(frame, grey_, depth_, depth_unit_m_, sensor_ == HostSensor::Stereo);
     view.depth_handed_over = handed_over;
-    if (pose.has_last)
-      pipeline_.update_pose(pose.last_frame_id, pose.last_T_world_camera, PoseProvenance::Estimated);
-    if (pose.has_prediction)
-      view.T_world_camera = pose.predicted_T_world_camera, view.pose_provenance = PoseProvenance::Predicted;
+    take_pose(pose, map_exists, view);
     submit_to_detector(view);
     semantics_.add_to(view);
     judge(view, CallPoint::BeforePose, min_features(map_exists));
@@ -198,10 +195,10 @@ class OrbSlam {
       keep_copy(depth, depth_);
   }
 
+  void take_pose(const orb_slam::HostPose& pose, bool map_exists, FrameView& view);
   void submit_to_detector(const FrameView& view);
 
-  /// Frame numbers that start again are another run.
-  void note_restart(std::int64_t id);
+  void note_restart(std::int64_t id);  ///< frame numbers that start again are another run
 
   /// The same frame as before, thinned by now, with the host's pose. Of another frame the images are not
   /// ours.
@@ -217,6 +214,7 @@ class OrbSlam {
   }
 
   void judge(const FrameView& view, CallPoint point, int min_features);
+  void reject_moved_points(const FrameView& view);  ///< at a keyframe, which would hand them on
   const Verdict& nothing_judged();
 
   OrbSlamParams params_;
@@ -236,7 +234,8 @@ class OrbSlam {
   bool has_detector_image_ = false;  ///< for the next frame
   double depth_unit_m_ = 1;
   std::optional<std::int64_t> last_id_;
-  bool first_frame_ = true;
+  bool first_frame_ = true, lost_ = false;
+  std::vector<std::int64_t> point_ids_;  ///< of the host's last frame
 };
 
 }  // namespace dynfilter

@@ -10,7 +10,6 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/keyframe/graph.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

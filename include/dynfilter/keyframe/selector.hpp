@@ -13,9 +13,8 @@
 
 namespace dynfilter {
 
-/// Selects the frames that a map is built from.
-/// Frames are added one by one. Keyframes are returned in id order, possibly later and in batches.
-/// Use one object per camera stream. Deterministic.
+/// Selects the frames that a map is built from. Frames are added one by one. Keyframes are returned in id
+/// order, possibly later and in batches. Use one object per camera stream. Deterministic.
 ///
 ///     for (const FrameSummary& frame : stream)
 ///       for (const SelectedFrame& key : selector.add(frame)) map(key.id);

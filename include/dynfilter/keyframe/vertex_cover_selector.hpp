@@ -9,7 +9,6 @@
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/keyframe/graph.hpp>
 #include <dynfilter/keyframe/selector.hpp>

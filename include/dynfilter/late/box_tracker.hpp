@@ -6,12 +6,9 @@
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/motion_history.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <tuple>
 #include <utility>
 #include <vector>

@@ -10,8 +10,6 @@
 #include <dynfilter/late/motion_history.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

@@ -8,8 +8,6 @@
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

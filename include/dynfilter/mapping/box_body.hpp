@@ -8,8 +8,6 @@
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter::mapping {
@@ -37,15 +35,13 @@ class DepthJump {
 
 /// The pixels of the object in a detector's box, from depth only.
 ///
-/// The nearer side of the box (nearer_surface_m) is divided into parts at depth jumps.
-/// The core is the part that fills most of the middle of the box.
-/// The body is the core and all parts with a mean depth within 0.6 m of it.
-/// These are, for example, legs below a desk or an arm in front of the chest.
-/// Pixels of the farther side up to 0.6 m behind the core also belong to it, such as a hand.
-/// Parts that are farther away in depth, such as a desk or a shelf, are excluded.
-/// If no part fills a tenth of the middle, an occluder is in front of the body.
-/// The farther side is then split again, until a part fills the middle or no split is left.
-/// In the latter case, the body is the whole first nearer side.
+/// The nearer side of the box (nearer_surface_m) is divided into parts at depth jumps. The core is the part
+/// that fills most of the middle of the box. The body is the core and all parts with a mean depth within 0.6
+/// m of it. These are, for example, legs below a desk or an arm in front of the chest. Pixels of the farther
+/// side up to 0.6 m behind the core also belong to it, such as a hand. Parts that are farther away in depth,
+/// such as a desk or a shelf, are excluded. If no part fills a tenth of the middle, an occluder is in front
+/// of the body. The farther side is then split again, until a part fills the middle or no split is left. In
+/// the latter case, the body is the whole first nearer side.
 ///
 /// semantic/box_masks.hpp computes tighter masks.
 /// A missed pixel remains in the map as a ghost, so this class includes all that may be the body.

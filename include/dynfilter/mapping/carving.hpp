@@ -18,9 +18,8 @@ namespace dynfilter::mapping {
 /// only favours further removals.
 class Carving {
  public:
-  /// Neighbours have the same class.
-  /// Cost: one test per voxel, and 124 look-ups per voxel that few keyframes saw and that has a removed
-  /// neighbour.
+  /// Neighbours have the same class. Cost: one test per voxel, and 124 look-ups per voxel that few keyframes
+  /// saw and that has a removed neighbour.
   Carving(const VoxelMap& map, const CarveParams& params);
 
   bool gone(std::size_t i) const { return gone_[i] != 0; }  ///< whether voxel i is removed

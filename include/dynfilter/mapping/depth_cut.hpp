@@ -8,9 +8,7 @@
 #include <dynfilter/cluster/clusters.hpp>
 #include <dynfilter/cluster/density_clusters.hpp>
 #include <dynfilter/cluster/depth_growth.hpp>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/mapping/box_body.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>

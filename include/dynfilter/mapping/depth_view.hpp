@@ -17,17 +17,15 @@
 #include <dynfilter/mapping/voxel_map.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
 #include <vector>
 
 namespace dynfilter::mapping {
 
-/// What a keyframe's depth image shows at places in the world: a surface, or free space.
-/// Stored compactly: 6 bytes per 4 x 4 pixels, 115 KB for 640 x 480.
-/// A place is seen through if all depths within 4 to 8 pixels are behind it by more than the margin and the
-/// noise.
-/// Therefore no place at a silhouette, on a grazing surface, beside pixels without depth or at the image's
-/// edge is ever seen through. In doubt, points are kept.
+/// What a keyframe's depth image shows at places in the world: a surface, or free space. Stored compactly: 6
+/// bytes per 4 x 4 pixels, 115 KB for 640 x 480. A place is seen through if all depths within 4 to 8 pixels
+/// are behind it by more than the margin and the noise. Therefore no place at a silhouette, on a grazing
+/// surface, beside pixels without depth or at the image's edge is ever seen through. In doubt, points are
+/// kept.
 class DepthView {
  public:
   static constexpr int kBlockBits = 2, kBlockPx = 1 << kBlockBits;
@@ -37,11 +35,10 @@ class DepthView {
   void build(const cv::Mat& depth_m, const cv::Mat& moving, const Camera& camera);
   std::size_t bytes() const { return blocks_.capacity() * sizeof(Block); }
 
-  /// Calls f(index, seen, through) for the voxels of a map from `begin`.
-  /// At most one of the two is 1, the other is 0.
-  /// Skips batches that are certainly out of view. `leaf_m`: leaf of the map's level.
-  /// The result depends only on the voxel's key, the view and its pose, so votes can be undone.
-  /// Cost: about 5 ns per voxel, and almost nothing for a batch out of view.
+  /// Calls f(index, seen, through) for the voxels of a map from `begin`. At most one of the two is 1, the
+  /// other is 0. Skips batches that are certainly out of view. `leaf_m`: leaf of the map's level. The result
+  /// depends only on the voxel's key, the view and its pose, so votes can be undone. Cost: about 5 ns per
+  /// voxel, and almost nothing for a batch out of view.
   template <class F>
   void visit(const KeyList& keys, std::size_t begin, double leaf_m, const Pose& T_world_camera,
              const F& f) const {

@@ -4,11 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>

@@ -5,13 +5,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 

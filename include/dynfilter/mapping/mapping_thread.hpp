@@ -7,8 +7,6 @@
 #include <deque>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/mapping/map_frame.hpp>
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/static_map.hpp>
@@ -17,7 +15,6 @@
 #include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <thread>
 #include <utility>

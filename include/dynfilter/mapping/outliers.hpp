@@ -16,13 +16,11 @@ namespace dynfilter::mapping {
 
 /// Statistical outlier removal on voxels (Rusu et al., Robotics and Autonomous Systems 2008, sec. 4.1).
 /// Compares a voxel's mean distance to its nearest `neighbours` with the mean over all voxels plus `sigmas`
-/// standard deviations. Larger distances and missing neighbours count as kReach leaves.
-/// An isolated voxel then does not distort the statistics, and the search is local.
-/// Neighbours have the same class.
+/// standard deviations. Larger distances and missing neighbours count as kReach leaves. An isolated voxel
+/// then does not distort the statistics, and the search is local. Neighbours have the same class.
 ///
-/// Cost: linear. Voxels in key order are rows along x.
-/// The 25 rows around a voxel advance with it, without look-ups.
-/// The result depends only on the content of the map, not on its history.
+/// Cost: linear. Voxels in key order are rows along x. The 25 rows around a voxel advance with it, without
+/// look-ups. The result depends only on the content of the map, not on its history.
 class OutlierFilter {
  public:
   static constexpr int kReach = 2;

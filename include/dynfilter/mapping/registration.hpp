@@ -22,11 +22,9 @@
 
 namespace dynfilter::mapping {
 
-/// Aligns a keyframe's cloud with the map before fusion.
-/// DeS-SLAM (sec. 3.3) has a registration, but does not specify it.
-/// This is point-to-plane ICP (Chen and Medioni 1992) with Cauchy weights.
-/// The plane of a map voxel is fitted to its neighbours within two cells.
-/// Finds offsets of up to about two leaves.
+/// Aligns a keyframe's cloud with the map before fusion. DeS-SLAM (sec. 3.3) has a registration, but does not
+/// specify it. This is point-to-plane ICP (Chen and Medioni 1992) with Cauchy weights. The plane of a map
+/// voxel is fitted to its neighbours within two cells. Finds offsets of up to about two leaves.
 ///
 /// Returns nothing in these cases:
 ///  - fewer than `min_points` pairs, or than a third of the tested points;

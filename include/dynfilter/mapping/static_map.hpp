@@ -23,7 +23,6 @@
 #include <dynfilter/mapping/voxel_map.hpp>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -40,22 +39,20 @@ struct MapState {
   std::size_t voxel_bytes = 0, keyframe_bytes = 0;
 };
 
-/// The dense map of the static scene, built from keyframes (RTS-SLAM sec. 3.5).
-/// Moving pixels are removed from each keyframe's depth image (DepthCut).
-/// The rest becomes a cloud of voxel centroids in the camera frame.
-/// The cloud is transformed by the pose and added to the world's voxels as integers.
-/// A keyframe can therefore be removed or moved later.
-/// The map is then bit for bit as if the keyframe had never been added, or had this pose.
+/// The dense map of the static scene, built from keyframes (RTS-SLAM sec. 3.5). Moving pixels are removed
+/// from each keyframe's depth image (DepthCut). The rest becomes a cloud of voxel centroids in the camera
+/// frame. The cloud is transformed by the pose and added to the world's voxels as integers. A keyframe can
+/// therefore be removed or moved later. The map is then bit for bit as if the keyframe had never been added,
+/// or had this pose.
 ///
 /// Free space removes what a mask missed.
 /// Each voxel counts how many keyframes see a surface there and how many see through it (DepthView, Carving),
 /// regardless of their order. A person who left is hidden once enough keyframes see the wall behind.
 /// A new object in free space is added only after enough keyframes see it.
 ///
-/// Memory is bounded. The map holds at most max_voxels; when it is full, leaves double.
-/// Keyframe clouds and views take at most max_keyframe_mb.
-/// Beyond that, the oldest keyframes become permanent.
-/// They remain in the map, but can no longer be removed or moved. Not thread-safe; see mapping_thread.hpp.
+/// Memory is bounded. The map holds at most max_voxels; when it is full, leaves double. Keyframe clouds and
+/// views take at most max_keyframe_mb. Beyond that, the oldest keyframes become permanent. They remain in the
+/// map, but can no longer be removed or moved. Not thread-safe; see mapping_thread.hpp.
 class StaticMap {
  public:
   /// Throws ConfigError if a parameter is out of range.

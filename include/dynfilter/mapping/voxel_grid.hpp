@@ -13,8 +13,6 @@
 #include <dynfilter/mapping/point_block.hpp>
 #include <dynfilter/mapping/voxel_key.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter::mapping {
@@ -88,13 +86,11 @@ DYNFILTER_AS_CALLER inline void write_colour(const FourSums& sum, VoxelPoint& ou
 
 }  // namespace detail
 
-/// The voxel grid of RTS-SLAM (eq. 15-19): voxel v = floor(p / leaf).
-/// The result has one point per voxel, the centroid of its points.
-/// Coordinates are summed as integer multiples of leaf / 4096.
-/// The sums are exact and do not depend on the points' order.
-/// The error of a centroid is at most this quantum.
-/// Above 2^20 points, the quantum doubles with each doubling.
-/// Voxels are in the order in which points first reach them. Classes are kept apart.
+/// The voxel grid of RTS-SLAM (eq. 15-19): voxel v = floor(p / leaf). The result has one point per voxel, the
+/// centroid of its points. Coordinates are summed as integer multiples of leaf / 4096. The sums are exact and
+/// do not depend on the points' order. The error of a centroid is at most this quantum. Above 2^20 points,
+/// the quantum doubles with each doubling. Voxels are in the order in which points first reach them. Classes
+/// are kept apart.
 ///
 /// Cost: linear. A voxel grid is memory-bound, because each point accesses a table larger than the caches.
 /// Keys of 256 points are therefore computed together and their table entries are prefetched.

@@ -43,11 +43,10 @@ struct VoxelVotes {
   }
 };
 
-/// Voxels of the world by key, in an open-addressing table. The leaf is 2^(kLeafBits + level) quanta.
-/// Keys nest, so the leaf can double without a change of the sums.
-/// The set of voxels and their sums depend only on the content, not on order or history.
-/// Only the order of the lists does.
-/// Memory: 64 bytes per voxel and 8 to 16 bytes of table.
+/// Voxels of the world by key, in an open-addressing table. The leaf is 2^(kLeafBits + level) quanta. Keys
+/// nest, so the leaf can double without a change of the sums. The set of voxels and their sums depend only on
+/// the content, not on order or history. Only the order of the lists does. Memory: 64 bytes per voxel and 8
+/// to 16 bytes of table.
 class VoxelMap {
  public:
   static constexpr int kLeafBits = 12;  ///< 4096 quanta per leaf

@@ -12,10 +12,9 @@
 
 namespace dynfilter {
 
-/// Groups of points with similar flow. Image neighbours with similar flow are linked.
-/// Each connected set is a group (single linkage). The surface of one object forms one or a few groups.
-/// A group rarely crosses the silhouette of a mover.
-/// Cost: about 0.15 ms for 1000 points with 6 neighbours.
+/// Groups of points with similar flow. Image neighbours with similar flow are linked. Each connected set is a
+/// group (single linkage). The surface of one object forms one or a few groups. A group rarely crosses the
+/// silhouette of a mover. Cost: about 0.15 ms for 1000 points with 6 neighbours.
 class FlowGroups {
  public:
   /// `alike(i, j)` returns whether two flows are similar. It must be symmetric.

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <limits>

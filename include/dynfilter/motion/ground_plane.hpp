@@ -29,11 +29,10 @@ struct GroundPoint {
   int cell = 0;  ///< image cell; the points of one cell share one vote
 };
 
-/// Finds the ground among points that appear static.
-/// The ground is the lowest plane with much support, because nothing static is below it.
-/// For each of a few tilts, the ratios inverse_depth / below() are sorted.
-/// The search from below selects the window [r, 1.2 r] with votes from most cells.
-/// Cost: about 0.2 ms for 1000 points.
+/// Finds the ground among points that appear static. The ground is the lowest plane with much support,
+/// because nothing static is below it. For each of a few tilts, the ratios inverse_depth / below() are
+/// sorted. The search from below selects the window [r, 1.2 r] with votes from most cells. Cost: about 0.2 ms
+/// for 1000 points.
 class GroundPlaneFinder {
  public:
   /// Limits of the search.

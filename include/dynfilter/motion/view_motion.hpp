@@ -77,11 +77,10 @@ struct LineTerms {
 
 }  // namespace detail
 
-/// Splits flow into parts along and across the epipolar line of a motion.
-/// q is the current point after the inverse rotation and a the reference point.
-/// f is the focal length and c the direction.
-/// A static point obeys q - a = mu (q c_z - f c_xy) with mu = step / depth >= 0.
-/// This is the finite form of Longuet-Higgins and Prazdny (1980).
+/// Splits flow into parts along and across the epipolar line of a motion. q is the current point after the
+/// inverse rotation and a the reference point. f is the focal length and c the direction. A static point
+/// obeys q - a = mu (q c_z - f c_xy) with mu = step / depth >= 0. This is the finite form of Longuet-Higgins
+/// and Prazdny (1980).
 class ViewFlowModel {
  public:
   explicit ViewFlowModel(const ViewMotion& motion);  ///< of points that follow this motion

@@ -17,10 +17,9 @@ namespace detail {
 class ViewMotionEquations;
 }
 
-/// Gauss-Newton on the distances of points from their epipolar lines, eight points at a time.
-/// Without a baseline, it uses the flow that the rotation does not explain.
-/// Normal equations are sums of floats: their error is far below the noise of any flow.
-/// Cost: O(n) per iteration.
+/// Gauss-Newton on the distances of points from their epipolar lines, eight points at a time. Without a
+/// baseline, it uses the flow that the rotation does not explain. Normal equations are sums of floats: their
+/// error is far below the noise of any flow. Cost: O(n) per iteration.
 class ViewMotionFit {
  public:
   /// Limits of the fit.

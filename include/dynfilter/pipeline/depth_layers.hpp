@@ -3,18 +3,11 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/core/verdict.hpp>
-#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
-#include <dynfilter/pipeline/judgement.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>

@@ -7,13 +7,11 @@
 #include <cstdint>
 #include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
 #include <numeric>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 

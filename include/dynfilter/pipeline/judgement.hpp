@@ -52,11 +52,10 @@ constexpr Vote vote_strict(Vote a) {
   return a == Vote::Static ? Vote::Static : Vote::Dynamic;
 }
 
-/// Threshold on the weight of several votes, from the weights of dynamic and unknown ones.
-/// Dynamic if the dynamic weight reaches `needed`.
-/// Static if it would not reach `needed` even with all unknown weight. Else unknown.
-/// For two equal weights, needed = 1 is vote_or() and needed = 2 is vote_and().
-/// Without a dynamic vote the result is never dynamic.
+/// Threshold on the weight of several votes, from the weights of dynamic and unknown ones. Dynamic if the
+/// dynamic weight reaches `needed`. Static if it would not reach `needed` even with all unknown weight. Else
+/// unknown. For two equal weights, needed = 1 is vote_or() and needed = 2 is vote_and(). Without a dynamic
+/// vote the result is never dynamic.
 ///
 ///     2 of 3   | dynamic votes: 0   1         2        3
 ///     unknown 0| Static     Static    Dynamic  Dynamic

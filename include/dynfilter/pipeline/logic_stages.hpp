@@ -4,15 +4,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/verdict.hpp>
-#include <dynfilter/core/votes.hpp>
-#include <dynfilter/evidence/earlier_votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
-#include <dynfilter/pipeline/judgement.hpp>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace dynfilter {
 

@@ -4,17 +4,11 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/core/verdict.hpp>
-#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/detail/object_regions.hpp>
-#include <dynfilter/pipeline/judgement.hpp>
-#include <dynfilter/pipeline/stage.hpp>
 #include <string>
 #include <utility>
 #include <vector>

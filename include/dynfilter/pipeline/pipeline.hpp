@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
 #include <memory>
-#include <string>
 
 namespace dynfilter {
 
@@ -41,7 +37,15 @@ struct HostLimits {
   int min_features = 0;  ///< fewer features are never left; more than the frame has: all are kept
 };
 
-/// Judges the features of one camera stream. Not thread-safe. In steady state it allocates no image.
+/// What the host's tracker made of a frame. What it does not say stays empty.
+struct HostTracking {
+  Span<const cv::KeyPoint> keypoints;      ///< as the pipeline saw them, without those that it rejected
+  Span<const std::int64_t> map_point_ids;  ///< of each of them; -1: none
+  std::size_t inliers = 0, outliers = 0;   ///< matches that agree with its map, and that do not
+};
+
+/// Judges the features of one camera stream. Not thread-safe, verdicts on map points excepted.
+/// The steady state allocates nothing that scales with the image.
 class Pipeline {
  public:
   /// Throws ConfigError for a parameter out of range, and for an unknown DYNFILTER_SIMD (core/cpu.hpp).
@@ -65,18 +69,27 @@ class Pipeline {
   /// The same with the call point as a value.
   const Verdict& process(const FrameView& frame, CallPoint call_point, const HostLimits& limits = {});
 
-  /// Discards all earlier frames. Call it on loss of tracking, after relocalisation or at a new scene.
-  void reset();
+  /// Does what needs no features of the next frame, in a thread while the host extracts them. No other call
+  /// may run meanwhile. Verdicts stay the same, also if another image or stamp comes next.
+  void prepare(const cv::Mat& grey, double timestamp_s);
 
-  /// Sets the refined pose of an earlier frame. Ignored if the frame is no longer kept.
-  void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance);
+  /// Discards all earlier frames and map points. Call it at a new scene or map.
+  void reset();
+  void lost();  ///< the host lost its pose: discards the poses of earlier frames, and keeps the rest
+
+  /// Sets the refined pose of an earlier frame, if it is still kept. `tracking` gives verdicts on map points
+  /// and checks the pipeline by the host's inliers (pipeline/self_check.hpp).
+  void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance,
+                   const HostTracking& tracking = {});
+  /// By the verdicts of all frames (pipeline/map_point_history.hpp). From any thread, as the next one.
+  MapPointVerdict map_point(std::int64_t map_point_id) const;
+  std::vector<std::int64_t> moved_map_points() const;  ///< those that are Dynamic, sorted
 
   /// Records or watches from now on; null ends it.
   void set_observer(std::shared_ptr<FrameObserver> observer);
 
   const std::string& name() const;  ///< the name in YAML, or that of the file
-  /// What the last frame brought, without what cannot be used of it.
-  Input inputs() const;
+  Input inputs() const;             ///< what the last frame brought, without what cannot be used of it
   /// The tree of stages (pipeline/stage.hpp). Null: nothing happens at this call point.
   const Stage* stages(CallPoint point) const;
   Needs needs() const;  ///< of all stages together

@@ -26,8 +26,7 @@ struct FloorParams {
   double min_grid_coverage = 0;  ///< share of the occupied grid cells that must keep a feature
   int grid_rows = 6;             ///< Rows of the grid. Not a key: code sets it.
   int grid_columns = 8;          ///< Columns of the grid. Not a key: code sets it.
-  /// Keep all features when the floor is reached, instead of just enough.
-  bool restore_all = false;
+  bool restore_all = false;      ///< keep all features when the floor is reached, instead of just enough
 
   static const FieldTable<FloorParams>& fields();
 };

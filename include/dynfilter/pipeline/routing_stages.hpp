@@ -5,13 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/core/verdict.hpp>
-#include <dynfilter/core/votes.hpp>
-#include <dynfilter/evidence/earlier_votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
-#include <dynfilter/pipeline/judgement.hpp>
-#include <dynfilter/pipeline/stage.hpp>
 #include <string>
 #include <utility>
 #include <vector>

@@ -6,10 +6,7 @@
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/core/span.hpp>
-#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/judgement.hpp>

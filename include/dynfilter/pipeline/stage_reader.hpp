@@ -8,8 +8,6 @@
 #include <dynfilter/config/registry.hpp>
 #include <dynfilter/config/yaml.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
-#include <dynfilter/pipeline/stage.hpp>
 #include <functional>
 #include <memory>
 #include <optional>

@@ -2,13 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/verdict.hpp>
-#include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
-#include <dynfilter/pipeline/judgement.hpp>
 #include <string>
 #include <utility>
 #include <vector>

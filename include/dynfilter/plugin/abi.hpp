@@ -7,7 +7,6 @@
 #include <dynfilter/config/registry.hpp>
 #include <dynfilter/config/yaml.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>

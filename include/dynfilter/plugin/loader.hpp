@@ -18,12 +18,11 @@
 
 namespace dynfilter {
 
-/// Loads a plugin, adds its filters to `registry` and returns their names.
-/// Loading executes code of the file, so load only files that you trust.
-/// The ABI tag is compared before any C++ function of the plugin is called. The file is never unloaded.
-/// Throws PluginError with the file and the reason, and then does not change `registry`.
-/// A truncated file is refused before it is loaded.
-/// Reasons: missing, not a library, truncated, not a plugin, different ABI, registration failed, name taken.
+/// Loads a plugin, adds its filters to `registry` and returns their names. Loading executes code of the file,
+/// so load only files that you trust. The ABI tag is compared before any C++ function of the plugin is
+/// called. The file is never unloaded. Throws PluginError with the file and the reason, and then does not
+/// change `registry`. A truncated file is refused before it is loaded. Reasons: missing, not a library,
+/// truncated, not a plugin, different ABI, registration failed, name taken.
 std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry);
 
 /// The same for plugins with filters, providers of boxes and masks, or both. Returns all names.

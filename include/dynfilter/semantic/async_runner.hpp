@@ -21,13 +21,12 @@ namespace dynfilter {
 /// The queue holds one image, and a newer image replaces a waiting one.
 /// submit(), latest() and status() hold a mutex only for the duration of a swap.
 ///
-/// A provider that throws is reported in the status and called again with the next image.
-/// A provider that takes longer than `timeout_s` for an image is abandoned.
-/// Its thread is detached and then owns the provider and the image alone.
-/// If the provider returns later, the thread deletes them and ends.
-/// A thread cannot be killed. To be able to kill a provider, run it in a process
-/// (detectors/process_provider.hpp). The destructor waits up to `shutdown_s` and then abandons the provider.
-/// A provider abandoned at the end of main() must not use static objects.
+/// A provider that throws is reported in the status and called again with the next image. A provider that
+/// takes longer than `timeout_s` for an image is abandoned. Its thread is detached and then owns the provider
+/// and the image alone. If the provider returns later, the thread deletes them and ends. A thread cannot be
+/// killed. To be able to kill a provider, run it in a process (detectors/process_provider.hpp). The
+/// destructor waits up to `shutdown_s` and then abandons the provider. A provider abandoned at the end of
+/// main() must not use static objects.
 ///
 /// The provider's thread uses and deletes it.
 /// cv::setNumThreads is not changed, because it applies to the whole process.

@@ -13,8 +13,6 @@
 #include <dynfilter/semantic/provider.hpp>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
@@ -55,16 +53,13 @@ struct BoxMaskParams {
   static const FieldTable<BoxMaskParams>& fields();
 };
 
-/// Creates masks from boxes and a depth image: the person, without the wall behind.
-/// The depths of each box are split into two surfaces (cluster/depth_split.hpp).
-/// A surface that is almost absent in the middle of the box is an occluder and is excluded.
-/// The object's depth is the median of the nearer surface in the middle of the box.
-/// The mask grows from there over pixels without a depth jump.
-/// It is limited to the enlarged box and to the depth of the nearer surface + margin_m.
-/// A box without depth gets no mask.
-/// Surfaces that touch the object without a jump are included within the box, such as the chair under a
-/// person.
-/// Cost: linear in the pixels of the boxes, about 1 ms for a box of half the image.
+/// Creates masks from boxes and a depth image: the person, without the wall behind. The depths of each box
+/// are split into two surfaces (cluster/depth_split.hpp). A surface that is almost absent in the middle of
+/// the box is an occluder and is excluded. The object's depth is the median of the nearer surface in the
+/// middle of the box. The mask grows from there over pixels without a depth jump. It is limited to the
+/// enlarged box and to the depth of the nearer surface + margin_m. A box without depth gets no mask. Surfaces
+/// that touch the object without a jump are included within the box, such as the chair under a person. Cost:
+/// linear in the pixels of the boxes, about 1 ms for a box of half the image.
 class BoxMasks {
  public:
   explicit BoxMasks(BoxMaskParams params = BoxMaskParams());

@@ -66,8 +66,7 @@ class SemanticRunner {
   /// Call at a scene change. Results of images submitted earlier are then discarded.
   virtual void reset() = 0;
 
-  /// Returns each newest result once; null if there is no new one since the last call.
-  Result take();
+  Result take();  ///< returns each newest result once; null if there is no new one since the last call
 
  private:
   Result taken_;

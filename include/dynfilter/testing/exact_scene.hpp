@@ -7,25 +7,21 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/random.hpp>
 #include <dynfilter/testing/exact_scene_frame.hpp>
 #include <dynfilter/testing/exact_scene_motion.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <utility>
 #include <vector>
 
 namespace dynfilter::testing {
 
-/// A small scene without images and with exact truth: points, movers and a camera.
-/// It provides the inputs that a host has in each frame.
-/// Deterministic per seed. Frames can be computed in any order.
+/// A small scene without images and with exact truth: points, movers and a camera. It provides the inputs
+/// that a host has in each frame. Deterministic per seed. Frames can be computed in any order.
 ///
 ///   ExactScene scene = ExactScene().points(300).mover(MovingBox(60).moving({0.05, 0, 0}));
 ///   const ExactFrame frame = scene.frame(5);   // with matches to frame 4

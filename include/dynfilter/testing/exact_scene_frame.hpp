@@ -4,14 +4,9 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <optional>
 #include <vector>
 
@@ -48,10 +43,9 @@ inline cv::Point2d distort(const Camera& camera, const cv::Point2d& px) {
           camera.fy_px * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + camera.cy_px};
 }
 
-/// Truth of a feature, as all figures of this project define it.
-/// Dynamic: its point moved more than 10 mm over the last frames and differs from its static prediction by
-/// more than 1 px.
-/// Static: it did not move at all. DontCare: anything between.
+/// Truth of a feature, as all figures of this project define it. Dynamic: its point moved more than 10 mm
+/// over the last frames and differs from its static prediction by more than 1 px. Static: it did not move at
+/// all. DontCare: anything between.
 enum class Truth : std::uint8_t { Static, Dynamic, DontCare };
 
 /// One frame of an ExactScene. It owns the data of view() and must outlive the view.

@@ -5,10 +5,7 @@
 #include <cstddef>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/filter.hpp>
-#include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
-#include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/testing/exact_scene.hpp>
 #include <dynfilter/testing/exact_scene_frame.hpp>
@@ -16,10 +13,9 @@
 
 namespace dynfilter::testing {
 
-/// Runs a single filter over frames 0 to `frame` of a scene, like a pipeline.
-/// Returns its votes on the last frame. Resets the filter first.
-/// Throws ConfigError if the last frame lacks a required input.
-/// A scene provides poses, boxes and other optional inputs only on request.
+/// Runs a single filter over frames 0 to `frame` of a scene, like a pipeline. Returns its votes on the last
+/// frame. Resets the filter first. Throws ConfigError if the last frame lacks a required input. A scene
+/// provides poses, boxes and other optional inputs only on request.
 ///
 ///   EpipolarFilter filter;
 ///   const ExactScene scene = preset(Preset::General).pixel_noise(0.3);

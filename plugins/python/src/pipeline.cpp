@@ -124,9 +124,27 @@ class PyPipeline {
     return result;
   }
 
-  void update_pose(std::int64_t frame_id, py::handle pose, py::handle kind) {
-    pipeline_.update_pose(frame_id, pose_of("pose", pose), provenance_of(kind, CallPoint::AfterPose));
+  void prepare(py::handle grey, double timestamp) {
+    if (busy_.exchange(true)) throw std::runtime_error("prepare() runs before before_pose(), not beside it");
+    const Release release{*this};
+    Images images;
+    const cv::Mat image = images.grey("grey", grey);
+    const py::gil_scoped_release no_gil;
+    pipeline_.prepare(image, timestamp);
   }
+  void update_pose(std::int64_t frame_id, py::handle pose, py::handle kind, py::handle keypoints,
+                   py::handle map_point_ids, std::size_t inliers, std::size_t outliers) {
+    Keypoints features;
+    if (!keypoints.is_none()) features.assign("keypoints", keypoints, py::none());
+    std::vector<std::int64_t> ids;
+    if (!map_point_ids.is_none())
+      ids = vector_of(
+          array_of<std::int64_t>("map_point_ids", map_point_ids, static_cast<py::ssize_t>(features.size())));
+    pipeline_.update_pose(frame_id, pose_of("pose", pose), provenance_of(kind, CallPoint::AfterPose),
+                          {{features.data(), features.size()}, ids, inliers, outliers});
+  }
+  void lost() { pipeline_.lost(); }
+  std::vector<std::int64_t> moved_map_points() const { return pipeline_.moved_map_points(); }
   void reset() {
     pipeline_.reset();
     last_id_.reset();
@@ -396,7 +414,13 @@ void bind_pipeline(py::module_& module) {
   def_call<CallPoint::AtKeyframe>(type, "at_keyframe");
   type.def("reset", &PyPipeline::reset, "Forgets all earlier frames: on loss of tracking or at a new scene.")
       .def("update_pose", &PyPipeline::update_pose, py::arg("frame_id"), py::arg("pose"),
-           py::arg("pose_kind") = "refined", "A better (4, 4) T_world_camera of an earlier frame.")
+           py::arg("pose_kind") = "refined", py::arg("keypoints") = py::none(),
+           py::arg("map_point_ids") = py::none(), py::arg("inliers") = 0, py::arg("outliers") = 0,
+           "A better (4, 4) T_world_camera of an earlier frame. `keypoints` that were kept, the map point of "
+           "each (-1: none), and how many matches agree with the host's map.")
+      .def("prepare", &PyPipeline::prepare, py::arg("grey"), py::arg("timestamp"),
+           "Does what needs no keypoints of the next frame, in a thread beside the host's own work.")
+      .def("lost", &PyPipeline::lost, "The host lost its pose: forgets the poses of earlier frames.")
       .def(
           "record",
           [](PyPipeline& self, py::handle file, int max_mb, bool images) {
@@ -406,6 +430,8 @@ void bind_pipeline(py::module_& module) {
           "Writes each frame and verdict from now on to this file, for `dynfilter replay`. Replaces the "
           "file. It "
           "ends at `max_mb` megabytes, with the pipeline, and with \"\".")
+      .def_property_readonly("moved_map_points", &PyPipeline::moved_map_points,
+                             "ids of those whose features move, by all frames")
       .def_property_readonly("name", &PyPipeline::name)
       .def_property_readonly("needs", &PyPipeline::needs, "inputs that its stages can use")
       .def("__str__", &PyPipeline::tree)

@@ -141,6 +141,7 @@ void bind_report(py::module_& module) {
       .def_readonly("restored", &FrameReport::restored, "judged dynamic, but brought back by the floor")
       .def_readonly("wait_for_keyframe", &FrameReport::wait_for_keyframe,
                     "before the first keyframe: wait with it")
+      .def_readonly("doubts", &FrameReport::doubts, "resets by the self-check so far")
       .def_readonly("correspondence_ms", &FrameReport::correspondence_ms)
       .def_readonly("total_ms", &FrameReport::total_ms, "in C++, without Python's own time")
       .def("__str__", &summary_line)

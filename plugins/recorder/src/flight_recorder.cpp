@@ -115,11 +115,17 @@ class FlightRecorder final : public FrameObserver {
     write_event(RecordKind::Reset, [](ByteWriter&) {});
   }
 
-  void pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance) override {
+  void lost() override {
+    write_event(RecordKind::Lost, [](ByteWriter&) {});
+  }
+
+  void pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance,
+            const HostTracking& tracking) override {
     write_event(RecordKind::Pose, [&](ByteWriter& bytes) {
       bytes.number(frame_id);
       transfer_pose(bytes, T_world_camera);
       transfer_choice(bytes, provenance, 4);
+      transfer_tracking(bytes, tracking);
     });
   }
 

@@ -114,6 +114,12 @@ void transfer_count(Archive& archive, Count& count) {
   if constexpr (Archive::kReads) count = static_cast<std::size_t>(number);
 }
 
+template <class Archive, class T>
+void transfer_tracking(Archive& archive, T& tracking) {
+  archive.array(tracking.keypoints), archive.array(tracking.map_point_ids);
+  transfer_count(archive, tracking.inliers), transfer_count(archive, tracking.outliers);
+}
+
 template <class Archive, class S>
 void transfer_stage(Archive& archive, S& stage) {
   archive.text(stage.name), archive.text(stage.path), archive.text(stage.note);
@@ -132,7 +138,7 @@ void transfer_report(Archive& archive, R& report) {
   archive.count(report.notes, sizeof(std::uint64_t));
   for (auto& note : report.notes) archive.text(note);
   transfer_count(archive, report.features), transfer_count(archive, report.rejected);
-  transfer_count(archive, report.restored);
+  transfer_count(archive, report.restored), transfer_count(archive, report.doubts);
   archive.number(report.wait_for_keyframe);
   archive.number(report.correspondence_ms), archive.number(report.total_ms);
 }

@@ -13,8 +13,8 @@
 namespace dynfilter::recorder {
 
 /// What a record is about.
-enum class RecordKind : std::uint32_t { Pipeline = 1, Frame, Verdict, Images, Pose, Reset, End };
-inline constexpr std::uint32_t kRecordKinds = 7;
+enum class RecordKind : std::uint32_t { Pipeline = 1, Frame, Verdict, Images, Pose, Reset, End, Lost };
+inline constexpr std::uint32_t kRecordKinds = 8;
 
 /// Before each record. Numbers are little-endian.
 struct RecordHeader {

@@ -40,6 +40,19 @@ FrameView RecordedFrame::view(std::vector<KeyframeView>& keyframes) const {
   return view;
 }
 
+void RecordedEvent::repeat(Pipeline& pipeline) const {
+  switch (kind) {
+    case Kind::Frame:
+      return;
+    case Kind::Reset:
+      return pipeline.reset();
+    case Kind::Lost:
+      return pipeline.lost();
+    case Kind::Pose:
+      return pipeline.update_pose(pose_frame_id, T_world_camera, provenance, tracking.view());
+  }
+}
+
 PipelineConfig config_of(const RecordedPipeline& recorded, const Registry& registry) {
   if (recorded.yaml.empty())
     throw ConfigError("the recorded pipeline `" + recorded.name + "`",
@@ -141,10 +154,14 @@ class RecordingReader::Impl {
             bytes.number(event.pose_frame_id);
             transfer_pose(bytes, event.T_world_camera);
             transfer_choice(bytes, event.provenance, 4);
+            transfer_tracking(bytes, event.tracking);
           });
           return event;
         case RecordKind::Reset:
           event.kind = RecordedEvent::Kind::Reset;
+          return event;
+        case RecordKind::Lost:
+          event.kind = RecordedEvent::Kind::Lost;
           return event;
         default:
           break;  // images and verdicts belong to frames

@@ -41,7 +41,7 @@ bool same_lists(const std::vector<T>& a, const std::vector<T>& b, const Same& sa
 bool same_report(const FrameReport& a, const FrameReport& b) {
   const auto all = [](const FrameReport& r) {
     return std::tie(r.frame_id, r.call_point, r.notes, r.features, r.rejected, r.restored,
-                    r.wait_for_keyframe);
+                    r.wait_for_keyframe, r.doubts);
   };
   return all(a) == all(b) && same_lists(a.stages, b.stages, same_stage);
 }

@@ -3,7 +3,6 @@
 
 #include <dynfilter/config/text_lines.hpp>
 
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <ios>

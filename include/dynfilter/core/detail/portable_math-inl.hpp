@@ -3,7 +3,6 @@
 
 #include <dynfilter/core/portable_math.hpp>
 
-#include <cmath>
 #include <cstddef>
 #include <dynfilter/core/inline.hpp>
 #include <limits>

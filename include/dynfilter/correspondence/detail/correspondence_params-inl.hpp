@@ -3,7 +3,6 @@
 
 #include <dynfilter/correspondence/correspondence_params.hpp>
 
-#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/inline.hpp>
 
 namespace dynfilter {

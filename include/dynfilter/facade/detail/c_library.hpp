@@ -25,14 +25,19 @@ struct dynfilter_filter {  // NOLINT(readability-identifier-naming): a C name
 
 namespace {
 
+const char* const kOtherStruct =
+    "the frame's struct_size differs: call dynfilter_frame_init, or another version was compiled in";
+
+bool short_row(const dynfilter_frame& frame, const void* data, std::size_t stride_bytes,
+               std::size_t pixel_bytes) {
+  const std::size_t row_bytes = pixel_bytes * static_cast<std::size_t>(std::max(0, frame.width_px));
+  return data != nullptr && stride_bytes != 0 && stride_bytes < row_bytes;
+}
+
 /// What cannot be read safely of a frame: the name of the member and what was expected; "" if nothing.
 std::string fault_of(const dynfilter_frame& frame) {
   const auto needs = [](const char* array, const char* count) {
     return std::string(array) + " is NULL, but " + count + " is not 0";
-  };
-  const auto short_row = [&](const void* data, std::size_t stride_bytes, std::size_t pixel_bytes) {
-    const std::size_t row_bytes = pixel_bytes * static_cast<std::size_t>(std::max(0, frame.width_px));
-    return data != nullptr && stride_bytes != 0 && stride_bytes < row_bytes;
   };
   const auto stride = [](const std::string& name) { return name + " is less than a row of the image"; };
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<int>::max());
@@ -41,12 +46,13 @@ std::string fault_of(const dynfilter_frame& frame) {
   if (frame.keypoints == nullptr && frame.keypoint_count > 0) return needs("keypoints", "keypoint_count");
   if (frame.has_boxes != 0 && frame.boxes == nullptr && frame.box_count > 0)
     return needs("boxes", "box_count");
-  if (short_row(frame.grey, frame.grey_stride_bytes, 1)) return stride("grey_stride_bytes");
-  if (short_row(frame.depth, frame.depth_stride_bytes, frame.depth_type == DYNFILTER_DEPTH_U16 ? 2 : 4))
+  if (short_row(frame, frame.grey, frame.grey_stride_bytes, 1)) return stride("grey_stride_bytes");
+  if (short_row(frame, frame.depth, frame.depth_stride_bytes,
+                frame.depth_type == DYNFILTER_DEPTH_U16 ? 2 : 4))
     return stride("depth_stride_bytes");
-  if (short_row(frame.mask, frame.mask_stride_bytes, 1)) return stride("mask_stride_bytes");
+  if (short_row(frame, frame.mask, frame.mask_stride_bytes, 1)) return stride("mask_stride_bytes");
   for (std::size_t i = 0; frame.has_boxes != 0 && i < frame.box_count; ++i)
-    if (short_row(frame.boxes[i].mask, frame.boxes[i].mask_stride_bytes, 1))
+    if (short_row(frame, frame.boxes[i].mask, frame.boxes[i].mask_stride_bytes, 1))
       return stride("boxes[" + std::to_string(i) + "].mask_stride_bytes");
   return "";
 }
@@ -208,14 +214,20 @@ void dynfilter_frame_init(dynfilter_frame* frame) {
   frame->boxes_frame_id = frame->mask_frame_id = frame->match_frame_id = -1;
 }
 
+int dynfilter_prepare(dynfilter_filter* filter, const dynfilter_frame* frame) {
+  if (filter == nullptr) return 1;
+  if (frame == nullptr || frame->struct_size != sizeof(dynfilter_frame))
+    return fail(filter, frame == nullptr ? "expected a frame, got NULL" : kOtherStruct);
+  if (short_row(*frame, frame->grey, frame->grey_stride_bytes, 1))
+    return fail(filter, "grey_stride_bytes is less than a row of the image");
+  const cv::Mat grey = image_of(frame->grey, frame->grey_stride_bytes, CV_8UC1, *frame);
+  return filter->filter.prepare(grey, frame->timestamp_s) ? 0 : fail(filter, filter->filter.error().c_str());
+}
 int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, int call_point,
                       dynfilter_verdicts* verdicts) {
   if (filter == nullptr) return 1;
   if (frame == nullptr || verdicts == nullptr) return fail(filter, "expected a frame and verdicts, got NULL");
-  if (frame->struct_size != sizeof(dynfilter_frame))
-    return fail(
-        filter,
-        "the frame's struct_size differs: call dynfilter_frame_init, or another version was compiled in");
+  if (frame->struct_size != sizeof(dynfilter_frame)) return fail(filter, kOtherStruct);
   if (call_point < 0 || call_point > 2) return fail(filter, "unknown call point");
   try {
     const std::string wrong = fault_of(*frame);

@@ -4,11 +4,8 @@
 /// The functions of the shared library's C++11 interface. Only its own source includes them.
 
 #include <dlfcn.h>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
@@ -196,6 +193,13 @@ bool DynFilter::load_text(const std::string& yaml) noexcept {
 
 bool DynFilter::loaded() const noexcept {
   return impl_ && impl_->pipeline.has_value();
+}
+
+bool DynFilter::prepare(const cv::Mat& grey, double timestamp_s) noexcept {
+  return impl_ && impl_->guarded([&] {
+    impl_->need_pipeline();
+    impl_->pipeline->prepare(grey, timestamp_s);
+  });
 }
 
 bool DynFilter::process(const Frame& frame, CallPoint call_point, Verdicts& verdicts) noexcept {

@@ -54,16 +54,14 @@ struct AdaptiveDbscanChoice {
   std::vector<DbscanCandidate> candidates;  ///< for k = 1, 2, ... up to the last k tested
 };
 
-/// Chooses DBSCAN's radius and count from the points (Zhou et al., section 3.2.2).
-/// Eps_k is the mean distance to the k-th neighbour.
-/// MinPts_k is the mean number of points within Eps_k, including the point, rounded up.
-/// DBSCAN runs for k = 1, 2, ...
-/// The third k of the first run of three equal, non-zero cluster counts is selected.
+/// Chooses DBSCAN's radius and count from the points (Zhou et al., section 3.2.2). Eps_k is the mean distance
+/// to the k-th neighbour. MinPts_k is the mean number of points within Eps_k, including the point, rounded
+/// up. DBSCAN runs for k = 1, 2, ... The third k of the first run of three equal, non-zero cluster counts is
+/// selected.
 ///
-/// The n x n distance matrix of the paper is not built.
-/// FLANN gives the k nearest neighbours, and one list of pairs within the largest Eps gives the neighbours
-/// and clusters for every k. If that list would be long, the pairs are searched again for each k.
-/// Cost: O(n (log n + MinPts_k)).
+/// The n x n distance matrix of the paper is not built. FLANN gives the k nearest neighbours, and one list of
+/// pairs within the largest Eps gives the neighbours and clusters for every k. If that list would be long,
+/// the pairs are searched again for each k. Cost: O(n (log n + MinPts_k)).
 class AdaptiveDbscan {
  public:
   explicit AdaptiveDbscan(const AdaptiveDbscanLimits& limits = AdaptiveDbscanLimits()) : limits_(limits) {}

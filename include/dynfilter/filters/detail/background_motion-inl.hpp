@@ -9,10 +9,7 @@
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/correspondence/match.hpp>
-#include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/motion/patch_relief.hpp>
 #include <dynfilter/motion/rigid_background_scene.hpp>

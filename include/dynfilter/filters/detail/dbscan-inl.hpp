@@ -12,7 +12,6 @@
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <limits>
-#include <string>
 
 namespace dynfilter {
 

@@ -11,7 +11,6 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
@@ -29,11 +28,9 @@ struct GmsParams {
   bool scale = false;
 };
 
-/// Grid-based motion statistics (Bian et al., CVPR 2017).
-/// A match is kept if enough matches of the 3 x 3 cells around it agree.
-/// A match agrees if it leads to the corresponding cell around the target.
-/// The first image's grid is placed four times, shifted by half a cell.
-/// A match is kept if one placement keeps it.
+/// Grid-based motion statistics (Bian et al., CVPR 2017). A match is kept if enough matches of the 3 x 3
+/// cells around it agree. A match agrees if it leads to the corresponding cell around the target. The first
+/// image's grid is placed four times, shifted by half a cell. A match is kept if one placement keeps it.
 ///
 /// The published code uses only the most frequent partner of each cell.
 /// It thereby loses matches that parallax moves to the next cell.

@@ -5,10 +5,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>

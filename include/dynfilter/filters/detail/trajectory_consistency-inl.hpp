@@ -8,9 +8,7 @@
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <opencv2/core.hpp>
 

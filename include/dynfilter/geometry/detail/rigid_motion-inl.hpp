@@ -6,17 +6,10 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/detail/rigid_least_squares.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
-#include <memory>
-#include <opencv2/core.hpp>
-#include <optional>
 
 namespace dynfilter {
 

@@ -6,17 +6,12 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/detail/two_view_decision.hpp>
 #include <dynfilter/geometry/detail/two_view_points.hpp>
 #include <dynfilter/geometry/detail/two_view_refine.hpp>
 #include <dynfilter/geometry/detail/two_view_solvers.hpp>
 #include <dynfilter/geometry/sampling.hpp>
-#include <dynfilter/geometry/two_view_model.hpp>
-#include <memory>
-#include <opencv2/core.hpp>
 #include <vector>
 
 namespace dynfilter {

@@ -22,10 +22,9 @@ namespace detail {
 
 /// The decision between F, H and "no baseline".
 ///
-/// F = [e']x H fits any scene that H fits, for every e'.
-/// The matches that H does not explain, often movers, then choose e'.
-/// Counting inliers therefore always prefers F.
-/// Let S be the seeds that H explains, and O the others. The tests are, in this order:
+/// F = [e']x H fits any scene that H fits, for every e'. The matches that H does not explain, often movers,
+/// then choose e'. Counting inliers therefore always prefers F. Let S be the seeds that H explains, and O the
+/// others. The tests are, in this order:
 ///
 /// 1. S is less than half of F's support: **Fundamental** (General).
 /// 2. The residuals of H at S are isotropic noise if H is the whole truth.
@@ -116,9 +115,8 @@ class TwoViewDecision {
     set_ambiguous(F, H, model);
   }
 
-  /// Plane and parallax of DEGENSAC (Chum et al. 2005, section 3.2).
-  /// Seven matches that are nearly all on a plane determine only H.
-  /// Two matches of O add e', F = [e']x H. True if this F has a better score.
+  /// Plane and parallax of DEGENSAC (Chum et al. 2005, section 3.2). Seven matches that are nearly all on a
+  /// plane determine only H. Two matches of O add e', F = [e']x H. True if this F has a better score.
   bool search_parallax(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, Eigen::Matrix3d& better) {
     fill_errors(H);
     std::uint32_t off[kMaxOff];

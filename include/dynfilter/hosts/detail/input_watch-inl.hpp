@@ -8,7 +8,6 @@
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/pipeline/routing_stages.hpp>
 #include <dynfilter/pipeline/stage.hpp>
-#include <utility>
 
 namespace dynfilter {
 

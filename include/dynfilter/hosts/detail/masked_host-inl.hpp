@@ -4,7 +4,6 @@
 #include <dynfilter/hosts/masked_host.hpp>
 
 #include <dynfilter/config/camera_file.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/span.hpp>

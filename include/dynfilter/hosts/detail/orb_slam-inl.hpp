@@ -43,6 +43,7 @@ DYNFILTER_INLINE void OrbSlam::reset() {
   grey_.release(), depth_.release();
   last_id_.reset();
   first_frame_ = true;
+  lost_ = false;
 }
 
 inline std::unique_ptr<OrbSlam> OrbSlam::after_error(const std::string& settings_file, HostSensor sensor,
@@ -74,6 +75,16 @@ DYNFILTER_INLINE int OrbSlam::min_features(bool map_exists) const {
                                                   : params_.floor_before_map(sensor_);
 }
 
+DYNFILTER_INLINE void OrbSlam::take_pose(const orb_slam::HostPose& pose, bool map_exists, FrameView& view) {
+  if (std::exchange(lost_, false)) return;
+  HostTracking tracking;
+  if (map_exists && pose.tracking) tracking = pose.tracking(point_ids_);
+  if (pose.has_last)
+    pipeline_.update_pose(pose.last_frame_id, pose.last_T_world_camera, PoseProvenance::Estimated, tracking);
+  if (pose.has_prediction)
+    view.T_world_camera = pose.predicted_T_world_camera, view.pose_provenance = PoseProvenance::Predicted;
+}
+
 DYNFILTER_INLINE void OrbSlam::submit_to_detector(const FrameView& view) {
   SemanticImage image;
   image.frame_id = view.id;
@@ -95,6 +106,7 @@ DYNFILTER_INLINE void OrbSlam::note_restart(std::int64_t id) {
 DYNFILTER_INLINE void OrbSlam::judge(const FrameView& view, CallPoint point, int min_features) {
   keypoints_.assign(view.keypoints.begin(), view.keypoints.end());
   verdict_ = pipeline_.process(view, point, {min_features});
+  if (point == CallPoint::AtKeyframe) reject_moved_points(view);
   if (point == CallPoint::BeforePose) weights_.assign(verdict_.size(), 1);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < weights_.size() && i < verdict_.size(); ++i)
@@ -103,6 +115,15 @@ DYNFILTER_INLINE void OrbSlam::judge(const FrameView& view, CallPoint point, int
   weights_.resize(kept);
   watch_.saw(verdict_.report, pipeline_.inputs(), verdict_.report.rejected + verdict_.report.restored);
   warn(watch_.take_warning());
+}
+
+DYNFILTER_INLINE void OrbSlam::reject_moved_points(const FrameView& view) {
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < view.map_point_ids.size() && k < verdict_.map_points.size(); ++i) {
+    if (view.map_point_ids[i] < 0 || verdict_.map_points[k++].vote != Vote::Dynamic) continue;
+    verdict_.report.rejected += verdict_.keep(i) ? 1 : 0;
+    verdict_.decision[i] = Vote::Dynamic;
+  }
 }
 
 DYNFILTER_INLINE const Verdict& OrbSlam::nothing_judged() {

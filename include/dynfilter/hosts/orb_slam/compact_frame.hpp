@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/hosts/orb_slam/traits.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
-#include <vector>
 
 namespace dynfilter::orb_slam {
 

@@ -2,13 +2,9 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/hosts/orb_slam/traits.hpp>
-#include <opencv2/core.hpp>
-#include <optional>
-#include <vector>
+#include <dynfilter/pipeline/pipeline.hpp>
+#include <functional>
 
 namespace dynfilter::orb_slam {
 
@@ -43,12 +39,37 @@ std::optional<Pose> camera_from_world(const Frame& frame) {
   }
 }
 
+/// Of a host's map point.
+template <class MapPoint>
+std::int64_t id_of(const MapPoint& point) {
+  return static_cast<std::int64_t>(point.mnId);
+}
+
+/// What the host made of a frame that it tracked: its map points, and how many of them are inliers. `ids`
+/// holds what the result refers to.
+template <class Frame>
+HostTracking tracking_of(const Frame& frame, std::vector<std::int64_t>& ids) {
+  HostTracking tracking;
+  ids.assign(frame.mvKeys.size(), -1);
+  if (frame.mvpMapPoints.size() < ids.size() || frame.mvbOutlier.size() < ids.size()) return tracking;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (frame.mvbOutlier[i])
+      ++tracking.outliers;
+    else if (frame.mvpMapPoints[i] != nullptr)
+      ++tracking.inliers, ids[i] = id_of(*frame.mvpMapPoints[i]);
+  }
+  tracking.keypoints = frame.mvKeys, tracking.map_point_ids = ids;
+  return tracking;
+}
+
 /// What the host knows of the camera before it tracks a frame.
 struct HostPose {
   bool has_prediction = false, has_last = false;
   Pose predicted_T_world_camera;
   std::int64_t last_frame_id = -1;
   Pose last_T_world_camera;  ///< of that frame, as estimated by now
+  /// Reads that frame. Only while the host has a map, because its map points die with it.
+  std::function<HostTracking(std::vector<std::int64_t>& ids)> tracking;
 };
 
 /// The prediction of the host's constant-velocity model. `velocity` is the host's mVelocity (T_current_last),
@@ -61,6 +82,7 @@ HostPose predicted_pose(const Velocity& velocity, const Frame& last, bool has_ve
   pose.has_last = true;
   pose.last_frame_id = static_cast<std::int64_t>(last.mnId);
   pose.last_T_world_camera = inverse(*T_last_world);
+  pose.tracking = [&last](std::vector<std::int64_t>& ids) { return tracking_of(last, ids); };
   if (!has_velocity) return pose;
   if (const std::optional<Pose> T_current_last = to_pose(velocity)) {
     pose.has_prediction = true;
@@ -107,7 +129,7 @@ class MapPointReader {
     for (std::size_t i = 0; i < n; ++i) {
       MapPoint* const point = map_points[i];
       if (point == nullptr || point->isBad()) continue;
-      ids_[i] = static_cast<std::int64_t>(point->mnId);
+      ids_[i] = id_of(*point);
       positions_[i] = to_point(point->GetWorldPos());
       any_ = true;
     }

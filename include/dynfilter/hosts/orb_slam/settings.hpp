@@ -2,17 +2,10 @@
 #pragma once
 
 #include <dynfilter/config/field_table.hpp>
-#include <dynfilter/config/registry.hpp>
-#include <dynfilter/core/error.hpp>
-#include <dynfilter/core/needs.hpp>
 #include <dynfilter/pipeline/builtin_filters.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <dynfilter/semantic/runner.hpp>
-#include <memory>
-#include <string>
-#include <vector>
 
 namespace dynfilter {
 

@@ -4,7 +4,6 @@
 #include <dynfilter/motion/ground_contact.hpp>
 
 #include <algorithm>
-#include <cstddef>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/portable_math.hpp>

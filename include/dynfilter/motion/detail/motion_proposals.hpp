@@ -12,7 +12,6 @@
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
 #include <dynfilter/motion/rigid_background_scene.hpp>
-#include <optional>
 #include <vector>
 
 namespace dynfilter {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/simd.hpp>
@@ -19,16 +18,13 @@ namespace dynfilter {
 /// The cost of a set H of motions at a noise of s pixels, in nats:
 ///   sum_k w_k (min_h L(e_hk^2 / s^2 + d_hk^2) + 2 log s) + sum_h price_h + (log(s / s0) / spread)^2 / 2 * n0
 /// L(c) = (nu + 2) / 2 log(1 + c / nu) is a Student t density in the image. It is cut off where a point is an
-/// outlier, which may be anywhere within `kReach_px`.
-/// e is the residual in the image [px], d the residual in depth in its own standard deviations.
-/// w_k is the share of an independent point that point k counts as.
-/// The errors of real matches are correlated over tens of pixels.
-/// A second motion must save more than its six parameters cost. A noise larger than predicted is cheaper than
-/// many motions that each fit a part of it.
+/// outlier, which may be anywhere within `kReach_px`. e is the residual in the image [px], d the residual in
+/// depth in its own standard deviations. w_k is the share of an independent point that point k counts as. The
+/// errors of real matches are correlated over tens of pixels. A second motion must save more than its six
+/// parameters cost. A noise larger than predicted is cheaper than many motions that each fit a part of it.
 ///
 /// The search is greedy with pruning, at the predicted noise and at its neighbours among five levels, as long
-/// as the description gets shorter.
-/// Cost: O(motions * points * selected). Owns its scratch.
+/// as the description gets shorter. Cost: O(motions * points * selected). Owns its scratch.
 class MotionSelection {
  public:
   /// Squared residuals of every motion at every point, one row per motion.

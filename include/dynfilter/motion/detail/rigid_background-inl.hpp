@@ -7,23 +7,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
 #include <dynfilter/motion/detail/motion_proposals.hpp>
 #include <dynfilter/motion/detail/motion_selection.hpp>
 #include <dynfilter/motion/detail/row_twist_fit.hpp>
-#include <dynfilter/motion/row_twist.hpp>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <utility>
-#include <vector>
 
 namespace dynfilter {
 

@@ -4,17 +4,10 @@
 #include <dynfilter/motion/view_motion_search.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/small_solve.hpp>
-#include <dynfilter/motion/view_motion.hpp>
-#include <optional>
-#include <vector>
 
 namespace dynfilter {
 

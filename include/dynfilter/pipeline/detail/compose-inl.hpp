@@ -3,22 +3,16 @@
 
 #include <dynfilter/pipeline/compose.hpp>
 
-#include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/pipeline/cluster_expand.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/depth_layers.hpp>
 #include <dynfilter/pipeline/logic_stages.hpp>
 #include <dynfilter/pipeline/object_vote.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/routing_stages.hpp>
 #include <dynfilter/pipeline/stage.hpp>
 #include <dynfilter/pipeline/temporal_stage.hpp>
 #include <dynfilter/pipeline/vote_stage.hpp>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace dynfilter {
 

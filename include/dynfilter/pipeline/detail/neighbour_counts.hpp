@@ -7,17 +7,15 @@
 #include <dynfilter/cluster/clusters.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {
 
-/// Counts marked points within a radius, exactly, without a list of them.
-/// A balanced kd-tree whose nodes know their bounds and their counts: a node that is all within the radius is
-/// added as a whole. So the time does not grow with the number of neighbours.
-/// Points that are not finite are never counted.
-/// Cost: building O(n log n), a count O(log n) where points are few within the radius or all within it,
-/// O(n^(2/3)) at worst. Rebuilding reuses memory.
+/// Counts marked points within a radius, exactly, without a list of them. A balanced kd-tree whose nodes know
+/// their bounds and their counts: a node that is all within the radius is added as a whole. So the time does
+/// not grow with the number of neighbours. Points that are not finite are never counted. Cost: building O(n
+/// log n), a count O(log n) where points are few within the radius or all within it, O(n^(2/3)) at worst.
+/// Rebuilding reuses memory.
 class NeighbourCounts {
  public:
   /// How many points have each of two marks.

@@ -6,16 +6,12 @@
 #include <cstdint>
 #include <cstring>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/span.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/mask_lookup.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 

@@ -7,31 +7,22 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
-#include <cstdint>
 #include <dynfilter/config/numbers.hpp>
-#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/error.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/printable_text.hpp>
-#include <dynfilter/core/span.hpp>
-#include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/floor.hpp>
 #include <dynfilter/pipeline/frame_observer.hpp>
 #include <dynfilter/pipeline/initialisation.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
-#include <dynfilter/pipeline/pipeline_params.hpp>
+#include <dynfilter/pipeline/map_point_history.hpp>
+#include <dynfilter/pipeline/self_check.hpp>
 #include <dynfilter/pipeline/stage.hpp>
-#include <memory>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace dynfilter {
 
@@ -51,7 +42,11 @@ class Pipeline::Impl {
     check_parameters(config_.initialisation, "initialisation");
     evidence_.set_clock(&now_ms);
     evidence_.set_history(needs().history_frames);
-    evidence_.set_semantics((needs().optional & (Input::Detections | Input::Mask)) != Input::None);
+    evidence_.set_semantics((needs().optional & kSemantic) != Input::None);
+    if (const Stage* root = stage_at(CallPoint::BeforePose))
+      root->for_each([this](const Stage& stage, int) {
+        if ((stage.needs().required & kSemantic) != Input::None) semantic_paths_.push_back(stage.path());
+      });
   }
 
   const Verdict& process(const FrameView& frame, CallPoint call_point, const HostLimits& limits) {
@@ -77,6 +72,7 @@ class Pipeline::Impl {
       floor_.apply(evidence_.frame(), limits.min_features, verdict_);
       initialisation_.apply(verdict_);
     }
+    learn(frame, call_point);
     finish(call_point);
     verdict_.report.total_ms =
         std::chrono::duration<double, std::milli>(StageReports::Clock::now() - start).count();
@@ -87,7 +83,23 @@ class Pipeline::Impl {
     for (const CallPoint point : kCallPoints)
       if (Stage* root = stage_at(point)) root->reset();
     initialisation_.reset();
+    map_points_.reset();
+    self_check_.reset();
+    doubts_itself_ = false;
     last_id_.reset();
+  }
+
+  void lost() {
+    evidence_.forget_poses();
+    self_check_.reset();
+    doubts_itself_ = false;
+  }
+
+  void update_pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance,
+                   const HostTracking& tracking) {
+    evidence_.update_pose(frame_id, T_world_camera, provenance);
+    map_points_.assign(frame_id, tracking.keypoints, tracking.map_point_ids);
+    doubts_itself_ = self_check_.doubts(evidence_, frame_id, tracking) || doubts_itself_;
   }
 
   Needs needs() const {
@@ -114,8 +126,10 @@ class Pipeline::Impl {
     observer_ = std::move(observer);
     if (observer_) observer_->begin(config_);
   }
+  const MapPointHistory& map_points() const { return map_points_; }
 
  private:
+  static constexpr Input kSemantic = Input::Detections | Input::Mask;
   static constexpr std::array<CallPoint, 3> kCallPoints{CallPoint::BeforePose, CallPoint::AfterPose,
                                                         CallPoint::AtKeyframe};
 
@@ -130,11 +144,19 @@ class Pipeline::Impl {
       reset();
       verdict_.report.notes.emplace_back("time jump: history forgotten");
     }
+    if (doubts_itself_) {
+      reset();
+      ++verdict_.report.doubts;
+      verdict_.report.notes.emplace_back(
+          "self-check: much is rejected that follows the host's own motion: history forgotten");
+    }
     if (!last_id_) first_id_ = frame.id;
     last_id_ = frame.id;
     last_timestamp_s_ = frame.timestamp_s;
     evidence_.begin(frame, call_point);
     for (const std::string& note : evidence_.input_notes()) verdict_.report.notes.push_back(note);
+    if (evidence_.prepared_in_vain())
+      verdict_.report.notes.emplace_back("prepare() had another image or stamp: not used");
     const std::size_t n = frame.size();
     verdict_.report.features = n;
     verdict_.decision.assign(n, Vote::Unknown);
@@ -156,6 +178,7 @@ class Pipeline::Impl {
     report.notes.clear();
     report.frame_id = frame_id;
     report.call_point = call_point;
+    report.doubts = last.doubts;
     last = std::move(report);
     if (stage_at(call_point) == nullptr) last.stages.clear();
   }
@@ -216,8 +239,25 @@ class Pipeline::Impl {
   }
   void judge_map_points() {
     const Span<const std::int64_t> ids = evidence_.frame().map_point_ids;
+    const bool judged_here = stage_at(CallPoint::AtKeyframe) != nullptr;
     for (std::size_t i = 0; i < ids.size(); ++i)
-      if (ids[i] >= 0) verdict_.map_points.push_back({ids[i], verdict_.decision[i], verdict_.suspicion[i]});
+      if (ids[i] >= 0)
+        verdict_.map_points.push_back(
+            judged_here ? MapPointVerdict{ids[i], verdict_.decision[i], verdict_.suspicion[i]}
+                        : map_points_.verdict(ids[i]));
+  }
+
+  /// For the map points of this frame, and for the check of it when the host has tracked it.
+  void learn(const FrameView& frame, CallPoint call_point) {
+    if (call_point != CallPoint::BeforePose)
+      return map_points_.assign(frame.id, frame.keypoints, frame.map_point_ids);
+    map_points_.learn(frame, evidence_, verdict_);
+    std::uint64_t semantic = 0;
+    const std::vector<StageReport>& stages = verdict_.report.stages;
+    for (std::size_t k = 0; k < stages.size() && k < 64; ++k)
+      if (std::find(semantic_paths_.begin(), semantic_paths_.end(), stages[k].path) != semantic_paths_.end())
+        semantic |= std::uint64_t{1} << k;
+    self_check_.keep(evidence_, verdict_, semantic);
   }
 
   bool time_jumped(const FrameView& frame) const {
@@ -231,6 +271,10 @@ class Pipeline::Impl {
   Floor floor_;
   Initialisation initialisation_;
   Judgement judgement_;
+  MapPointHistory map_points_;
+  SelfCheck self_check_;
+  bool doubts_itself_ = false;               ///< the next call resets the pipeline
+  std::vector<std::string> semantic_paths_;  ///< of stages that need boxes or masks
   Verdict verdict_;
   std::array<std::vector<StageReport>, kCallPoints.size()>
       reports_;  ///< of other call points than verdict_'s
@@ -257,10 +301,23 @@ DYNFILTER_INLINE void Pipeline::reset() {
   if (impl_->observer() != nullptr) impl_->observer()->reset();
   impl_->reset();
 }
+DYNFILTER_INLINE void Pipeline::prepare(const cv::Mat& grey, double timestamp_s) {
+  impl_->evidence().prepare(grey, timestamp_s);
+}
+DYNFILTER_INLINE void Pipeline::lost() {
+  if (impl_->observer() != nullptr) impl_->observer()->lost();
+  impl_->lost();
+}
 DYNFILTER_INLINE void Pipeline::update_pose(std::int64_t frame_id, const Pose& T_world_camera,
-                                            PoseProvenance provenance) {
-  if (impl_->observer() != nullptr) impl_->observer()->pose(frame_id, T_world_camera, provenance);
-  impl_->evidence().update_pose(frame_id, T_world_camera, provenance);
+                                            PoseProvenance provenance, const HostTracking& tracking) {
+  if (impl_->observer() != nullptr) impl_->observer()->pose(frame_id, T_world_camera, provenance, tracking);
+  impl_->update_pose(frame_id, T_world_camera, provenance, tracking);
+}
+DYNFILTER_INLINE MapPointVerdict Pipeline::map_point(std::int64_t map_point_id) const {
+  return impl_->map_points().verdict(map_point_id);
+}
+DYNFILTER_INLINE std::vector<std::int64_t> Pipeline::moved_map_points() const {
+  return impl_->map_points().moved();
 }
 DYNFILTER_INLINE void Pipeline::set_observer(std::shared_ptr<FrameObserver> observer) {
   impl_->set_observer(std::move(observer));

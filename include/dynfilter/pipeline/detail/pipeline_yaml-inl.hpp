@@ -5,17 +5,12 @@
 
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/config/registry.hpp>
-#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/pipeline/combinator_table.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_params.hpp>
 #include <dynfilter/pipeline/stage_reader.hpp>
-#include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {

@@ -8,16 +8,11 @@
 #include <cstdlib>
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <filesystem>
 #include <sstream>
-#include <string>
 #include <system_error>
-#include <vector>
 
 /// A folder like share/dynfilter, of a source that only CMake's targets bring along. Null without it.
 extern "C" __attribute__((weak)) const char dynfilter_presets_folder[];

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/printable_text.hpp>

@@ -8,12 +8,10 @@
 #include <dynfilter/config/near_miss.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/config/yaml.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/printable_text.hpp>
 #include <dynfilter/pipeline/frame_observer.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
-#include <dynfilter/pipeline/presets.hpp>
 #include <dynfilter/plugin/loader.hpp>
 #include <dynfilter/semantic/async_runner.hpp>
 #include <dynfilter/semantic/detector_yaml.hpp>
@@ -21,7 +19,6 @@
 #include <filesystem>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 namespace dynfilter {
 

@@ -67,10 +67,19 @@ struct RecordedFrame {
   FrameView view(std::vector<KeyframeView>& keyframes) const;
 };
 
+/// A HostTracking that owns its memory.
+struct RecordedTracking {
+  std::vector<cv::KeyPoint> keypoints;
+  std::vector<std::int64_t> map_point_ids;
+  std::size_t inliers = 0, outliers = 0;
+
+  HostTracking view() const { return {keypoints, map_point_ids, inliers, outliers}; }
+};
+
 /// What the host did, in its order.
 struct RecordedEvent {
   /// Which of the host's calls it was.
-  enum class Kind { Frame, Pose, Reset };
+  enum class Kind { Frame, Pose, Reset, Lost };
   Kind kind = Kind::Frame;
   // Frame: a call of the pipeline.
   RecordedFrame frame;
@@ -81,6 +90,10 @@ struct RecordedEvent {
   std::int64_t pose_frame_id = -1;
   Pose T_world_camera;
   PoseProvenance provenance = PoseProvenance::None;
+  RecordedTracking tracking;
+
+  /// Calls reset(), lost() or update_pose(). Nothing for a frame.
+  void repeat(Pipeline& pipeline) const;
 };
 
 /// The pipeline of a recording.
