@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -106,7 +107,8 @@ Played play(OrbSlam& filter, int sensor) {
     });
     track(frame, from, points);
     call([&] { filter.after_pose(frame); });
-    if (k % 2 == 0) call([&] { filter.at_keyframe(frame, std::vector<host::v2::KeyFrame*>()); });
+    using KeyFrame = std::conditional_t<kIsVersion3<Frame>, host::v3::KeyFrame, host::v2::KeyFrame>;
+    if (k % 2 == 0) call([&] { filter.at_keyframe(frame, std::vector<KeyFrame*>()); });
     last = frame;
   }
   return played;
