@@ -121,7 +121,7 @@ DYNFILTER_INLINE void OrbSlam::reject_moved_points(const FrameView& view) {
   std::size_t k = 0;
   for (std::size_t i = 0; i < view.map_point_ids.size() && k < verdict_.map_points.size(); ++i) {
     if (view.map_point_ids[i] < 0 || verdict_.map_points[k++].vote != Vote::Dynamic) continue;
-    verdict_.report.rejected += verdict_.keep(i) ? 1 : 0;
+    if (verdict_.keep(i)) ++verdict_.report.rejected;
     verdict_.decision[i] = Vote::Dynamic;
   }
 }
