@@ -25,9 +25,9 @@ class FrameObserver {
   /// Before the frame is judged. Its memory is valid until judged() returns.
   virtual void frame(const FrameView& frame, CallPoint point, const HostLimits& limits) = 0;
   virtual void judged(Verdict& verdict) = 0;  ///< the answer, whose report may get notes
-  /// As the functions of Pipeline were called: reset(), lost() and update_pose().
-  virtual void reset() = 0;
-  virtual void lost() = 0;
+  virtual void reset() = 0;                   ///< as Pipeline::reset() was called
+  virtual void lost() = 0;                    ///< as Pipeline::lost() was called
+  /// As Pipeline::update_pose() was called.
   virtual void pose(std::int64_t frame_id, const Pose& T_world_camera, PoseProvenance provenance,
                     const HostTracking& tracking) = 0;
 };

@@ -73,6 +73,7 @@ struct RecordedTracking {
   std::vector<std::int64_t> map_point_ids;
   std::size_t inliers = 0, outliers = 0;
 
+  /// Valid while this exists.
   HostTracking view() const { return {keypoints, map_point_ids, inliers, outliers}; }
 };
 
