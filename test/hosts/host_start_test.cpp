@@ -230,6 +230,10 @@ TEST_CASE("start: of wrong settings one line is told; on_error stops, or lets ev
     off->reset();
   }
   Lines lines;
+  folder.write("oracle.yaml", "pipeline: { before_pose: [ epipolar ] }\n");  // not the preset
+  const std::string own = (folder.path() / "oracle.yaml").string();
+  CHECK(start(folder.settings("DynFilter.pipeline: " + own + "\n"), lines) != nullptr);
+  lines.clear();
   CHECK(start(folder.settings("DynFilter.on_error: maybe\n"), lines) == nullptr);
   CHECK(has(lines.at(0), "expected one of stop, off, got `maybe`"));
   CHECK(start("/nowhere/settings.yaml", lines) == nullptr);

@@ -124,6 +124,9 @@ TEST_CASE("presets: an unknown name lists the known ones and the one that was me
   CHECK(refusal("/no/such.yaml") == "/no/such.yaml: no such pipeline file");
   CHECK(contains(refusal(""), "neither a file nor a preset; presets: "));
   CHECK(contains(refusal("oracle"), "only the command `dynfilter` can run it"));
+  const fs::path own = shelf.folder("own") / "oracle.yaml";  // a file of that name is the user's
+  std::ofstream(own) << "pipeline: { before_pose: [ epipolar ] }\n";
+  CHECK(load_pipeline(own.string(), builtin_filters()).before_pose != nullptr);
   CHECK(contains(refusal(shelf.folder("empty").string()), "no such pipeline file"));
 }
 

@@ -119,7 +119,7 @@ DYNFILTER_INLINE PipelineConfig load_pipeline(const std::string& source, const R
                                               const PresetFolders& folders) {
   if (detail::is_yaml_text(source)) return pipeline_from_text(source, registry);
   const std::filesystem::path file = find_preset(source, folders);
-  if (file.stem() == "oracle" && registry.find("oracle") == nullptr)
+  if (std::filesystem::path(source).replace_extension() == "oracle" && registry.find("oracle") == nullptr)
     throw ConfigError(
         source, "`oracle` knows the labels of a synthetic sequence: only the command `dynfilter` can run it");
   return pipeline_from_file(file.string(), registry);

@@ -166,7 +166,7 @@ inline void read_pipeline_of(const YamlDocument& document, const std::string& na
     return;
   }
   settings.pipeline_file = find_pipeline(name.empty() ? "dynfilter" : name, file, key);
-  if (std::filesystem::path(settings.pipeline_file).stem() == "oracle" && registry.find("oracle") == nullptr)
+  if (std::filesystem::path(name).replace_extension() == "oracle" && registry.find("oracle") == nullptr)
     throw ConfigError(key,
                       "`oracle` knows the labels of a synthetic sequence: only the command `dynfilter` "
                       "can run it");
