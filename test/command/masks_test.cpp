@@ -174,7 +174,9 @@ TEST_CASE("masks of features need no detector") {
       cv::imread((clip.out() / "masks/1700000000.266667.png").string(), cv::IMREAD_UNCHANGED);
   CHECK(cv::countNonZero(mask) == 0);
   const CommandResult oracle = dynfilter(clip.masks(features + "--pipeline oracle"));
-  CHECK(number_in(oracle.out, "truth", "iou") > number_in(result.out, "truth", "iou"));
+  // True votes spare the static scene. Votes that reach beyond outlines may cover a little more of the body.
+  CHECK(number_in(oracle.out, "truth", "static_lost") < number_in(result.out, "truth", "static_lost") / 2);
+  CHECK(number_in(oracle.out, "truth", "iou") > 0.75);
 }
 
 TEST_CASE("masks for nerfstudio: transforms.json names a mask for every frame") {

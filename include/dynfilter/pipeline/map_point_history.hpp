@@ -43,8 +43,9 @@ class MapPointHistory {
   static constexpr float kFirst = -2.94F, kMoves = 1.39F, kMost = 4.0F;  ///< 5 %, 80 %, 98 %
   static constexpr float kReach_px = 18, kBlindReach_px = 3;  ///< to the nearest feature; without a depth
   static constexpr float kSurface_m = 0.1F, kSurfaceShare = 0.04F;  ///< difference in depth on one surface
-  static constexpr float kKeptOffset = 0.5F;  ///< from that feature's depth: noise must not add up
-  static constexpr int kMostMisses = 8;       ///< frames without such a feature
+  static constexpr float kKeptOffset = 0.5F;      ///< from that feature's depth: noise must not add up
+  static constexpr int kMostMisses = 8;           ///< frames without such a feature
+  static constexpr std::size_t kMostLooks = 512;  ///< at features of a crowd: bounds the time
   static constexpr std::size_t kMostPoints = 100'000;
 
   struct Point {
@@ -146,14 +147,18 @@ inline std::size_t MapPointHistory::nearest(const Point& point, const PointGrid&
   const float reach_px = blind ? kBlindReach_px : kReach_px;
   std::size_t best = verdict.size();
   std::pair<bool, float> best_by(true, std::numeric_limits<float>::infinity());
-  grid.around(point.px, kReach_px, [&](std::int32_t j) {
-    const auto i = static_cast<std::size_t>(j);
+  const auto look = [&](std::size_t i) {
     const cv::Point2f apart = match.correspondences.reference_px[i] - point.px;
     const float apart_m = blind ? 0 : std::abs(match.reference_depth_m[i] - point.depth_m);
     if (!(apart_m <= surface_m) || apart.dot(apart) > reach_px * reach_px) return;
     const bool unknown = verdict.decision[i] == Vote::Unknown && verdict.restored[i] == 0;
     const std::pair<bool, float> by(unknown, apart.dot(apart));
     if (by < best_by) best = i, best_by = by;
+  };
+  std::size_t left = kMostLooks;
+  grid.ranges_around(point.px, kReach_px, [&](std::size_t begin, std::size_t end) {
+    end = std::min(end, begin + left), left -= end - begin;
+    for (std::size_t e = begin; e < end; ++e) look(static_cast<std::size_t>(grid.entries()[e]));
   });
   return best;
 }
