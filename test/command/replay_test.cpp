@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <cstdint>
+#include <cstring>
 #include <dynfilter/pipeline/builtin_filters.hpp>
 #include <dynfilter/pipeline/frame_observer.hpp>
 #include <dynfilter/pipeline/pipeline_yaml.hpp>
@@ -39,6 +41,22 @@ class Recording {
  private:
   TemporaryFolder root_;
 };
+
+/// The recording cut off within its last record of images. A frame's record is written before its images,
+/// those by a thread of their own: at any other byte it is chance whether a frame lacks its own.
+std::string cut_within_last_images(const std::string& bytes) {
+  constexpr std::size_t kFileHeaderBytes = 16, kRecordHeaderBytes = 24;
+  constexpr std::uint32_t kImages = 4;  // plugins/recorder/src/record_file.hpp
+  std::size_t last = 0;
+  for (std::size_t at = kFileHeaderBytes; at + kRecordHeaderBytes <= bytes.size();) {
+    std::uint32_t kind_and_bytes[2];
+    std::memcpy(kind_and_bytes, bytes.data() + at, sizeof(kind_and_bytes));
+    if (kind_and_bytes[0] == kImages) last = at;
+    at += kRecordHeaderBytes + kind_and_bytes[1];
+  }
+  REQUIRE(last > 0);
+  return bytes.substr(0, last + kRecordHeaderBytes);
+}
 
 std::size_t lines_in(const fs::path& file) {
   const std::string text = read_text(file);
@@ -144,7 +162,7 @@ TEST_CASE("replay: what is no recording, of another version or damaged is refuse
   check_refused(replay, "is damaged: ");
   check_refused("replay /nowhere/run.dfr", "/nowhere/run.dfr: cannot be opened");
   CHECK(!fs::exists(out));
-  recording.write(bytes.substr(0, bytes.size() * 3 / 4));
+  recording.write(cut_within_last_images(bytes));
   const CommandResult cut_off = dynfilter_test::dynfilter(recording.replay());
   CHECK(cut_off.exit_code == 0);
   CHECK(contains(cut_off.out, "note: the recording was cut off at byte "));
