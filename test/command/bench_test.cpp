@@ -24,7 +24,7 @@ class BenchData {
   std::string arguments(const std::string& manifest, const std::string& more) const {
     return "bench '" + manifest + "' --data '" + data().string() + "' --out '" + out().string() + "' " + more;
   }
-  CommandResult run(const std::string& more) const { return dynfilter(arguments("tum_fr3", more)); }
+  CommandResult run(const std::string& more) const { return run_dynfilter(arguments("tum_fr3", more)); }
   fs::path write(const std::string& name, const std::string& text) const {
     std::ofstream(root_.path() / name) << text;
     return root_.path() / name;
@@ -109,12 +109,13 @@ TEST_CASE("bench finds KITTI's and EuRoC's folders, and a mono run is aligned by
   fs::create_directory_symlink(Walking::shared().folder(), bench.data() / "V1_01_easy");
   for (const auto& [manifest, sequence] : {std::pair{"kitti", "04"}, {"euroc", "V1_01_easy"}}) {
     const std::string more = "--pipelines none --frames 3 --force --json";
-    const CommandResult first = dynfilter(bench.arguments(manifest, more));
+    const CommandResult first = run_dynfilter(bench.arguments(manifest, more));
     CHECK(first.exit_code == 0);
     CHECK(value_of(row_of(first.out, sequence, "none"), "frames") == "3");
     CHECK(value_of(row_of(first.out, sequence, "none"), "alignment") == "\"SE(3)\"");
     mark(bench.out() / sequence / "none" / "summary.json", "sensor", "\"mono\"");
-    const CommandResult second = dynfilter(bench.arguments(manifest, "--pipelines none --frames 3 --json"));
+    const CommandResult second =
+        run_dynfilter(bench.arguments(manifest, "--pipelines none --frames 3 --json"));
     CHECK(value_of(row_of(second.out, sequence, "none"), "alignment") == "\"Sim(3)\"");
   }
 }
@@ -135,7 +136,7 @@ TEST_CASE("all manifests can be read, and nothing there is no error") {
   for (const auto& entry : fs::directory_iterator(fs::path(DYNFILTER_SOURCE_DIR) / "examples/benchmarks")) {
     const std::string name = entry.path().stem().string();
     CAPTURE(name);
-    const CommandResult result = dynfilter(bench.arguments(name, "--force"));
+    const CommandResult result = run_dynfilter(bench.arguments(name, "--force"));
     CAPTURE(result.err);
     CHECK(result.exit_code == 0);
     CHECK(contains(result.out, "missing: https://"));

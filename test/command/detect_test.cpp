@@ -34,8 +34,8 @@ class Workshop {
 
 TEST_CASE("detect: boxes of a picture as a file that run reads, and a picture of them") {
   const Workshop shop;
-  const CommandResult result = dynfilter("detect " + shop.file("1.500000.png") + " --detector " +
-                                         shop.file("d.yaml") + " --out " + shop.file("out"));
+  const CommandResult result = run_dynfilter("detect " + shop.file("1.500000.png") + " --detector " +
+                                             shop.file("d.yaml") + " --out " + shop.file("out"));
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   CHECK(contains(result.out, "red on "));
@@ -47,7 +47,7 @@ TEST_CASE("detect: boxes of a picture as a file that run reads, and a picture of
   CHECK(fs::exists(shop.root() / "out/overlay/1.500000.png"));
   CHECK(!fs::exists(shop.root() / "out/masks"));
   const CommandResult json =
-      dynfilter("detect " + shop.file("1.500000.png") + " --json --detector " + shop.file("d.yaml"));
+      run_dynfilter("detect " + shop.file("1.500000.png") + " --json --detector " + shop.file("d.yaml"));
   CHECK(contains(json.out, "\"images_with_two\": 0"));
 }
 
@@ -55,17 +55,17 @@ TEST_CASE("detect: where nothing is found, the count and detections.txt agree") 
   const Workshop shop;
   cv::imwrite((shop.root() / "2.500000.png").string(), cv::Mat(8, 8, CV_8UC3, cv::Scalar(0, 0, 0)));
   const std::string detect = "detect " + shop.file("2.500000.png") + " --detector " + shop.file("d.yaml");
-  const CommandResult result = dynfilter(detect + " --out " + shop.file("out"));
+  const CommandResult result = run_dynfilter(detect + " --out " + shop.file("out"));
   CHECK(result.exit_code == 0);
   CHECK(contains(result.out, "1 image: 0 boxes in 0 of them"));
   CHECK(read_text(shop.root() / "out/detections.txt") ==
         "# timestamp class_id class_name score x1 y1 x2 y2\n2.500000 none\n");
-  const std::string json = dynfilter(detect + " --json").out;
+  const std::string json = run_dynfilter(detect + " --json").out;
   CHECK(contains(json, "\"with_boxes\": 0"));
   CHECK(contains(json, "\"boxes\": 0"));
   CHECK(contains(json, "\"answers\": 1"));
   check_refused(detect + " --out " + shop.file("out"), "replace them with --force");
-  CHECK(dynfilter(detect + " --force --out " + shop.file("out")).exit_code == 0);
+  CHECK(run_dynfilter(detect + " --force --out " + shop.file("out")).exit_code == 0);
 }
 
 TEST_CASE("detect and run refuse detectors that cannot be: one line each") {
@@ -101,14 +101,15 @@ TEST_CASE("detect and run refuse detectors that cannot be: one line each") {
 
 TEST_CASE("run takes boxes and masks from a detector") {
   const Workshop shop;
-  REQUIRE(dynfilter("synth walking_static " + shop.file("walking") + " --frames 12 --seed 3").exit_code == 0);
+  REQUIRE(run_dynfilter("synth walking_static " + shop.file("walking") + " --frames 12 --seed 3").exit_code ==
+          0);
   const std::string run = "run " + shop.file("walking") + " --pipeline rts_slam_s --json ";
   // A detector that reads the written files gives the same result.
   write_text(shop.root() / "f.yaml",
              "%YAML:1.0\n---\ndetector: { type: files, detections: detections.txt, masks: masks }\n");
-  const CommandResult files = dynfilter(run);
+  const CommandResult files = run_dynfilter(run);
   const CommandResult detector =
-      dynfilter(run + "--detector " + shop.file("f.yaml") + " --network-dir " + shop.file("walking"));
+      run_dynfilter(run + "--detector " + shop.file("f.yaml") + " --network-dir " + shop.file("walking"));
   CAPTURE(detector.err);
   REQUIRE(files.exit_code == 0);
   REQUIRE(detector.exit_code == 0);
@@ -119,7 +120,7 @@ TEST_CASE("run takes boxes and masks from a detector") {
   };
   for (const char* key : {"ate_rmse_m", "recall", "rejected_mean", "tracked_frames"})
     CHECK(value(files.out, key) == value(detector.out, key));
-  CHECK(value(files.out, "recall") != value(dynfilter(run + "--no-detections").out, "recall"));
+  CHECK(value(files.out, "recall") != value(run_dynfilter(run + "--no-detections").out, "recall"));
   CHECK(contains(detector.out, "boxes and masks from the detector files"));
   check_refused(run + "--detector " + shop.file("d.yaml") + " --detections x", "--detections");
   fs::remove(shop.root() / "net.onnx");
@@ -134,7 +135,7 @@ TEST_CASE("serve answers images with boxes, until the stream ends") {
   for (int i = 0; i < 64; ++i) red += std::string("\0\0\xFF", 3);
   write_text(shop.root() / "images",
              "image 7 1.5 8 8 3\n" + red + "image 8 1.6 1 1 1\n" + std::string(1, '\0'));
-  const CommandResult result = dynfilter("serve " + shop.file("d.yaml") + " <" + shop.file("images"));
+  const CommandResult result = run_dynfilter("serve " + shop.file("d.yaml") + " <" + shop.file("images"));
   CAPTURE(result.err);
   CHECK(result.exit_code == 0);
   CHECK(result.out ==
@@ -145,7 +146,7 @@ TEST_CASE("serve answers images with boxes, until the stream ends") {
 TEST_CASE("serve says in one line what it cannot read") {
   const Workshop shop;
   write_text(shop.root() / "images", "picture 7\n");
-  const CommandResult result = dynfilter("serve " + shop.file("d.yaml") + " <" + shop.file("images"));
+  const CommandResult result = run_dynfilter("serve " + shop.file("d.yaml") + " <" + shop.file("images"));
   CHECK(result.exit_code == 2);
   CHECK(contains(result.err, "expected `image ID TIMESTAMP WIDTH HEIGHT CHANNELS`, got `picture 7`"));
   CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
@@ -170,7 +171,8 @@ TEST_CASE("a detector that fails: on every image exit code 1 and no figures, on 
       detector("flaky", "[ $id = 0 ] && { echo result 0; echo detections 0; echo end; continue; }\n");
   const std::string line = "the detector failed on every image: ";
 
-  const CommandResult run = dynfilter("run " + sequence + "--pipeline rts_slam --json --frames 4 " + broken);
+  const CommandResult run =
+      run_dynfilter("run " + sequence + "--pipeline rts_slam --json --frames 4 " + broken);
   CHECK(run.exit_code == 1);
   CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
   CHECK(run.err.rfind("dynfilter: rts_slam on walking: " + line, 0) == 0);
@@ -179,22 +181,22 @@ TEST_CASE("a detector that fails: on every image exit code 1 and no figures, on 
   for (const char* key : {"ate_rmse_m", "recall", "static_kept"}) CHECK(value_of(run.out, key) == "null");
 
   const CommandResult compare =
-      dynfilter("compare " + sequence + "--pipelines none,rts_slam --frames 4 --markdown " + broken);
+      run_dynfilter("compare " + sequence + "--pipelines none,rts_slam --frames 4 --markdown " + broken);
   CHECK(compare.exit_code == 1);
   CHECK(std::count(compare.err.begin(), compare.err.end(), '\n') == 2);
   CHECK(!contains(compare.out, "ATE"));  // no row has one
 
-  const CommandResult detect = dynfilter("detect " + sequence + "--frames 4 " + broken);
+  const CommandResult detect = run_dynfilter("detect " + sequence + "--frames 4 " + broken);
   CHECK(detect.exit_code == 1);
   CHECK(contains(detect.err, "broken on "));
   CHECK(contains(detect.err, line));
 
-  const CommandResult some = dynfilter("run " + sequence + "--pipeline rts_slam --frames 4 " + flaky);
+  const CommandResult some = run_dynfilter("run " + sequence + "--pipeline rts_slam --frames 4 " + flaky);
   CAPTURE(some.err);
   CHECK(some.exit_code == 0);
   CHECK(some.err.empty());
   CHECK(contains(some.out, "note: the detector failed on 3 of 4 images: "));
-  const CommandResult seen = dynfilter("detect " + sequence + "--frames 4 " + flaky);
+  const CommandResult seen = run_dynfilter("detect " + sequence + "--frames 4 " + flaky);
   CHECK(seen.exit_code == 0);
   CHECK(contains(seen.out, "the detector failed on 3 of them: "));
 }

@@ -23,13 +23,13 @@ std::string arc(double offset_s) {
 }  // namespace
 
 TEST_CASE("help and version: exit code 0; no subcommand or an unknown one: one line and 2") {
-  CHECK(dynfilter("--help").exit_code == 0);
-  CHECK(contains(dynfilter("eval --help").out, "GROUNDTRUTH"));
-  CHECK(contains(dynfilter("--version").out, "."));
+  CHECK(run_dynfilter("--help").exit_code == 0);
+  CHECK(contains(run_dynfilter("eval --help").out, "GROUNDTRUTH"));
+  CHECK(contains(run_dynfilter("--version").out, "."));
   check_refused("", "subcommand");
   check_refused("evil", "unknown subcommand `evil` (did you mean `eval`?); known subcommands: filters, ");
-  CHECK(dynfilter("help").out == dynfilter("--help").out);
-  CHECK(dynfilter("help eval").out == dynfilter("eval --help").out);
+  CHECK(run_dynfilter("help").out == run_dynfilter("--help").out);
+  CHECK(run_dynfilter("help eval").out == run_dynfilter("eval --help").out);
   check_refused("help evil", "did you mean `eval`?");
   check_refused("eval", "GROUNDTRUTH is required");
   check_refused("eval a b --bogus", "--bogus");
@@ -41,11 +41,11 @@ TEST_CASE("eval of a trajectory against itself, and its bad input") {
                     later = (folder.path() / "later.txt").string();
   write_text(truth, arc(0));
   write_text(later, arc(30));
-  const CommandResult result = dynfilter("eval " + truth + " " + truth);
+  const CommandResult result = run_dynfilter("eval " + truth + " " + truth);
   CHECK(result.exit_code == 0);
   CHECK(result.err.empty());
   CHECK(contains(result.out, "compared_pose_pairs 20 pairs\nabsolute_translational_error.rmse 0.000000 m\n"));
-  CHECK(contains(dynfilter("eval --json " + truth + " " + truth).out, "\"pairs\": 20"));
+  CHECK(contains(run_dynfilter("eval --json " + truth + " " + truth).out, "\"pairs\": 20"));
   check_refused("eval " + truth + " " + later, "share 0 timestamps");
   check_refused("eval " + truth + " nowhere.txt", "nowhere.txt: no such file");
   write_text(later, "50 1 2\n");
@@ -86,19 +86,19 @@ TEST_CASE("eval reads KITTI and EuRoC files, and says when stamps look like nano
   const std::string tum = file("tum.txt", arc(0)), kitti = file("kitti.txt", kitti_arc()),
                     euroc = file("euroc.csv", euroc_arc());
   const std::string none = "absolute_translational_error.rmse 0.000000 m\n";
-  const CommandResult self = dynfilter("eval " + kitti + " " + kitti);
+  const CommandResult self = run_dynfilter("eval " + kitti + " " + kitti);
   CHECK(self.exit_code == 0);
   CHECK(contains(self.out, none));
   CHECK(contains(self.out, "compared_pose_pairs 20 pairs"));
   CHECK(contains(self.out, "# " + kitti + ": KITTI poses have no stamps: ten a second are assumed"));
-  CHECK(contains(dynfilter("eval " + tum + " " + euroc).out, none));
-  CHECK(contains(dynfilter("eval " + euroc + " " + tum + " --json").out, "\"pairs\": 20"));
+  CHECK(contains(run_dynfilter("eval " + tum + " " + euroc).out, none));
+  CHECK(contains(run_dynfilter("eval " + euroc + " " + tum + " --json").out, "\"pairs\": 20"));
   // KITTI's poses against stamped ones need their times.
   check_refused("eval " + tum + " " + kitti, "--times gives the stamps of KITTI's poses");
   std::string times;
   for (int i = 0; i < 20; ++i) times += std::to_string(50 + 0.1 * i) + "\n";
   const std::string stamps = file("times.txt", times);
-  CHECK(contains(dynfilter("eval " + tum + " " + kitti + " --times " + stamps).out, none));
+  CHECK(contains(run_dynfilter("eval " + tum + " " + kitti + " --times " + stamps).out, none));
   check_refused("eval " + tum + " " + kitti + " --times nowhere.txt", "--times nowhere.txt: no such file");
   check_refused("eval " + tum + " " + kitti + " --times " + file("short.txt", "1\n2\n"),
                 "20 poses, but only 2 times");
@@ -107,7 +107,7 @@ TEST_CASE("eval reads KITTI and EuRoC files, and says when stamps look like nano
   std::istringstream lines(arc(0));
   for (std::string stamp_s, rest; lines >> stamp_s && std::getline(lines, rest);)
     nanoseconds += std::to_string(std::llround(1e9 * std::stod(stamp_s))) + rest + "\n";
-  const CommandResult ns = dynfilter("eval " + tum + " " + file("ns.txt", nanoseconds));
+  const CommandResult ns = run_dynfilter("eval " + tum + " " + file("ns.txt", nanoseconds));
   CHECK(ns.exit_code == 0);
   CHECK(contains(ns.out, none));
   CHECK(contains(ns.out, "ns.txt: the stamps look like nanoseconds and are read as such\n"));
@@ -125,8 +125,8 @@ TEST_CASE("eval prints the lines that the TUM tools printed for DynaSLAM" *
   }
   for (const char* name : {"fr3_sitting_static", "fr3_walk_static", "fr3_walk_xyz"}) {
     const fs::path folder = data / name;
-    const CommandResult result = dynfilter("eval '" + (folder / "groundtruth.txt").string() + "' '" +
-                                           (folder / "dynaslam.txt").string() + "'");
+    const CommandResult result = run_dynfilter("eval '" + (folder / "groundtruth.txt").string() + "' '" +
+                                               (folder / "dynaslam.txt").string() + "'");
     std::istringstream published(read_text(folder / "dynaslam_ate.txt") +
                                  read_text(folder / "dynaslam_rpe.txt"));
     int lines = 0;

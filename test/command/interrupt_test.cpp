@@ -165,7 +165,7 @@ TEST_CASE("a signal leaves the results of an earlier run as they were") {
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "out";
   const std::string run = "run " + walking() + "--pipeline none --out '" + out.string() + "' ";
-  REQUIRE(dynfilter(run + "--frames 2").exit_code == 0);
+  REQUIRE(run_dynfilter(run + "--frames 2").exit_code == 0);
   const std::string before = read_text(out / "summary.json");
   {
     Background command(folder.path(), run + "--force" + slow_detector(folder.path()));
@@ -204,7 +204,7 @@ TEST_CASE("bench: a signal removes the run that was not complete, and the next c
     CHECK(command.end_by(SIGTERM) == SIGTERM);
   }
   CHECK(hidden_in(folder.path()).empty());
-  CHECK(dynfilter(bench + " --pipelines none").exit_code == 0);
+  CHECK(run_dynfilter(bench + " --pipelines none").exit_code == 0);
   CHECK(fs::exists(out / "walking" / "none" / "summary.json"));
 }
 
@@ -223,7 +223,7 @@ TEST_CASE("two commands into one folder: the second is refused, the first is not
   // Killed: what it leaves is removed by the next command.
   CHECK(first.end_by(SIGKILL) == SIGKILL);
   CHECK_FALSE(partial_of(out).empty());
-  CHECK(dynfilter("run " + walking() + "--pipeline none --frames 2 " + to).exit_code == 0);
+  CHECK(run_dynfilter("run " + walking() + "--pipeline none --frames 2 " + to).exit_code == 0);
   CHECK(hidden_in(folder.path()).empty());
 }
 

@@ -38,7 +38,7 @@ TEST_CASE("map: from given poses, judged by the scene, as PLY with classes") {
   const TemporaryFolder out;
   const fs::path file = out.path() / "map.ply";
   const std::string how = " --keyframes every:4 --frames 9 --truth --json ";  // frames 0, 4, 8
-  const CommandResult all = dynfilter(map_command(
+  const CommandResult all = run_dynfilter(map_command(
       truth(), file, "--pipeline none" + how + "--map-full '" + (out.path() / "full.ply").string() + "'"));
   CAPTURE(all.err);
   REQUIRE(all.exit_code == 0);
@@ -61,7 +61,7 @@ TEST_CASE("map: from given poses, judged by the scene, as PLY with classes") {
   CHECK(most <= 7);
 
   const CommandResult still =
-      dynfilter(map_command(truth(), file, "--pipeline oracle" + how + "--map-leaf-m 0.04"));
+      run_dynfilter(map_command(truth(), file, "--pipeline oracle" + how + "--map-leaf-m 0.04"));
   REQUIRE(still.exit_code == 0);
   const auto share = [](const CommandResult& r, const char* key) { return std::stod(value_of(r.out, key)); };
   CHECK(share(all, "ghosts") > 0.02);
@@ -79,8 +79,8 @@ TEST_CASE("map: gaps, repeated and decreasing stamps are survived and said") {
   for (std::size_t i = 0; i < 14; ++i)
     if (i < 6 || i > 9) text += given[i] + "\n";  // the gap from 5 to 10 is too long to interpolate
   write_text(out.path() / "odd.txt", text + given[2] + "\n");
-  const CommandResult r = dynfilter(map_command((out.path() / "odd.txt").string(), out.path() / "map.ply",
-                                                "--pipeline none --keyframes own --map-leaf-m 0.1"));
+  const CommandResult r = run_dynfilter(map_command((out.path() / "odd.txt").string(), out.path() / "map.ply",
+                                                    "--pipeline none --keyframes own --map-leaf-m 0.1"));
   CAPTURE(r.err);
   CAPTURE(r.out);
   REQUIRE(r.exit_code == 0);
@@ -122,10 +122,10 @@ TEST_CASE("map: a voxel as large as the scene is said; a full disk leaves the ol
   const TemporaryFolder out;
   const fs::path file = out.path() / "map.ply", picture = out.path() / "map.png";
   const std::string how = "--pipeline none --frames 2 --keyframes every:2 --map-leaf-m ";
-  const CommandResult coarse = dynfilter(map_command(truth(), file, how + "5"));
+  const CommandResult coarse = run_dynfilter(map_command(truth(), file, how + "5"));
   CHECK((contains(coarse.out, "a voxel of 5 m is about as large as all that was seen") ||
          contains(coarse.err, "the map is empty")));
-  REQUIRE(dynfilter(map_command(truth(), file, how + "0.1")).exit_code == 0);
+  REQUIRE(run_dynfilter(map_command(truth(), file, how + "0.1")).exit_code == 0);
   const std::string old = read_text(file), old_picture = read_text(picture);
   // Simulates a full disk by a file size limit: the picture fits, the cloud does not.
   const std::string limited = "bash -c \"trap '' XFSZ; ulimit -f 800; exec '" DYNFILTER_COMMAND "' " +

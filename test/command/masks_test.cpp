@@ -21,9 +21,9 @@ std::string quoted(const fs::path& path) {
 class Clip {
  public:
   Clip() {
-    REQUIRE(
-        dynfilter("synth walking_static " + quoted(input()) + " --frames 14 --seed 3 --no-right --instances")
-            .exit_code == 0);
+    REQUIRE(run_dynfilter("synth walking_static " + quoted(input()) +
+                          " --frames 14 --seed 3 --no-right --instances")
+                .exit_code == 0);
   }
   fs::path input() const { return root_.path() / "clip"; }
   fs::path out() const { return root_.path() / "out"; }
@@ -88,7 +88,7 @@ TEST_CASE("masks: one per image, with the name, the polarity and the size that e
                                           {"nerfstudio", "1700000000.266667.png"},
                                           {"droid", "1700000000.266667.png"}}) {
     CAPTURE(tool);
-    const CommandResult result = dynfilter(clip.masks(clip.perfect() + "--force --for " + tool));
+    const CommandResult result = run_dynfilter(clip.masks(clip.perfect() + "--force --for " + tool));
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
     CHECK(contains(result.out, "masks of clip for " + tool + ", shape objects, pipeline dynfilter"));
@@ -102,7 +102,7 @@ TEST_CASE("masks: one per image, with the name, the polarity and the size that e
     if (tool == "plain") plain = 255 - mask;
   }
   for (const std::string tool : {"colmap", "openmvg", "nerfstudio", "droid"}) {
-    REQUIRE(dynfilter(clip.masks(clip.perfect() + "--force --for " + tool)).exit_code == 0);
+    REQUIRE(run_dynfilter(clip.masks(clip.perfect() + "--force --for " + tool)).exit_code == 0);
     for (const auto& entry : fs::directory_iterator(clip.out() / "masks"))
       if (contains(entry.path().string(), "0.266667"))
         CHECK(cv::countNonZero(cv::imread(entry.path().string(), cv::IMREAD_UNCHANGED) != plain) == 0);
@@ -111,13 +111,13 @@ TEST_CASE("masks: one per image, with the name, the polarity and the size that e
 
 TEST_CASE("masks of objects: the people who walk, and nothing of the room") {
   const Clip& clip = Clip::shared();
-  const CommandResult result = dynfilter(clip.masks(clip.perfect() + "--force --truth --json --grow 0"));
+  const CommandResult result = run_dynfilter(clip.masks(clip.perfect() + "--force --truth --json --grow 0"));
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   CHECK(number_in(result.out, "truth", "iou") > 0.9);
   CHECK(number_in(result.out, "truth", "static_lost") < 0.01);
   CHECK(read_text(clip.out() / "masks.json") == result.out);
-  const CommandResult grown = dynfilter(clip.masks(clip.perfect() + "--force --truth --json --grow 5"));
+  const CommandResult grown = run_dynfilter(clip.masks(clip.perfect() + "--force --truth --json --grow 5"));
   CHECK(number_in(grown.out, "truth", "static_lost") > number_in(result.out, "truth", "static_lost"));
   CHECK(number_in(grown.out, "truth", "movers_masked") >= number_in(result.out, "truth", "movers_masked"));
 }
@@ -129,8 +129,8 @@ TEST_CASE("masks of objects from a detector are those from the same boxes and ma
              "%YAML:1.0\n---\ndetector: { type: files, detections: instances.txt, masks: instances }\n");
   const std::string detector =
       "--detector " + quoted(root.path() / "f.yaml") + " --network-dir " + quoted(clip.input());
-  const CommandResult files = dynfilter(clip.masks(clip.perfect() + "--force --truth --json"));
-  const CommandResult same = dynfilter(clip.masks("--shape objects --force --truth --json " + detector));
+  const CommandResult files = run_dynfilter(clip.masks(clip.perfect() + "--force --truth --json"));
+  const CommandResult same = run_dynfilter(clip.masks("--shape objects --force --truth --json " + detector));
   CAPTURE(same.err);
   REQUIRE(same.exit_code == 0);
   for (const char* key : {"iou", "movers_masked", "static_lost"})
@@ -141,12 +141,12 @@ TEST_CASE("masks of objects from a detector are those from the same boxes and ma
 TEST_CASE("masks with --until-static leave out people while they stand") {
   const TemporaryFolder root;  // they do not move in the first 15 frames
   const fs::path input = root.path() / "clip";
-  REQUIRE(dynfilter("synth synchronous " + quoted(input) + " --frames 45 --seed 3 --no-right --instances")
+  REQUIRE(run_dynfilter("synth synchronous " + quoted(input) + " --frames 45 --seed 3 --no-right --instances")
               .exit_code == 0);
   const std::string masks = "masks " + quoted(input) + " " + quoted(root.path() / "out") +
                             " --force --json --truth --shape objects --detections " +
                             quoted(input / "instances.txt") + " --masks " + quoted(input / "instances");
-  const CommandResult always = dynfilter(masks), moving = dynfilter(masks + " --until-static 0");
+  const CommandResult always = run_dynfilter(masks), moving = run_dynfilter(masks + " --until-static 0");
   CAPTURE(always.err);
   REQUIRE(always.exit_code == 0);
   CHECK(number_in(always.out, "truth", "movers_masked") > 0.9);
@@ -160,20 +160,20 @@ TEST_CASE("masks with --until-static leave out people while they stand") {
 TEST_CASE("masks of features need no detector") {
   const Clip& clip = Clip::shared();
   const std::string features = "--force --truth --json --no-detections --no-masks ";
-  const CommandResult result = dynfilter(clip.masks(features));
+  const CommandResult result = run_dynfilter(clip.masks(features));
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   CHECK(number_in(result.out, "truth", "iou") > 0.4);
   // What is between the features is most of a body.
-  const CommandResult discs = dynfilter(clip.masks(features + "--shape discs"));
+  const CommandResult discs = run_dynfilter(clip.masks(features + "--shape discs"));
   CHECK(number_in(discs.out, "truth", "iou") < number_in(result.out, "truth", "iou"));
   CHECK(number_in(discs.out, "truth", "movers_masked") > 0);
-  const CommandResult none = dynfilter(clip.masks(features + "--pipeline none"));
+  const CommandResult none = run_dynfilter(clip.masks(features + "--pipeline none"));
   CHECK(number_in(none.out, "truth", "movers_masked") == 0);
   const cv::Mat mask =
       cv::imread((clip.out() / "masks/1700000000.266667.png").string(), cv::IMREAD_UNCHANGED);
   CHECK(cv::countNonZero(mask) == 0);
-  const CommandResult oracle = dynfilter(clip.masks(features + "--pipeline oracle"));
+  const CommandResult oracle = run_dynfilter(clip.masks(features + "--pipeline oracle"));
   // True votes spare the static scene. Votes that reach beyond outlines may cover a little more of the body.
   CHECK(number_in(oracle.out, "truth", "static_lost") < number_in(result.out, "truth", "static_lost") / 2);
   CHECK(number_in(oracle.out, "truth", "iou") > number_in(discs.out, "truth", "iou"));
@@ -194,7 +194,7 @@ TEST_CASE("masks for nerfstudio: transforms.json names a mask for every frame") 
   write_text(input / "transforms.json", "{\"fl_x\": 60, \"frames\": [" + frames + "]}");
   const std::string masks =
       "masks " + quoted(input) + " " + quoted(root.path() / "out") + " --for nerfstudio";
-  const CommandResult result = dynfilter(masks);
+  const CommandResult result = run_dynfilter(masks);
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   const std::string transforms = read_text(root.path() / "out/transforms.json");
@@ -236,9 +236,9 @@ TEST_CASE("masks refuse what cannot be, in one line, and leave nothing") {
 TEST_CASE("masks in a folder are replaced with --force only") {
   const TemporaryFolder root;
   const std::string masks = "masks " + quoted(Walking::shared().folder()) + " " + quoted(root.path() / "out");
-  REQUIRE(dynfilter(masks + " --frames 3").exit_code == 0);
+  REQUIRE(run_dynfilter(masks + " --frames 3").exit_code == 0);
   check_refused(masks + " --frames 2 --for colmap", "--force");
-  REQUIRE(dynfilter(masks + " --frames 2 --for colmap --force").exit_code == 0);
+  REQUIRE(run_dynfilter(masks + " --frames 2 --for colmap --force").exit_code == 0);
   CHECK(names_in(root.path() / "out/masks") ==
         std::set<std::string>{"1700000000.000000.png.png", "1700000000.033333.png.png"});
 }

@@ -21,7 +21,7 @@ std::string judged(const char* folder, const char* pipeline, const char* more = 
     return "";
   }
   const CommandResult result =
-      dynfilter("motion '" + data.string() + "' --json --pipeline " + pipeline + more);
+      run_dynfilter("motion '" + data.string() + "' --json --pipeline " + pipeline + more);
   CAPTURE(result.err);
   CHECK(result.exit_code == 0);
   return result.out;
@@ -33,15 +33,16 @@ TEST_CASE("motion counts verdicts at the last visible frame") {
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "clip.txt").string();
   write_text(file, "# Any clip\n# points 2 frames 2 width 640 height 480\n1 1 2 3 4\n2 5 6 7 8\n");
-  const CommandResult none = dynfilter("motion " + file + " --pipeline none");
+  const CommandResult none = run_dynfilter("motion " + file + " --pipeline none");
   CHECK(none.exit_code == 0);
   CHECK(contains(none.out, "clip"));
   CHECK(contains(none.out, "label > 1"));
-  const std::string json = dynfilter("motion --json " + folder.path().string() + " --pipeline none").out;
+  const std::string json = run_dynfilter("motion --json " + folder.path().string() + " --pipeline none").out;
   CHECK(contains(json, "\"recall\": 0.0"));
   CHECK(contains(json, "\"precision\": null"));
   CHECK(contains(json, "\"positives\": 1"));
-  CHECK(contains(dynfilter("motion --json --positive mismatches -p none " + file).out, "\"positives\": 0"));
+  CHECK(
+      contains(run_dynfilter("motion --json --positive mismatches -p none " + file).out, "\"positives\": 0"));
 }
 
 // Of label 1 and 2: three points that stand and one that moves, and the other way round; or none of label 2.
@@ -55,13 +56,13 @@ TEST_CASE("motion: precision, recall and F1 where nothing is rejected or nothing
   const TemporaryFolder folder;
   write_text(folder.path() / "a.txt", clip_text(true));
   write_text(folder.path() / "b.txt", clip_text(false));
-  const CommandResult text = dynfilter("motion " + folder.path().string() + " -p none");
+  const CommandResult text = run_dynfilter("motion " + folder.path().string() + " -p none");
   CAPTURE(text.out);
   CHECK(text.exit_code == 0);
   CHECK(!contains(text.out, "nan"));
   CHECK(contains(text.out, "precision is not defined: nothing is rejected in any file\n"));
   CHECK(contains(text.out, "* recall over 1 of 2 files: in the others nothing is to be found\n"));
-  const std::string json = dynfilter("motion --json " + folder.path().string() + " -p none").out;
+  const std::string json = run_dynfilter("motion --json " + folder.path().string() + " -p none").out;
   CHECK(number_in(json, "\"name\": \"a\"", "f1") == 0);  // something to find, nothing rejected
   CHECK(number_in(json, "\"name\": \"b\"", "f1") == 1);  // nothing to find, nothing rejected
   CHECK(number_in(json, "\"precision\": {", "files") == 0);
@@ -77,21 +78,21 @@ TEST_CASE("motion with a pipeline whose stages were all skipped says so and fail
   write_text(pipeline,
              "%YAML:1.0\n---\npipeline:\n  before_pose:\n    - semantic_box: { role: reject }\n"
              "    - depth_consistency\n");
-  const CommandResult result = dynfilter("motion " + file + " -p " + pipeline);
+  const CommandResult result = run_dynfilter("motion " + file + " -p " + pipeline);
   CAPTURE(result.err);
   CHECK(result.exit_code == 1);
   CHECK(contains(result.err, "all stages were skipped in all frames"));
   CHECK(contains(result.err, "semantic_box: skipped: no boxes"));
   CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
   write_text(pipeline, "%YAML:1.0\n---\npipeline:\n  after_pose:\n    - depth_consistency\n");
-  const CommandResult never = dynfilter("motion " + file + " -p " + pipeline);
+  const CommandResult never = run_dynfilter("motion " + file + " -p " + pipeline);
   CHECK(never.exit_code == 1);
   CHECK(contains(never.err, "no stage at before_pose"));
   // One that is not skipped is enough.
   write_text(
       pipeline,
       "%YAML:1.0\n---\npipeline:\n  before_pose:\n    - semantic_box: { role: reject }\n    - epipolar\n");
-  const CommandResult some = dynfilter("motion " + file + " -p " + pipeline);
+  const CommandResult some = run_dynfilter("motion " + file + " -p " + pipeline);
   CHECK(some.exit_code == 0);
   CHECK(contains(some.err, "every point of every frame is unknown"));
 }

@@ -39,7 +39,7 @@ TEST_CASE("bytes that are not UTF-8 lose no results") {
   fs::create_directories(odd);
   write_text(odd / "p.yaml",
              "%YAML:1.0\n---\npipeline:\n  name: \"na\xFFme\"\n  before_pose:\n    - epipolar\n");
-  const CommandResult check = dynfilter("check '" + (odd / "p.yaml").string() + "' --json");
+  const CommandResult check = run_dynfilter("check '" + (odd / "p.yaml").string() + "' --json");
   CHECK(check.exit_code == 0);
   CHECK(contains(check.out, "caf" + kReplacement + "/p.yaml"));
   CHECK(contains(check.out, "\"pipeline\": \"na" + kReplacement + "me\""));
@@ -52,8 +52,8 @@ TEST_CASE("bytes that are not UTF-8 lose no results") {
              "printf 'error d\\351faut\\n'\n");
   write_tum_folder(odd / "sequence", 3);  // too small to be tracked
   const CommandResult run =
-      dynfilter("run '" + (odd / "sequence").string() + "' --pipeline none --detector '" +
-                (odd / "d.yaml").string() + "' --json --out '" + (odd / "out").string() + "'");
+      run_dynfilter("run '" + (odd / "sequence").string() + "' --pipeline none --detector '" +
+                    (odd / "d.yaml").string() + "' --json --out '" + (odd / "out").string() + "'");
   CAPTURE(run.err);
   CHECK(run.exit_code == 1);
   CHECK(contains(run.err, "no frame could be tracked"));

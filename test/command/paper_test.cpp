@@ -21,8 +21,9 @@ class Scenes {
  public:
   Scenes() {
     const auto synth = [this](const std::string& scene, const std::string& name, int seed) {
-      REQUIRE(dynfilter("synth " + scene + " " + path(name) + " --frames 5 --seed " + std::to_string(seed))
-                  .exit_code == 0);
+      REQUIRE(
+          run_dynfilter("synth " + scene + " " + path(name) + " --frames 5 --seed " + std::to_string(seed))
+              .exit_code == 0);
     };
     synth("walking_static", "walk_1", 1);
     synth("walking_static", "walk_2", 2);
@@ -54,7 +55,7 @@ std::vector<std::string> lines_with(const std::string& text, const std::string& 
 TEST_CASE("a table for a paper: two scenes in one table, as text and as files, which LaTeX prints") {
   const Scenes scenes;
   const std::string out = scenes.path("out");
-  const CommandResult latex = dynfilter(scenes.compare() + "--table latex --out " + out);
+  const CommandResult latex = run_dynfilter(scenes.compare() + "--table latex --out " + out);
   CAPTURE(latex.err);
   REQUIRE(latex.exit_code == 0);
   CHECK(latex.out == read_text(scenes.root() / "out/table.tex"));
@@ -102,7 +103,7 @@ TEST_CASE("the reference of the test, and what is refused") {
   const TemporaryFolder folder;
   const std::string variants =
       "compare '" + Walking::shared().folder().string() + "' --pipelines none,oracle --variants --frames 3 ";
-  const std::string wide = dynfilter(variants + "--wide --reference oracle").out;
+  const std::string wide = run_dynfilter(variants + "--wide --reference oracle").out;
   CHECK(contains(wide, "p: Wilcoxon signed-rank test of the ATE against oracle"));
   check_refused(variants + "--reference rts_slam", "--reference rts_slam: is not among the --pipelines");
   check_refused(variants + "--table html", "--table: html not in {latex,markdown,csv}");

@@ -5,21 +5,21 @@ using namespace dynfilter_test;
 namespace fs = std::filesystem;
 
 TEST_CASE("filters lists rejectors and combinators, and prints a card") {
-  const CommandResult list = dynfilter("filters");
+  const CommandResult list = run_dynfilter("filters");
   CHECK(list.exit_code == 0);
   for (const char* name :
        {"semantic_box", "epipolar", "trajectory_consistency", "oracle", "sequence", "by_region"}) {
     CAPTURE(name);
     CHECK(contains(list.out, name));
-    const CommandResult card = dynfilter(std::string("filters ") + name);
+    const CommandResult card = run_dynfilter(std::string("filters ") + name);
     CHECK(card.exit_code == 0);
     CHECK(card.out.rfind(std::string(name) + ": ", 0) == 0);
-    CHECK(dynfilter(std::string("filters --json ") + name).out[0] == '{');
+    CHECK(run_dynfilter(std::string("filters --json ") + name).out[0] == '{');
   }
-  const CommandResult card = dynfilter("filters semantic_box");
+  const CommandResult card = run_dynfilter("filters semantic_box");
   CHECK(contains(card.out, "min_score"));
   CHECK(contains(card.out, "[0 to 1]"));
-  CHECK(contains(dynfilter("filters --json").out, "\"combinators\""));
+  CHECK(contains(run_dynfilter("filters --json").out, "\"combinators\""));
   check_refused("filters semantic_bo",
                 "unknown filter `semantic_bo` (did you mean `semantic_box`?); known filters: ");
   check_refused("filters --plugin nowhere.so", "nowhere.so");
@@ -32,15 +32,15 @@ TEST_CASE("check prints the stages of every preset and what they need") {
     if (entry.path().extension() != ".yaml") continue;
     const std::string name = entry.path().stem().string();
     CAPTURE(name);
-    const CommandResult by_name = dynfilter("check " + name);
+    const CommandResult by_name = run_dynfilter("check " + name);
     CHECK(by_name.exit_code == 0);
     CHECK(by_name.err.empty());
     CHECK(by_name.out.rfind(name + ": well formed", 0) == 0);
-    CHECK(dynfilter("check '" + entry.path().string() + "' --json").exit_code == 0);
+    CHECK(run_dynfilter("check '" + entry.path().string() + "' --json").exit_code == 0);
     ++presets;
   }
   CHECK(presets >= 7);
-  const CommandResult rts = dynfilter("check rts_slam");
+  const CommandResult rts = run_dynfilter("check rts_slam");
   for (const char* part :
        {"before_pose", "semantic_box", "needs boxes", "epipolar", "trajectory_consistency"}) {
     CAPTURE(part);
@@ -51,8 +51,8 @@ TEST_CASE("check prints the stages of every preset and what they need") {
 TEST_CASE("the oracle says that it needs labels") {
   for (const std::string arguments :
        {"check oracle", "check oracle --json", "filters oracle", "filters oracle --json"})
-    CHECK_MESSAGE(contains(dynfilter(arguments).out, "labels of the sequence"), arguments);
-  CHECK(!contains(dynfilter("check dynfilter").out, "labels"));
+    CHECK_MESSAGE(contains(run_dynfilter(arguments).out, "labels of the sequence"), arguments);
+  CHECK(!contains(run_dynfilter("check dynfilter").out, "labels"));
 }
 
 TEST_CASE("check refuses bad pipelines with one line that says where and what") {
@@ -85,10 +85,10 @@ TEST_CASE("check refuses bad pipelines with one line that says where and what") 
 }
 
 TEST_CASE("presets are listed with what they are about") {
-  const CommandResult result = dynfilter("presets");
+  const CommandResult result = run_dynfilter("presets");
   CHECK(result.exit_code == 0);
   CHECK(contains(result.out, "\n  rts_slam\n    "));
   CHECK(contains(result.out, "\n  yolo_fastest\n"));
   CHECK(contains(result.out, "The default: rejects what moves against the background"));
-  CHECK(contains(dynfilter("presets --json").out, "\"name\": \"dynfilter\""));
+  CHECK(contains(run_dynfilter("presets --json").out, "\"name\": \"dynfilter\""));
 }

@@ -14,7 +14,8 @@ std::string six_runs(const char* sequence, const std::string& options) {
     MESSAGE("skipped: no ../shared/data");
     return "";
   }
-  const CommandResult result = dynfilter("compare '" + folder.string() + "' --variants --json " + options);
+  const CommandResult result =
+      run_dynfilter("compare '" + folder.string() + "' --variants --json " + options);
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   return result.out.substr(result.out.find("\"medians\""));
@@ -59,7 +60,7 @@ TEST_CASE("a static hospital, exact depth: edges do not move, and count across t
     return;
   }
   const auto run = [&](const std::string& options) {
-    const CommandResult result = dynfilter("compare '" + folder.string() + "' --json " + options);
+    const CommandResult result = run_dynfilter("compare '" + folder.string() + "' --json " + options);
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
     return result.out;
@@ -71,7 +72,7 @@ TEST_CASE("a static hospital, exact depth: edges do not move, and count across t
   const std::string plain = run("--pipelines dynfilter --no-weights");
   CHECK(ate_m < 0.5 * number_in(plain, "\"pipeline\": \"dynfilter\"", "ate_rmse_m"));
   // Backwards the camera nears a wall of two long joints: features slide by 100 px along them.
-  const CommandResult back = dynfilter("run '" + folder.string() + "' --reverse --json");
+  const CommandResult back = run_dynfilter("run '" + folder.string() + "' --reverse --json");
   REQUIRE(back.exit_code == 0);
   CHECK(number_in(back.out, "{", "rejected_mean") <= 10);
 }
@@ -88,14 +89,14 @@ TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and
         MESSAGE("skipped: no ../shared/data");
         return;
       }
-      const CommandResult result = dynfilter("run '" + folder.string() + "' --json " + way);
+      const CommandResult result = run_dynfilter("run '" + folder.string() + "' --json " + way);
       CAPTURE(result.err);
       REQUIRE(result.exit_code == 0);
       CHECK(number_in(result.out, "{", "rejected_mean") <=
             0.01 * number_in(result.out, "{", "features_mean"));
       if (way.size() > 9) continue;       // so few frames that ATE is chance
       constexpr double kSome_m = 0.0002;  // 2 % of a jerk's ATE are 0.1 mm
-      const CommandResult none = dynfilter("run '" + folder.string() + "' --pipeline none --json " + way);
+      const CommandResult none = run_dynfilter("run '" + folder.string() + "' --pipeline none --json " + way);
       REQUIRE(none.exit_code == 0);
       const double ate_m = number_in(result.out, "{", "ate_rmse_m"),
                    none_m = number_in(none.out, "{", "ate_rmse_m");

@@ -42,8 +42,8 @@ class Recording {
   TemporaryFolder root_;
 };
 
-/// The recording cut off within its last record of images. A frame's record is written before its images,
-/// those by a thread of their own: at any other byte it is chance whether a frame lacks its own.
+/// The recording cut off within its last record of images. A thread of its own writes them, each after the
+/// frame's record. At any other byte it is chance whether a frame lacks its images.
 std::string cut_within_last_images(const std::string& bytes) {
   constexpr std::size_t kFileHeaderBytes = 16, kRecordHeaderBytes = 24;
   constexpr std::uint32_t kImages = 4;  // plugins/recorder/src/record_file.hpp
@@ -67,13 +67,13 @@ std::size_t lines_in(const fs::path& file) {
 
 TEST_CASE("replay: the recorded pipeline gives the recorded verdicts, another one others") {
   const Recording recording("dynfilter");
-  const CommandResult same = dynfilter_test::dynfilter(recording.replay());
+  const CommandResult same = run_dynfilter(recording.replay());
   CHECK(same.exit_code == 0);
   CAPTURE(same.out);
   CHECK(contains(same.out, "dynfilter on run.dfr, rgbd, the recorded pipeline"));
   CHECK(contains(same.out, "judged        8 frames, 8 of them with a pose of the host"));
   CHECK(contains(same.out, "verdicts      all 19 as recorded, bit for bit"));
-  const CommandResult other = dynfilter_test::dynfilter(recording.replay("--pipeline none --json"));
+  const CommandResult other = run_dynfilter(recording.replay("--pipeline none --json"));
   CHECK(other.exit_code == 0);  // that is no failure
   CHECK(number_in(other.out, "\"replay\"", "compared") == 19);
   CHECK(number_in(other.out, "\"replay\"", "differ") >= 4);
@@ -85,7 +85,7 @@ TEST_CASE("replay: verdicts that the recorded pipeline does not give any more ar
   dynfilter::PipelineConfig config =
       dynfilter::pipeline_from_text(preset_text("dynfilter"), dynfilter::builtin_filters());
   config.yaml = preset_text("none");
-  const CommandResult result = dynfilter_test::dynfilter(Recording(std::move(config)).replay());
+  const CommandResult result = run_dynfilter(Recording(std::move(config)).replay());
   CHECK(result.exit_code == 1);
   CHECK(contains(result.out, " differ from the recorded ones, in "));
   CHECK(contains(result.out, "last in frame 7 (id 7, "));
@@ -94,8 +94,7 @@ TEST_CASE("replay: verdicts that the recorded pipeline does not give any more ar
 TEST_CASE("replay --out writes what run writes, and where verdicts differ") {
   const Recording recording("dynfilter");
   const fs::path out = recording.beside("out");
-  CHECK(dynfilter_test::dynfilter(recording.replay("--pipeline rts_slam --out '" + out.string() + "'"))
-            .exit_code == 0);
+  CHECK(run_dynfilter(recording.replay("--pipeline rts_slam --out '" + out.string() + "'")).exit_code == 0);
   for (const char* name : {"summary.json", "frames.csv", "verdicts.csv", "report.html", "trajectory.txt"})
     CHECK(fs::exists(out / name));
   CHECK(fs::exists(out / "overlay" / "000000.png"));
@@ -111,20 +110,20 @@ TEST_CASE("replay --out writes what run writes, and where verdicts differ") {
 TEST_CASE("replay --cut makes a case that replays by itself, and says what it lost") {
   const Recording recording("dynfilter");
   const std::string file = "'" + recording.beside("case.dfr").string() + "'";
-  const CommandResult cut = dynfilter_test::dynfilter(recording.replay(file + " --cut 2:4"));
+  const CommandResult cut = run_dynfilter(recording.replay(file + " --cut 2:4"));
   CHECK(cut.exit_code == 0);
   CAPTURE(cut.out);
   CHECK(contains(cut.out, "cut           frames 2 to 4, with the verdicts of this replay"));
   CHECK(contains(cut.out, "the history before them is lost, so its first frames are cold"));
   CHECK(contains(cut.out, "differ from the recorded ones"));
   CHECK(fs::file_size(recording.beside("case.dfr")) < fs::file_size(recording.file()));
-  const CommandResult again = dynfilter_test::dynfilter("replay " + file);
+  const CommandResult again = run_dynfilter("replay " + file);
   CHECK(again.exit_code == 0);
   CHECK(contains(again.out, "judged        3 frames"));
   CHECK(contains(again.out, "all 7 as recorded, bit for bit"));
   check_refused(recording.replay(file + " --cut 2:4"), "is there already");
-  CHECK(dynfilter_test::dynfilter(recording.replay(file + " --cut 0:7 --force")).exit_code == 0);
-  const CommandResult whole = dynfilter_test::dynfilter("replay " + file);
+  CHECK(run_dynfilter(recording.replay(file + " --cut 0:7 --force")).exit_code == 0);
+  const CommandResult whole = run_dynfilter("replay " + file);
   CHECK(contains(whole.out, "all 19 as recorded, bit for bit"));
 }
 
@@ -163,7 +162,7 @@ TEST_CASE("replay: what is no recording, of another version or damaged is refuse
   check_refused("replay /nowhere/run.dfr", "/nowhere/run.dfr: cannot be opened");
   CHECK(!fs::exists(out));
   recording.write(cut_within_last_images(bytes));
-  const CommandResult cut_off = dynfilter_test::dynfilter(recording.replay());
+  const CommandResult cut_off = run_dynfilter(recording.replay());
   CHECK(cut_off.exit_code == 0);
   CHECK(contains(cut_off.out, "note: the recording was cut off at byte "));
   CHECK(contains(cut_off.out, "without their images"));
@@ -174,5 +173,5 @@ TEST_CASE("replay: a pipeline that was made in code needs the name of one") {
   config.name = "mine";
   const Recording recording(std::move(config));
   check_refused(recording.replay(), "--pipeline replays with another pipeline");
-  CHECK(dynfilter_test::dynfilter(recording.replay("--pipeline dynfilter")).exit_code == 0);
+  CHECK(run_dynfilter(recording.replay("--pipeline dynfilter")).exit_code == 0);
 }

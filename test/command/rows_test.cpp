@@ -42,7 +42,7 @@ class Places {
   static Json alone(const Json& row, const std::string& options) {
     const std::string arguments = "run '" + row["folder"].get<std::string>() + "' --json --pipeline '" +
                                   row["pipeline_file"].get<std::string>() + "' " + options;
-    return Json::parse(dynfilter(arguments).out);
+    return Json::parse(run_dynfilter(arguments).out);
   }
   static void check_rows(const Json& rows, const std::string& options) {
     for (const Json& row : rows) {
@@ -60,7 +60,7 @@ class Places {
   static fs::path moving_box() {
     static const TemporaryFolder folder;
     static const CommandResult made =
-        dynfilter("synth moving_box '" + (folder.path() / "box").string() + "' --frames 14 --seed 5");
+        run_dynfilter("synth moving_box '" + (folder.path() / "box").string() + "' --frames 14 --seed 5");
     REQUIRE(made.exit_code == 0);
     return folder.path() / "box";
   }
@@ -113,7 +113,7 @@ TEST_CASE("rows of compare: two sequences of one folder's name, two pipelines of
                                 " --pipelines none,oracle," + places.path("a/p.yaml") + "," +
                                 places.path("b/p.yaml");
   const std::string out = " --out " + places.path("out");
-  const CommandResult result = dynfilter(arguments + " --json" + out);
+  const CommandResult result = run_dynfilter(arguments + " --json" + out);
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   const Json all = Json::parse(result.out), rows = all["rows"];
@@ -143,10 +143,10 @@ TEST_CASE("medians of variants are in every form, and are those of their rows") 
   const Places places;
   const std::string arguments =
       "compare " + places.path("a/walking") + " --pipelines none,oracle --variants --frames 3 ";
-  const Json all = Json::parse(dynfilter(arguments + "--json").out);
+  const Json all = Json::parse(run_dynfilter(arguments + "--json").out);
   REQUIRE(all["medians"].size() == 2);
-  const std::vector<Json> csv = csv_rows(dynfilter(arguments + "--csv").out);
-  const std::string markdown = dynfilter(arguments + "--markdown").out;
+  const std::vector<Json> csv = csv_rows(run_dynfilter(arguments + "--csv").out);
+  const std::string markdown = run_dynfilter(arguments + "--markdown").out;
   REQUIRE(csv.size() == 14);
   for (int p = 0; p < 2; ++p) {
     const Json& m = all["medians"][p];
@@ -216,11 +216,11 @@ TEST_CASE("a stage that fails in every frame: exit code 1, a line, no figures un
   const std::string with = " --plugin '" DYNFILTER_THROWING_PLUGIN "' ";
   const std::string line = "throws_in_apply failed on all of 14 frames: the sensor melted";
   const CommandResult run =
-      dynfilter("run " + places.path("a/walking") + with + "--pipeline " + places.path("bad.yaml"));
+      run_dynfilter("run " + places.path("a/walking") + with + "--pipeline " + places.path("bad.yaml"));
   CHECK(run.exit_code == 1);
   CHECK(run.err == "dynfilter: bad on walking: " + line + "\n");
-  const CommandResult compare = dynfilter("compare " + places.path("a/walking") + with +
-                                          "--json --pipelines none," + places.path("bad.yaml"));
+  const CommandResult compare = run_dynfilter("compare " + places.path("a/walking") + with +
+                                              "--json --pipelines none," + places.path("bad.yaml"));
   CHECK(compare.exit_code == 1);
   CHECK(compare.err == run.err);
   const Json rows = Json::parse(compare.out)["rows"];
@@ -231,10 +231,10 @@ TEST_CASE("a stage that fails in every frame: exit code 1, a line, no figures un
   for (const char* key : {"ate_rmse_m", "precision", "recall", "static_kept"}) CHECK(rows[1][key].is_null());
   const std::string arguments =
       "compare " + places.path("a/walking") + with + "--pipelines none," + places.path("bad.yaml");
-  const std::vector<Json> csv = csv_rows(dynfilter(arguments + " --csv").out);
+  const std::vector<Json> csv = csv_rows(run_dynfilter(arguments + " --csv").out);
   CHECK(csv[1]["ate_rmse_m"] == "");
   CHECK(contains(csv[1]["notes"].get<std::string>(), "failed: throws_in_apply"));
-  CHECK(contains(dynfilter(arguments + " --markdown").out, " failed |"));
+  CHECK(contains(run_dynfilter(arguments + " --markdown").out, " failed |"));
 }
 
 TEST_CASE("missing inputs: a row says so in every form, and is that of the run alone") {
@@ -242,12 +242,12 @@ TEST_CASE("missing inputs: a row says so in every form, and is that of the run a
   const std::string arguments = "compare " + places.path("a/walking") +
                                 " --no-detections --no-masks --frames 5 --pipelines none," +
                                 places.path("a/p.yaml");
-  const Json rows = Json::parse(dynfilter(arguments + " --json").out)["rows"];
+  const Json rows = Json::parse(run_dynfilter(arguments + " --json").out)["rows"];
   Places::check_rows(rows, "--no-detections --no-masks --frames 5");
   const std::string note = "every feature of every frame is unknown";
   CHECK(contains(rows[1]["notes"].dump(), note));
-  CHECK(contains(csv_rows(dynfilter(arguments + " --csv").out)[1]["notes"].get<std::string>(), note));
-  CHECK(contains(dynfilter(arguments).out, note));
+  CHECK(contains(csv_rows(run_dynfilter(arguments + " --csv").out)[1]["notes"].get<std::string>(), note));
+  CHECK(contains(run_dynfilter(arguments).out, note));
 }
 
 TEST_CASE("rows of bench: of another pipeline or other data nothing is taken") {
@@ -263,12 +263,12 @@ TEST_CASE("rows of bench: of another pipeline or other data nothing is taken") {
            places.path("out") + " --frames 5 " + more;
   };
   const auto ran = [&](const std::string& data, const std::string& pipeline) {
-    const CommandResult result = dynfilter(bench(data, "--json --pipelines " + pipeline));
+    const CommandResult result = run_dynfilter(bench(data, "--json --pipelines " + pipeline));
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
     const Json row = Json::parse(result.out)["rows"][0];
     const Json own = Json::parse(
-        dynfilter("run " + places.path(data + "/s") + " --frames 5 --json --pipeline " + pipeline).out);
+        run_dynfilter("run " + places.path(data + "/s") + " --frames 5 --json --pipeline " + pipeline).out);
     for (const char* key : {"frames", "tracked_frames", "ate_rmse_m", "recall", "static_kept"}) {
       CAPTURE(data + " " + pipeline + " " + key);
       CHECK(row[key] == own[key]);
@@ -299,10 +299,10 @@ TEST_CASE("bench: a run that fails later leaves no row of the run before it") {
              "download: x\npipelines: [none]\nsequences: [{ name: s, folder: walking }]\n");
   const std::string bench = "bench " + places.path("m.yaml") + " --data " + places.path("b") + " --out " +
                             places.path("out") + " --frames 3 --json --pipelines oracle";
-  const CommandResult good = dynfilter(bench);
+  const CommandResult good = run_dynfilter(bench);
   CHECK(good.exit_code == 0);
   for (const char* folder : {"labels", "dynamic"}) fs::remove_all(places.root() / "b/walking" / folder);
-  const CommandResult failed = dynfilter(bench + " --force");
+  const CommandResult failed = run_dynfilter(bench + " --force");
   CHECK(failed.exit_code == 1);
   const Json row = Json::parse(failed.out)["rows"][0];
   CHECK(row["state"] == "failed");

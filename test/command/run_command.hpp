@@ -18,7 +18,7 @@ struct CommandResult {
 };
 
 /// Runs the built `dynfilter` with these arguments (shell syntax).
-inline CommandResult dynfilter(const std::string& arguments) {
+inline CommandResult run_dynfilter(const std::string& arguments) {
   const TemporaryFolder folder;
   const std::string out = (folder.path() / "out").string(), err = (folder.path() / "err").string();
   const int status = std::system(("'" DYNFILTER_COMMAND "' " + arguments + " >" + out + " 2>" + err).c_str());
@@ -28,7 +28,7 @@ inline CommandResult dynfilter(const std::string& arguments) {
 /// Checks for bad usage or input: exit code 2, empty stdout, one line on stderr with this reason.
 inline void check_refused(const std::string& arguments, const std::string& reason) {
   CAPTURE(arguments);
-  const CommandResult result = dynfilter(arguments);
+  const CommandResult result = run_dynfilter(arguments);
   CAPTURE(result.err);
   CHECK(result.exit_code == 2);
   CHECK(result.out.empty());

@@ -53,8 +53,8 @@ TEST_CASE("synth writes the whole layout, again over itself, and spares what is 
   }
   const TemporaryFolder root;
   const std::string again = (root.path() / "again").string();
-  REQUIRE(dynfilter("synth static_desk " + again + " --frames 2").exit_code == 0);
-  const CommandResult second = dynfilter("synth static_desk " + again + " --frames 1 --json");
+  REQUIRE(run_dynfilter("synth static_desk " + again + " --frames 2").exit_code == 0);
+  const CommandResult second = run_dynfilter("synth static_desk " + again + " --frames 1 --json");
   CHECK(second.exit_code == 0);
   CHECK(value_of(second.out, "frames") == "1");
   CHECK(lines_of(read_text(root.path() / "again" / "associations.txt")) == 1);
@@ -71,8 +71,8 @@ TEST_CASE("synth writes the whole layout, again over itself, and spares what is 
 TEST_CASE("run writes trajectory, tables, summary and pictures") {
   const Walking& walking = Walking::shared();
   const fs::path out = walking.root() / "results";
-  const CommandResult result = dynfilter("run '" + walking.folder().string() +
-                                         "' --pipeline rts_slam --json --out '" + out.string() + "'");
+  const CommandResult result = run_dynfilter("run '" + walking.folder().string() +
+                                             "' --pipeline rts_slam --json --out '" + out.string() + "'");
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   CHECK(result.err.empty());
@@ -104,8 +104,8 @@ TEST_CASE("same input, same verdicts: twice, and with one and two threads") {
   std::string first;
   for (const char* how : {"--threads 1", "--threads 1", "--threads 2"}) {
     const fs::path out = walking.root() / "same";
-    REQUIRE(dynfilter("run '" + walking.folder().string() + "' --pipeline rts_slam --out '" + out.string() +
-                      "' --force " + how)
+    REQUIRE(run_dynfilter("run '" + walking.folder().string() + "' --pipeline rts_slam --out '" +
+                          out.string() + "' --force " + how)
                 .exit_code == 0);
     const std::string verdicts = read_text(out / "verdicts.csv") + read_text(out / "trajectory.txt");
     if (first.empty()) first = verdicts;
@@ -115,12 +115,13 @@ TEST_CASE("same input, same verdicts: twice, and with one and two threads") {
 
 TEST_CASE("oracle rejects what moves; start, frames and reverse choose what is played") {
   const std::string folder = "'" + Walking::shared().folder().string() + "'";
-  const CommandResult oracle = dynfilter("run " + folder + " --pipeline oracle --json");
+  const CommandResult oracle = run_dynfilter("run " + folder + " --pipeline oracle --json");
   REQUIRE(oracle.exit_code == 0);
   CHECK(value_of(oracle.out, "recall") == "1.0");
-  const CommandResult part = dynfilter("run " + folder + " --pipeline none --json --start 4 --frames 5");
+  const CommandResult part = run_dynfilter("run " + folder + " --pipeline none --json --start 4 --frames 5");
   CHECK(value_of(part.out, "frames") == "5");
-  const CommandResult reverse = dynfilter("run " + folder + " --pipeline none --json --reverse --start 4");
+  const CommandResult reverse =
+      run_dynfilter("run " + folder + " --pipeline none --json --reverse --start 4");
   CHECK(value_of(reverse.out, "frames") == "10");
   CHECK(value_of(reverse.out, "tracked_frames") == "10");
   CHECK(value_of(reverse.out, "ate_rmse_m") != "null");
@@ -130,19 +131,19 @@ TEST_CASE("oracle rejects what moves; start, frames and reverse choose what is p
 
 TEST_CASE("compare prints a row per pipeline, medians over variants, and JSON") {
   const std::string folder = "'" + Walking::shared().folder().string() + "'";
-  const CommandResult table = dynfilter("compare " + folder + " --pipelines none,rts_slam_s");
+  const CommandResult table = run_dynfilter("compare " + folder + " --pipelines none,rts_slam_s");
   REQUIRE(table.exit_code == 0);
   CHECK(table.out.rfind("walking\npipeline  ", 0) == 0);
   CHECK(contains(table.out, "\nnone "));
   CHECK(contains(table.out, "\nrts_slam_s "));
   const CommandResult json =
-      dynfilter("compare " + folder + " --pipelines none --variants --frames 3 --json");
+      run_dynfilter("compare " + folder + " --pipelines none --variants --frames 3 --json");
   REQUIRE(json.exit_code == 0);
   CHECK(contains(json.out, "\"variant\": \"reverse from 10\""));
   CHECK(value_of(json.out, "runs") == "6");
   CHECK(value_of(json.out, "ate_over_oracle") == "null");
   const CommandResult both =
-      dynfilter("compare " + folder + " --pipelines none,oracle --variants --frames 3 --json");
+      run_dynfilter("compare " + folder + " --pipelines none,oracle --variants --frames 3 --json");
   REQUIRE(both.exit_code == 0);
   const std::string none = both.out.substr(both.out.find("\"medians\""));
   const std::string oracle = none.substr(none.find("\"oracle\""));
@@ -233,7 +234,7 @@ TEST_CASE("odd data is left out, counted and said once") {
   boxes += "99.5 0 person 0.9 1 2 30 40\n99.5 0 person 0.8 1 2 30 40\n" +
            std::string("98.5 0 person 0.9 40 2 30 40\n");
   write_text(copy.folder() / "detections.txt", boxes);
-  const CommandResult result = dynfilter("run '" + copy.folder().string() + "' --pipeline none");
+  const CommandResult result = run_dynfilter("run '" + copy.folder().string() + "' --pipeline none");
   CHECK(result.exit_code == 0);
   CHECK(result.err.empty());
   CHECK(contains(result.out, "tracked       14 of 14 frames"));
@@ -251,8 +252,8 @@ TEST_CASE("run hands masks and boxes to the pipeline, unless told not to") {
       "%YAML:1.0\n---\npipeline:\n  before_pose:\n    - any:\n        - semantic_mask: { role: reject }\n"
       "        - semantic_box: { role: reject }\n");
   const auto rejected = [&](const std::string& more) {
-    const CommandResult result = dynfilter("run '" + Walking::shared().folder().string() + "' --pipeline '" +
-                                           preset + "' --frames 3 --json " + more);
+    const CommandResult result = run_dynfilter("run '" + Walking::shared().folder().string() +
+                                               "' --pipeline '" + preset + "' --frames 3 --json " + more);
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
     return std::stod(value_of(result.out, "rejected_mean"));
@@ -275,9 +276,9 @@ TEST_CASE("boxes come as late as --detector-mode says, and the same in every run
   const Walking& walking = Walking::shared();
   const auto run = [&](const std::string& mode) {
     const std::string out = (walking.root() / ("late" + std::to_string(mode.size()) + mode.back())).string();
-    const CommandResult result =
-        dynfilter("run '" + walking.folder().string() + "' --pipeline rts_slam_s --json --detector-mode " +
-                  mode + " --force --out '" + out + "'");
+    const CommandResult result = run_dynfilter("run '" + walking.folder().string() +
+                                               "' --pipeline rts_slam_s --json --detector-mode " + mode +
+                                               " --force --out '" + out + "'");
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
     return read_text(fs::path(out) / "summary.json");
@@ -300,8 +301,8 @@ TEST_CASE("run --map writes a cloud that stands still, and a picture of it") {
   const TemporaryFolder out;
   const auto map_of = [&](const std::string& pipeline, const std::string& more) {
     const fs::path file = out.path() / (pipeline + ".ply");
-    const CommandResult result = dynfilter("run '" + walking.folder().string() + "' --json --pipeline " +
-                                           pipeline + " --map '" + file.string() + "' " + more);
+    const CommandResult result = run_dynfilter("run '" + walking.folder().string() + "' --json --pipeline " +
+                                               pipeline + " --map '" + file.string() + "' " + more);
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
     const cv::Mat picture = cv::imread((out.path() / (pipeline + ".png")).string());

@@ -47,14 +47,14 @@ std::string walking() {
 TEST_CASE("help, lists and tables fit 80 columns, or what COLUMNS says") {
   for (const std::string& name : subcommands()) {
     CAPTURE(name);
-    CHECK(longest_line(dynfilter("help " + name).out) <= 80);
-    CHECK(contains(dynfilter("help " + name).out, "Usage: dynfilter " + name));
+    CHECK(longest_line(run_dynfilter("help " + name).out) <= 80);
+    CHECK(contains(run_dynfilter("help " + name).out, "Usage: dynfilter " + name));
   }
-  CHECK(longest_line(dynfilter("--help").out) <= 80);
+  CHECK(longest_line(run_dynfilter("--help").out) <= 80);
   for (const std::string what : {"presets", "filters", "filters background_motion", "filters by_region",
                                  "check dynfilter", "check rts_slam"}) {
     CAPTURE(what);
-    CHECK(longest_line(dynfilter(what).out) <= 80);
+    CHECK(longest_line(run_dynfilter(what).out) <= 80);
   }
   const CommandResult narrow = shell("COLUMNS=60 '" DYNFILTER_COMMAND "' help run");
   CHECK(longest_line(narrow.out) <= 60);
@@ -81,12 +81,12 @@ TEST_CASE("control characters of a file do not reach the terminal with an error"
 
 TEST_CASE("compare: as wide as the terminal, all columns on request, none without an entry") {
   const std::string compare = "compare " + walking() + " --pipelines none,rts_slam_s";
-  const CommandResult narrow = dynfilter(compare);
+  const CommandResult narrow = run_dynfilter(compare);
   CAPTURE(narrow.out);
   CHECK(longest_line(narrow.out) <= 80);
   CHECK(contains(narrow.out, "\nNot shown: "));
   for (const char* column : {"tracked", "ATE m", "recall", "kept"}) CHECK(contains(narrow.out, column));
-  const CommandResult wide = dynfilter(compare + " --wide");
+  const CommandResult wide = run_dynfilter(compare + " --wide");
   for (const char* column : {"sequence", "precision", "features", "rejected", "filters ms"}) {
     CAPTURE(column);
     CHECK(contains(wide.out, column));
@@ -98,12 +98,12 @@ TEST_CASE("compare: as wide as the terminal, all columns on request, none withou
 TEST_CASE("compare: medians are of one scene, never over several") {
   const TemporaryFolder folder;
   const std::string other = (folder.path() / "desk").string();
-  REQUIRE(dynfilter("synth static_desk " + other + " --frames 14").exit_code == 0);
+  REQUIRE(run_dynfilter("synth static_desk " + other + " --frames 14").exit_code == 0);
   const std::string both = "compare " + walking() + " " + other + " --pipelines none --frames 3";
-  const CommandResult one_each = dynfilter(both);
+  const CommandResult one_each = run_dynfilter(both);
   CHECK(one_each.exit_code == 0);
   CHECK(!contains(one_each.out, "median"));
-  const CommandResult json = dynfilter(both + " --json --variants");
+  const CommandResult json = run_dynfilter(both + " --json --variants");
   CAPTURE(json.err);
   const std::string medians = json.out.substr(json.out.find("\"medians\""));
   CHECK(contains(medians, "\"scene\": \"walking_static\""));
@@ -115,7 +115,7 @@ TEST_CASE("run and compare --verbose say what each stage did, and summary.json h
   const TemporaryFolder folder;
   const std::string out = (folder.path() / "out").string();
   const std::string run = "run " + walking() + " --pipeline dynaslam --no-masks --frames 5 ";
-  const CommandResult text = dynfilter(run + "--out " + out);
+  const CommandResult text = run_dynfilter(run + "--out " + out);
   CAPTURE(text.out);
   REQUIRE(text.exit_code == 0);
   CHECK(longest_line(text.out) <= 80);
@@ -131,7 +131,7 @@ TEST_CASE("run and compare --verbose say what each stage did, and summary.json h
         number_in(summary, "", "features_mean"));
   CHECK(number_in(summary, "\"call_point\": \"after_pose\"", "ms") > 0);
   const CommandResult verbose =
-      dynfilter("compare " + walking() + " --pipelines dynaslam --no-masks --frames 5 --verbose");
+      run_dynfilter("compare " + walking() + " --pipelines dynaslam --no-masks --frames 5 --verbose");
   CHECK(contains(verbose.out, "\ndynaslam on walking\n"));
   CHECK(contains(verbose.out, "\n  - semantic_mask: skipped: no mask (5 frames)\n"));
 }
@@ -142,12 +142,12 @@ TEST_CASE("run: results of another run are replaced only with --force") {
   const std::string run = "run " + walking() + " --frames 3 --out '" + out.string() + "' --pipeline ";
   fs::create_directories(out);
   write_text(out / "notes.txt", "mine");  // a folder with other things is fine
-  REQUIRE(dynfilter(run + "none").exit_code == 0);
+  REQUIRE(run_dynfilter(run + "none").exit_code == 0);
   const std::string before = read_text(out / "summary.json");
   check_refused(run + "oracle", "holds the results of another run (summary.json)");
   check_refused(run + "oracle", "--force");
   CHECK(read_text(out / "summary.json") == before);
-  REQUIRE(dynfilter(run + "oracle --force").exit_code == 0);
+  REQUIRE(run_dynfilter(run + "oracle --force").exit_code == 0);
   CHECK(read_text(out / "summary.json") != before);
   CHECK(read_text(out / "notes.txt") == "mine");
 }
@@ -160,12 +160,12 @@ TEST_CASE("a run in which every feature is unknown says so, and which option hel
       "%YAML:1.0\n---\npipeline:\n  name: boxes\n  before_pose:\n    - semantic_box: { role: reject }\n");
   const std::string run = "run " + walking() + " --frames 3 --pipeline ";
   const std::string note = "every feature of every frame is unknown";
-  const std::string json = dynfilter(run + file + " --no-detections --json").out;
+  const std::string json = run_dynfilter(run + file + " --no-detections --json").out;
   CHECK(contains(json, note));
   CHECK(contains(json, "semantic_box: skipped: no boxes); boxes come from --detections or --detector"));
-  CHECK(contains(dynfilter(run + file + " --no-detections").out, "note: every feature of every frame"));
-  CHECK(!contains(dynfilter(run + file + " --json").out, note));
-  CHECK(!contains(dynfilter(run + "none --json").out, note));  // nothing was to be judged
+  CHECK(contains(run_dynfilter(run + file + " --no-detections").out, "note: every feature of every frame"));
+  CHECK(!contains(run_dynfilter(run + file + " --json").out, note));
+  CHECK(!contains(run_dynfilter(run + "none --json").out, note));  // nothing was to be judged
 }
 
 TEST_CASE("frames from associated.txt are documented and said") {
@@ -173,9 +173,9 @@ TEST_CASE("frames from associated.txt are documented and said") {
   const fs::path copy = folder.path() / "copy";
   fs::copy(Walking::shared().folder(), copy, fs::copy_options::recursive);
   fs::rename(copy / "associations.txt", copy / "associated.txt");
-  const CommandResult result = dynfilter("run '" + copy.string() + "' --pipeline none --frames 3 --json");
+  const CommandResult result = run_dynfilter("run '" + copy.string() + "' --pipeline none --frames 3 --json");
   CHECK(contains(result.out, "frames from associated.txt, not from rgb.txt and depth.txt"));
-  CHECK(contains(dynfilter("help run").out, "associated.txt"));
+  CHECK(contains(run_dynfilter("help run").out, "associated.txt"));
 }
 
 TEST_CASE("presets come from DYNFILTER_PRESETS, too") {
@@ -192,8 +192,8 @@ TEST_CASE("completion scripts are scripts, and complete") {
   const TemporaryFolder folder;
   const std::string bash = (folder.path() / "dynfilter.bash").string(),
                     zsh = (folder.path() / "_dynfilter").string();
-  write_text(bash, dynfilter("completion bash").out);
-  write_text(zsh, dynfilter("completion zsh").out);
+  write_text(bash, run_dynfilter("completion bash").out);
+  write_text(zsh, run_dynfilter("completion zsh").out);
   CHECK(shell("bash -n " + bash).out.empty());
   CHECK(read_text(zsh).rfind("#compdef dynfilter\n", 0) == 0);
   if (has_program("zsh")) CHECK(shell("zsh -n " + zsh).out.empty());
@@ -220,7 +220,7 @@ TEST_CASE("completion scripts are scripts, and complete") {
 TEST_CASE("manual pages come from the options, a page for each subcommand, and roff accepts them") {
   const TemporaryFolder folder;
   const fs::path made = folder.path() / "share" / "man1";  // neither exists
-  REQUIRE(dynfilter("man '" + made.string() + "'").exit_code == 0);
+  REQUIRE(run_dynfilter("man '" + made.string() + "'").exit_code == 0);
   write_text(folder.path() / "file", "");
   check_refused("man '" + (folder.path() / "file" / "man1").string() + "'", "no folder can be made there");
   int pages = 0;
@@ -242,31 +242,31 @@ TEST_CASE("manual pages come from the options, a page for each subcommand, and r
 
 TEST_CASE("run, map and motion take the default pipeline") {
   const TemporaryFolder folder;
-  const std::string json = dynfilter("run " + walking() + " --frames 3 --json").out;
+  const std::string json = run_dynfilter("run " + walking() + " --frames 3 --json").out;
   CHECK(value_of(json, "pipeline") == "\"dynfilter\"");
   for (const char* name : {"run", "map", "motion"})
     CHECK(contains(shell(std::string("COLUMNS=300 '" DYNFILTER_COMMAND "' help ") + name).out,
                    "default dynfilter"));
   const CommandResult map =
-      dynfilter("map " + walking() + " '" + (Walking::shared().folder() / "groundtruth.txt").string() +
-                "' --frames 3 --keyframes every:1 --map '" + (folder.path() / "m.ply").string() + "'");
+      run_dynfilter("map " + walking() + " '" + (Walking::shared().folder() / "groundtruth.txt").string() +
+                    "' --frames 3 --keyframes every:1 --map '" + (folder.path() / "m.ply").string() + "'");
   CHECK(map.out.rfind("dynfilter on walking", 0) == 0);
 }
 
 TEST_CASE("the help lists every subcommand, also those for packages") {
-  const std::string help = dynfilter("--help").out;
+  const std::string help = run_dynfilter("--help").out;
   for (const std::string& name : subcommands()) CHECK_MESSAGE(contains(help, "\n  " + name + " "), name);
 }
 
 TEST_CASE("run: above the table and in it, times are medians and are called that") {
-  const CommandResult text = dynfilter("run " + walking() + " --pipeline rts_slam_s --frames 8");
+  const CommandResult text = run_dynfilter("run " + walking() + " --pipeline rts_slam_s --frames 8");
   CAPTURE(text.out);
   CHECK(contains(text.out, "  median time   "));
   CHECK(contains(text.out, "  median CPU    "));
   CHECK(contains(text.out, "  median ms\n"));
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "out";
-  REQUIRE(dynfilter("run " + walking() + " --pipeline rts_slam_s --frames 9 --out '" + out.string() + "'")
+  REQUIRE(run_dynfilter("run " + walking() + " --pipeline rts_slam_s --frames 9 --out '" + out.string() + "'")
               .exit_code == 0);
   // The median by hand, of an odd number of frames.
   std::istringstream lines(read_text(out / "frames.csv"));

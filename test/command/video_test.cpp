@@ -85,7 +85,7 @@ double peak_mb(const std::string& arguments) {
 }  // namespace
 
 TEST_CASE("run on a video: verdicts, no trajectory, and where to write them") {
-  const CommandResult text = dynfilter("run " + Clip::file());
+  const CommandResult text = run_dynfilter("run " + Clip::file());
   CAPTURE(text.err);
   REQUIRE(text.exit_code == 0);
   CHECK(text.err.empty());
@@ -96,7 +96,7 @@ TEST_CASE("run on a video: verdicts, no trajectory, and where to write them") {
   CHECK(contains(text.out, "frames a second on one core besides decoding; the video has 25"));
   CHECK(contains(text.out,
                  "--out dynfilter_clip writes dynfilter_clip/report.html, --video dynfilter_clip.mp4"));
-  const CommandResult json = dynfilter("run " + Clip::file() + " --json");
+  const CommandResult json = run_dynfilter("run " + Clip::file() + " --json");
   REQUIRE(json.exit_code == 0);
   CHECK(value_of(json.out, "frames") == "24");
   CHECK(value_of(json.out, "verdicts_only") == "true");
@@ -123,7 +123,7 @@ TEST_CASE("the verdicts of a video are those of its images") {
       "'" + (folder.path() / "images" / "*.png").string() + "' --camera camera.yaml"};
   for (int k = 0; k < 2; ++k) {
     const fs::path out = folder.path() / ("out" + std::to_string(k));
-    const CommandResult result = dynfilter("run " + inputs[k] + " --out '" + out.string() + "'");
+    const CommandResult result = run_dynfilter("run " + inputs[k] + " --out '" + out.string() + "'");
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
     CHECK(contains(result.out, "verdicts only, no trajectory"));
@@ -132,22 +132,22 @@ TEST_CASE("the verdicts of a video are those of its images") {
   CHECK(tables[0].size() > 10'000);
   CHECK(tables[0] == tables[1]);
   const CommandResult pattern =
-      dynfilter("run '" + (folder.path() / "images" / "*.png").string() + "' --json");
+      run_dynfilter("run '" + (folder.path() / "images" / "*.png").string() + "' --json");
   REQUIRE(pattern.exit_code == 0);
   CHECK(value_of(pattern.out, "frames") == "24");
 }
 
 TEST_CASE("start, step, frames and scale choose what of a video is played") {
-  const CommandResult part = dynfilter("run " + Clip::file() + " --start 3 --step 4 --frames 5 --json");
+  const CommandResult part = run_dynfilter("run " + Clip::file() + " --start 3 --step 4 --frames 5 --json");
   REQUIRE(part.exit_code == 0);
   CHECK(value_of(part.out, "frames") == "5");
   CHECK(std::stod(value_of(part.out, "first_s")) == doctest::Approx(3 / 25.0));
   CHECK(std::stod(value_of(part.out, "last_s")) == doctest::Approx(19 / 25.0));
-  const CommandResult rest = dynfilter("run " + Clip::file() + " --start 3 --step 4 --json");
+  const CommandResult rest = run_dynfilter("run " + Clip::file() + " --start 3 --step 4 --json");
   CHECK(value_of(rest.out, "frames") == "6");  // 3, 7, ... 23
   const TemporaryFolder folder;
   const std::string out = (folder.path() / "out").string();
-  REQUIRE(dynfilter("run " + Clip::file() + " --scale 0.5 --out '" + out + "'").exit_code == 0);
+  REQUIRE(run_dynfilter("run " + Clip::file() + " --scale 0.5 --out '" + out + "'").exit_code == 0);
   const cv::Mat picture = cv::imread(out + "/overlay/000010.png");
   CHECK(picture.cols == 240);  // 160 and a half
   check_refused("run " + Clip::file() + " --scale 2", "--scale");
@@ -155,7 +155,7 @@ TEST_CASE("start, step, frames and scale choose what of a video is played") {
 }
 
 TEST_CASE("compare takes videos; with a camera file there are poses") {
-  const CommandResult table = dynfilter("compare " + Clip::file() + " --pipelines none,dynfilter");
+  const CommandResult table = run_dynfilter("compare " + Clip::file() + " --pipelines none,dynfilter");
   CAPTURE(table.err);
   REQUIRE(table.exit_code == 0);
   CHECK(contains(table.out, "clip.avi\n"));
@@ -163,7 +163,7 @@ TEST_CASE("compare takes videos; with a camera file there are poses") {
   const TemporaryFolder folder;
   const std::string camera = (folder.path() / "camera.yaml").string();
   write_text(camera, "Camera.fx: 300\nCamera.fy: 300\nCamera.cx: 160\nCamera.cy: 120\n");
-  const CommandResult still = dynfilter("run " + Clip::file() + " --camera '" + camera + "'");
+  const CommandResult still = run_dynfilter("run " + Clip::file() + " --camera '" + camera + "'");
   CAPTURE(still.out);
   CHECK(still.exit_code == 0);
   CHECK_FALSE(contains(still.out, "guessed"));
@@ -173,7 +173,7 @@ TEST_CASE("compare takes videos; with a camera file there are poses") {
 TEST_CASE("the report of a video has a picture of every frame") {
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "out";
-  REQUIRE(dynfilter("run " + Clip::file() + " --out '" + out.string() + "'").exit_code == 0);
+  REQUIRE(run_dynfilter("run " + Clip::file() + " --out '" + out.string() + "'").exit_code == 0);
   const std::string page = read_text(out / "report.html");
   CHECK(count(page, "\"jpeg\":") == 24);
   CHECK(page.size() < 10'000'000);
@@ -186,7 +186,7 @@ TEST_CASE("--video writes the annotated video, or nothing") {
     CAPTURE(name);
     const fs::path file = folder.path() / name;
     const CommandResult result =
-        dynfilter("run " + Clip::file() + " --step 2 --video '" + file.string() + "'");
+        run_dynfilter("run " + Clip::file() + " --step 2 --video '" + file.string() + "'");
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
     CHECK(contains(result.out, "written to " + file.string()));
@@ -211,7 +211,7 @@ TEST_CASE("--video writes the annotated video, or nothing") {
   check_refused("run " + Clip::file() + " --video '" + folder.path().string() + "/no/x.mp4'",
                 "no such folder");
   CHECK(entries(folder.path()) == 2);
-  CHECK(dynfilter("run " + Clip::file() + " --frames 3 --force --video '" + file + "'").exit_code == 0);
+  CHECK(run_dynfilter("run " + Clip::file() + " --frames 3 --force --video '" + file + "'").exit_code == 0);
   CHECK(entries(folder.path()) == 2);
 }
 
@@ -245,9 +245,9 @@ TEST_CASE("what a video or a camera cannot do names the option that helps") {
   const std::string camera = "'camera:" + Clip::file().substr(1);
   check_refused("run " + camera, "a camera has no end; give --frames N, or --live and end it with q");
   check_refused("compare " + camera + " --frames 3 --pipelines none,dynfilter", "a camera plays once");
-  const CommandResult played = dynfilter("run " + camera + " --frames 5 --json");
+  const CommandResult played = run_dynfilter("run " + camera + " --frames 5 --json");
   CHECK(value_of(played.out, "frames") == "5");
-  const CommandResult ended = dynfilter("run " + camera + " --frames 500 --json");
+  const CommandResult ended = run_dynfilter("run " + camera + " --frames 500 --json");
   CHECK(value_of(ended.out, "frames") == "24");
   for (const char* command : {"run", "map", "compare", "detect", "masks"}) {
     const std::string more = command == std::string("map")
@@ -321,7 +321,7 @@ TEST_CASE("masks of a video come with the images that they are for") {
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "out";
   const CommandResult run =
-      dynfilter("masks " + Clip::file() + " '" + out.string() + "' --for colmap --start 2 --step 4");
+      run_dynfilter("masks " + Clip::file() + " '" + out.string() + "' --for colmap --start 2 --step 4");
   REQUIRE(run.exit_code == 0);
   CHECK(run.out.find("--image_path " + (out / "images").string()) != std::string::npos);
   CHECK(entries(out / "images") == 6);  // 2, 6, ..., 22 of 24

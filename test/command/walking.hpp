@@ -13,7 +13,7 @@ class Walking {
  public:
   Walking() : folder_(root_.path() / "walking") {
     const CommandResult result =
-        dynfilter("synth walking_static '" + folder_.string() + "' --frames 14 --seed 3");
+        run_dynfilter("synth walking_static '" + folder_.string() + "' --frames 14 --seed 3");
     REQUIRE(result.exit_code == 0);
   }
   const std::filesystem::path& folder() const { return folder_; }

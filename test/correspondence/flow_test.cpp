@@ -158,33 +158,6 @@ TEST_CASE("A guess reaches motions that the pyramid does not") {
   CHECK(track(current, reference, points, {}, useless).found == track(current, reference, points).found);
 }
 
-TEST_CASE("A chain through the frames between reaches them without a guess, and does not drift") {
-  const test::WaveTexture texture(12);
-  const cv::Size size(640, 480);
-  FlowTracker tracker;
-  std::vector<ImagePyramid> pyramids(6);
-  for (int k = 0; k < 6; ++k) tracker.build(texture.image(size, {13.0 * k, -9.0 * k}), pyramids[k]);
-  const std::vector<const ImagePyramid*> steps{&pyramids[1], &pyramids[2], &pyramids[3], &pyramids[4],
-                                               &pyramids[5]};
-  const auto points = test::random_points(size, 200, 160, 13);
-  Correspondences found;
-  tracker.track_chain(pyramids[0], steps, points, found);
-  CHECK(found.count() > 195);
-  check_shift(found, points, {65, -45}, 0.1F);
-  Correspondences direct;
-  tracker.track(pyramids[0], pyramids[5], points, {}, direct);
-  CHECK(direct.count() < 40);
-  tracker.track_chain(pyramids[0], {}, points, found);
-  CHECK(found.size() == 200);
-  CHECK(found.count() == 0);
-  Correspondences chain_of_one;
-  const std::vector<const ImagePyramid*> one{&pyramids[1]};
-  tracker.track(pyramids[0], pyramids[1], points, {}, direct);
-  tracker.track_chain(pyramids[0], one, points, chain_of_one);
-  CHECK(direct.found == chain_of_one.found);
-  CHECK(direct.count() > 195);
-}
-
 TEST_CASE("One and two threads give the same bits, and so does a second run with used buffers") {
   const cv::Size size(640, 480);
   const cv::Mat current = test::noise_image(size, 14, 1.5);

@@ -16,8 +16,8 @@ TEST_CASE("run writes the page with its results, compare with all runs") {
   const fs::path out = walking.root() / "report";
   fs::create_directories(out);
   for (const char* pipeline : {"none", "rts_slam"})
-    REQUIRE(dynfilter("run " + folder + " --pipeline " + pipeline + " --detector-mode late:2 --out '" +
-                      (out / pipeline).string() + "'")
+    REQUIRE(run_dynfilter("run " + folder + " --pipeline " + pipeline + " --detector-mode late:2 --out '" +
+                          (out / pipeline).string() + "'")
                 .exit_code == 0);
   const std::string page = read_text(out / "rts_slam/report.html");
   const Json data = data_of(page), run = data["runs"][0], frames = run["frames"];
@@ -74,7 +74,7 @@ TEST_CASE("run writes the page with its results, compare with all runs") {
 
   const fs::path both = walking.root() / "both";
   const CommandResult compare =
-      dynfilter("compare " + folder + " --pipelines none,oracle --json --out '" + both.string() + "'");
+      run_dynfilter("compare " + folder + " --pipelines none,oracle --json --out '" + both.string() + "'");
   REQUIRE(compare.exit_code == 0);
   CHECK(read_text(both / "summary.json") == compare.out);
   const Json compared = data_of(read_text(both / "report.html")), rows = Json::parse(compare.out)["rows"];
@@ -88,20 +88,20 @@ TEST_CASE("run writes the page with its results, compare with all runs") {
 TEST_CASE("compare --csv has all digits, --markdown the table, and text fits 100 columns") {
   const std::string compare =
       "compare '" + Walking::shared().folder().string() + "' --pipelines none,oracle --frames 12";
-  const CommandResult csv = dynfilter(compare + " --csv");
+  const CommandResult csv = run_dynfilter(compare + " --csv");
   CHECK(csv.exit_code == 0);
   CHECK(times(csv.out, "\n") == 3);
   CHECK(csv.out.rfind("sequence,run,pipeline,frames,tracked_frames,ate_rmse_m,", 0) == 0);
   CHECK(contains(csv.out, "\nwalking,,none,12,12,0."));
   CHECK(contains(csv.out, "\nwalking,,oracle,12,12,0."));
-  const CommandResult markdown = dynfilter(compare + " --markdown");
+  const CommandResult markdown = run_dynfilter(compare + " --markdown");
   CHECK(markdown.exit_code == 0);
   CHECK(markdown.out.rfind("| sequence | pipeline | tracked | ATE m |", 0) == 0);
   CHECK(contains(markdown.out, "\n|---|---|---:|---:|"));
   CHECK(contains(markdown.out, "\n| walking | none | 12/12 | "));
   check_refused(compare + " --csv --markdown", "excludes");
 
-  std::stringstream text(dynfilter(compare).out);
+  std::stringstream text(run_dynfilter(compare).out);
   for (std::string line; std::getline(text, line);) CHECK(line.size() <= 100);
 }
 
@@ -110,8 +110,8 @@ TEST_CASE("compare --map writes a map per run, and the page has them") {
   const fs::path out = root.path() / "out", maps = root.path() / "maps";
   const std::string folder = "'" + Walking::shared().folder().string() + "'";
   const std::string map = " --map '" + maps.string() + "' --keyframes every:4 --map-leaf-m 0.05";
-  const CommandResult result = dynfilter("compare " + folder + " --pipelines none,oracle --csv" + map +
-                                         " --truth --out '" + out.string() + "'");
+  const CommandResult result = run_dynfilter("compare " + folder + " --pipelines none,oracle --csv" + map +
+                                             " --truth --out '" + out.string() + "'");
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
   for (const char* name : {"walking_none", "walking_oracle"})
@@ -129,6 +129,6 @@ TEST_CASE("compare --map writes a map per run, and the page has them") {
   CHECK(ghosts(1) < ghosts(0));  // without rejection people are in the map
   check_refused("compare " + folder + " --pipelines none --truth", "--truth requires --map");
   check_refused("compare " + folder + " " + folder + " --pipelines none" + map, "is given twice");
-  CHECK(contains(dynfilter("compare " + folder + " --pipelines none,oracle --frames 9 --wide" + map).out,
+  CHECK(contains(run_dynfilter("compare " + folder + " --pipelines none,oracle --frames 9 --wide" + map).out,
                  "map points"));
 }

@@ -47,24 +47,12 @@ class FlowTracker {
   /// An empty `guess` means no motion. Points that are NaN, outside the image or fail the check are not
   /// found. Images of different size find nothing. Cost: see docs/reference/results.md.
   void track(const ImagePyramid& current, const ImagePyramid& reference, Span<const cv::Point2f> current_px,
-             Span<const cv::Point2f> guess, Correspondences& out) {
-    track(current, reference, current_px, guess, params_.check, out);
-  }
-
-  /// Tracks over a large gap. Follows the points through `steps`: the frames before the current one, newest
-  /// first, ending with the reference. Then tracks each point directly between both ends, with the end of the
-  /// chain as guess, so that drift does not accumulate. Only this last step is checked. Cost: one unchecked
-  /// track() per step and one checked track().
-  void track_chain(const ImagePyramid& current, Span<const ImagePyramid* const> steps,
-                   Span<const cv::Point2f> current_px, Correspondences& out);
+             Span<const cv::Point2f> guess, Correspondences& out);
 
  private:
   using Points = std::vector<cv::Point2f>;
 
   static const FlowParams& checked(const FlowParams& params);
-
-  void track(const ImagePyramid& current, const ImagePyramid& reference, Span<const cv::Point2f> current_px,
-             Span<const cv::Point2f> guess, FlowCheck check, Correspondences& out);
 
   void collect(const cv::Size& size, Span<const cv::Point2f> current_px, Span<const cv::Point2f> guess);
 
@@ -80,7 +68,6 @@ class FlowTracker {
                     std::vector<MatchSpread>& spread);
 
   void keep_inside(const cv::Size& size);
-  void check_each(const ImagePyramid& current, const ImagePyramid& reference, FlowCheck check);
   void keep_alike(const cv::Mat& current, const cv::Mat& reference);
   void keep_returning(const ImagePyramid& current, const ImagePyramid& reference);
 
@@ -96,27 +83,7 @@ class FlowTracker {
   std::vector<std::uint8_t> status_;
   std::vector<MatchSpread> spread_, back_spread_;
   PatchResidual patches_;
-  Points chained_, chain_start_;
 };
-
-inline void FlowTracker::track_chain(const ImagePyramid& current, Span<const ImagePyramid* const> steps,
-                                     Span<const cv::Point2f> current_px, Correspondences& out) {
-  if (steps.size() < 2) {
-    const ImagePyramid none;
-    return track(current, steps.empty() ? none : *steps[0], current_px, {}, out);
-  }
-  chained_.assign(current_px.begin(), current_px.end());
-  const ImagePyramid* from = &current;
-  for (const ImagePyramid* to : steps) {
-    track(*from, *to, chained_, {}, FlowCheck::None, out);
-    chained_ = out.reference_px;  // NaN marks a lost point and is passed on
-    from = to;
-  }
-  chain_start_.assign(current_px.begin(), current_px.end());
-  for (std::size_t i = 0; i < chain_start_.size(); ++i)
-    if (!detail::finite(chained_[i])) chain_start_[i] = chained_[i];
-  track(current, *from, chain_start_, chained_, out);
-}
 
 inline const FlowParams& FlowTracker::checked(const FlowParams& params) {
   check_parameters(params, "flow");
@@ -125,19 +92,20 @@ inline const FlowParams& FlowTracker::checked(const FlowParams& params) {
 
 inline void FlowTracker::track(const ImagePyramid& current, const ImagePyramid& reference,
                                Span<const cv::Point2f> current_px, Span<const cv::Point2f> guess,
-                               FlowCheck check, Correspondences& out) {
+                               Correspondences& out) {
   out.reset(current_px.size());
   if (!current.fits(reference) || current.window_px() != params_.window_px) return;
   if (!guess.empty() && guess.size() != current_px.size()) guess = {};
   collect(current.size(), current_px, guess);
   if (index_.empty()) return;
   if (guided()) {
-    guided_.track(current, reference, check, from_, to_, status_, spread_);
+    guided_.track(current, reference, params_.check, from_, to_, status_, spread_);
     keep_inside(current.size());
   } else {
     lucas_kanade(current, reference, from_, to_, spread_);
     keep_inside(current.size());
-    check_each(current, reference, check);
+    if (params_.check != FlowCheck::None) keep_alike(current.image(), reference.image());
+    if (params_.check == FlowCheck::ForwardBackward) keep_returning(current, reference);
   }
   for (std::size_t k = 0; k < index_.size(); ++k) {
     out.set(index_[k], to_[k]);
@@ -177,12 +145,6 @@ inline void FlowTracker::lucas_kanade(const ImagePyramid& a, const ImagePyramid&
 
 inline void FlowTracker::keep_inside(const cv::Size& size) {
   keep([&](std::size_t k) { return status_[k] != 0 && detail::inside(to_[k], size, border()); });
-}
-
-inline void FlowTracker::check_each(const ImagePyramid& current, const ImagePyramid& reference,
-                                    FlowCheck check) {
-  if (check != FlowCheck::None) keep_alike(current.image(), reference.image());
-  if (check == FlowCheck::ForwardBackward) keep_returning(current, reference);
 }
 
 inline void FlowTracker::keep_alike(const cv::Mat& current, const cv::Mat& reference) {

@@ -35,7 +35,7 @@ struct Score {
 
   Score() = default;
   /// Throws ConfigError if the number of votes differs from the number of features.
-  Score(const Votes& votes, const ExactFrame& frame);
+  Score(const Votes& votes, const ExactFrame& frame) { add(votes, frame); }
 
   /// Adds the counts of one more frame; throws as above.
   void add(const Votes& votes, const ExactFrame& frame);
@@ -70,10 +70,6 @@ inline Votes judge(Filter& filter, const ExactScene& scene, int frame, const Cor
     evidence.end(false);
   }
   return votes;
-}
-
-inline Score::Score(const Votes& votes, const ExactFrame& frame) {
-  add(votes, frame);
 }
 
 inline void Score::add(const Votes& votes, const ExactFrame& frame) {
