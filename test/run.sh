@@ -131,6 +131,7 @@ if [ "$mode" != quick ]; then
   if [ "$mode" = long ]; then
     build_and_test asan-ubsan-gcc
     build_and_test tsan
+    build_and_test ubsan-clang
   fi
   step "fuzz"
   # The same inputs for the same sources: a commit is judged by what it changed. --long looks for new ones.
