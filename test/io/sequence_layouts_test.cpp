@@ -120,11 +120,12 @@ void write_euroc_folder(const fs::path& folder) {
   const fs::path root = folder / "mav0";
   fs::create_directories(root / "cam0" / "data");
   fs::create_directories(root / "cam1" / "data");
+  static const cv::Mat left = kLeft.image_of(kDots), right = kRight.image_of(kDots);
   std::string list = "#timestamp [ns],filename\n";
   for (const std::string stamp_ns : {"1403636579763555584", "1403636579813555456"}) {
     list += stamp_ns + "," + stamp_ns + ".png\r\n";
-    cv::imwrite((root / "cam0" / "data" / (stamp_ns + ".png")).string(), kLeft.image_of(kDots));
-    cv::imwrite((root / "cam1" / "data" / (stamp_ns + ".png")).string(), kRight.image_of(kDots));
+    cv::imwrite((root / "cam0" / "data" / (stamp_ns + ".png")).string(), left);
+    cv::imwrite((root / "cam1" / "data" / (stamp_ns + ".png")).string(), right);
   }
   write_text(root / "cam0" / "data.csv", list);
   write_text(root / "cam1" / "data.csv", list);
