@@ -73,7 +73,7 @@ std::vector<TwoViewScene> two_view_sets(int outliers_percent, const Eigen::Vecto
 double recall(const TwoViewScene& scene, const Matrix9& F) {
   int n = 0;
   for (int i = 0; i < scene.static_count; ++i) {
-    n += sampson_distance_px(F, scene.reference[i], scene.current[i]) < 1;
+    n += geometry_test::sampson_distance_px(F, scene.reference[i], scene.current[i]) < 1;
   }
   return n / static_cast<double>(scene.static_count);
 }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/random.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
@@ -409,6 +411,50 @@ TEST_CASE("flow_consistency: parameters out of range are refused") {
   FlowConsistencyParams params;
   params.max_gap_s = -1;
   CHECK_THROWS_AS(FlowConsistencyFilter{params}, ConfigError);
+}
+
+TEST_CASE("flow_consistency: what slides along its edge is not called dynamic, and what moves is") {
+  // Host matches of a scene with a mover. Every third static feature is on an edge of any direction, and its
+  // match is up to 10 px along it: with a spread that says so, and without.
+  const ExactScene scene =
+      ExactScene().points(500).mono().gap(1).pixel_noise(0.1).mover(MovingBox(60).moving({0.05, 0, 0}));
+  const auto play = [&](bool told) {
+    FlowConsistencyFilter filter(without_ground());
+    FrameEvidence evidence;
+    Votes votes;
+    Score total;
+    Random random(7);
+    std::vector<cv::Point2f> slid(static_cast<std::size_t>(scene.point_count()), cv::Point2f(0, 0));
+    for (int k = 0; k <= 10; ++k) {
+      testing::ExactFrame frame = scene.frame(k);
+      std::vector<MatchSpread> spread(frame.size());
+      for (std::size_t i = 0; i < frame.size(); ++i) {
+        const auto p = static_cast<std::size_t>(frame.point[i]);
+        if (frame.label[i] != 0 || p % 3 != 0) continue;
+        const double angle_rad = 0.7 * static_cast<double>(p);
+        spread[i].edge =
+            cv::Point2f(static_cast<float>(std::cos(angle_rad)), static_cast<float>(std::sin(angle_rad)));
+        spread[i].along = 1e4F;
+        slid[p] += static_cast<float>(random.uniform(-10, 10)) * spread[i].edge;
+        frame.keypoints[i].pt += slid[p];
+      }
+      FrameView view = frame.view();
+      if (told && view.matches) view.matches->spread = spread;
+      evidence.begin(view, CallPoint::BeforePose);
+      votes.reset(frame.size());
+      filter.apply(evidence, votes);
+      evidence.end(false);
+      if (k >= 5) total.add(votes, frame);
+    }
+    return total;
+  };
+  const Score told = play(true), untold = play(false);
+  CAPTURE(untold.static_kept());
+  CAPTURE(told.static_kept());
+  CAPTURE(told.recall());
+  CHECK(untold.static_kept() < 0.9);
+  CHECK(told.static_kept() > 0.98);
+  CHECK(told.recall() > 0.9);
 }
 
 }  // namespace flow_consistency_test

@@ -13,7 +13,7 @@ using namespace dynfilter;
 TEST_CASE("epipolar distance: a sideways camera has horizontal lines") {
   const Matrix9 F{0, 0, 0, 0, 0, -1, 0, 1, 0};  // [(1 0 0)]x: y2 = y1
   CHECK(epipolar_distance_px(F, {10, 20}, {400, 23}) == doctest::Approx(3));
-  CHECK(sampson_distance_px(F, {10, 20}, {400, 23}) == doctest::Approx(3 / std::sqrt(2.0)));
+  CHECK(geometry_test::sampson_distance_px(F, {10, 20}, {400, 23}) == doctest::Approx(3 / std::sqrt(2.0)));
   // Epipole at the origin: the line through both.
   const Matrix9 forward{0, -1, 0, 1, 0, 0, 0, 0, 0};
   CHECK(epipolar_distance_px(forward, {10, 0}, {50, 4}) == doctest::Approx(4));
@@ -37,7 +37,7 @@ TEST_CASE("epipolar distance: static points are on their lines; OpenCV's Sampson
   for (int i = 0; i < 100; ++i) {
     const cv::Point2f p = scene.reference[i], q = scene.current[i] + cv::Point2f(3, -2);
     const double squared = cv::sampsonDistance(cv::Vec3d(p.x, p.y, 1), cv::Vec3d(q.x, q.y, 1), cv::Mat(twin));
-    CHECK(sampson_distance_px(F, p, q) == doctest::Approx(std::sqrt(squared)).epsilon(1e-6));
+    CHECK(geometry_test::sampson_distance_px(F, p, q) == doctest::Approx(std::sqrt(squared)).epsilon(1e-6));
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/epipolar_distance.hpp>
@@ -32,6 +33,14 @@ struct TwoViewRecipe {
 inline dynfilter::Pose motion(double rotation_deg, Eigen::Vector3d axis, Eigen::Vector3d t) {
   return dynfilter::Pose::from(
       Eigen::AngleAxisd(rotation_deg * CV_PI / 180, axis.normalized()).toRotationMatrix(), t);
+}
+
+/// First-order distance [px] of a match to the epipolar variety in the joint image (Sampson; Hartley and
+/// Zisserman, eq. 11.9). With equal noise in both images, it has the standard deviation of that noise.
+inline double sampson_distance_px(const dynfilter::Matrix9& F, cv::Point2f reference, cv::Point2f current) {
+  const auto terms = dynfilter::detail::epipolar_terms(F, reference, current);
+  const double norm = std::sqrt(terms.gradient2());
+  return norm > 0 ? std::abs(terms.residual) / norm : HUGE_VAL;
 }
 
 /// F = K^-T [t]x R K^-1 of a known motion (Hartley and Zisserman, section 9.2), of norm 1.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/motion/rigid_background_scene.hpp>
+#include <dynfilter/motion/rigid_background.hpp>
 
 #include "geometry/rigid_scene.hpp"
 

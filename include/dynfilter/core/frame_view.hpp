@@ -41,6 +41,8 @@ struct MatchSpread {
   float depth_per_px = 0;  ///< slope of the surface along the edge [m/px], 0 where it is not known
 
   static constexpr float kFar = 100;  ///< variance along the edge that is worth a note: ten deviations
+  static constexpr float kSaysNothing = 1000;  ///< from which on a match tells nothing of the camera's motion
+  static constexpr float kEdgeTurn_rad = 0.02F;   ///< error of the edge's direction
   bool slides() const { return along > across; }  ///< whether the error along the edge is larger
   /// Whether the numbers can be those of a match.
   bool valid() const { return across >= 1 && along >= across && std::isfinite(along + depth_per_px); }

@@ -159,9 +159,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
 
   void note_motion(Votes& votes) const;
   void note_slides(const Match& match, Votes& votes) const;
-  /// The same from which on a match says nothing of the background's motion, if enough others do.
-  static constexpr float kSaysNothing = 1000;
-  static constexpr std::size_t kEnoughFirm = 100;
+  static constexpr std::size_t kEnoughFirm = 100;  ///< matches that tell of the background's motion
   void drop_sliding_seeds(const Match& match);
 
   /// T_world_camera of the last frames, newest first; the world is the first camera.
@@ -192,7 +190,6 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   SeenPoint now(const Evidence& evidence, std::size_t i, int gap) const;
   /// A long slide along an edge misses across it, too: the edge's direction is not exact.
   MatchSpread spread_of(const MatchSpread& spread, const StaticMiss& miss, int gap) const;
-  static constexpr float kEdgeTurn_rad = 0.02F;
   /// Noise that neighbours do not share, summed over the frames of a track.
   double chained_noise_px(std::size_t gap) const;
   RigidResidualNoise noise(double pixel_sigma_px) const;

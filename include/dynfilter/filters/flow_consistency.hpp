@@ -97,7 +97,11 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
     ViewFlow flow;
     double length_px;
     bool seed;
+    double across_noise = 1, along_noise = 1;  ///< of the flow across and along its line, 1: of a corner
   };
+  /// Deviations of a corner from which on a flow across its line says nothing: a match that slides meets
+  /// other places of its edge, and no variance describes how far.
+  static constexpr double kMostNoise = 3;
   /// Between frames whose timestamps do not increase.
   static constexpr double kUnknown_s = 1.0 / 30;
   /// Share of the tracks that cover the longest gap.
@@ -133,6 +137,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   /// Estimates the camera's motion over the gap, and each flow relative to it. False if there is no motion.
   bool measure(const Evidence& evidence, int gap, Votes& votes);
 
+  void set_noise(Point& p) const;  ///< of the flow of a match that slides along an edge
   void note(int gap, const std::optional<ViewMotion>& found, Votes& votes) const;
 
   /// Sets principal point, focal length and image size.

@@ -92,15 +92,6 @@ inline double epipolar_distance_px(const Matrix9& F, cv::Point2f reference, cv::
   return std::abs(epipolar_offset_px(F, reference, current));
 }
 
-/// First-order distance [px] of the match to the epipolar variety in the joint image (Sampson; Hartley and
-/// Zisserman, eq. 11.9). With equal noise in both images, it has the standard deviation of that noise.
-/// `epipolar_distance_px` has about sqrt(2) times as much.
-inline double sampson_distance_px(const Matrix9& F, cv::Point2f reference, cv::Point2f current) {
-  const auto terms = detail::epipolar_terms(F, reference, current);
-  const double norm = std::sqrt(terms.gradient2());
-  return norm > 0 ? std::abs(terms.residual) / norm : HUGE_VAL;
-}
-
 /// `H p` in pixels. Not finite for points on the line that H maps to infinity.
 inline cv::Point2d transfer(const Matrix9& H, cv::Point2f p) {
   const double w = H[6] * p.x + H[7] * p.y + H[8];

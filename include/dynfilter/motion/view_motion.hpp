@@ -34,6 +34,7 @@ struct ViewFlow {
   double along_px = 0;
   /// Length of the camera's step divided by the depth. 0 without a baseline.
   double inverse_depth = 0;
+  double line_x = 0, line_y = 1;  ///< direction of the line, of unit length
 
   /// Length of the flow [px].
   double length_px() const { return std::sqrt(across_px * across_px + along_px * along_px); }
@@ -93,7 +94,7 @@ class ViewFlowModel {
     if (!baseline_) return {line.ex, line.ey, 0};
     const double inverse = 1 / std::sqrt(line.squared);
     const double along = (line.ex * line.dx + line.ey * line.dy) * inverse;
-    return {line.cross * inverse, along, along * inverse};
+    return {line.cross * inverse, along, along * inverse, line.dx * inverse, line.dy * inverse};
   }
 
   /// Of the rotation, row by row.

@@ -193,7 +193,6 @@ DYNFILTER_INLINE std::optional<Pose> FrameEvidence::host_motion(const Match& mat
   return inverse(now.T_world_camera) * match.reference->T_world_camera;
 }
 
-// What one owner answers.
 DYNFILTER_INLINE void FrameEvidence::set_history(int frames) {
   owners_->matches.history().set_capacity(frames);
 }

@@ -12,7 +12,7 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/motion/patch_relief.hpp>
-#include <dynfilter/motion/rigid_background_scene.hpp>
+#include <dynfilter/motion/rigid_background.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 
@@ -286,7 +286,7 @@ inline MatchSpread BackgroundMotionFilter::spread_of(const MatchSpread& spread, 
                                                      int gap) const {
   MatchSpread out = spread;
   if (!spread.slides()) return out;
-  const float off = kEdgeTurn_rad * miss.miss_px.dot(spread.edge) /
+  const float off = MatchSpread::kEdgeTurn_rad * miss.miss_px.dot(spread.edge) /
                     static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)));
   out.across += off * off;
   out.along = std::max(out.along, out.across);
@@ -297,7 +297,7 @@ inline void BackgroundMotionFilter::drop_sliding_seeds(const Match& match) {
   const std::vector<MatchSpread>& spread = match.correspondences.spread;
   firm_.clear();
   for (const int i : seeds_)
-    if (spread[static_cast<std::size_t>(i)].along < kSaysNothing) firm_.push_back(i);
+    if (spread[static_cast<std::size_t>(i)].along < MatchSpread::kSaysNothing) firm_.push_back(i);
   if (firm_.size() >= kEnoughFirm) std::swap(seeds_, firm_);
 }
 

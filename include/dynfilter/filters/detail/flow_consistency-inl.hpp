@@ -151,9 +151,22 @@ inline bool FlowConsistencyFilter::measure(const Evidence& evidence, int gap, Vo
   for (Point& p : points_) {
     p.flow = model(p.pair);
     p.length_px = p.flow.length_px();
+    set_noise(p);
   }
+  const auto silent = [](const Point& p) { return p.across_noise > kMostNoise; };
+  points_.erase(std::remove_if(points_.begin(), points_.end(), silent), points_.end());
   noise_px_ = measured_noise_px();
   return true;
+}
+
+inline void FlowConsistencyFilter::set_noise(Point& p) const {
+  const MatchSpread spread = tracks_->spread(static_cast<std::size_t>(p.feature));
+  if (!spread.slides()) return;
+  constexpr double kTurn2 = MatchSpread::kEdgeTurn_rad * MatchSpread::kEdgeTurn_rad;
+  const double on_line = spread.edge.x * p.flow.line_x + spread.edge.y * p.flow.line_y;
+  const double across2 = spread.across, more2 = spread.along - across2, share = on_line * on_line;
+  p.along_noise = std::sqrt(across2 + more2 * share);
+  p.across_noise = std::sqrt(across2 + more2 * (std::max(0.0, 1 - share) + kTurn2));
 }
 
 inline void FlowConsistencyFilter::note(int gap, const std::optional<ViewMotion>& found, Votes& votes) const {
@@ -200,7 +213,8 @@ inline void FlowConsistencyFilter::collect_points(const Evidence& evidence, int 
   for (const auto& [now, i] : order_) {
     if (tracks_->length(i) < gap || !within(tracks_->at(i, gap))) continue;
     const cv::Point2d then = centred(tracks_->at(i, gap));
-    points_.push_back({static_cast<int>(i), {then.x, then.y, now.x, now.y}, {}, 0, evidence.seed(i)});
+    const bool firm = tracks_->spread(i).along < MatchSpread::kSaysNothing, seed = firm && evidence.seed(i);
+    points_.push_back({static_cast<int>(i), {then.x, then.y, now.x, now.y}, {}, 0, seed});
   }
   const auto before = [](const Point& p, const Point& q) {
     return std::tie(p.pair.x, p.pair.y, p.pair.reference_x, p.pair.reference_y, p.feature) <
@@ -230,7 +244,8 @@ inline void FlowConsistencyFilter::group() {
 inline double FlowConsistencyFilter::measured_noise_px() {
   values_.clear();
   for (const Point& p : points_)
-    if (std::abs(p.flow.across_px) < Params::kMaxDistance_px) values_.push_back(std::abs(p.flow.across_px));
+    if (std::abs(p.flow.across_px) < Params::kMaxDistance_px)
+      values_.push_back(std::abs(p.flow.across_px) / p.across_noise);
   return values_.empty() ? Params::kNoise_px
                          : std::max(Params::kNoise_px, 1.48 * averaged_median_in_place(values_));
 }
@@ -268,14 +283,16 @@ inline void FlowConsistencyFilter::weigh_flows() {
   const double middle = middle_inverse_depth();
   for (std::size_t k = 0; k < points_.size(); ++k) {
     if (judged(k)) continue;
-    values_.assign(1, points_[k].flow.across_px);
+    const Point& own = points_[k];
+    values_.assign(1, own.flow.across_px / own.across_noise);
     along_.assign(1, points_[k].flow.along_px);
     for (const int j : groups_.linked(k)) {
-      values_.push_back(points_[static_cast<std::size_t>(j)].flow.across_px);
+      const Point& q = points_[static_cast<std::size_t>(j)];
+      values_.push_back(q.flow.across_px / q.across_noise);
       along_.push_back(points_[static_cast<std::size_t>(j)].flow.along_px);
     }
     const double across = averaged_median_in_place(values_);
-    const double wrong_way = wrong_way_px(points_[k], averaged_median_in_place(along_), middle);
+    const double wrong_way = wrong_way_px(own, averaged_median_in_place(along_), middle) / own.along_noise;
     const double sigma_px = portable::hypot(noise_px_, Params::kNoiseOfFlow * points_[k].length_px);
     evidence_of(k).flow.observe(std::min(portable::hypot(across, wrong_way) / sigma_px, kMaxSigmas),
                                 Params::kMemory_s);

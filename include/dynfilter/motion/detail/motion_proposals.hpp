@@ -11,7 +11,7 @@
 #include <dynfilter/geometry/rigid_misses.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
-#include <dynfilter/motion/rigid_background_scene.hpp>
+#include <dynfilter/motion/rigid_background.hpp>
 #include <vector>
 
 namespace dynfilter {
