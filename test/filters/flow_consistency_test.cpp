@@ -415,7 +415,7 @@ TEST_CASE("flow_consistency: parameters out of range are refused") {
 
 TEST_CASE("flow_consistency: what slides along its edge is not called dynamic, and what moves is") {
   // Host matches of a scene with a mover. Every third static feature is on an edge of any direction, and its
-  // match is up to 10 px along it: with a spread that says so, and without.
+  // match is up to 10 px along it. Once its spread says so.
   const ExactScene scene =
       ExactScene().points(500).mono().gap(1).pixel_noise(0.1).mover(MovingBox(60).moving({0.05, 0, 0}));
   const auto play = [&](bool told) {

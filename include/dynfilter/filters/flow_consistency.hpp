@@ -99,7 +99,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
     bool seed;
     double across_noise = 1, along_noise = 1;  ///< of the flow across and along its line, 1: of a corner
   };
-  /// Deviations of a corner from which on a flow across its line says nothing: a match that slides meets
+  /// Deviations of a corner from which on a flow across its line says nothing. A match that slides meets
   /// other places of its edge, and no variance describes how far.
   static constexpr double kMostNoise = 3;
   /// Between frames whose timestamps do not increase.
