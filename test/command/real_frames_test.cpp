@@ -77,6 +77,27 @@ TEST_CASE("a static hospital, exact depth: edges do not move, and count across t
   CHECK(number_in(back.out, "{", "rejected_mean") <= 10);
 }
 
+// Without depth, edges spoil the flow's distance from its line: a third of the hospital moved.
+TEST_CASE("static recordings, one camera, both ways: edges do not move there, either" *
+          doctest::test_suite("shared_data")) {
+  for (const char* sequence : {"tum_fr1_xyz", "tum_fr1_rpy", "tartanair_hospital"})
+    for (const std::string way : {"", "--reverse"}) {
+      CAPTURE(sequence);
+      CAPTURE(way);
+      const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / sequence;
+      if (!fs::exists(folder)) {
+        MESSAGE("skipped: no ../shared/data");
+        return;
+      }
+      const CommandResult result = run_dynfilter("run '" + folder.string() + "' --sensor mono --json " + way);
+      CAPTURE(result.err);
+      REQUIRE(result.exit_code == 0);
+      constexpr double kMost = 0.05;
+      CHECK(number_in(result.out, "{", "rejected_mean") <=
+            kMost * number_in(result.out, "{", "features_mean"));
+    }
+}
+
 // Rows of a rolling shutter are times: in a jerk the floor, 12 % of the points, was taken for the background.
 TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and ATE is no worse" *
           doctest::test_suite("shared_data")) {
