@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/motion_prior.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>
@@ -107,6 +108,7 @@ struct FrameView {
   std::optional<Camera> camera;
   Pose T_world_camera;
   PoseProvenance pose_provenance = PoseProvenance::None;  ///< None: T_world_camera is not set
+  std::optional<MotionPrior> motion_prior;                ///< from sensors beside the camera
 
   Span<const std::int64_t> map_point_ids;        ///< one entry per feature; -1: no map point
   Span<const cv::Point3f> map_points_world_m;    ///< map point of each feature, in the world frame

@@ -99,6 +99,8 @@ inline void FrameCleaner::clean(FrameView& frame) {
     notes_.emplace_back("pose cannot be used: not rigid");
     frame.pose_provenance = PoseProvenance::None;
   }
+  drop(frame.motion_prior && !frame.motion_prior->valid(),
+       "motion prior cannot be used: not rigid, or without a positive variance", frame.motion_prior);
 }
 
 template <class Member>

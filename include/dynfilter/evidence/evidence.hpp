@@ -97,6 +97,8 @@ class Evidence {
   virtual const RigidMotion& rigid_motion(const Match& match, const std::vector<int>& seeds) const = 0;
   /// T_current_reference from the host's poses, if both frames have one.
   virtual std::optional<Pose> host_motion(const Match& match) const = 0;
+  /// FrameView::motion_prior, if it begins at the match's reference.
+  virtual std::optional<MotionPrior> motion_prior(const Match& match) const = 0;
 
   // ---- late results
   /// The boxes of an older frame, carried to this one, with track ids (late/late_semantics.hpp). They were

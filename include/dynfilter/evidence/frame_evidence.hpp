@@ -90,6 +90,7 @@ class FrameEvidence final : public Evidence {
   const TwoViewModel& two_view(const Match& match, const std::vector<int>& seeds) const override;
   const RigidMotion& rigid_motion(const Match& match, const std::vector<int>& seeds) const override;
   std::optional<Pose> host_motion(const Match& match) const override;
+  std::optional<MotionPrior> motion_prior(const Match& match) const override;
 
   const std::vector<Detection>* carried_boxes(int max_age_frames) const override;
   const cv::Mat* carried_labels() const override;

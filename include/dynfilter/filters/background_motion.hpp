@@ -17,6 +17,7 @@
 #include <dynfilter/motion/mover_forecast.hpp>
 #include <dynfilter/motion/moving_odds.hpp>
 #include <dynfilter/motion/neighbour_field.hpp>
+#include <dynfilter/motion/prior_watch.hpp>
 #include <dynfilter/motion/rigid_background.hpp>
 #include <dynfilter/motion/row_twist.hpp>
 #include <dynfilter/motion/static_miss.hpp>
@@ -261,6 +262,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   Params params_;
   const FeatureTracks* tracks_ = nullptr;  ///< of the current frame
   RigidBackgroundEstimator estimator_;
+  PriorWatch prior_watch_;
   NeighbourNoise neighbour_noise_;
   RigidMotion motion_;
   std::vector<Pose> camera_poses_;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/motion_prior.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
@@ -33,6 +34,8 @@ struct RigidBackgroundScene {
   double elapsed_s = 0;                            ///< since the reference; 0: not known
   std::optional<Eigen::Vector3d> last_turn_radps;  ///< rate of turn of T_current_reference in the last step
   std::optional<Pose> predicted;                   ///< T_current_reference of the host
+  std::optional<MotionPrior> prior;                ///< from sensors beside the camera
+  bool trusts_prior = true;                        ///< false: the prior is compared only
   DepthNoise depth_noise{};                        ///< of the sensor
   /// Whole error of a static match over the noise that neighbours do not share.
   double noise_ratio = 1.5;
@@ -94,6 +97,8 @@ class RigidBackgroundEstimator {
   double depth_factor() const;
   /// Of the current frame against the reference: the motion holds for points that it has straightened.
   const RowTwist& row_twist() const;
+  /// Squared distance of the chosen motion from the prior (prior_evidence.hpp); 0 without one.
+  double prior_distance2() const;
   /// Forgets how smoothly the camera moves.
   void reset();
 

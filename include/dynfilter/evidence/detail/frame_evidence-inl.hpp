@@ -193,6 +193,15 @@ DYNFILTER_INLINE std::optional<Pose> FrameEvidence::host_motion(const Match& mat
   return inverse(now.T_world_camera) * match.reference->T_world_camera;
 }
 
+DYNFILTER_INLINE std::optional<MotionPrior> FrameEvidence::motion_prior(const Match& match) const {
+  const std::optional<MotionPrior>& prior = frame().motion_prior;
+  if (!prior || match.reference == nullptr) return std::nullopt;
+  const StoredFrame* last = owners_->matches.history().before(1);
+  const std::int64_t from = prior->reference_frame_id;
+  const bool same = from >= 0 ? from == match.reference->id : match.reference == last;
+  return same ? prior : std::nullopt;
+}
+
 DYNFILTER_INLINE void FrameEvidence::set_history(int frames) {
   owners_->matches.history().set_capacity(frames);
 }

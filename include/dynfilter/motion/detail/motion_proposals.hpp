@@ -12,6 +12,8 @@
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
 #include <dynfilter/motion/rigid_background.hpp>
+#include <opencv2/core/types.hpp>
+#include <optional>
 #include <vector>
 
 namespace dynfilter {
@@ -101,6 +103,7 @@ class MotionProposals {
   static constexpr int kFarSearch = 150;           ///< samples among the far points
   static constexpr int kSearch = 100;              ///< samples among the points that no motion explains
   static constexpr int kFirstMotions = 3;          ///< per inlier distance, while no motion is expected
+  static constexpr std::size_t kTranslations = 100;  ///< tried among the points
   static constexpr int kMostSearches = 4;          ///< more movers than that share a motion
 
   static RigidMotionOptions rigid_options() {
@@ -137,7 +140,16 @@ class MotionProposals {
                    graduated_.T_current_reference);
     if (scene_->predicted)
       propose_from(From::Predicted, points_->features(), support_px(), *scene_->predicted);
+    if (uses_prior()) propose_prior(scene_->prior->T_current_reference);
     if (scene_->expected) propose_expected();
+  }
+  bool uses_prior() const { return scene_->prior && scene_->trusts_prior; }
+  /// Where the prior does not tell the translation, the expected one goes with its turn.
+  void propose_prior(const Pose& T) {
+    if (!scene_->prior->has_translation && !scene_->expected) return;
+    const bool whole = scene_->prior->has_translation;
+    propose_from(From::Predicted, points_->features(), support_px(),
+                 whole ? T : Pose::from(T.R(), scene_->expected->t()));
   }
   void propose_expected() {
     collect_unmoved();
@@ -161,6 +173,7 @@ class MotionProposals {
   // ---- proposals by search
   void propose_by_support() {
     if (!scene_->expected) {
+      if (uses_prior()) propose_translations(scene_->prior->T_current_reference.R());
       propose_far();
       for (const double sigma_px : {support_px(), wide_px()}) propose_in_turn(sigma_px);
     }
@@ -245,6 +258,36 @@ class MotionProposals {
     return true;
   }
   const Pose& last_motion() const { return proposals_.back().motion.T_current_reference; }
+
+  /// Where the camera's turn is known, one point tells a translation, and a motion between the background's
+  /// and a mover's is none. The one that explains most of the rest, one after the other.
+  void propose_translations(const Eigen::Matrix3d& R) {
+    restore_all();
+    for (int k = 0; k < kMostSearches && enough(rest_size_); ++k) {
+      const std::optional<Pose> best = best_translation(R);
+      if (!best || !propose_from(From::Support, rest(), support_px(), *best)) return;
+      drop_explained(proposals_.size() - 1, support_px());
+    }
+  }
+  std::optional<Pose> best_translation(const Eigen::Matrix3d& R) {
+    const std::size_t step = std::max<std::size_t>(1, points_->size() / kTranslations);
+    const std::size_t row = proposals_.size();  // one more than there is, as scratch
+    image2_px2_.resize((row + 1) * points_->stride());
+    depth2_.resize((row + 1) * points_->stride());
+    std::optional<Pose> best;
+    std::size_t most = kFewestPoints;
+    for (std::size_t k = 0; k < points_->size(); k += step) {
+      if (in_rest_[k] == 0) continue;
+      const cv::Point3f &p = points_->reference_m(k), &c = points_->current_m(k);
+      const Pose T = Pose::from(R, Eigen::Vector3d(c.x, c.y, c.z) - R * Eigen::Vector3d(p.x, p.y, p.z));
+      points_->measure(T, image2_px2_.data() + row * points_->stride(), depth2_.data() + row * points_->stride());
+      const std::size_t support = explained_by(row, support_px());
+      if (support > most) most = support, best = T;
+    }
+    image2_px2_.resize(row * points_->stride());
+    depth2_.resize(row * points_->stride());
+    return best;
+  }
 
   // ---- the rest: points that are not removed
   void restore_all() {

@@ -17,6 +17,7 @@
 #include <dynfilter/motion/detail/motion_proposals.hpp>
 #include <dynfilter/motion/detail/motion_selection.hpp>
 #include <dynfilter/motion/detail/row_twist_fit.hpp>
+#include <dynfilter/motion/prior_evidence.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 
@@ -39,6 +40,7 @@ class RigidBackgroundSearch {
   std::size_t chosen() const { return chosen_; }
   double confidence() const { return confidence_; }
   const RowTwist& row_twist() const { return twist_; }
+  double prior_distance2() const { return prior_distance2_.empty() ? 0 : prior_distance2_[chosen_slot_]; }
   std::size_t points() const { return points_.size(); }
   double match_noise_px() const { return search_.match_noise_px(); }
   double depth_factor() const { return search_.depth_factor(); }
@@ -67,6 +69,7 @@ class RigidBackgroundSearch {
 
   RigidMotion estimate_of_scene() {
     chosen_ = 0;
+    prior_distance2_.clear();
     points_.sample(*scene_);
     RigidMotion most = search_.follow_most(*scene_, points_);
     const Rows rows = fit_rows(most);
@@ -200,11 +203,25 @@ class RigidBackgroundSearch {
         p.score += kShare * log_odds_of_share(slot) * (kShareAlways + d * d) / (1 + d * d);
       }
     }
+    if (scene_->prior) weigh_prior();
     chosen_slot_ = 0;
     for (std::size_t slot = 1; slot < selected_.size(); ++slot)
       if (rank(chosen_slot_) < rank(slot)) chosen_slot_ = slot;
     chosen_ = selected_[chosen_slot_];
     measure_confidence();
+  }
+  void weigh_prior() {
+    const double noise_px = std::max(kLeastMiss_px, 2 * noise_px_);
+    PriorEvidence evidence(*scene_->prior, scene_->camera);
+    prior_distance2_.assign(selected_.size(), 0);
+    for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
+      evidence.clear();
+      for (std::size_t k = 0; k < points(); ++k)
+        if (owner_[k] == slot && best_fit_[k] >= kExplained) evidence.add(points_.current_m(k));
+      prior_distance2_[slot] = evidence.distance2(motion_of(slot), noise_px);
+      if (scene_->trusts_prior)
+        proposal(slot).score += PriorEvidence::log_likelihood(prior_distance2_[slot]);
+    }
   }
   double log_odds_of_share(std::size_t slot) const {
     const double share = (explained_[slot] + 0.5) / (static_cast<double>(points()) + 1);
@@ -351,6 +368,7 @@ class RigidBackgroundSearch {
   std::vector<std::size_t> selected_;                      ///< indices of proposals
   std::vector<std::uint32_t> owner_;                       ///< slot per point
   std::vector<float> best_fit_;                            ///< per point, by its owner
+  std::vector<double> prior_distance2_;                    ///< per slot, with a prior
   std::vector<int> explained_;                             ///< points per slot
   std::vector<std::array<double, Points::kCells>> areas_;  ///< per slot
   std::vector<Places> places_;                             ///< of the points, per slot
@@ -398,6 +416,9 @@ DYNFILTER_INLINE double RigidBackgroundEstimator::depth_factor() const {
 }
 DYNFILTER_INLINE const RowTwist& RigidBackgroundEstimator::row_twist() const {
   return search_->row_twist();
+}
+DYNFILTER_INLINE double RigidBackgroundEstimator::prior_distance2() const {
+  return search_->prior_distance2();
 }
 DYNFILTER_INLINE void RigidBackgroundEstimator::reset() {
   search_->reset();

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/motion_prior.hpp>
+#include <dynfilter/core/portable_math.hpp>
+#include <opencv2/core/types.hpp>
+
+namespace dynfilter {
+
+/// How well a motion that some points follow agrees with a prior on the camera's motion. With delta the
+/// motion from one to the other, as a left perturbation, and J_k its effect on the image of point k,
+///   d^2 = delta' M delta / (s^2 + trace(C M)),   M = mean_k J_k' J_k,
+/// the mean squared distance in the image over what noise s and the prior's covariance C allow. A prior
+/// without a translation leaves it free: M is then the Schur complement of the rotation. So a small object,
+/// whose turn is hard to see, contradicts no turn.
+class PriorEvidence {
+ public:
+  static constexpr double kWrongPrior = 1e-3;  ///< probability that a prior is wrong in a frame
+
+  PriorEvidence(const MotionPrior& prior, const Camera& camera) : prior_(prior), camera_(camera) {}
+
+  void clear() { M_.setZero(), points_ = 0; }
+  /// A point that follows the motion, in the current camera [m].
+  void add(const cv::Point3f& point_m);
+  /// d^2 of `T_current_reference`, with `noise_px` the error of its image. 0 with fewer than 6 points.
+  double distance2(const Pose& T_current_reference, double noise_px) const;
+  /// Log-likelihood of a motion at this distance, at least log(kWrongPrior).
+  static double log_likelihood(double distance2) {
+    return portable::log((1 - kWrongPrior) * portable::exp(-distance2 / 2) + kWrongPrior);
+  }
+
+ private:
+  static constexpr int kFewestPoints = 6;
+  static constexpr double kRidge = 1e-9;  ///< of the trace: few points leave a direction free
+
+  const MotionPrior& prior_;
+  const Camera& camera_;
+  Eigen::Matrix<double, 6, 6> M_ = Eigen::Matrix<double, 6, 6>::Zero();
+  int points_ = 0;
+};
+
+inline void PriorEvidence::add(const cv::Point3f& point_m) {
+  const Eigen::Vector3d q(point_m.x, point_m.y, point_m.z);
+  const double fx = camera_.fx_px / q.z(), fy = camera_.fy_px / q.z();
+  Eigen::Matrix<double, 2, 6> J;
+  J.row(0) << fx, 0, -fx * q.x() / q.z(), 0, 0, 0;
+  J.row(1) << 0, fy, -fy * q.y() / q.z(), 0, 0, 0;
+  for (int row = 0; row < 2; ++row)  // a turn by w moves q by w x q
+    J.row(row).tail<3>() = q.cross(Eigen::Vector3d(J.row(row).head<3>()));
+  M_ += J.transpose() * J;
+  ++points_;
+}
+
+inline double PriorEvidence::distance2(const Pose& T_current_reference, double noise_px) const {
+  if (points_ < kFewestPoints) return 0;
+  const Pose delta = prior_.T_current_reference * inverse(T_current_reference);
+  const Eigen::Matrix<double, 6, 6> M = M_ / points_, C = prior_.covariance_matrix();
+  const double s2 = noise_px * noise_px;
+  const Eigen::Vector3d turn = rotation_vector(delta.R());
+  if (prior_.has_translation) {
+    Eigen::Matrix<double, 6, 1> d;
+    d << delta.t(), turn;
+    return d.dot(M * d) / (s2 + (C * M).trace());
+  }
+  Eigen::Matrix3d shift = M.topLeftCorner<3, 3>();
+  shift.diagonal().array() += kRidge * shift.trace();
+  const Eigen::Matrix3d cross = M.topRightCorner<3, 3>();
+  const Eigen::Matrix3d turns = M.bottomRightCorner<3, 3>() - cross.transpose() * shift.inverse() * cross;
+  return turn.dot(turns * turn) / (s2 + (C.bottomRightCorner<3, 3>() * turns).trace());
+}
+
+}  // namespace dynfilter
