@@ -206,6 +206,8 @@ dynfilter_source_library(recorder recorder COMPONENTS pipeline LINK FLANN::FLANN
 target_compile_definitions(dynfilter_recorder PUBLIC DYNFILTER_HAS_RECORDER)  # for headers alone
 dynfilter_component(hosts COMPONENTS pipeline semantic plugin OPENCV ${corner_modules} LINK dynfilter_recorder)
 list(APPEND DYNFILTER_hosts_COMPONENTS recorder)
+# Priors on the camera's motion from a gyroscope.
+dynfilter_source_library(inertial inertial COMPONENTS core SOURCES gyroscope)
 dynfilter_component(mapping COMPONENTS config cluster geometry OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(testing COMPONENTS evidence)
 

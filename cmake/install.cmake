@@ -9,6 +9,7 @@ include(CMakePackageConfigHelpers)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/dynfilter" "${PROJECT_SOURCE_DIR}/plugins/detectors/include/dynfilter"
         "${PROJECT_SOURCE_DIR}/plugins/dense/include/dynfilter"
         "${PROJECT_SOURCE_DIR}/plugins/recorder/include/dynfilter"
+        "${PROJECT_SOURCE_DIR}/plugins/inertial/include/dynfilter"
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h"
         PATTERN "facade/detail" EXCLUDE)

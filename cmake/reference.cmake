@@ -14,7 +14,7 @@ endif()
 set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${page}")
 
 # Lines such as "  core/   what flows". One of several folders ("  keyframe/  mapping/   ...") is for each.
-file(STRINGS "${page}" lines REGEX "^  [a-z]+/ |^plugins/(dense|detectors|recorder)/ ")
+file(STRINGS "${page}" lines REGEX "^  [a-z]+/ |^plugins/(dense|detectors|inertial|recorder)/ ")
 set(rooms "")
 foreach(line IN LISTS lines)
   string(REGEX REPLACE "^ *(([a-z/]+/ +)+)(.*)$" "\\1;\\3" parts "${line}")
