@@ -25,7 +25,7 @@ std::optional<GyroRecording> find_gyroscope(const std::filesystem::path& folder)
 /// A file named data.csv is EuRoC's and has sensor.yaml beside it, whose T_BS takes the sensor to the body.
 /// With ../cam0/sensor.yaml R_camera_body leads to the camera of the loaded images, which are rectified if
 /// there is cam1. Without it the body is the camera: T_BS is T_camera_imu.
-/// Of other files the sensor's axes are the camera's. What no file says of the noise has GyroNoise's defaults.
+/// Of other files the sensor's axes are the camera's. Noise that no file gives has GyroNoise's defaults.
 ///
 /// Throws IoError with file and line for other content, for numbers that are not finite, for a file without
 /// samples and for one above kMaxGyroBytes. TUM's accelerometer.txt is refused: it does not tell the turn.

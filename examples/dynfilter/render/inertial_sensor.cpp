@@ -19,11 +19,11 @@ struct NamedGrade {
   GyroNoise noise;
 };
 
-// Phone: the white noise is that of the ADIS16448 as EuRoC's sensor.yaml says (1.6968e-4) and of Project Aria's
-// right gyroscope (0.01 deg/s/sqrt(Hz), 1.7e-4). A BMI160 has 0.007 deg/s/sqrt(Hz), 1.2e-4. The walk is EuRoC's
+// Phone: the white noise is that of the ADIS16448 in EuRoC's sensor.yaml (1.6968e-4). Project Aria's right
+// gyroscope has as much (0.01 deg/s/sqrt(Hz)), a BMI160 1.2e-4 (0.007 deg/s/sqrt(Hz)). The walk is EuRoC's
 // (1.9393e-5). The first bias is a third of a BMI160's zero-rate offset (3 deg/s).
-// Good: a quarter of that white noise, a little above the ADIS16495-1's (0.09 deg/sqrt(h), 2.6e-5). A tenth of
-// the walk, and 0.06 deg/s of first bias, as after a calibration at rest.
+// Good: a quarter of that white noise, a little above the ADIS16495-1's (0.09 deg/sqrt(h), 2.6e-5). The walk
+// is a tenth. The first bias is 0.06 deg/s, as after a calibration at rest.
 inline const std::vector<NamedGrade>& grades() {
   static const std::vector<NamedGrade> table{{"none", GyroGrade::None, {0, 0, 0}},
                                              {"exact", GyroGrade::Exact, {0, 0, 0}},
