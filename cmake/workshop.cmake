@@ -8,7 +8,7 @@ add_library(dynfilter_workshop STATIC ${workshop_sources})
 set_target_properties(dynfilter_workshop PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 20
   POSITION_INDEPENDENT_CODE ON)  # the Python package links it
 target_include_directories(dynfilter_workshop PUBLIC "${workshop_dir}")
-target_link_libraries(dynfilter_workshop PUBLIC dynfilter::detectors dynfilter::mapping opencv_imgcodecs opencv_imgproc
+target_link_libraries(dynfilter_workshop PUBLIC dynfilter::detectors dynfilter::mapping dynfilter::inertial opencv_imgcodecs opencv_imgproc
   PRIVATE dynfilter_compile_options)
 if(TARGET opencv_videoio)
   target_link_libraries(dynfilter_workshop PRIVATE opencv_videoio)

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "command.hpp"
+#include "render/inertial_sensor.hpp"
 #include "render/scene_file.hpp"
 #include "render/scenes.hpp"
 #include "render/sequence_renderer.hpp"
@@ -21,7 +22,7 @@ namespace {
 
 struct SynthOptions {
   render::SequenceOptions sequence;
-  std::string folder;
+  std::string folder, gyro = "phone";
   bool json = false, no_right = false;
 };
 
@@ -41,6 +42,7 @@ bool is_synthetic(const std::filesystem::path& folder) {
 int write(SynthOptions options) {
   Interruption::watch();
   options.sequence.right_images = !options.no_right;
+  options.sequence.gyro = render::gyro_grade(options.gyro);
   options.sequence.overwrite = is_synthetic(options.folder);
   render::SensorValues sensor;
   {
@@ -110,7 +112,8 @@ void add_synth(CLI::App& app, Action& action) {
       "synth",
       "Writes a labelled synthetic sequence in TUM's layout. The folder gets rgb/ and depth/ with their "
       "lists, groundtruth.txt and camera.yaml. The truth is in labels/, dynamic/ and motion/. masks/ and "
-      "detections.txt are those of a detector with faults. With a second camera there is right/, too."
+      "detections.txt are those of a detector with faults. With a second camera there is right/, too. imu0/ "
+      "has a gyroscope in EuRoC's layout."
       "\n\nScenes: " +
           scenes());
   command->add_option("SCENE", sequence.scene, "one of the scenes above")->required()->type_name("SCENE");
@@ -125,6 +128,14 @@ void add_synth(CLI::App& app, Action& action) {
       ->type_name("N")
       ->capture_default_str();
   add_sensor(*command, sequence);
+  command->add_option("--gyro", options->gyro, "errors of the gyroscope in imu0/; none: no imu0/")
+      ->type_name("GRADE")
+      ->check(CLI::IsMember(render::gyro_grade_names()))
+      ->capture_default_str();
+  command->add_option("--gyro-offset-ms", sequence.gyro_offset_ms, "delay of the gyroscope's stamps")
+      ->type_name("MS")
+      ->check(CLI::Range(-100.0, 100.0))
+      ->capture_default_str();
   command->add_flag("--no-right", options->no_right,
                     "no images of the right camera, which take a third of the time");
   command->add_flag("--instances", sequence.instances,

@@ -1,71 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "io/euroc_index.hpp"
 
-#include <cmath>
 #include <dynfilter/config/text_lines.hpp>
-#include <dynfilter/config/yaml.hpp>
 #include <dynfilter/core/error.hpp>
 #include <system_error>
 #include <utility>
 
 #include "io/association.hpp"
+#include "io/euroc_sensor.hpp"
 
 namespace dynfilter::io::detail {
-
-inline std::vector<double> numbers_of(const YamlNode& map, const std::string& key, std::size_t n) {
-  const auto node = map.find(key);
-  if (!node) map.fail("'" + key + "' is missing");
-  std::vector<double> values = node->reals();
-  if (values.size() != n) node->fail("expected " + std::to_string(n) + " numbers");
-  return values;
-}
-
-inline std::string word_of(const YamlNode& map, const std::string& key) {
-  const auto node = map.find(key);
-  return node ? node->text() : "";
-}
-
-inline Pose read_T_body_sensor(const YamlNode& root) {
-  const auto T = root.find("T_BS");
-  if (!T) root.fail("'T_BS' is missing");
-  const std::vector<double> n = numbers_of(*T, "data", 16);
-  Pose pose;
-  for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t c = 0; c < 3; ++c) pose.rotation[3 * row + c] = n[4 * row + c];
-    pose.translation_m[row] = n[4 * row + 3];
-  }
-  if (!is_rigid(pose)) T->fail("is not a rotation and a translation");
-  return pose;
-}
-
-inline Camera read_euroc_camera(const YamlNode& root) {
-  if (word_of(root, "camera_model") != "pinhole") root.fail("only the camera_model pinhole is supported");
-  const std::vector<double> size = numbers_of(root, "resolution", 2), f = numbers_of(root, "intrinsics", 4);
-  Camera camera;
-  camera.fx_px = f[0], camera.fy_px = f[1], camera.cx_px = f[2], camera.cy_px = f[3];
-  camera.width_px = static_cast<int>(size[0]), camera.height_px = static_cast<int>(size[1]);
-  if (!(f[0] > 0 && f[1] > 0 && size[0] >= 1 && size[1] >= 1))
-    root.fail("intrinsics and resolution must be above 0");
-  const std::string model = word_of(root, "distortion_model");
-  if (model.empty() || model == "none") return camera;
-  if (model != "radial-tangential" && model != "radtan")
-    root.fail("only the distortion_model radial-tangential is supported, not " + model);
-  const std::vector<double> k = numbers_of(root, "distortion_coefficients", 4);
-  for (std::size_t i = 0; i < k.size(); ++i) camera.distortion[i] = k[i];
-  return camera;
-}
-
-inline RigCamera read_euroc_sensor(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) throw IoError(path.string() + ": no such file");
-  try {
-    const YamlDocument document = YamlDocument::from_file(path.string());
-    return {read_euroc_camera(document.root()), read_T_body_sensor(document.root())};
-  } catch (const ConfigError& problem) {
-    const std::string what = problem.what();
-    throw IoError(what.find(path.string()) == std::string::npos ? path.string() + ": " + what : what);
-  }
-}
 
 /// The images of one camera, relative to `folder`.
 inline std::vector<std::pair<double, std::string>> read_euroc_list(const std::filesystem::path& folder,
@@ -116,9 +60,29 @@ inline void pair_right_images(const std::vector<std::pair<double, std::string>>&
                           " no right image");
 }
 
+inline bool has_right_camera(const std::filesystem::path& root) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(root / "cam1" / "data.csv", error);
+}
+
+inline Rectifier rectifier_of(const RigCamera& left, const std::filesystem::path& root) {
+  const std::filesystem::path path = root / "cam1" / "sensor.yaml";
+  const RigCamera right = read_euroc_sensor(path);
+  try {
+    return {left, right};
+  } catch (const IoError& problem) {
+    throw IoError(path.string() + ": " + problem.what());
+  }
+}
+
 bool is_euroc_folder(const std::filesystem::path& folder) {
   std::error_code error;
   return std::filesystem::is_regular_file(folder / euroc_root(folder) / "cam0" / "data.csv", error);
+}
+
+Pose read_euroc_T_body_camera(const std::filesystem::path& root) {
+  const RigCamera left = read_euroc_sensor(root / "cam0" / "sensor.yaml");
+  return has_right_camera(root) ? rectifier_of(left, root).T_body_camera() : left.T_body_camera;
 }
 
 SequenceIndex read_euroc_index(const std::filesystem::path& folder, double max_gap_s) {
@@ -133,15 +97,9 @@ SequenceIndex read_euroc_index(const std::filesystem::path& folder, double max_g
   }
   const RigCamera left = read_euroc_sensor(root / "cam0" / "sensor.yaml");
   index.camera = left.camera, index.T_body_camera = left.T_body_camera;
-  std::error_code error;
-  if (std::filesystem::is_regular_file(root / "cam1" / "data.csv", error)) {
+  if (has_right_camera(root)) {
     pair_right_images(read_euroc_list(root, "cam1", index.notes), prefix, max_gap_s, index);
-    const RigCamera right = read_euroc_sensor(root / "cam1" / "sensor.yaml");
-    try {
-      index.rectifier.emplace(left, right);
-    } catch (const IoError& problem) {
-      throw IoError((root / "cam1" / "sensor.yaml").string() + ": " + problem.what());
-    }
+    index.rectifier = rectifier_of(left, root);
     index.camera = index.rectifier->camera(), index.T_body_camera = index.rectifier->T_body_camera();
   }
   index.poses = root / "state_groundtruth_estimate0" / "data.csv";

@@ -66,6 +66,7 @@ inline const SequenceOptions& SequenceRenderer::checked(const SequenceOptions& o
   if (o.rate_hz) require("rate_hz", *o.rate_hz, 1, 1000);
   require("depth_offset_ms", o.depth_offset_ms, 0, 1000);
   require("calibration_error", o.calibration_error, -20, 20);
+  require("gyro_offset_ms", o.gyro_offset_ms, -100, 100);
   require("window_s", o.truth.window_s, 1e-6, 1e6);
   return o;
 }

@@ -17,6 +17,7 @@
 #include "render/colour_sensor.hpp"
 #include "render/depth_sensor.hpp"
 #include "render/detector_model.hpp"
+#include "render/inertial_sensor.hpp"
 #include "render/rasteriser.hpp"
 #include "render/scene_drawer.hpp"
 #include "render/scenes.hpp"
@@ -43,8 +44,10 @@ struct SequenceOptions {
   bool perfect_depth = false;    ///< no noise, no holes
   DetectorFaults detector;
   TruthRule truth;
-  bool instances = false;  ///< write_sequence() also writes perfect instance masks
-  bool overwrite = false;  ///< write_sequence() replaces a folder that is not empty
+  GyroGrade gyro = GyroGrade::Phone;  ///< of the gyroscope that write_sequence() adds
+  double gyro_offset_ms = 0;          ///< delay of its stamps
+  bool instances = false;             ///< write_sequence() also writes perfect instance masks
+  bool overwrite = false;             ///< write_sequence() replaces a folder that is not empty
 };
 
 constexpr double kBlurExposure_ms = 12;

@@ -105,6 +105,25 @@ inline void SequenceWriter::add_detections(const std::string& stamp, const std::
   }
 }
 
+namespace detail {
+
+inline void add_gyroscope(const std::filesystem::path& folder, const SequenceRenderer& renderer) {
+  constexpr double kMargin_s = 0.1;
+  const SequenceOptions& o = renderer.options();
+  const CameraMotion& camera = *renderer.scene().camera;
+  InertialRecord record;
+  record.samples = inertial_samples([&](double time_s) { return camera.pose(time_s); }, -kMargin_s,
+                                    renderer.time_s(renderer.size() - 1) + kMargin_s);
+  record.noise = gyro_noise(o.gyro);
+  record.first_frame_s = SequenceRenderer::first_timestamp_s();
+  record.stamps_late_s = o.gyro_offset_ms / 1e3;
+  Random random(o.seed, kInertialStream);
+  add_gyro_noise(record.noise, random, record.samples);
+  write_inertial(folder / "imu0", record);
+}
+
+}  // namespace detail
+
 SensorValues write_sequence(const SequenceOptions& options, const std::filesystem::path& folder,
                             const ProgressCallback& progress) {
   std::error_code error;
@@ -122,6 +141,7 @@ SensorValues write_sequence(const SequenceOptions& options, const std::filesyste
     if (progress) progress(i + 1, renderer.size());
   }
   writer.finish();
+  if (options.gyro != GyroGrade::None) detail::add_gyroscope(results.path(), renderer);
   write_scene_name(results.path(), {options.scene, options.seed, sensor_values(renderer)});
   results.commit();
   return sensor_values(renderer);
