@@ -210,11 +210,6 @@ list(APPEND DYNFILTER_hosts_COMPONENTS recorder)
 dynfilter_source_library(inertial inertial COMPONENTS core SOURCES gyroscope)
 dynfilter_component(mapping COMPONENTS config cluster geometry OPENCV imgproc LINK Threads::Threads)
 dynfilter_component(testing COMPONENTS evidence)
-# What a gyroscope's samples are: a header of the workshop's readers so far, and not installed.
-add_library(dynfilter_inertial INTERFACE)
-add_library(dynfilter::inertial ALIAS dynfilter_inertial)
-target_include_directories(dynfilter_inertial INTERFACE "${PROJECT_SOURCE_DIR}/plugins/inertial/include")
-target_link_libraries(dynfilter_inertial INTERFACE dynfilter_core)
 
 include(cmake/detectors.cmake)
 

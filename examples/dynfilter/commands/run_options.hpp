@@ -50,6 +50,16 @@ inline void add_play_options(CLI::App& command, RunOptions& options) {
       ->type_name("FOLDER");
   command.add_flag("--no-masks", options.no_masks, "no masks, even if the sequence has some")
       ->excludes("--masks");
+  command
+      .add_option("--imu", options.imu,
+                  "a gyroscope's samples, from which the camera's turn is known: EuRoC's imu0/data.csv, or a "
+                  "list `timestamp wx wy wz`; auto: those of the sequence")
+      ->type_name("FILE");
+  command
+      .add_option("--wheel-odometry", options.wheel_odometry,
+                  "a trajectory of the camera that was measured without images (TUM's format): its motion "
+                  "from frame to frame is a prior")
+      ->type_name("FILE");
   command.add_flag("--no-weights", options.no_weights,
                    "the odometry trusts a feature that slides along an edge like any other");
   command

@@ -43,6 +43,7 @@ class JudgeGate {
     if (sensor_ != Sensor::Stereo) view_.camera->baseline_fx_px_m = 0;
     view_.detections = inputs.detections;
     view_.mask = inputs.mask;
+    view_.motion_prior = inputs.motion_prior;
     rejected_at_.assign(features, RejectedAt::Nowhere);
   }
 

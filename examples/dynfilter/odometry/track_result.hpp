@@ -56,6 +56,7 @@ struct TrackResult {
 struct SemanticInputs {
   std::optional<DetectionInput> detections;  ///< unset: no result
   std::optional<MaskInput> mask;
+  std::optional<MotionPrior> motion_prior;  ///< since the last frame
 };
 
 /// Call point at which a feature was rejected.

@@ -21,6 +21,7 @@
 #include "frame_row.hpp"
 #include "frame_show.hpp"
 #include "given_poses.hpp"
+#include "motion_priors.hpp"
 #include "identity.hpp"
 #include "interruption.hpp"
 #include "io/cpu_clock.hpp"
@@ -66,6 +67,7 @@ class SequenceRun {
         order_((check_stream(options, sequence_), playing_order(options, sequence_.size()))),
         sensor_(chosen_sensor(options, sequence_)),
         odometry_(sequence_.camera(), odometry_options(sensor_, !options.no_weights, has_poses()), &judge_),
+        priors_(options, summary_.notes),
         overlay_(sequence_.is_stream() ? FrameShow::kWidth_px : 0),
         record_(record.record) {
     if (!options.map.empty() && sensor_ != odometry::Sensor::Rgbd)
@@ -108,6 +110,7 @@ class SequenceRun {
       summary_.stage_notes.push_back(fmt::format("{} ({})", note, frames(times)));
     summary_.stages = judge_.totals();
     summary_.detector = feed_->summary();
+    if (const std::string learned = priors_.summary(); !learned.empty()) count_note(learned);
     statistics_.summarise(summary_);
     if (nothing_judged()) count_note(unknown_note(summary_.stages) + option_for(summary_.stages.reasons()));
     const io::Trajectory estimate = trajectory();
@@ -226,12 +229,13 @@ class SequenceRun {
     if (oracle_) truth_->labels = sequence_.load_labels(i);
     keep_pace(frame.timestamp_s);
     const io::CpuClock boxes = io::CpuClock::of_thread();
-    const odometry::SemanticInputs inputs =
-        feed_->next(static_cast<std::int64_t>(statistics_.frames()), frame);
+    odometry::SemanticInputs inputs = feed_->next(static_cast<std::int64_t>(statistics_.frames()), frame);
+    inputs.motion_prior = priors_.next(sequence_.timestamp_s(i));
     costs_.boxes_ms += boxes.ms(), costs_.grey_ms += frame.convert_ms;
     const io::CpuClock judging = io::CpuClock::of_thread();
     const odometry::TrackResult result = odometry_.process(frame, inputs, pose_at(i));
     costs_.add(result.ms, judging.ms());
+    priors_.tracked(result.T_world_camera);
     const FrameRow row = row_of(i, result);
     statistics_.add(row);
     if (sequence_.is_camera()) missed_.add(frame.timestamp_s, sequence_.rate_hz());
@@ -392,6 +396,8 @@ class SequenceRun {
   std::vector<std::size_t> order_;
   odometry::Sensor sensor_;
   odometry::Odometry odometry_;
+  Summary summary_;
+  MotionPriors priors_;
   std::optional<io::Trajectory> ground_truth_;
   std::optional<SemanticFeed> feed_;
   std::optional<std::chrono::steady_clock::time_point> began_;
@@ -405,7 +411,6 @@ class SequenceRun {
   std::optional<report::RunRecorder> recorder_;
   FrameStatistics statistics_;
   NoteCounts notes_, stage_notes_;
-  Summary summary_;
   MissedFrames missed_;
   std::size_t blank_depth_ = 0;
   bool oracle_ = false, judged_by_truth_ = false, any_depth_ = false;

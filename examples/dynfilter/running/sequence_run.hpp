@@ -40,6 +40,8 @@ struct RunOptions {
   bool truth = false;       ///< evaluate the map against the scene of a rendered sequence
   std::string trajectory;   ///< file with the poses; "": the odometry's own
   double max_gap_s = 0.12;  ///< poses are not interpolated across longer gaps
+  /// A gyroscope's samples, "auto": the sequence's own; a trajectory that was measured without the images.
+  std::string imu, wheel_odometry;
 };
 
 /// A record of a run for a report of several.

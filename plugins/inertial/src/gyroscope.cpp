@@ -27,7 +27,7 @@ void Gyroscope::add(const GyroSample& sample) {
     integral_[k] =
         integral_[k - 1] + (b.timestamp_s - a.timestamp_s) / 2 * (a.omega_radps + b.omega_radps);
   }
-  while (samples_.front().timestamp_s < samples_.back().timestamp_s - kKept_s)
+  while (samples_.front().timestamp_s < samples_.back().timestamp_s - options_.kept_s)
     samples_.pop_front(), integral_.pop_front();
 }
 
@@ -92,7 +92,7 @@ void Gyroscope::observe(double from_s, double to_s, const Eigen::Matrix3d& R_cur
   if (!is_rigid(Pose::from(R_current_reference, Eigen::Vector3d::Zero())) || !(from_s < to_s)) return;
   turns_.push_back(
       {from_s, to_s, -(options_.R_camera_body.transpose() * rotation_vector(R_current_reference))});
-  while (turns_.front().from_s < to_s - kWindow_s) turns_.pop_front();
+  while (std::abs(turns_.front().from_s - to_s) > kWindow_s) turns_.pop_front();  // in reverse, too
   if (++observed_ % kEvery == 0 && turns_.size() >= kFewest) calibrate();
 }
 
@@ -147,7 +147,7 @@ void Gyroscope::calibrate() {
   const Fit fitted = fit(offset_s_);
   if (!std::isfinite(fitted.cost)) return;
   bias_radps_ = fitted.bias_radps;
-  const double window_s = turns_.back().to_s - turns_.front().from_s;
+  const double window_s = std::abs(turns_.back().to_s - turns_.front().from_s);
   bias_sigma_radps_ = std::sqrt(fitted.cost / n + options_.noise.bias_walk_radps2_rthz *
                                                       options_.noise.bias_walk_radps2_rthz * window_s);
 }

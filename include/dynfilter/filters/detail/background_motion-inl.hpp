@@ -14,10 +14,6 @@
 #include <dynfilter/motion/patch_relief.hpp>
 #include <dynfilter/motion/rigid_background.hpp>
 #include <opencv2/core.hpp>
-#include <fstream>
-#include <sstream>
-#include <cstdlib>
-#include <optional>
 #include <utility>
 
 namespace dynfilter {
@@ -158,17 +154,6 @@ inline void BackgroundMotionFilter::remember_mobility(const Evidence& evidence) 
       moved_, [&](std::size_t i) { return mobility_[i]; }, [](std::size_t) { return 1.0F; });
 }
 
-inline std::optional<Pose> hack_pose(double t) {
-  static std::vector<std::pair<double, Pose>> all = [] {
-    std::vector<std::pair<double, Pose>> v;
-    if (!std::getenv("DF_GT")) return v;
-    std::ifstream f(std::getenv("DF_GT")); std::string line;
-    while (std::getline(f, line)) { if (line[0]=='#') continue; std::istringstream is(line); double a[8]; for (double& x : a) is >> x;
-      v.push_back({a[0], Pose::from(Eigen::Quaterniond(a[7], a[4], a[5], a[6]).normalized().toRotationMatrix(), Eigen::Vector3d(a[1], a[2], a[3]))}); }
-    return v; }();
-  for (auto& p : all) if (std::abs(p.first - t) < 1e-3) return p.second;
-  return std::nullopt;
-}
 inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, const Match& match,
                                                       Votes& votes) {
   RigidBackgroundScene scene;
@@ -190,16 +175,6 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
   if (known) scene.expected = usual_step();
   scene.elapsed_s = elapsed_s(1);
   if (known) scene.last_turn_radps = rotation_vector(between(0, 1).R()) / (elapsed_s(2) - elapsed_s(1));
-  if (std::getenv("DF_GT") && match.reference) {
-    auto a = hack_pose(evidence.frame().timestamp_s), b = hack_pose(stamps_s_.size() > 1 ? stamps_s_[1] : 0);
-    if (a && b) {
-      const Pose T = inverse(*a) * *b;
-      scene.prior = MotionPrior::turn(T.R(), 1e-8 * Eigen::Matrix3d::Identity());
-      scene.prior->T_current_reference = T;
-      scene.prior->has_translation = std::getenv("DF_FULL") != nullptr;
-      for (int k = 0; k < 3; ++k) scene.prior->covariance[7 * k] = 1e-6;
-    }
-  }
   least_confidence_ = !known && first_choice_ ? kLeastFirstConfidence : kLeastConfidence;
   first_choice_ = false;
   scene.noise_ratio = step_ratio_;

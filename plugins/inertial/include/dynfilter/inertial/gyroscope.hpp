@@ -33,12 +33,13 @@ class Gyroscope {
   struct Options {
     Eigen::Matrix3d R_camera_body = Eigen::Matrix3d::Identity();  ///< sensor's axes to the camera's
     GyroNoise noise;
+    double kept_s = 10;  ///< samples older than this before the newest are forgotten
   };
 
   explicit Gyroscope(const Options& options);
 
   /// Repeated stamps are ignored, so are samples that are not finite, or older than kMostGap_s before the
-  /// newest. Others may come in any order. The last 10 s are kept.
+  /// newest. Others may come in any order.
   void add(const GyroSample& sample);
   /// Of the camera's motion between two stamps of images [s]. None: the samples do not cover it.
   std::optional<MotionPrior> prior(double from_s, double to_s) const;
@@ -53,7 +54,6 @@ class Gyroscope {
   double offset_sigma_s() const { return offset_sigma_s_; }
 
  private:
-  static constexpr double kKept_s = 10;
   static constexpr double kScale = 0.01;           ///< error of the rate, of itself: MEMS data sheets
   static constexpr double kFirstOffset_s = 0.002;  ///< standard deviation before any was measured
   static constexpr double kLeastOffset_s = 0.0005;
