@@ -12,6 +12,7 @@
 #include <dynfilter/motion/flow_groups.hpp>
 #include <dynfilter/motion/ground_contact.hpp>
 #include <dynfilter/motion/neighbour_field.hpp>
+#include <dynfilter/motion/prior_watch.hpp>
 #include <dynfilter/motion/view_motion.hpp>
 #include <dynfilter/motion/view_motion_search.hpp>
 #include <opencv2/core.hpp>
@@ -128,6 +129,10 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
 
   double gap_s(int gap) const { return ages_s_[static_cast<std::size_t>(gap)]; }
 
+  void take_over_turns(const Evidence& evidence, const Match& match);
+  /// Of the camera since the frame `gap` frames ago, if every step has a prior that can be trusted.
+  std::optional<ViewTurn> turn_over(int gap) const;
+
   /// Selects the longest gap that most tracks cover, its half, its quarter and so on, and the gap for the
   /// ground. Longest first.
   void choose_gaps();
@@ -214,6 +219,8 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   Expiring<TimedMotion> main_motion_;  ///< over the last frame's longest gap
   ExpiringMean ahead_;                 ///< share of the recent frames in which the camera moved ahead
   std::vector<double> ages_s_;         ///< age of each recent frame
+  std::vector<std::optional<MotionPrior>> steps_;  ///< priors of the recent steps, newest first
+  PriorWatch prior_watch_;
   std::vector<int> gaps_;              ///< [frames]
   int ground_gap_ = 0;
   double gap_s_ = 0, passed_s_ = 0, noise_px_ = 0;

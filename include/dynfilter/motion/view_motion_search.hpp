@@ -14,6 +14,12 @@
 
 namespace dynfilter {
 
+/// What a prior says of the camera's turn over the pairs' gap.
+struct ViewTurn {
+  std::array<double, 3> rotation_rad{};  ///< as of ViewMotion
+  double sigma_rad = 0;                  ///< of each axis
+};
+
 /// Limits of the search.
 struct ViewMotionOptions {
   double max_distance_px = 1.0;       ///< of an inlier to its epipolar line
@@ -41,10 +47,13 @@ class ViewMotionEstimator {
   explicit ViewMotionEstimator(const Options& options = Options()) : options_(options) {}
 
   /// From the pairs that may carry it (`seeds`). `last`: of the frame before, or of this one (`fresh`) over
-  /// another gap: then fewer samples will do.
+  /// another gap: then fewer samples will do. `turn`: a motion that turns otherwise needs up to twice the support.
   std::optional<ViewMotion> estimate(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
                                      const ImageCells<double>& cells, double focal_px,
-                                     const std::optional<ViewMotion>& last, bool fresh = false);
+                                     const std::optional<ViewMotion>& last, bool fresh = false,
+                                     const std::optional<ViewTurn>& turn = std::nullopt);
+  /// Squared distance of a motion's turn from the prior's, in deviations of both.
+  static double turn_distance2(const ViewTurn& turn, const ViewMotion& motion, double noise_px);
 
  private:
   static constexpr int kSample = 6, kScoredPerCell = 4, kLeastSamples = 10;
@@ -66,6 +75,10 @@ class ViewMotionEstimator {
 
   /// Keeps the motion, with the sign of its direction, if it is supported better.
   void attempt(const std::vector<ViewPair>& pairs, ViewMotion motion);
+
+  /// Factor of the support of a motion: 1 where it turns as the prior says, else down to kOtherTurn.
+  double agreement(const ViewMotion& motion) const;
+  static constexpr double kOtherTurn = 0.5;
 
   void try_sample(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds, double focal_px,
                   const std::optional<ViewMotion>& last, int attempt_number);
@@ -99,6 +112,7 @@ class ViewMotionEstimator {
   SampleGenerator rng_{kSeed};
   ViewMotion best_;
   double best_support_ = -1, votes_ = 0;
+  std::optional<ViewTurn> turn_;
   CellLists in_cell_;  ///< seeds
   std::vector<int> occupied_, scored_, sample_, used_, inliers_;
   std::vector<double> weights_, score_weights_, distances_;

@@ -56,6 +56,8 @@ DYNFILTER_INLINE void FlowConsistencyFilter::reset() {
   main_motion_.reset();
   ahead_.reset();
   ground_.reset();
+  steps_.clear();
+  prior_watch_.reset();
   extent_ = {};
 }
 
@@ -74,6 +76,7 @@ inline void FlowConsistencyFilter::follow(const Evidence& evidence) {
   ages_s_.insert(ages_s_.begin(), 0);
   ages_s_.resize(std::min(ages_s_.size(), static_cast<std::size_t>(Params::kGapFrames) + 1));
   take_over_evidence();
+  take_over_turns(evidence, match);
   main_motion_.pass(passed_s_);
   ahead_.pass(passed_s_);
   ground_.pass(passed_s_);
@@ -92,6 +95,23 @@ inline void FlowConsistencyFilter::take_over_evidence() {
   }
   judged_.assign(n, false);
   suspicion_.assign(n, 0);
+}
+
+inline void FlowConsistencyFilter::take_over_turns(const Evidence& evidence, const Match& match) {
+  steps_.insert(steps_.begin(), evidence.motion_prior(match));
+  steps_.resize(ages_s_.size() - 1);
+}
+
+inline std::optional<ViewTurn> FlowConsistencyFilter::turn_over(int gap) const {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // R_current_reference
+  double sigma_rad = 0;  // a bias is the same in every step, so deviations add up
+  for (std::size_t k = 0; k < static_cast<std::size_t>(gap); ++k) {
+    if (k >= steps_.size() || !steps_[k]) return std::nullopt;
+    R = R * steps_[k]->T_current_reference.R();
+    sigma_rad += std::sqrt(steps_[k]->covariance_matrix().bottomRightCorner<3, 3>().trace() / 3);
+  }
+  const Eigen::Vector3d back = rotation_vector(R.transpose());
+  return ViewTurn{{back.x(), back.y(), back.z()}, sigma_rad};
 }
 
 inline void FlowConsistencyFilter::choose_gaps() {
@@ -138,8 +158,14 @@ inline bool FlowConsistencyFilter::measure(const Evidence& evidence, int gap, Vo
   if (main) motion_ = main_motion_.value();
   std::optional<ViewMotion> guess;
   if (motion_) guess = motion_->over(gap_s_);
+  const std::optional<ViewTurn> turn = turn_over(gap);
   const std::optional<ViewMotion> found =
-      estimator_.estimate(pairs_, seeds_, cells_, focal_px_, guess, !main);
+      estimator_.estimate(pairs_, seeds_, cells_, focal_px_, guess, !main,
+                          prior_watch_.trusts() ? turn : std::nullopt);
+  if (main && found && turn)
+    prior_watch_.observe(ViewMotionEstimator::turn_distance2(*turn, *found, Params::kMaxDistance_px), passed_s_);
+  if (main && turn && !prior_watch_.trusts())
+    votes.note("the motion prior contradicts the images: ignored");
   if (main) {
     main_motion_.reset();
     if (found) main_motion_.confirm({*found, gap_s_});

@@ -13,13 +13,20 @@ namespace dynfilter {
 
 DYNFILTER_INLINE std::optional<ViewMotion> ViewMotionEstimator::estimate(
     const std::vector<ViewPair>& pairs, const std::vector<int>& seeds, const ImageCells<double>& cells,
-    double focal_px, const std::optional<ViewMotion>& last, bool fresh) {
+    double focal_px, const std::optional<ViewMotion>& last, bool fresh, const std::optional<ViewTurn>& turn) {
   if (static_cast<int>(seeds.size()) < options_.min_pairs) return std::nullopt;
   fill_cells(pairs, seeds, cells);
   if (static_cast<int>(occupied_.size()) < options_.min_cells) return std::nullopt;
   if (is_still(pairs)) return ViewMotion{{}, {}, focal_px};
   rng_ = SampleGenerator(kSeed);
   best_support_ = -1;
+  turn_ = turn;
+  if (turn) {
+    ViewMotion turned = last.value_or(ViewMotion{{}, {0, 0, 1}, focal_px});
+    turned.rotation_rad = turn->rotation_rad;
+    attempt(pairs, turned);
+    attempt(pairs, refined(turned, pairs, seeds, weights_, {1.0, 8}));
+  }
   if (last) {
     attempt(pairs, *last);
     attempt(pairs, refined(*last, pairs, seeds, weights_, {1.0, 8}));
@@ -86,6 +93,7 @@ inline ViewMotion ViewMotionEstimator::refined(const ViewMotion& start, const st
 inline void ViewMotionEstimator::attempt(const std::vector<ViewPair>& pairs, ViewMotion motion) {
   const ViewFlowModel model(motion);
   const double inverse = 1 / (options_.max_distance_px * options_.max_distance_px);
+  const double factor = agreement(motion);
   double forward = 0, backward = 0, left = votes_;
   for (const int index : scored_) {
     const auto i = static_cast<std::size_t>(index);
@@ -96,13 +104,30 @@ inline void ViewMotionEstimator::attempt(const std::vector<ViewPair>& pairs, Vie
     forward += score_weights_[i] * std::max(0.0, 1 - (across2 + ahead * ahead) * inverse);
     backward += score_weights_[i] * std::max(0.0, 1 - (across2 + back * back) * inverse);
     left -= score_weights_[i];
-    if (std::max(forward, backward) + left < best_support_ - kRounding) return;  // it cannot win any more
+    if (factor * (std::max(forward, backward) + left) < best_support_ - kRounding) return;  // cannot win any more
   }
-  if (!(std::max(forward, backward) > best_support_)) return;
-  best_support_ = std::max(forward, backward);
+  if (!(factor * std::max(forward, backward) > best_support_)) return;
+  best_support_ = factor * std::max(forward, backward);
   if (backward > forward)
     for (double& c : motion.direction) c = -c;
   best_ = motion;
+}
+
+DYNFILTER_INLINE double ViewMotionEstimator::turn_distance2(const ViewTurn& turn, const ViewMotion& motion,
+                                                  double noise_px) {
+  double miss2 = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double miss = motion.rotation_rad[k] - turn.rotation_rad[k];
+    miss2 += miss * miss;
+  }
+  const double noise_rad = noise_px / motion.focal_px;
+  return miss2 / (noise_rad * noise_rad + turn.sigma_rad * turn.sigma_rad);
+}
+
+inline double ViewMotionEstimator::agreement(const ViewMotion& motion) const {
+  if (!turn_) return 1;
+  const double distance2 = turn_distance2(*turn_, motion, options_.max_distance_px);
+  return kOtherTurn + (1 - kOtherTurn) * portable::exp(-distance2 / 2);
 }
 
 inline void ViewMotionEstimator::try_sample(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
@@ -132,6 +157,7 @@ inline ViewMotion ViewMotionEstimator::start_motion(double focal_px) {
       {0, 0, 1}, {0.96, 0, 0.29}, {0, 0.96, 0.29}, {-0.96, 0, 0.29}, {0, 0, 1}};
   ViewMotion motion;
   motion.focal_px = focal_px;
+  if (turn_) motion.rotation_rad = turn_->rotation_rad;
   motion.direction = kStarts[rng_.below(5)];
   detail::normalise(motion.direction);
   return motion;
