@@ -20,8 +20,9 @@ GyroRecording recording_of(const RunOptions& options) {
   if (options.imu != "auto") return io::read_gyroscope(options.imu);
   std::optional<GyroRecording> found = io::find_gyroscope(options.sequence);
   if (!found)
-    throw IoError(options.sequence +
-                  ": --imu auto finds neither imu0/data.csv nor imu.txt there; give its file with --imu FILE");
+    throw IoError(
+        options.sequence +
+        ": --imu auto finds neither imu0/data.csv nor imu.txt there; give its file with --imu FILE");
   return std::move(*found);
 }
 
@@ -66,8 +67,7 @@ std::optional<MotionPrior> MotionPriors::by_wheels(double from_s, double to_s) c
   prior.has_translation = true;
   const double way_m = kLeast_m + kSlip * prior.T_current_reference.t().norm(),
                turn_rad = kLeast_rad + kSlip * rotation_vector(prior.T_current_reference.R()).norm();
-  for (std::size_t k = 0; k < 6; ++k)
-    prior.covariance[7 * k] = k < 3 ? way_m * way_m : turn_rad * turn_rad;
+  for (std::size_t k = 0; k < 6; ++k) prior.covariance[7 * k] = k < 3 ? way_m * way_m : turn_rad * turn_rad;
   return prior;
 }
 

@@ -34,6 +34,12 @@ enum dynfilter_pose_kind {
   DYNFILTER_POSE_ESTIMATED = 2,
   DYNFILTER_POSE_REFINED = 3
 };
+/* What is known of the camera's motion without the images: a gyroscope knows its turn. */
+enum dynfilter_motion_kind {
+  DYNFILTER_MOTION_NONE = 0,
+  DYNFILTER_MOTION_TURN = 1,
+  DYNFILTER_MOTION_TURN_AND_TRANSLATION = 2
+};
 /* Type of the depth image. */
 enum dynfilter_depth_type { DYNFILTER_DEPTH_NONE = 0, DYNFILTER_DEPTH_U16 = 1, DYNFILTER_DEPTH_F32 = 2 };
 
@@ -86,6 +92,12 @@ typedef struct dynfilter_frame {
   int32_t pose_kind;  /* enum dynfilter_pose_kind */
   double rotation[9]; /* matrix of T_world_camera, row-major */
   double translation_m[3];
+
+  int32_t motion_kind;       /* enum dynfilter_motion_kind */
+  int64_t motion_frame_id;   /* the motion begins there, -1: at the frame before */
+  double motion_rotation[9]; /* matrix of T_current_reference, row-major */
+  double motion_translation_m[3];
+  double motion_covariance[36]; /* of a left perturbation: translation [m], rotation [rad]; row-major */
 
   int32_t has_boxes; /* 1 with a count of 0: the detector found nothing */
   size_t box_count;

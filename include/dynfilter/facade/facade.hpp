@@ -31,6 +31,8 @@ DYNFILTER_FACADE_API const char* version() noexcept;
 enum class CallPoint { BeforePose, AfterPose, AtKeyframe };
 /// How the host knows the pose.
 enum class PoseKind { None, Predicted, Estimated, Refined };
+/// What is known of the camera's motion without the images: a gyroscope knows its turn.
+enum class MotionKind { None, Turn, TurnAndTranslation };
 
 /// Pixels of the distorted image.
 struct Box {
@@ -77,7 +79,11 @@ struct Frame {
   Camera camera;
   PoseKind pose_kind = PoseKind::None;
   Transform T_world_camera;
-  std::vector<std::int64_t> map_point_ids;  ///< -1: none
+  MotionKind motion_kind = MotionKind::None;  ///< what sensors beside the camera say of its motion ...
+  std::int64_t motion_frame_id = -1;          ///< ... since this frame, -1: the one before
+  Transform T_current_reference;              ///< takes points of the camera then to the camera now
+  double motion_covariance[36] = {};          ///< as of dynfilter::MotionPrior, row-major
+  std::vector<std::int64_t> map_point_ids;    ///< -1: none
   std::vector<cv::Point3f> map_points_world_m;
   bool has_boxes = false;  ///< true with no boxes: the detector found nothing
   std::vector<Box> boxes;

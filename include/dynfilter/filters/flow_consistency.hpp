@@ -221,7 +221,7 @@ class FlowConsistencyFilter final : public NamedFilter<FlowConsistencyFilter> {
   std::vector<double> ages_s_;         ///< age of each recent frame
   std::vector<std::optional<MotionPrior>> steps_;  ///< priors of the recent steps, newest first
   PriorWatch prior_watch_;
-  std::vector<int> gaps_;              ///< [frames]
+  std::vector<int> gaps_;  ///< [frames]
   int ground_gap_ = 0;
   double gap_s_ = 0, passed_s_ = 0, noise_px_ = 0;
 

@@ -53,6 +53,9 @@ class OrbSlam {
     has_detector_image_ = true;
   }
 
+  /// What the next frame's sensors say of the camera's motion since the last one, e.g. a gyroscope.
+  void set_motion_prior(const MotionPrior& prior) { motion_prior_ = prior; }
+
   // ---- the call points
   /// Beside the extraction, in a thread of its own that ends before the next call: Pipeline::prepare().
   void prepare(const cv::Mat& grey, double timestamp_s) {
@@ -178,6 +181,7 @@ class OrbSlam {
     keep_images(grey, std::move(depth));
     FrameView view = reader_.read(frame, grey_, depth_, depth_unit_m_, sensor_ == HostSensor::Stereo);
     view.depth_handed_over = handed_over;
+    view.motion_prior = std::exchange(motion_prior_, std::nullopt);
     take_pose(pose, map_exists, view);
     submit_to_detector(view);
     semantics_.add_to(view);
@@ -233,6 +237,7 @@ class OrbSlam {
   cv::Mat detector_image_;
   bool has_detector_image_ = false;  ///< for the next frame
   double depth_unit_m_ = 1;
+  std::optional<MotionPrior> motion_prior_;  ///< of the next frame
   std::optional<std::int64_t> last_id_;
   bool first_frame_ = true, lost_ = false;
   std::vector<std::int64_t> point_ids_;  ///< of the host's last frame

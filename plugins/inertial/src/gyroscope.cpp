@@ -24,8 +24,7 @@ void Gyroscope::add(const GyroSample& sample) {
   for (std::size_t k = at; k < samples_.size(); ++k) {
     if (k == 0) continue;
     const GyroSample &a = samples_[k - 1], &b = samples_[k];
-    integral_[k] =
-        integral_[k - 1] + (b.timestamp_s - a.timestamp_s) / 2 * (a.omega_radps + b.omega_radps);
+    integral_[k] = integral_[k - 1] + (b.timestamp_s - a.timestamp_s) / 2 * (a.omega_radps + b.omega_radps);
   }
   while (samples_.front().timestamp_s < samples_.back().timestamp_s - options_.kept_s)
     samples_.pop_front(), integral_.pop_front();
@@ -60,8 +59,7 @@ Eigen::Vector3d Gyroscope::rate(double stamp_s) const {
 Eigen::Vector3d Gyroscope::integral(double from_s, double to_s) const {
   const auto until = [&](double stamp_s) -> Eigen::Vector3d {
     const std::size_t k = std::min(after(stamp_s), samples_.size() - 1);
-    return integral_[k] -
-           (samples_[k].timestamp_s - stamp_s) / 2 * (samples_[k].omega_radps + rate(stamp_s));
+    return integral_[k] - (samples_[k].timestamp_s - stamp_s) / 2 * (samples_[k].omega_radps + rate(stamp_s));
   };
   return until(to_s) - until(from_s);
 }

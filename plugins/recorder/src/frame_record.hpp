@@ -87,6 +87,12 @@ void transfer_frame(Archive& archive, Frame& frame, Images& images) {
   transfer_optional(archive, frame.camera, [&](auto& camera) { transfer_camera(archive, camera); });
   transfer_pose(archive, frame.T_world_camera);
   transfer_choice(archive, frame.pose_provenance, 4);
+  transfer_optional(archive, frame.motion_prior, [&](auto& prior) {
+    archive.number(prior.reference_frame_id);
+    transfer_pose(archive, prior.T_current_reference);
+    for (auto& value : prior.covariance) archive.number(value);
+    archive.number(prior.has_translation);
+  });
   archive.array(frame.map_point_ids), archive.array(frame.map_points_world_m);
   archive.count(frame.covisible_keyframes, kKeyframeBytes);
   for (auto& keyframe : frame.covisible_keyframes) transfer_keyframe(archive, keyframe);

@@ -103,6 +103,15 @@ void fill_geometry(const dynfilter_frame& from, Frame& to) {
   std::copy(std::begin(from.rotation), std::end(from.rotation), std::begin(to.T_world_camera.rotation));
   std::copy(std::begin(from.translation_m), std::end(from.translation_m),
             std::begin(to.T_world_camera.translation_m));
+  to.motion_kind = from.motion_kind >= 0 && from.motion_kind <= 2 ? static_cast<MotionKind>(from.motion_kind)
+                                                                  : MotionKind::None;
+  to.motion_frame_id = from.motion_frame_id;
+  std::copy(std::begin(from.motion_rotation), std::end(from.motion_rotation),
+            std::begin(to.T_current_reference.rotation));
+  std::copy(std::begin(from.motion_translation_m), std::end(from.motion_translation_m),
+            std::begin(to.T_current_reference.translation_m));
+  std::copy(std::begin(from.motion_covariance), std::end(from.motion_covariance),
+            std::begin(to.motion_covariance));
 }
 
 void fill_semantics(const dynfilter_frame& from, Frame& to) {
@@ -211,6 +220,8 @@ void dynfilter_frame_init(dynfilter_frame* frame) {
   frame->struct_size = sizeof(dynfilter_frame);
   frame->depth_unit_m = 1;
   frame->rotation[0] = frame->rotation[4] = frame->rotation[8] = 1;
+  frame->motion_rotation[0] = frame->motion_rotation[4] = frame->motion_rotation[8] = 1;
+  frame->motion_frame_id = -1;
   frame->boxes_frame_id = frame->mask_frame_id = frame->match_frame_id = -1;
 }
 

@@ -48,6 +48,15 @@ PoseProvenance provenance_of(PoseKind kind) {
                                        : PoseProvenance::None;
 }
 
+MotionPrior motion_prior_of(const Frame& frame) {
+  MotionPrior prior;
+  prior.reference_frame_id = frame.motion_frame_id;
+  prior.T_current_reference = pose_of(frame.T_current_reference);
+  std::copy(std::begin(frame.motion_covariance), std::end(frame.motion_covariance), prior.covariance.begin());
+  prior.has_translation = frame.motion_kind == MotionKind::TurnAndTranslation;
+  return prior;
+}
+
 dynfilter::CallPoint call_point_of(CallPoint point) {
   return point == CallPoint::AfterPose    ? dynfilter::CallPoint::AfterPose
          : point == CallPoint::AtKeyframe ? dynfilter::CallPoint::AtKeyframe
@@ -75,6 +84,7 @@ FrameView view_of(const Frame& frame, const std::vector<Detection>& detections) 
   if (frame.has_camera) view.camera = camera_of(frame.camera);
   view.T_world_camera = pose_of(frame.T_world_camera);
   view.pose_provenance = provenance_of(frame.pose_kind);
+  if (frame.motion_kind != MotionKind::None) view.motion_prior = motion_prior_of(frame);
   view.map_point_ids = frame.map_point_ids;
   view.map_points_world_m = frame.map_points_world_m;
   if (frame.has_boxes) view.detections = DetectionInput{frame.boxes_frame_id, detections};

@@ -104,7 +104,7 @@ inline void FlowConsistencyFilter::take_over_turns(const Evidence& evidence, con
 
 inline std::optional<ViewTurn> FlowConsistencyFilter::turn_over(int gap) const {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // R_current_reference
-  double sigma_rad = 0;  // a bias is the same in every step, so deviations add up
+  double sigma_rad = 0;                             // a bias is the same in every step, so deviations add up
   for (std::size_t k = 0; k < static_cast<std::size_t>(gap); ++k) {
     if (k >= steps_.size() || !steps_[k]) return std::nullopt;
     R = R * steps_[k]->T_current_reference.R();
@@ -159,13 +159,12 @@ inline bool FlowConsistencyFilter::measure(const Evidence& evidence, int gap, Vo
   std::optional<ViewMotion> guess;
   if (motion_) guess = motion_->over(gap_s_);
   const std::optional<ViewTurn> turn = turn_over(gap);
-  const std::optional<ViewMotion> found =
-      estimator_.estimate(pairs_, seeds_, cells_, focal_px_, guess, !main,
-                          prior_watch_.trusts() ? turn : std::nullopt);
+  const std::optional<ViewMotion> found = estimator_.estimate(pairs_, seeds_, cells_, focal_px_, guess, !main,
+                                                              prior_watch_.trusts() ? turn : std::nullopt);
   if (main && found && turn)
-    prior_watch_.observe(ViewMotionEstimator::turn_distance2(*turn, *found, Params::kMaxDistance_px), passed_s_);
-  if (main && turn && !prior_watch_.trusts())
-    votes.note("the motion prior contradicts the images: ignored");
+    prior_watch_.observe(ViewMotionEstimator::turn_distance2(*turn, *found, Params::kMaxDistance_px),
+                         passed_s_);
+  if (main && turn && !prior_watch_.trusts()) votes.note("the motion prior contradicts the images: ignored");
   if (main) {
     main_motion_.reset();
     if (found) main_motion_.confirm({*found, gap_s_});

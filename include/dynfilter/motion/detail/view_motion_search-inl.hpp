@@ -104,7 +104,8 @@ inline void ViewMotionEstimator::attempt(const std::vector<ViewPair>& pairs, Vie
     forward += score_weights_[i] * std::max(0.0, 1 - (across2 + ahead * ahead) * inverse);
     backward += score_weights_[i] * std::max(0.0, 1 - (across2 + back * back) * inverse);
     left -= score_weights_[i];
-    if (factor * (std::max(forward, backward) + left) < best_support_ - kRounding) return;  // cannot win any more
+    if (factor * (std::max(forward, backward) + left) < best_support_ - kRounding)
+      return;  // cannot win any more
   }
   if (!(factor * std::max(forward, backward) > best_support_)) return;
   best_support_ = factor * std::max(forward, backward);
@@ -114,7 +115,7 @@ inline void ViewMotionEstimator::attempt(const std::vector<ViewPair>& pairs, Vie
 }
 
 DYNFILTER_INLINE double ViewMotionEstimator::turn_distance2(const ViewTurn& turn, const ViewMotion& motion,
-                                                  double noise_px) {
+                                                            double noise_px) {
   double miss2 = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double miss = motion.rotation_rad[k] - turn.rotation_rad[k];

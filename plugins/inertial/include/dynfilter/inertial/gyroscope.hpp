@@ -79,8 +79,8 @@ class Gyroscope {
   void calibrate();
 
   Options options_;
-  std::deque<GyroSample> samples_;           ///< by time
-  std::deque<Eigen::Vector3d> integral_;     ///< of the rate, from any moment to each sample [rad]
+  std::deque<GyroSample> samples_;        ///< by time
+  std::deque<Eigen::Vector3d> integral_;  ///< of the rate, from any moment to each sample [rad]
   std::deque<Turn> turns_;
   Eigen::Vector3d bias_radps_ = Eigen::Vector3d::Zero();
   double bias_sigma_radps_, offset_s_ = 0, offset_sigma_s_ = kFirstOffset_s;

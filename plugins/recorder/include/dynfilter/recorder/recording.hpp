@@ -20,7 +20,7 @@
 namespace dynfilter::recorder {
 
 /// Of the format. Readers refuse every other one.
-inline constexpr std::uint32_t kVersion = 1;
+inline constexpr std::uint32_t kVersion = 2;
 
 /// A KeyframeView that owns its memory.
 struct RecordedKeyframe {
