@@ -85,6 +85,13 @@ void check_same(const FrameView& a, const FrameView& b) {
   CHECK(a.camera == b.camera);
   CHECK(same(a.T_world_camera, b.T_world_camera));
   CHECK(a.pose_provenance == b.pose_provenance);
+  REQUIRE(a.motion_prior.has_value() == b.motion_prior.has_value());
+  if (a.motion_prior) {
+    CHECK(a.motion_prior->reference_frame_id == b.motion_prior->reference_frame_id);
+    CHECK(same(a.motion_prior->T_current_reference, b.motion_prior->T_current_reference));
+    CHECK(a.motion_prior->covariance == b.motion_prior->covariance);
+    CHECK(a.motion_prior->has_translation == b.motion_prior->has_translation);
+  }
   CHECK(same(a.map_point_ids, b.map_point_ids));
   CHECK(same(a.map_points_world_m, b.map_points_world_m));
   REQUIRE(a.covisible_keyframes.size() == b.covisible_keyframes.size());

@@ -28,6 +28,7 @@ FrameView RecordedFrame::view(std::vector<KeyframeView>& keyframes) const {
   view.depth_unit_m = depth_unit_m, view.depth_handed_over = depth_handed_over;
   view.camera = camera;
   view.T_world_camera = T_world_camera, view.pose_provenance = pose_provenance;
+  view.motion_prior = motion_prior;
   view.map_point_ids = map_point_ids, view.map_points_world_m = map_points_world_m;
   keyframes.clear();
   for (const RecordedKeyframe& k : covisible_keyframes)

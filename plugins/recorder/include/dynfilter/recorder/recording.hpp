@@ -55,6 +55,7 @@ struct RecordedFrame {
   std::optional<Camera> camera;
   Pose T_world_camera;
   PoseProvenance pose_provenance = PoseProvenance::None;
+  std::optional<MotionPrior> motion_prior;
   std::vector<std::int64_t> map_point_ids;
   std::vector<cv::Point3f> map_points_world_m;
   std::vector<RecordedKeyframe> covisible_keyframes;
