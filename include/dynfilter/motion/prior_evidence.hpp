@@ -18,8 +18,6 @@ namespace dynfilter {
 /// whose turn is hard to see, contradicts no turn.
 class PriorEvidence {
  public:
-  static constexpr double kWrongPrior = 1e-3;  ///< probability that a prior is wrong in a frame
-
   PriorEvidence(const MotionPrior& prior, const Camera& camera) : prior_(prior), camera_(camera) {}
 
   void clear() { M_.setZero(), points_ = 0; }
@@ -27,9 +25,9 @@ class PriorEvidence {
   void add(const cv::Point3f& point_m);
   /// d^2 of `T_current_reference`, with `noise_px` the error of its image. 0 with fewer than 6 points.
   double distance2(const Pose& T_current_reference, double noise_px) const;
-  /// Log-likelihood of a motion at this distance, at least log(kWrongPrior).
-  static double log_likelihood(double distance2) {
-    return portable::log((1 - kWrongPrior) * portable::exp(-distance2 / 2) + kWrongPrior);
+  /// Log-likelihood of a motion at this distance. `wrong`: the probability that the prior is.
+  static double log_likelihood(double distance2, double wrong) {
+    return portable::log((1 - wrong) * portable::exp(-distance2 / 2) + wrong);
   }
 
  private:

@@ -6,28 +6,30 @@
 
 namespace dynfilter {
 
-/// Whether a prior on the camera's motion keeps its promise: chi-square over time. A clock that is late, a
+/// The probability that a prior on the camera's motion is wrong, learned over time. A clock that is late, a
 /// bias or wrong axes contradict the background's motion frame after frame. A background that is wrong for a
-/// moment, or a jerk, does so once.
+/// moment, or a jerk, does so once. Log-odds, with the squared distance d^2 of the background's motion:
+///   odds += (elapsed / memory) (d^2 / 2 - break_even), within +-5.
 class PriorWatch {
  public:
-  /// Mean of d^2 (prior_evidence.hpp) from which on the prior is ignored, and below which it counts again.
-  static constexpr double kContradicts = 4, kAgrees = 1;
+  static constexpr double kFirstOdds = -1.4;  ///< 0.2: before it has proved itself
+  static constexpr double kMostOdds = 5;      ///< doubt and trust can both be overcome in half a second
   static constexpr double kMemory_s = 0.25;
-  static constexpr double kMost = 25;  ///< of one frame
+  static constexpr double kBreakEven = 2;  ///< d = 2: two deviations, where errors in common are not known
+  static constexpr double kMost = 25;      ///< d^2 of one frame
 
-  bool trusts() const { return trusts_; }
-  /// d^2 of the background's motion in this frame.
+  /// In [0, 1].
+  double wrong() const { return 1 / (1 + portable::exp(-odds_)); }
+  bool trusts() const { return odds_ < 0; }
   void observe(double distance2, double elapsed_s) {
-    const double now = 1 - portable::exp(-elapsed_s / kMemory_s);
-    mean_ += now * (std::min(distance2, kMost) - mean_);
-    trusts_ = trusts_ ? mean_ < kContradicts : mean_ < kAgrees;
+    const double now = std::min(1.0, elapsed_s / kMemory_s);
+    odds_ += now * (std::min(distance2, kMost) / 2 - kBreakEven);
+    odds_ = std::clamp(odds_, -kMostOdds, kMostOdds);
   }
   void reset() { *this = {}; }  ///< another stream
 
  private:
-  double mean_ = 0;
-  bool trusts_ = true;
+  double odds_ = kFirstOdds;
 };
 
 }  // namespace dynfilter

@@ -35,7 +35,7 @@ struct RigidBackgroundScene {
   std::optional<Eigen::Vector3d> last_turn_radps;  ///< rate of turn of T_current_reference in the last step
   std::optional<Pose> predicted;                   ///< T_current_reference of the host
   std::optional<MotionPrior> prior;                ///< from sensors beside the camera
-  bool trusts_prior = true;                        ///< false: the prior is compared only
+  double prior_wrong = 0;                          ///< probability; from 0.5 on it is compared only
   DepthNoise depth_noise{};                        ///< of the sensor
   /// Whole error of a static match over the noise that neighbours do not share.
   double noise_ratio = 1.5;

@@ -171,7 +171,7 @@ inline bool BackgroundMotionFilter::follow_background(const Evidence& evidence, 
   scene.seeds = seeds_;
   scene.predicted = evidence.host_motion(match);
   scene.prior = evidence.motion_prior(match);
-  scene.trusts_prior = prior_watch_.trusts();
+  scene.prior_wrong = prior_watch_.wrong();
   if (known) scene.expected = usual_step();
   scene.elapsed_s = elapsed_s(1);
   if (known) scene.last_turn_radps = rotation_vector(between(0, 1).R()) / (elapsed_s(2) - elapsed_s(1));

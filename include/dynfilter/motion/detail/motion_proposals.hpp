@@ -89,6 +89,8 @@ class MotionProposals {
     return rigid_.refine(scene_->camera, scene_->reference_m, scene_->current_m, features, start);
   }
 
+  bool uses_prior() const { return scene_->prior && scene_->prior_wrong < 0.5; }
+
  private:
   static constexpr std::size_t kMinUnmoved = 30;    ///< points; with fewer, all take part
   static constexpr std::size_t kFewestPoints = 12;  ///< fewer are not searched
@@ -143,7 +145,6 @@ class MotionProposals {
     if (uses_prior()) propose_prior(scene_->prior->T_current_reference);
     if (scene_->expected) propose_expected();
   }
-  bool uses_prior() const { return scene_->prior && scene_->trusts_prior; }
   /// Where the prior does not tell the translation, the expected one goes with its turn.
   void propose_prior(const Pose& T) {
     if (!scene_->prior->has_translation && !scene_->expected) return;
