@@ -164,7 +164,7 @@ def test_source_package_has_what_the_build_needs(root, backend, tmp_path):
 
 def missing_includes(root, source):
     """What the module's sources include, also through others, that is in the repository and not in the package."""
-    folders = ["include", "plugins/detectors/include", "plugins/recorder/include", "examples/dynfilter"]
+    folders = ["include", "plugins/detectors/include", "plugins/recorder/include", "plugins/inertial/include", "examples/dynfilter"]
     compiled = ["plugins/python/src", "plugins/detectors/src", "plugins/recorder/src", *(f"examples/dynfilter/{room}" for room in ("eval", "io", "odometry", "render"))]
     todo = [path.relative_to(root) for folder in compiled for path in (root / folder).glob("*.cpp")]
     seen, missing = set(todo), set()
