@@ -65,18 +65,6 @@ Played play(const ExactScene& scene, int frames, const Prior& prior) {
   return played;
 }
 
-/// A cart that turns fills most of the view, from the first frame on, and the camera turns slowly.
-ExactScene turning_cart() {
-  return ExactScene()
-      .points(150)
-      .depth_range(2.5, 4)
-      .mover(
-          MovingBox(400).at({0, 0, 2}).half_size({0.9, 0.7, 0.2}).turning({0, 0.02, 0}).moving({0.01, 0, 0}))
-      .camera_motion(testing::steady_motion({0.01, 0, 0.004}, {0.001, -0.002, 0}))
-      .pixel_noise(0.1)
-      .depth_noise(0.0014);
-}
-
 ExactScene walker_scene() {
   return ExactScene()
       .points(300)
@@ -86,19 +74,6 @@ ExactScene walker_scene() {
 }
 
 }  // namespace
-
-TEST_CASE("motion prior: a gyroscope says which of two motions is the camera's, from the second frame on") {
-  const Played alone =
-      play<BackgroundMotionFilter>(turning_cart(), 12, [](const Pose&) { return std::nullopt; });
-  const Played with = play<BackgroundMotionFilter>(turning_cart(), 12, gyroscope);
-  CHECK(alone.kept[4] < 0.5);  // the cart is taken for the background
-  for (std::size_t k = 2; k < 12; ++k) {
-    CAPTURE(k);
-    CHECK(with.kept[k] > 0.95);
-    CHECK(with.found[k] > 0.9);
-    CHECK_FALSE(with.ignored[k]);
-  }
-}
 
 TEST_CASE_TEMPLATE("motion prior: a lie is noticed within half a second, said, and does no harm", Filter,
                    BackgroundMotionFilter, FlowConsistencyFilter) {

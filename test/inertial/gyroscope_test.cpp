@@ -5,10 +5,10 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/core/random.hpp>
 #include <functional>
 #include <limits>
 #include <optional>
+#include <random>
 #include <vector>
 
 #include "doctest/doctest.h"
@@ -58,10 +58,11 @@ struct Errors {
 };
 
 void feed(Gyroscope& gyroscope, const Rate& rate, double until_s, const Errors& errors = {}) {
-  SampleGenerator rng(7);
+  std::mt19937_64 engine(7);
+  std::normal_distribution<double> normal;
   for (int k = 0; k <= static_cast<int>(until_s * kRate_hz); ++k) {
     const double t = k / kRate_hz;
-    const Eigen::Vector3d noise(rng.normal(), rng.normal(), rng.normal());
+    const Eigen::Vector3d noise(normal(engine), normal(engine), normal(engine));
     gyroscope.add({t + errors.late_s,
                    mounting().transpose() * rate(t) + errors.bias_radps + errors.noise_radps * noise});
   }
@@ -132,10 +133,11 @@ TEST_CASE("gyroscope: bias and clock are learned from poses, and wrong poses do 
     CAPTURE(late_s);
     Gyroscope gyroscope = mounted();
     feed(gyroscope, shaken, 8, {bias, late_s, 0.002});
-    SampleGenerator rng(3);
+    std::mt19937_64 engine(3);
+    std::normal_distribution<double> normal;
     for (int k = 6; k < 150; ++k) {
       const double from_s = k * kFrame_s, to_s = from_s + kFrame_s;
-      const Eigen::Vector3d error(rng.normal(), rng.normal(), rng.normal());
+      const Eigen::Vector3d error(normal(engine), normal(engine), normal(engine));
       Eigen::Matrix3d R = exp_so3(0.02 * kDeg * error) * turn(shaken, from_s, to_s);
       if (k % 7 == 0) R = exp_so3(Eigen::Vector3d(0.02, 0, -0.03)) * R;  // the host lost its way
       gyroscope.observe(from_s, to_s, R);

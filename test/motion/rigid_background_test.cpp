@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "doctest/doctest.h"
 #include "geometry/rigid_scene.hpp"
@@ -123,6 +124,48 @@ TEST_CASE("one motion that explains background and mover to a pixel loses agains
     CHECK(motion.T_current_reference.t().norm() < 0.003);
     CHECK(median_miss_px(parts, 0, 180, motion.T_current_reference) < 0.2);
     CHECK(median_miss_px(parts, 180, 360, motion.T_current_reference) > 4);
+  }
+}
+
+// A bus that turns fills the view, and hides all but the sides of the street behind it.
+TEST_CASE("a prior says which of two motions is the camera's, unless it is known to be wrong") {
+  const Pose camera = Pose::from(exp_so3(Eigen::Vector3d(0, 0.01, 0.002)), {0.01, 0, 0.02}),
+             mover = Pose::from(exp_so3(Eigen::Vector3d(0, -0.01, 0)), {0.02, 0, 0});
+  const auto prior_of = [](const Pose& T, bool whole) {
+    MotionPrior prior = MotionPrior::turn(T.R(), 1e-8 * Eigen::Matrix3d::Identity());
+    prior.T_current_reference = T;
+    prior.has_translation = whole;
+    for (std::size_t k = 0; k < 3; ++k) prior.covariance[7 * k] = 1e-6;
+    return prior;
+  };
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Parts parts(seed);
+    parts.add(60, {0, 0, 110, 480}, 3, 4, camera);
+    parts.add(300, {120, 0, 520, 480}, 3, 4, mover);
+    RigidBackgroundScene scene = parts.scene();
+    const auto chosen = [&] {
+      RigidBackgroundEstimator estimator;
+      const RigidMotion motion = estimator.estimate(scene);
+      REQUIRE(motion.ok);
+      const double to_camera = geometry_test::pose_error(motion.T_current_reference, camera),
+                   to_mover = geometry_test::pose_error(motion.T_current_reference, mover);
+      return std::make_pair(to_camera < to_mover, estimator.prior_distance2());
+    };
+    CHECK_FALSE(chosen().first);
+    CHECK(chosen().second == 0);
+    for (const bool whole : {false, true}) {
+      scene.prior = prior_of(camera, whole);
+      scene.prior_wrong = 0.01;
+      CHECK(chosen().first);
+      CHECK(chosen().second < 1);
+      scene.prior_wrong = 0.9;
+      CHECK_FALSE(chosen().first);
+      CHECK(chosen().second > 4);
+    }
+    scene.prior = prior_of(mover, false);
+    scene.prior_wrong = 0.01;
+    CHECK_FALSE(chosen().first);
+    scene.prior.reset();
   }
 }
 
