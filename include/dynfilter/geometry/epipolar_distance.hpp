@@ -47,8 +47,6 @@ inline Eigen::Vector2d mapped(const Eigen::Matrix3d& H, const Eigen::Vector2d& p
   return {q.x() / q.z(), q.y() / q.z()};
 }
 
-Eigen::Matrix3d camera_matrix(const Camera& camera);
-
 /// What all epipolar distances of a match (x, y), (u, v) are made of. T is a number or a pack of them.
 /// F is row-major.
 template <class T>

@@ -75,11 +75,6 @@ class RigidResidualModel {
   bool has_covariance_ = false;
 };
 
-/// Residual of a pair of points in the frames of their cameras [m]. Of many pairs: RigidResidualModel.
-RigidResidual rigid_residual(const Camera& camera, const Pose& T_current_reference,
-                             const cv::Point3f& reference, const cv::Point3f& current,
-                             const RigidResidualNoise& noise = {}, const double* motion_covariance = nullptr);
-
 inline RigidResidualModel::RigidResidualModel(const Camera& camera, const Pose& T_current_reference,
                                               const RigidResidualNoise& noise,
                                               const double* motion_covariance)
@@ -193,9 +188,11 @@ inline double RigidResidualModel::chi2_of_estimated_motion(const Eigen::Vector3d
          determinant;
 }
 
+/// Residual of a pair of points in the frames of their cameras [m]. Of many pairs: RigidResidualModel.
 inline RigidResidual rigid_residual(const Camera& camera, const Pose& T_current_reference,
                                     const cv::Point3f& reference, const cv::Point3f& current,
-                                    const RigidResidualNoise& noise, const double* motion_covariance) {
+                                    const RigidResidualNoise& noise = {},
+                                    const double* motion_covariance = nullptr) {
   return RigidResidualModel(camera, T_current_reference, noise, motion_covariance)(reference, current);
 }
 

@@ -47,7 +47,14 @@ struct VertexCoverParams {
   /// cut_dynamic. Not a key: code sets it.
   int max_dynamic_features = 300;
 
-  static const FieldTable<VertexCoverParams>& fields();
+  static const FieldTable<VertexCoverParams>& fields() {
+    using P = VertexCoverParams;
+    static const FieldTable<P> table{real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
+                                          "distance from the last candidate that makes a frame a candidate"),
+                                     real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
+                                          "rotation from the last candidate that makes a frame a candidate")};
+    return table;
+  }
 };
 
 /// Keyframes as a small vertex cover of the covisibility graph of candidates (Zhou et al. sec. 3.2.1, after
@@ -120,15 +127,6 @@ class VertexCoverSelector final : public KeyframeSelector {
   std::optional<Candidate> anchor_;  ///< last keyframe of the previous batch
   std::optional<std::pair<std::int64_t, Pose>> last_candidate_;
 };
-
-inline const FieldTable<VertexCoverParams>& VertexCoverParams::fields() {
-  using P = VertexCoverParams;
-  static const FieldTable<P> table{real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
-                                        "distance from the last candidate that makes a frame a candidate"),
-                                   real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
-                                        "rotation from the last candidate that makes a frame a candidate")};
-  return table;
-}
 
 inline VertexCoverSelector::VertexCoverSelector(const VertexCoverParams& params) : params_(params) {
   check_parameters(params_);

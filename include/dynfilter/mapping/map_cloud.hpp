@@ -28,10 +28,6 @@ inline double voxel_units(const Voxel& v, std::size_t axis) {
   return static_cast<double>(v.weighted_units[axis]) / static_cast<double>(v.weight) + 0.5;
 }
 
-/// Appends centroids [m], mean colours and classes. `unit_m`: quantum of the map.
-void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& order, double unit_m,
-                  MapCloud& cloud);
-
 /// Collects which keyframes contribute to which points of a cloud.
 class SourceCollector {
  public:
@@ -66,6 +62,7 @@ class SourceCollector {
   std::vector<std::uint64_t> pairs_;  ///< place << 32 | keyframe
 };
 
+/// Appends centroids [m], mean colours and classes. `unit_m`: quantum of the map.
 inline void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& order, double unit_m,
                          MapCloud& cloud) {
   for (const std::uint32_t i : order) {

@@ -41,11 +41,6 @@ class PatchRelief {
   double unit_m_;
 };
 
-/// Shift in the image [px] of a static point at `px` (undistorted, current frame) when its inverse depth
-/// changes by `relief_per_m`. To first order it is f |t_xy - x t_z| relief.
-double relief_shift_px(const Camera& camera, const Pose& T_current_reference, const cv::Point2f& px,
-                       double relief_per_m);
-
 inline PatchRelief::PatchRelief(const cv::Mat& depth, double unit_m) : depth_(depth), unit_m_(unit_m) {
   if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
 }
@@ -71,6 +66,8 @@ inline double PatchRelief::depth_at(int x, int y) const {
                                    : static_cast<double>(depth_.ptr<float>(y)[x]);
 }
 
+/// Shift in the image [px] of a static point at `px` (undistorted, current frame) when its inverse depth
+/// changes by `relief_per_m`. To first order it is f |t_xy - x t_z| relief.
 inline double relief_shift_px(const Camera& camera, const Pose& T_current_reference, const cv::Point2f& px,
                               double relief_per_m) {
   const auto t = T_current_reference.t();

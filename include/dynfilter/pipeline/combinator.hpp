@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
@@ -26,7 +27,9 @@ class Combinator : public Stage {
 
   /// A combinator itself requires nothing. A child without its input is skipped alone.
   Needs needs() const override;
-  void reset() override;
+  void reset() override {
+    for (auto& child : children_) child->reset();
+  }
   void for_each(const std::function<void(const Stage&, int)>& visit, int depth = 0) const override;
 
  protected:
@@ -39,6 +42,21 @@ class Combinator : public Stage {
   Judgement child_;  ///< buffer for the result of one child
 };
 
+/// A combinator S with the parameters P.
+template <class S, class P>
+class ParametricCombinator : public Combinator {
+ public:
+  using Params = P;
+  /// Throws ConfigError for a parameter out of range.
+  ParametricCombinator(std::string path, Stages children, Params params = Params())
+      : Combinator(S::kName, std::move(path), std::move(children)), params_(std::move(params)) {
+    check_parameters(params_, this->path());
+  }
+
+ protected:
+  const Params params_;
+};
+
 inline Needs Combinator::needs() const {
   Needs all;
   for (const auto& child : children_) {
@@ -47,10 +65,6 @@ inline Needs Combinator::needs() const {
     all.history_frames = std::max(all.history_frames, needs.history_frames);
   }
   return all;
-}
-
-inline void Combinator::reset() {
-  for (auto& child : children_) child->reset();
 }
 
 inline void Combinator::for_each(const std::function<void(const Stage&, int)>& visit, int depth) const {

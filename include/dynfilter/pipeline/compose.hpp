@@ -73,11 +73,11 @@ template <class... S>
 StagePtr vote(const VoteParams& params, S&&... members) {
   return detail::vote_of(params, detail::stages(std::forward<S>(members)...));
 }
-StagePtr negate(StagePtr member);                  ///< dynamic and static exchanged
-StagePtr strict(StagePtr member);                  ///< unknown becomes dynamic
-StagePtr gate(StagePtr condition, StagePtr then);  ///< `then` judges if `condition` calls something dynamic
-StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise);  ///< and `otherwise` judges if not
-StagePtr by_region(StagePtr inside, StagePtr outside);                 ///< `inside` judges prior suspects
+StagePtr negate(StagePtr member);  ///< dynamic and static exchanged
+StagePtr strict(StagePtr member);  ///< unknown becomes dynamic
+/// `then` judges what `condition` calls dynamic, `otherwise` what it calls static; null: nothing does.
+StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise = nullptr);
+StagePtr by_region(StagePtr inside, StagePtr outside);              ///< `inside` judges prior suspects
 StagePtr object_vote(const ObjectVoteParams& params, StagePtr of);  ///< an object's features decide together
 StagePtr cluster_expand(const ClusterExpandParams& params, StagePtr of);  ///< with the cluster around it
 StagePtr depth_layers(const DepthLayersParams& params, StagePtr of);      ///< by layers of depth in a box

@@ -25,22 +25,29 @@ struct DepthLayersParams {
   /// Margin before and behind a layer's features in depth.
   static constexpr double kMargin_m = 0.1;
 
-  static const FieldTable<DepthLayersParams>& fields();
+  static const FieldTable<DepthLayersParams>& fields() {
+    using P = DepthLayersParams;
+    static const FieldTable<P> table{
+        real("max_gap_m", &P::max_gap_m, "m", {0, 10}, "smallest depth gap between two layers"),
+        integer("min_points", &P::min_points, "features", {1, 1000},
+                "smallest number of dynamic features in a layer that counts as an object"),
+    };
+    return table;
+  }
 };
 
 /// `depth_layers`: splits the stage's dynamic features into layers at gaps in their depths. A layer with
 /// enough of them is an object. All features in its image rectangle and depth range become dynamic. Dynamic
 /// features of smaller layers become unknown. They are usually background that the stage included at an
 /// outline. All other features, and features without depth, keep their vote.
-class DepthLayersStage final : public Combinator {
+class DepthLayersStage final : public ParametricCombinator<DepthLayersStage, DepthLayersParams> {
  public:
-  using Params = DepthLayersParams;
+  using ParametricCombinator::ParametricCombinator;
   static constexpr const char* kName = "depth_layers";
   static constexpr const char* kSummary =
       "splits the stage's dynamic features by depth; large layers are filled, small ones become unknown";
   static constexpr const char* kDynamic = "if it is among the dynamic features of one depth layer";
 
-  DepthLayersStage(std::string path, Stages children, Params params = Params());
   Needs needs() const override;
 
  protected:
@@ -61,25 +68,9 @@ class DepthLayersStage final : public Combinator {
   void find_layers(FrameEvidence& evidence, const Votes& votes);
   void add_layer(FrameEvidence& evidence, std::size_t begin, std::size_t end);
 
-  Params params_;
   std::vector<std::size_t> order_;
   std::vector<Layer> layers_;
 };
-
-inline const FieldTable<DepthLayersParams>& DepthLayersParams::fields() {
-  using P = DepthLayersParams;
-  static const FieldTable<P> table{
-      real("max_gap_m", &P::max_gap_m, "m", {0, 10}, "smallest depth gap between two layers"),
-      integer("min_points", &P::min_points, "features", {1, 1000},
-              "smallest number of dynamic features in a layer that counts as an object"),
-  };
-  return table;
-}
-
-inline DepthLayersStage::DepthLayersStage(std::string path, Stages children, Params params)
-    : Combinator(kName, std::move(path), std::move(children)), params_(params) {
-  check_parameters(params_, this->path());
-}
 
 inline Needs DepthLayersStage::needs() const {
   Needs all = Combinator::needs();

@@ -109,9 +109,6 @@ class Stage {
   std::string name_, path_;
 };
 
-/// `to` = "first; second", or the one that is not empty.
-void join_notes(std::string& to, const std::string& first, const std::string& second);
-
 /// A leaf: one filter.
 class FilterStage final : public Stage {
  public:
@@ -183,6 +180,7 @@ inline void Stage::drop_not_judged(const FrameEvidence& evidence, Judgement& out
   for (std::size_t i = 0; i < judged.size(); ++i) out.reasons[i] = judged[i] != 0 ? out.reasons[i] : 0;
 }
 
+/// `to` = "first; second", or the one that is not empty.
 inline void join_notes(std::string& to, const std::string& first, const std::string& second) {
   to.clear();
   append_text(to, first, first.empty() || second.empty() ? "" : "; ", second);

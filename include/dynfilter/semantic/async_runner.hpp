@@ -80,10 +80,6 @@ class AsyncRunner final : public SemanticRunner {
   Result final_result_;
 };
 
-/// Creates the runner for a mode.
-std::unique_ptr<SemanticRunner> make_runner(std::unique_ptr<SemanticProvider> provider,
-                                            const RunnerParams& params);
-
 inline AsyncRunner::AsyncRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params,
                                 Clock clock)
     : params_(params), clock_(std::move(clock)), state_(std::make_shared<State>()) {
@@ -203,6 +199,7 @@ inline void AsyncRunner::abandon_if_hung() {
   state_.reset();
 }
 
+/// Creates the runner for a mode.
 inline std::unique_ptr<SemanticRunner> make_runner(std::unique_ptr<SemanticProvider> provider,
                                                    const RunnerParams& params) {
   if (params.mode == RunnerMode::Async) return std::make_unique<AsyncRunner>(std::move(provider), params);

@@ -24,8 +24,6 @@ namespace dynfilter {
 /// Merges the instance masks of detections to one label image.
 /// CV_8UC1, 0: no object, else class id + 1, at most 255; 1 for an unknown class.
 /// Where masks overlap, the higher score wins. Masks of another size are skipped.
-cv::Mat merged_masks(const std::vector<Detection>& detections, cv::Size image);
-
 inline cv::Mat merged_masks(const std::vector<Detection>& detections, cv::Size image) {
   std::vector<const Detection*> order;
   for (const Detection& d : detections)
@@ -50,7 +48,13 @@ struct BoxMaskParams {
   static constexpr double kMaxStepShare = 0.02;
   int close_px = 4;  ///< Radius of gaps that are closed. Not a key: code sets it.
 
-  static const FieldTable<BoxMaskParams>& fields();
+  static const FieldTable<BoxMaskParams>& fields() {
+    using P = BoxMaskParams;
+    static const FieldTable<P> table{
+        words("classes", &P::classes, "names of the classes with masks; empty: all classes"),
+    };
+    return table;
+  }
 };
 
 /// Creates masks from boxes and a depth image: the person, without the wall behind. The depths of each box
@@ -114,14 +118,6 @@ class BoxMaskProvider final : public SemanticProvider {
   std::unique_ptr<SemanticProvider> detector_;
   BoxMasks masks_;
 };
-
-inline const FieldTable<BoxMaskParams>& BoxMaskParams::fields() {
-  using P = BoxMaskParams;
-  static const FieldTable<P> table{
-      words("classes", &P::classes, "names of the classes with masks; empty: all classes"),
-  };
-  return table;
-}
 
 inline BoxMasks::BoxMasks(BoxMaskParams params) : params_(std::move(params)) {
   check_parameters(params_, "box_masks");

@@ -148,7 +148,26 @@ struct ObjectRegionParams {
   /// Largest age of objects; objects of an older frame are carried to this one up to this age.
   static constexpr int kMaxAgeFrames = 30;
 
-  static const FieldTable<ObjectRegionParams>& fields();
+  static const FieldTable<ObjectRegionParams>& fields() {
+    using P = ObjectRegionParams;
+    static const FieldTable<P> table{
+        choice("objects", &P::objects,
+               {{"boxes", ObjectSource::Boxes},
+                {"instances", ObjectSource::Instances},
+                {"mask", ObjectSource::Mask},
+                {"components", ObjectSource::Components}},
+               "boxes and instances use the detections, mask is one object, components uses its connected "
+               "components"),
+        words("classes", &P::classes,
+              "names of the classes that are used, for boxes and instances; empty: all classes"),
+        words("except_classes", &P::except_classes,
+              "names of the classes that are excluded, for boxes and instances"),
+        real("near_px", &P::near_px, "px", {0, 200},
+             "distance from the object up to which votes count for it"),
+        box_refinement("refine", &P::refine),
+    };
+    return table;
+  }
 };
 
 /// Features of an object, both lists in increasing order.
@@ -198,26 +217,6 @@ class ObjectRegions {
   MaskComponents components_;
   BoxScratch scratch_;
 };
-
-inline const FieldTable<ObjectRegionParams>& ObjectRegionParams::fields() {
-  using P = ObjectRegionParams;
-  static const FieldTable<P> table{
-      choice("objects", &P::objects,
-             {{"boxes", ObjectSource::Boxes},
-              {"instances", ObjectSource::Instances},
-              {"mask", ObjectSource::Mask},
-              {"components", ObjectSource::Components}},
-             "boxes and instances use the detections, mask is one object, components uses its connected "
-             "components"),
-      words("classes", &P::classes,
-            "names of the classes that are used, for boxes and instances; empty: all classes"),
-      words("except_classes", &P::except_classes,
-            "names of the classes that are excluded, for boxes and instances"),
-      real("near_px", &P::near_px, "px", {0, 200}, "distance from the object up to which votes count for it"),
-      box_refinement("refine", &P::refine),
-  };
-  return table;
-}
 
 inline void ObjectRegions::find(const Evidence& evidence, const ObjectRegionParams& params, Votes& votes,
                                 ObjectVisitor& visitor) {
