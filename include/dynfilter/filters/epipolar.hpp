@@ -80,7 +80,10 @@ class EpipolarFilter final : public ParametricFilter<EpipolarFilter, EpipolarPar
 
   static bool has_fundamental(const TwoViewModel& model) { return model.F != Matrix9{}; }
 
-  static void note_model(const TwoViewModel& model, Votes& votes);
+  static void note_model(const TwoViewModel& model, Votes& votes) {
+    votes.note("model: ", to_string(model.kind), " (", to_string(model.reason), "), ", model.inliers, " of ",
+               model.seeds, " seeds");
+  }
 
   /// What max_distance_px is multiplied by in this frame, at least 1.
   double noise_factor(const Evidence& evidence, const Match& match, const TwoViewModel& model, bool by_line,
@@ -134,11 +137,6 @@ inline bool EpipolarFilter::collect_seeds(const Evidence& evidence, const Match&
   if (!evidence.any_prior()) return false;
   evidence.collect_seeds(match, true, seeds_);
   return static_cast<int>(seeds_.size()) > params_.min_seeds;
-}
-
-inline void EpipolarFilter::note_model(const TwoViewModel& model, Votes& votes) {
-  votes.note("model: ", to_string(model.kind), " (", to_string(model.reason), "), ", model.inliers, " of ",
-             model.seeds, " seeds");
 }
 
 inline double EpipolarFilter::noise_factor(const Evidence& evidence, const Match& match,

@@ -63,7 +63,10 @@ class MapPointBeliefFilter final : public ParametricFilter<MapPointBeliefFilter,
   Needs needs() const override {
     return {Input::MapPoints, Input::Mask | Input::Correspondence, params_.max_age_frames};
   }
-  void reset() override;
+  void reset() override {
+    beliefs_.clear();
+    last_mask_.reset();
+  }
   void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
@@ -80,16 +83,15 @@ class MapPointBeliefFilter final : public ParametricFilter<MapPointBeliefFilter,
   Belief* recent(std::int64_t point, std::int64_t now);
 
   /// Runs every 32 frames, so that its cost is negligible.
-  void forget(std::int64_t now);
+  void forget(std::int64_t now) {
+    if (now % 32 != 0) return;
+    for (auto it = beliefs_.begin(); it != beliefs_.end();)
+      it = now - it->second.seen > Params::kForgetFrames ? beliefs_.erase(it) : std::next(it);
+  }
 
   std::unordered_map<std::int64_t, Belief> beliefs_;
   std::optional<std::int64_t> last_mask_;
 };
-
-inline void MapPointBeliefFilter::reset() {
-  beliefs_.clear();
-  last_mask_.reset();
-}
 
 inline void MapPointBeliefFilter::apply(const Evidence& evidence, Votes& votes) {
   const FrameView& frame = evidence.frame();
@@ -133,12 +135,6 @@ inline MapPointBeliefFilter::Belief* MapPointBeliefFilter::recent(std::int64_t p
   if (now - known->second.seen <= Params::kForgetFrames) return &known->second;
   beliefs_.erase(known);
   return nullptr;
-}
-
-inline void MapPointBeliefFilter::forget(std::int64_t now) {
-  if (now % 32 != 0) return;
-  for (auto it = beliefs_.begin(); it != beliefs_.end();)
-    it = now - it->second.seen > Params::kForgetFrames ? beliefs_.erase(it) : std::next(it);
 }
 
 }  // namespace dynfilter

@@ -18,10 +18,6 @@ namespace detail {
 
 using RowMatrix3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-inline Eigen::Matrix3d to_eigen(const Matrix9& m) {
-  return Eigen::Map<const RowMatrix3d>(m.data());
-}
-
 inline Matrix9 to_array(const Eigen::Matrix3d& m) {
   Matrix9 out;
   Eigen::Map<RowMatrix3d>(out.data()) = m;

@@ -56,7 +56,11 @@ class RigidResidualModel {
   double chi2_of_exact_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
                               double current_z, const MatchSpread& spread) const;
   /// v of E = v v^T.
-  Eigen::Vector3d slide(const MatchSpread& spread) const;
+  Eigen::Vector3d slide(const MatchSpread& spread) const {
+    const double sigma_px =
+        noise_.pixel_sigma_px * std::sqrt(static_cast<double>(spread.along - spread.across));
+    return sigma_px * Eigen::Vector3d(spread.edge.x, spread.edge.y, spread.depth_per_px);
+  }
 
   /// r^T S^-1 r for the full S. With M = (I, -[q]x) and the blocks T, X, W of C, M C M^T = T + X[q]x +
   /// (X[q]x)^T - [q]x W [q]x. d(u, v, z)/dq is sparse. Scalar code takes half the time of the matrix form.
@@ -127,12 +131,6 @@ inline bool RigidResidualModel::predict(const cv::Point3f& reference, const cv::
   out.image_px = static_cast<float>(std::sqrt(r.x() * r.x() + r.y() * r.y()));
   out.depth_m = static_cast<float>(r.z());
   return true;
-}
-
-inline Eigen::Vector3d RigidResidualModel::slide(const MatchSpread& spread) const {
-  const double sigma_px =
-      noise_.pixel_sigma_px * std::sqrt(static_cast<double>(spread.along - spread.across));
-  return sigma_px * Eigen::Vector3d(spread.edge.x, spread.edge.y, spread.depth_per_px);
 }
 
 inline double RigidResidualModel::chi2_of_exact_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p,

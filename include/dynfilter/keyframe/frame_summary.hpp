@@ -116,18 +116,13 @@ inline double occupied_share(const FrameSummary& frame, int columns, int rows) {
          static_cast<double>(cells.size());
 }
 
-/// Connects two frames that share at least `min_shared` points. They must also share at least `min_share` of
-/// the smaller point list. The lists are ascending. Cost: n^2 merges.
+/// Connects two frames that share at least `min_shared` points. The lists are ascending. Cost: n^2 merges.
 inline Graph covisibility_graph(const std::vector<const std::vector<std::int64_t>*>& points,
-                                std::size_t min_shared, double min_share = 0) {
+                                std::size_t min_shared) {
   Graph graph(points.size());
   for (Graph::Vertex a = 0; a < points.size(); ++a)
-    for (Graph::Vertex b = a + 1; b < points.size(); ++b) {
-      const std::size_t shared = shared_points(*points[a], *points[b]);
-      const auto fewer = static_cast<double>(std::min(points[a]->size(), points[b]->size()));
-      if (shared >= std::max<std::size_t>(1, min_shared) && static_cast<double>(shared) >= min_share * fewer)
-        graph.connect(a, b);
-    }
+    for (Graph::Vertex b = a + 1; b < points.size(); ++b)
+      if (shared_points(*points[a], *points[b]) >= std::max<std::size_t>(1, min_shared)) graph.connect(a, b);
   return graph;
 }
 

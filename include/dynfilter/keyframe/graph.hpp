@@ -30,7 +30,10 @@ class Graph {
   void connect(Vertex a, Vertex b);
 
  private:
-  void insert(Vertex at, Vertex v);
+  void insert(Vertex at, Vertex v) {
+    std::vector<Vertex>& list = neighbours_[at];
+    list.insert(std::lower_bound(list.begin(), list.end(), v), v);
+  }
 
   std::vector<std::vector<Vertex>> neighbours_;
   std::size_t edges_ = 0;
@@ -44,21 +47,11 @@ inline std::size_t count(const VertexSet& set) {
   return static_cast<std::size_t>(std::count(set.begin(), set.end(), std::uint8_t{1}));
 }
 
-/// Component number of each vertex of the whole graph.
-inline std::vector<int> components(const Graph& graph) {
-  return components(graph, VertexSet(graph.size(), 1));
-}
-
 inline void Graph::connect(Vertex a, Vertex b) {
   if (a == b || connected(a, b)) return;
   insert(a, b);
   insert(b, a);
   ++edges_;
-}
-
-inline void Graph::insert(Vertex at, Vertex v) {
-  std::vector<Vertex>& list = neighbours_[at];
-  list.insert(std::lower_bound(list.begin(), list.end(), v), v);
 }
 
 /// Component number of each vertex of `within`, in the order of the lowest vertices; -1 outside. Linear.
@@ -82,6 +75,11 @@ inline std::vector<int> components(const Graph& graph, const VertexSet& within) 
     ++found;
   }
   return component;
+}
+
+/// Component number of each vertex of the whole graph.
+inline std::vector<int> components(const Graph& graph) {
+  return components(graph, VertexSet(graph.size(), 1));
 }
 
 /// True if any two vertices of `set` that the graph connects are connected within `set`.

@@ -50,7 +50,9 @@ class PoseChangeSelector final : public KeyframeSelector {
   static constexpr const char* kName = "pose_change";
 
   /// Throws ConfigError if a parameter is out of range.
-  explicit PoseChangeSelector(const PoseChangeParams& params = PoseChangeParams());
+  explicit PoseChangeSelector(const PoseChangeParams& params = PoseChangeParams()) : params_(params) {
+    check_parameters(params_);
+  }
 
   std::string name() const override { return kName; }
 
@@ -72,10 +74,6 @@ class PoseChangeSelector final : public KeyframeSelector {
   PoseChangeParams params_;
   std::optional<Last> last_;
 };
-
-inline PoseChangeSelector::PoseChangeSelector(const PoseChangeParams& params) : params_(params) {
-  check_parameters(params_);
-}
 
 inline std::vector<SelectedFrame> PoseChangeSelector::choose(const FrameSummary& frame) {
   std::vector<std::int64_t> points = sorted_points(frame.points);

@@ -49,17 +49,10 @@ struct DepthRange {
 namespace detail {
 
 /// Depths [m] of `n` pixels, 0 without depth. Comparisons with NaN are false.
-DYNFILTER_AS_CALLER inline void read_depths(const std::uint16_t* depth, int n, float unit_m, DepthRange range,
-                                            float* z) {
+template <class T>
+DYNFILTER_AS_CALLER inline void read_depths(const T* depth, int n, float unit_m, DepthRange range, float* z) {
   for (int i = 0; i < n; ++i) {
-    const float v = static_cast<float>(static_cast<int>(depth[i])) * unit_m;
-    z[i] = static_cast<int>(v >= range.min_m) & static_cast<int>(v <= range.max_m) ? v : 0.0F;
-  }
-}
-DYNFILTER_AS_CALLER inline void read_depths(const float* depth, int n, float unit_m, DepthRange range,
-                                            float* z) {
-  for (int i = 0; i < n; ++i) {
-    const float v = depth[i] * unit_m;
+    const float v = static_cast<float>(depth[i]) * unit_m;
     z[i] = static_cast<int>(v >= range.min_m) & static_cast<int>(v <= range.max_m) ? v : 0.0F;
   }
 }

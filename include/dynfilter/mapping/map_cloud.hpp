@@ -35,7 +35,11 @@ class SourceCollector {
 
   /// Positions of a map's voxels in the cloud. `begin`: position of the first one in `order`.
   static std::vector<std::uint32_t> places(const VoxelMap& map, const std::vector<std::uint32_t>& order,
-                                           std::size_t begin);
+                                           std::size_t begin) {
+    std::vector<std::uint32_t> place(map.size(), kHidden);
+    for (const std::uint32_t i : order) place[i] = static_cast<std::uint32_t>(begin++);
+    return place;
+  }
   /// `keyframe`: increasing numbers.
   void add(const VoxelMap& map, const std::vector<std::uint32_t>& place,
            const std::vector<WorldPoint>& points, std::uint32_t keyframe);
@@ -75,14 +79,6 @@ inline void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& 
     cloud.colours.emplace_back(mean(0), mean(1), mean(2));
     cloud.classes.push_back(VoxelKey::label(map.keys()[i]));
   }
-}
-
-inline std::vector<std::uint32_t> SourceCollector::places(const VoxelMap& map,
-                                                          const std::vector<std::uint32_t>& order,
-                                                          std::size_t begin) {
-  std::vector<std::uint32_t> place(map.size(), kHidden);
-  for (const std::uint32_t i : order) place[i] = static_cast<std::uint32_t>(begin++);
-  return place;
 }
 
 inline void SourceCollector::add(const VoxelMap& map, const std::vector<std::uint32_t>& place,

@@ -84,7 +84,11 @@ struct LineTerms {
 /// and Prazdny (1980).
 class ViewFlowModel {
  public:
-  explicit ViewFlowModel(const ViewMotion& motion);  ///< of points that follow this motion
+  /// Of points that follow this motion.
+  explicit ViewFlowModel(const ViewMotion& motion)
+      : c_(motion.direction), f_(motion.focal_px), baseline_(motion.has_baseline()) {
+    rotation_matrix(motion.rotation_rad);
+  }
 
   ViewFlow operator()(const ViewPair& p) const {
     using Turned = detail::TurnedPoint<double>;
@@ -108,11 +112,6 @@ class ViewFlowModel {
   double f_;
   bool baseline_;
 };
-
-inline ViewFlowModel::ViewFlowModel(const ViewMotion& motion)
-    : c_(motion.direction), f_(motion.focal_px), baseline_(motion.has_baseline()) {
-  rotation_matrix(motion.rotation_rad);
-}
 
 inline void ViewFlowModel::rotation_matrix(const std::array<double, 3>& w) {
   const double angle2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2], angle = std::sqrt(angle2);

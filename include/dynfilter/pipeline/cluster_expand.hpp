@@ -66,7 +66,11 @@ class ClusterExpandStage final : public ParametricCombinator<ClusterExpandStage,
   static constexpr const char* kDynamic =
       "if the stage votes dynamic, or enough of its neighbours are dynamic";
 
-  Needs needs() const override;
+  Needs needs() const override {
+    Needs all = Combinator::needs();
+    if (params_.space != ExpandSpace::Image) all.optional = all.optional | Input::Depth | Input::Camera;
+    return all;
+  }
 
  protected:
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
@@ -93,12 +97,6 @@ class ClusterExpandStage final : public ParametricCombinator<ClusterExpandStage,
   std::vector<cv::Point2f> seeds_px_;
   std::vector<cv::Point3f> flat_;
 };
-
-inline Needs ClusterExpandStage::needs() const {
-  Needs all = Combinator::needs();
-  if (params_.space != ExpandSpace::Image) all.optional = all.optional | Input::Depth | Input::Camera;
-  return all;
-}
 
 inline void ClusterExpandStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                        Judgement& out) {

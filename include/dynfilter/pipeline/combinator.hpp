@@ -30,11 +30,17 @@ class Combinator : public Stage {
   void reset() override {
     for (auto& child : children_) child->reset();
   }
-  void for_each(const std::function<void(const Stage&, int)>& visit, int depth = 0) const override;
+  void for_each(const std::function<void(const Stage&, int)>& visit, int depth = 0) const override {
+    visit(*this, depth);
+    for (const auto& child : children_) child->for_each(visit, depth + 1);
+  }
 
  protected:
   /// Sets the vote, suspicion and reasons of feature i.
-  static void set(Judgement& out, std::size_t i, Vote vote, float suspicion, std::uint64_t reasons);
+  static void set(Judgement& out, std::size_t i, Vote vote, float suspicion, std::uint64_t reasons) {
+    out.votes.cast(i, vote, suspicion);
+    out.reasons[i] = vote == Vote::Dynamic ? reasons : 0;
+  }
   /// The bit of the combinator's own report, for decisions that come from no child.
   static std::uint64_t own_reason(std::size_t self) { return self < 64 ? std::uint64_t{1} << self : 0; }
 
@@ -65,17 +71,6 @@ inline Needs Combinator::needs() const {
     all.history_frames = std::max(all.history_frames, needs.history_frames);
   }
   return all;
-}
-
-inline void Combinator::for_each(const std::function<void(const Stage&, int)>& visit, int depth) const {
-  visit(*this, depth);
-  for (const auto& child : children_) child->for_each(visit, depth + 1);
-}
-
-inline void Combinator::set(Judgement& out, std::size_t i, Vote vote, float suspicion,
-                            std::uint64_t reasons) {
-  out.votes.cast(i, vote, suspicion);
-  out.reasons[i] = vote == Vote::Dynamic ? reasons : 0;
 }
 
 }  // namespace dynfilter

@@ -48,7 +48,11 @@ class DepthLayersStage final : public ParametricCombinator<DepthLayersStage, Dep
       "splits the stage's dynamic features by depth; large layers are filled, small ones become unknown";
   static constexpr const char* kDynamic = "if it is among the dynamic features of one depth layer";
 
-  Needs needs() const override;
+  Needs needs() const override {
+    Needs all = Combinator::needs();
+    all.optional = all.optional | Input::Depth;
+    return all;
+  }
 
  protected:
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
@@ -58,7 +62,11 @@ class DepthLayersStage final : public ParametricCombinator<DepthLayersStage, Dep
     float left = std::numeric_limits<float>::max(), top = left, right = -left, bottom = -left;
     float nearest_m = 0, farthest_m = 0;
 
-    void add(const cv::Point2f& px);  ///< a feature at `px`
+    /// A feature at `px`.
+    void add(const cv::Point2f& px) {
+      left = std::min(left, px.x), right = std::max(right, px.x);
+      top = std::min(top, px.y), bottom = std::max(bottom, px.y);
+    }
     bool holds(const cv::Point2f& px, float z_m) const {
       return px.x >= left && px.x <= right && px.y >= top && px.y <= bottom && z_m >= nearest_m &&
              z_m <= farthest_m;
@@ -71,12 +79,6 @@ class DepthLayersStage final : public ParametricCombinator<DepthLayersStage, Dep
   std::vector<std::size_t> order_;
   std::vector<Layer> layers_;
 };
-
-inline Needs DepthLayersStage::needs() const {
-  Needs all = Combinator::needs();
-  all.optional = all.optional | Input::Depth;
-  return all;
-}
 
 inline void DepthLayersStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                      Judgement& out) {
@@ -96,11 +98,6 @@ inline void DepthLayersStage::decide(FrameEvidence& evidence, StageReports& repo
       set(out, i, Vote::Dynamic, std::max(out.votes.suspicion(i), 0.75F), own_reason(self));
     if (!inside && out.votes[i] == Vote::Dynamic) set(out, i, Vote::Unknown, Votes::kNoIdea, 0);
   }
-}
-
-inline void DepthLayersStage::Layer::add(const cv::Point2f& px) {
-  left = std::min(left, px.x), right = std::max(right, px.x);
-  top = std::min(top, px.y), bottom = std::max(bottom, px.y);
 }
 
 inline void DepthLayersStage::find_layers(FrameEvidence& evidence, const Votes& votes) {

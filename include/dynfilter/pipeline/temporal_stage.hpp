@@ -48,7 +48,11 @@ class TemporalStage final : public ParametricCombinator<TemporalStage, TemporalP
   static constexpr const char* kDynamic = "if the belief is above the threshold";
 
   Needs needs() const override;
-  void reset() override;
+  void reset() override {
+    Combinator::reset();
+    points_.clear();
+    odds_.clear();
+  }
 
  protected:
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
@@ -74,12 +78,6 @@ inline Needs TemporalStage::needs() const {
   all.optional = all.optional | Input::MapPoints | Input::Correspondence;
   all.history_frames = std::max(all.history_frames, 1);
   return all;
-}
-
-inline void TemporalStage::reset() {
-  Combinator::reset();
-  points_.clear();
-  odds_.clear();
 }
 
 inline void TemporalStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,

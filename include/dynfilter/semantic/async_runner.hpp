@@ -44,7 +44,10 @@ class AsyncRunner final : public SemanticRunner {
   Result latest() override;
   RunnerStatus status() override;
   void reset() override;
-  static double steady_s();  ///< the steady clock of the system [s]
+  /// The steady clock of the system [s].
+  static double steady_s() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  }
 
  private:
   /// Shared by the runner and the worker. Protected by the mutex, except the worker's own members.
@@ -143,10 +146,6 @@ inline void AsyncRunner::reset() {
   state_->waiting = false;
   state_->latest.reset();
   ++state_->epoch;
-}
-
-inline double AsyncRunner::steady_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 inline void AsyncRunner::work(State& state) {

@@ -66,7 +66,9 @@ struct BoxMaskParams {
 /// linear in the pixels of the boxes, about 1 ms for a box of half the image.
 class BoxMasks {
  public:
-  explicit BoxMasks(BoxMaskParams params = BoxMaskParams());
+  explicit BoxMasks(BoxMaskParams params = BoxMaskParams()) : params_(std::move(params)) {
+    check_parameters(params_, "box_masks");
+  }
 
   /// Adds a mask (CV_8UC1, 255 inside) to each selected detection without one. `depth`: CV_32FC1 or CV_16UC1
   /// in units of `unit_m`, in the pixels of the boxes. Any other type adds no mask.
@@ -118,10 +120,6 @@ class BoxMaskProvider final : public SemanticProvider {
   std::unique_ptr<SemanticProvider> detector_;
   BoxMasks masks_;
 };
-
-inline BoxMasks::BoxMasks(BoxMaskParams params) : params_(std::move(params)) {
-  check_parameters(params_, "box_masks");
-}
 
 inline void BoxMasks::add(std::vector<Detection>& detections, const cv::Mat& depth, double unit_m) {
   if (depth.empty() || (depth.type() != CV_32FC1 && depth.type() != CV_16UC1)) return;

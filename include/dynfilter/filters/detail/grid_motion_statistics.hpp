@@ -39,7 +39,12 @@ struct GmsParams {
 class GridMotionStatistics {
  public:
   /// Throws ConfigError for parameters out of range.
-  explicit GridMotionStatistics(const GmsParams& params = GmsParams());
+  explicit GridMotionStatistics(const GmsParams& params = GmsParams()) : params_(params) {
+    if (params_.grid_cells < 0 || params_.grid_cells > 40)
+      throw ConfigError("grid_cells", "expected 0 to 40");
+    if (!(params_.matches_per_cell > 0)) throw ConfigError("matches_per_cell", "expected more than 0");
+    if (!(params_.factor >= 0)) throw ConfigError("factor", "expected >= 0");
+  }
   const GmsParams& params() const { return params_; }
 
   /// `first[i]` and `second[i]` [px] match where `valid[i]` is not 0; an empty `valid` means all.
@@ -49,7 +54,11 @@ class GridMotionStatistics {
                   std::vector<std::uint8_t>& kept);
 
   /// Cells per side for this number of matches.
-  int cells_for(std::size_t matches) const;
+  int cells_for(std::size_t matches) const {
+    if (params_.grid_cells > 0) return params_.grid_cells;
+    const double cells = std::sqrt(static_cast<double>(matches) / params_.matches_per_cell);
+    return static_cast<int>(std::clamp(std::round(cells), 4.0, 20.0));
+  }
 
  private:
   static std::size_t square(int side) {
@@ -76,7 +85,11 @@ class GridMotionStatistics {
   /// Sums the matches of the 3 x 3 cells around each cell.
   void sum_around();
 
-  void verify_matches(const std::vector<std::uint16_t>& left);
+  void verify_matches(const std::vector<std::uint16_t>& left) {
+    const auto nowhere = static_cast<std::uint32_t>(cells_ * cells_);
+    for (std::size_t k = 0; k < left.size(); ++k)
+      if (agreed_[k] == 0 && left[k] != nowhere && supported(left[k], right_cell_[k])) agreed_[k] = 1;
+  }
   /// Judges only matches to the most frequent partner of their cell.
   void verify_cells(const std::vector<std::uint16_t>& left);
 
@@ -102,12 +115,6 @@ class GridMotionStatistics {
   std::vector<std::uint8_t> agreed_;
 };
 
-inline GridMotionStatistics::GridMotionStatistics(const GmsParams& params) : params_(params) {
-  if (params_.grid_cells < 0 || params_.grid_cells > 40) throw ConfigError("grid_cells", "expected 0 to 40");
-  if (!(params_.matches_per_cell > 0)) throw ConfigError("matches_per_cell", "expected more than 0");
-  if (!(params_.factor >= 0)) throw ConfigError("factor", "expected >= 0");
-}
-
 inline std::size_t GridMotionStatistics::run(Span<const cv::Point2f> first, const cv::Size& first_size,
                                              Span<const cv::Point2f> second, const cv::Size& second_size,
                                              Span<const std::uint8_t> valid,
@@ -131,12 +138,6 @@ inline std::size_t GridMotionStatistics::run(Span<const cv::Point2f> first, cons
   }
   for (std::size_t k = 0; k < n; ++k) kept[index_[k]] = agreed_[k];
   return static_cast<std::size_t>(std::count(agreed_.begin(), agreed_.end(), std::uint8_t{1}));
-}
-
-inline int GridMotionStatistics::cells_for(std::size_t matches) const {
-  if (params_.grid_cells > 0) return params_.grid_cells;
-  const double cells = std::sqrt(static_cast<double>(matches) / params_.matches_per_cell);
-  return static_cast<int>(std::clamp(std::round(cells), 4.0, 20.0));
 }
 
 inline void GridMotionStatistics::set_cells(int per_side) {
@@ -239,12 +240,6 @@ inline void GridMotionStatistics::sum_around() {
   for (std::size_t l = 1; l + 1 < cells; ++l) in_three_[l] = in_cell_[l - 1] + in_cell_[l] + in_cell_[l + 1];
   for (std::size_t l = size; l + size < cells; ++l)
     around_[l] = in_three_[l - size] + in_three_[l] + in_three_[l + size];
-}
-
-inline void GridMotionStatistics::verify_matches(const std::vector<std::uint16_t>& left) {
-  const auto nowhere = static_cast<std::uint32_t>(cells_ * cells_);
-  for (std::size_t k = 0; k < left.size(); ++k)
-    if (agreed_[k] == 0 && left[k] != nowhere && supported(left[k], right_cell_[k])) agreed_[k] = 1;
 }
 
 inline void GridMotionStatistics::verify_cells(const std::vector<std::uint16_t>& left) {

@@ -51,8 +51,14 @@ class MaskComponents {
   /// Joins each run with the touching runs of the row above.
   void join(int row);
 
-  std::size_t root(std::size_t k);
-  void unite(std::size_t a, std::size_t b);
+  std::size_t root(std::size_t k) {
+    while (runs_[k].component != k) k = runs_[k].component = runs_[runs_[k].component].component;
+    return k;
+  }
+  void unite(std::size_t a, std::size_t b) {
+    a = root(a), b = root(b);
+    runs_[std::max(a, b)].component = static_cast<std::uint32_t>(std::min(a, b));
+  }
   /// Numbers the components. A root precedes all other runs of its component.
   void number();
 
@@ -104,16 +110,6 @@ inline void MaskComponents::join(int row) {
     while (above < begin && runs_[above].to < runs_[here].from - 1) ++above;
     for (std::size_t k = above; k < begin && runs_[k].from <= runs_[here].to + 1; ++k) unite(k, here);
   }
-}
-
-inline std::size_t MaskComponents::root(std::size_t k) {
-  while (runs_[k].component != k) k = runs_[k].component = runs_[runs_[k].component].component;
-  return k;
-}
-
-inline void MaskComponents::unite(std::size_t a, std::size_t b) {
-  a = root(a), b = root(b);
-  runs_[std::max(a, b)].component = static_cast<std::uint32_t>(std::min(a, b));
 }
 
 inline void MaskComponents::number() {
@@ -209,7 +205,9 @@ class ObjectRegions {
   void find_components(const Evidence& evidence, const MaskLookup& mask, const ObjectRegionParams& params,
                        const LateResult& late, ObjectVisitor& visitor);
 
-  cv::Point2f flow_on(const MaskLookup& mask, const LateResult& late);
+  cv::Point2f flow_on(const MaskLookup& mask, const LateResult& late) {
+    return late.median_flow([&](const cv::Point2f& px) { return mask.at(px); }, scratch_.x, scratch_.y);
+  }
 
   ObjectRegion object_;                           ///< of one detection or mask
   std::vector<ObjectRegion> components_of_mask_;  ///< those after the last one only keep their memory
@@ -298,10 +296,6 @@ inline void ObjectRegions::find_components(const Evidence& evidence, const MaskL
     components_.around(then, params.near_px, [&](int c) { add(object(c).near); });
   }
   for (std::size_t c = 0; c < count; ++c) visitor.visit(components_of_mask_[c]);
-}
-
-inline cv::Point2f ObjectRegions::flow_on(const MaskLookup& mask, const LateResult& late) {
-  return late.median_flow([&](const cv::Point2f& px) { return mask.at(px); }, scratch_.x, scratch_.y);
 }
 
 }  // namespace dynfilter
