@@ -74,6 +74,9 @@ class Votes {
   std::size_t count_prior() const {
     return static_cast<std::size_t>(std::count(prior_.begin(), prior_.end(), std::uint8_t{1}));
   }
+  bool operator==(const Votes& o) const {
+    return vote_ == o.vote_ && suspicion_ == o.suspicion_ && prior_ == o.prior_;
+  }
 
  private:
   std::vector<Vote> vote_;
