@@ -57,7 +57,7 @@ double share_found(const RenderedFrame& frame, const Camera& camera) {
 
 TEST_CASE("the right image shows each point at its disparity; the left one does not change") {
   SequenceRenderer stereo(with_right("static_desk"));
-  CHECK(stereo.camera().baseline_fx_px_m / stereo.camera().fx_px == doctest::Approx(0.11));
+  CHECK(stereo.camera().baseline_m() == doctest::Approx(0.11));
   const RenderedFrame frame = stereo.frame(2);
   REQUIRE(frame.right.size() == frame.colour.size());
   CHECK(share_found(frame, stereo.camera()) > 0.85);
@@ -80,7 +80,7 @@ TEST_CASE("a street: KITTI's camera, depth to 100 m, boxes of parked cars, nothi
   options.detector.missed_share = 0;
   SequenceRenderer renderer(options);
   CHECK(renderer.rate_hz() == 10);
-  CHECK(renderer.camera().baseline_fx_px_m / renderer.camera().fx_px == doctest::Approx(0.54));
+  CHECK(renderer.camera().baseline_m() == doctest::Approx(0.54));
   CHECK(renderer.camera().fx_px == 718);
   const RenderedFrame frame = renderer.frame(1);
   CHECK(frame.colour.size() == cv::Size(1241, 376));

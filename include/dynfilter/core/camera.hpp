@@ -15,6 +15,8 @@ struct Camera {
   int width_px = 0, height_px = 0;     ///< 0: any size
 
   bool valid() const { return fx_px > 0 && fy_px > 0; }  ///< whether it has focal lengths
+  /// Stereo baseline [m]; 0: not a stereo camera.
+  double baseline_m() const { return fx_px > 0 ? baseline_fx_px_m / fx_px : 0; }
   bool distorted() const { return distortion != std::array<double, 5>{}; }  ///< any coefficient is not 0
   bool operator==(const Camera& o) const {
     return fx_px == o.fx_px && fy_px == o.fy_px && cx_px == o.cx_px && cy_px == o.cy_px &&

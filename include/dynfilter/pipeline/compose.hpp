@@ -24,9 +24,8 @@ struct ClusterExpandParams;
 struct DepthLayersParams;
 struct TemporalParams;
 
-/// Wraps a filter. `path` names it in errors and reports.
-StagePtr stage(std::unique_ptr<Filter> filter, std::string path);
-StagePtr stage(std::unique_ptr<Filter> filter);  ///< the same with the filter's name
+/// Wraps a filter. `path` names it in errors and reports; empty: the filter's name.
+StagePtr stage(std::unique_ptr<Filter> filter, std::string path = "");
 /// A stage with a new filter of type F. Throws ConfigError for invalid parameters.
 template <class F>
 StagePtr stage(typename F::Params params = typename F::Params()) {

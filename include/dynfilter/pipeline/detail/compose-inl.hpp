@@ -17,11 +17,8 @@
 namespace dynfilter {
 
 DYNFILTER_INLINE StagePtr stage(std::unique_ptr<Filter> filter, std::string path) {
+  if (path.empty()) path = filter->name();
   return std::make_unique<FilterStage>(std::move(filter), std::move(path));
-}
-DYNFILTER_INLINE StagePtr stage(std::unique_ptr<Filter> filter) {
-  std::string path = filter->name();
-  return stage(std::move(filter), std::move(path));
 }
 
 namespace detail {
