@@ -12,6 +12,8 @@ namespace dynfilter {
 /// Applies the threshold of Otsu (1979) to inverse depths. Sorts `inverse` [1/m].
 /// The means must differ by at least 15 %, and the near side must have 10 % of the samples.
 /// Otherwise, and for fewer than 8 samples, there is one surface and the result is infinity.
+double nearer_surface_m(std::vector<float>& inverse);
+
 inline double nearer_surface_m(std::vector<float>& inverse) {
   constexpr double kAll = std::numeric_limits<double>::infinity();
   if (inverse.size() < 8) return kAll;

@@ -15,6 +15,11 @@ namespace dynfilter {
 
 /// Creates a selector by name with its default parameters.
 /// Throws ConfigError with the known names.
+std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name);
+
+/// The same with the parameters of a YAML map, or the defaults without one. Throws as above.
+std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name, const YamlNode& node);
+
 inline std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name) {
   if (name == PoseChangeSelector::kName) return std::make_unique<PoseChangeSelector>();
   if (name == VertexCoverSelector::kName) return std::make_unique<VertexCoverSelector>();
@@ -22,7 +27,6 @@ inline std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::strin
       "", unknown_name("keyframe selector", name, {PoseChangeSelector::kName, VertexCoverSelector::kName}));
 }
 
-/// The same with the parameters of a YAML map, or the defaults without one. Throws as above.
 inline std::unique_ptr<KeyframeSelector> make_keyframe_selector(const std::string& name,
                                                                 const YamlNode& node) {
   if (node.is_none()) return make_keyframe_selector(name);
