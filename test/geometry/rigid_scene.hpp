@@ -62,16 +62,6 @@ struct RigidScene {
     for (int i = begin; i < end; ++i) current[i] = measure(extra * truth, points_[i]);
   }
 
-  /// The first n points become a person-sized patch in the middle.
-  /// It has the additional motion `extra`.
-  void compact_mover(int n, const dynfilter::Pose& extra) {
-    for (int i = 0; i < n; ++i) {
-      points_[i] = ray_within({280, 360}, {160, 320}, {1.8, 2.0});
-      reference[i] = noisy_depth(points_[i]);
-      current[i] = measure(extra * truth, points_[i]);
-    }
-  }
-
  private:
   struct Range {
     double low, high;

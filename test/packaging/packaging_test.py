@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""CITATION.cff, and the recipes for vcpkg (docs/how-to/install.md) and Conan.  packaging_test.py SOURCE CMAKE"""
+"""CITATION.cff, and the recipes for vcpkg and Conan.  packaging_test.py SOURCE CMAKE"""
 import json
 import pathlib
 import re
@@ -32,12 +32,6 @@ CFF_KNOWN = CFF_REQUIRED | {
     "preferred-citation", "references", "repository", "repository-artifact", "repository-code", "type", "url", "version"}
 
 
-def block(language, holds):
-    page = (ROOT / "docs/how-to/install.md").read_text()
-    (text,) = [found for found in re.findall(rf"^```{language}\n(.*?)^```$", page, re.M | re.S) if holds in found]
-    return text
-
-
 def wanted_packages():
     files = "".join((ROOT / "cmake" / name).read_text() for name in ("components.cmake", "detectors.cmake"))
     packages = set(re.findall(r"^ *find_package\((\w+)", files, re.M)) - {"Threads"}
@@ -64,14 +58,14 @@ class Citation(unittest.TestCase):
 
 class Vcpkg(unittest.TestCase):
     def test_manifest(self):
-        manifest = json.loads(block("json", '"name": "dynfilter"'))
+        manifest = json.loads((ROOT / "cmake/vcpkg/vcpkg.json").read_text())
         self.assertEqual((manifest["version"], manifest["license"]), (VERSION, "MIT"))
         names = {name if isinstance(name, str) else name["name"] for name in manifest["dependencies"]}
         tools = {name for name in names if name.startswith("vcpkg-")}
         self.assertEqual(names - tools, {NAMES[package][0] for package in wanted_packages()})
 
     def test_portfile(self):
-        port = block("cmake", "vcpkg_from_git")
+        port = (ROOT / "cmake/vcpkg/portfile.cmake").read_text()
         options = re.findall(r"-D(\w+)=", port)
         self.assertIn("DYNFILTER_BUILD_TESTS", options)
         self.assertLessEqual(set(options), OPTIONS)

@@ -32,14 +32,13 @@ TEST_CASE("rigid motion: rows at every address score and add up to the same bits
   const geometry_test::RigidScene scene(203, 0.3, 5, 1);
   RigidPoints points;
   points.wide = false;
-  points.pack(geometry_test::camera(), {RigidResidualKind::ImageDepth, 1.0, DepthNoise()}, scene.reference,
-              scene.current, scene.all());
+  points.pack(geometry_test::camera(), {1.0, DepthNoise()}, scene.reference, scene.current, scene.all());
   const detail::RigidTransform T{scene.truth.R(), scene.truth.t()};
   float m[12];
   RigidPoints::to_float(T, m);
   const std::size_t end = points.stride;
   const float score = points.block_score(m, 1 / 11.34F, 0, end);
-  const detail::RigidNormal normal = accumulate_rigid(points, RobustLoss::Cauchy, 12.25, points.count, T);
+  const detail::RigidNormal normal = accumulate_rigid(points, 12.25, points.count, T);
   CHECK(score > 20.0F);
   for (std::size_t more = 0; more < 32 / sizeof(float); ++more) {
     CAPTURE(more);
@@ -47,7 +46,7 @@ TEST_CASE("rigid motion: rows at every address score and add up to the same bits
     for (const bool wide : {false, true}) {
       apart.wide = wide;
       CHECK(apart.block_score(m, 1 / 11.34F, 0, end) == score);
-      const detail::RigidNormal found = accumulate_rigid(apart, RobustLoss::Cauchy, 12.25, points.count, T);
+      const detail::RigidNormal found = accumulate_rigid(apart, 12.25, points.count, T);
       CHECK(found.matrix() == normal.matrix());
       CHECK(found.gradient() == normal.gradient());
       CHECK(found.cost == normal.cost);

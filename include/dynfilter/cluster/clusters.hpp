@@ -26,7 +26,12 @@ struct Clusters {
   std::vector<std::uint8_t> core;   ///< 1 for core points, else 0
   int count = 0;
 
-  void reset(std::size_t n);  ///< n points, none of them in a cluster
+  /// N points, none of them in a cluster.
+  void reset(std::size_t n) {
+    label.assign(n, kNoise);
+    core.assign(n, 0);
+    count = 0;
+  }
   /// Renumbers the clusters in the order of their first points. Labels must be below `names`.
   void renumber(std::size_t names);
 
@@ -57,7 +62,10 @@ constexpr double kCellMargin = 1.00001;
 /// The smaller root becomes the parent, so the result does not depend on the order of unions.
 class DisjointSets {
  public:
-  void reset(std::size_t n);
+  void reset(std::size_t n) {
+    parent_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<std::uint32_t>(i);
+  }
   std::uint32_t find(std::uint32_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
@@ -75,12 +83,6 @@ class DisjointSets {
 
 }  // namespace detail
 
-inline void Clusters::reset(std::size_t n) {
-  label.assign(n, kNoise);
-  core.assign(n, 0);
-  count = 0;
-}
-
 inline void Clusters::renumber(std::size_t names) {
   numbers_.assign(names, kNoise);
   count = 0;
@@ -92,13 +94,6 @@ inline void Clusters::renumber(std::size_t names) {
   }
 }
 
-namespace detail {
-
-inline void DisjointSets::reset(std::size_t n) {
-  parent_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<std::uint32_t>(i);
-}
-
-}  // namespace detail
+namespace detail {}  // namespace detail
 
 }  // namespace dynfilter

@@ -25,10 +25,6 @@ struct CameraFile {
   std::string sensor;
 };
 
-/// Reads `Camera.fx fy cx cy` [px]. Optional keys are `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px],
-/// `fps`, `sensor` and `DepthMapFactor`. Other keys are ignored. Throws IoError.
-CameraFile read_camera(const std::filesystem::path& path);
-
 namespace detail {
 
 /// Reads only the flat `key: value` lines at the left margin. The rest of the file is ignored.
@@ -99,6 +95,8 @@ class CameraKeys {
 
 }  // namespace detail
 
+/// Reads `Camera.fx fy cx cy` [px]. Optional keys are `k1 k2 p1 p2 k3`, `bf` [px m], `width`, `height` [px],
+/// `fps`, `sensor` and `DepthMapFactor`. Other keys are ignored. Throws IoError.
 inline CameraFile read_camera(const std::filesystem::path& path) {
   const detail::CameraKeys keys(path);
   keys.check_type();

@@ -10,37 +10,14 @@
 
 namespace dynfilter {
 
-std::string lower_case(std::string text);
-
-/// Number of letters to change, add, remove or swap with a neighbour to turn `a` into `b`.
-/// This is the optimal string alignment distance. Case is ignored.
-std::size_t edit_distance(const std::string& a, const std::string& b);
-
-/// The name closest to `word`, if at most a third of its letters differ.
-/// Else the first name that begins with `word`, as `max_distance_px` with `max_dist`. Else "".
-std::string near_miss(const std::string& word, const std::vector<std::string>& names);
-
-/// Suffix for an error message: " (did you mean `limit`?)" or "".
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& names);
-
-// The texts of all errors about a name that is not known.
-
-/// "unknown key `x` (did you mean `y`?); known keys: y, z". `what` is singular: "key", "filter".
-std::string unknown_name(const std::string& what, const std::string& word,
-                         const std::vector<std::string>& known);
-
-/// "expected one of y, z, got `x` (did you mean `y`?)".
-std::string expected_one_of(const std::vector<std::string>& known, const std::string& word);
-
-/// The words with ", " between them.
-std::string joined(const std::vector<std::string>& words);
-
 /// ASCII letters only.
 inline std::string lower_case(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;
 }
 
+/// Number of letters to change, add, remove or swap with a neighbour to turn `a` into `b`.
+/// This is the optimal string alignment distance. Case is ignored.
 inline std::size_t edit_distance(const std::string& a, const std::string& b) {
   const std::string x = lower_case(a), y = lower_case(b);
   std::vector<std::size_t> before(y.size() + 1), last(y.size() + 1), row(y.size() + 1);
@@ -59,6 +36,8 @@ inline std::size_t edit_distance(const std::string& a, const std::string& b) {
   return last[y.size()];
 }
 
+/// The name closest to `word`, if at most a third of its letters differ.
+/// Else the first name that begins with `word`, as `max_distance_px` with `max_dist`. Else "".
 inline std::string near_miss(const std::string& word, const std::vector<std::string>& names) {
   // Longer words match no name, and the distance takes quadratic time.
   constexpr std::size_t kLongest = 100;
@@ -79,23 +58,29 @@ inline std::string near_miss(const std::string& word, const std::vector<std::str
   return "";
 }
 
+/// Suffix for an error message: " (did you mean `limit`?)" or "".
 inline std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
   const std::string nearest = near_miss(word, names);
   return nearest.empty() ? "" : " (did you mean `" + nearest + "`?)";
 }
 
+/// The words with ", " between them.
 inline std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
   return text;
 }
 
+// The texts of all errors about a name that is not known.
+
+/// "unknown key `x` (did you mean `y`?); known keys: y, z". `what` is singular: "key", "filter".
 inline std::string unknown_name(const std::string& what, const std::string& word,
                                 const std::vector<std::string>& known) {
   return "unknown " + what + " " + in_backticks(word) + did_you_mean(word, known) + "; known " + what +
          "s: " + (known.empty() ? "none" : joined(known));
 }
 
+/// "expected one of y, z, got `x` (did you mean `y`?)".
 inline std::string expected_one_of(const std::vector<std::string>& known, const std::string& word) {
   return "expected one of " + joined(known) + ", got " + in_backticks(word) + did_you_mean(word, known);
 }

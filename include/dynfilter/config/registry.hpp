@@ -7,9 +7,24 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {
+
+/// A filter F with the parameters P.
+template <class F, class P>
+class ParametricFilter : public NamedFilter<F> {
+ public:
+  using Params = P;
+  /// Throws ConfigError for a parameter out of range.
+  explicit ParametricFilter(Params params = Params()) : params_(std::move(params)) {
+    check_parameters(params_, F::kName);
+  }
+
+ protected:
+  const Params params_;
+};
 
 /// Description of a filter, available without creating one. `dynfilter filters` and the docs print it.
 struct FilterCard {

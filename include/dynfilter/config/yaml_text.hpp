@@ -25,6 +25,33 @@ struct YamlValue {
   Children children;  ///< in text order; keys are empty in a list and may repeat in a map
 };
 
+namespace detail {
+
+/// YAML has three line breaks of one byte or two, and the parser one.
+inline std::string with_lf_only(const std::string& text) {
+  std::string result;
+  result.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool before_lf = i + 1 < text.size() && text[i + 1] == '\n';
+    if (text[i] != '\r')
+      result += text[i];
+    else if (!before_lf)
+      result += '\n';
+  }
+  return result;
+}
+
+/// As OpenCV writes keys.
+inline bool is_settings_key(std::string_view key) {
+  const bool begins_with_digit = !key.empty() && key[0] >= '0' && key[0] <= '9';
+  return !begins_with_digit && std::all_of(key.begin(), key.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '.' || c == '-';
+  });
+}
+
+}  // namespace detail
+
 /// Reads the part of YAML that settings files use, in time linear in the text length. What it accepts has the
 /// meaning that YAML 1.1 (PyYAML) gives it; the rest is an error with line and column. Accepts maps and lists
 /// by indentation or in brackets, plain and quoted values on one line, and comments. Errors are anchors,
@@ -50,7 +77,11 @@ class YamlText {
   static constexpr std::size_t kMaxKeyBytes = 1024;
 
   /// The root is a map or a list; an empty text gives an empty map. Throws ConfigError.
-  static YamlValue read(const std::string& text);
+  static YamlValue read(const std::string& text) {
+    if (text.size() > kMaxBytes)
+      throw ConfigError("", "not valid YAML: expected at most " + std::to_string(kMaxBytes / 1024) + " kB");
+    return YamlText(detail::with_lf_only(text)).document();
+  }
 
  private:
   explicit YamlText(std::string text) : text_(std::move(text)) {}
@@ -62,7 +93,10 @@ class YamlText {
 
   // ---- characters
   [[noreturn]] void fail(const std::string& what) const { fail_at(place(at_), what); }
-  [[noreturn]] static void fail_at(Place place, const std::string& what);
+  [[noreturn]] static void fail_at(Place place, const std::string& what) {
+    throw ConfigError("", "not valid YAML: line " + std::to_string(place.line) + ", column " +
+                              std::to_string(place.column) + ": " + what);
+  }
   /// Of a byte in the current line.
   Place place(std::size_t at) const;
 
@@ -73,14 +107,27 @@ class YamlText {
   bool at_quote() const { return here() == '"' || here() == '\''; }
   std::size_t column() const { return at_ - line_start_; }
   bool at_comment() const { return here() == '#' && (column() == 0 || is_blank(text_[at_ - 1])); }
-  bool tab_before() const;
-  void skip_blanks();
-  void next_line();
+  bool tab_before() const {
+    return std::string_view(text_.data() + line_start_, column()).find('\t') != std::string_view::npos;
+  }
+  void skip_blanks() {
+    while (is_blank(here())) ++at_;
+    if (at_comment())
+      while (here() != '\n') ++at_;
+  }
+  void next_line() {
+    ++at_;
+    ++line_;
+    line_start_ = at_;
+  }
   bool starts_with(const char* word) const { return text_.compare(at_, 3, word) == 0; }
   bool at_marker() const {
     return column() == 0 && !at_end() && (starts_with("---") || starts_with("...")) && blank_or_end(3);
   }
-  void skip_rest_of_line();
+  void skip_rest_of_line() {
+    skip_blanks();
+    if (here() != '\n') fail("unexpected text after the value");
+  }
 
   /// Control characters and Unicode line breaks, comments included.
   void check_bytes();
@@ -100,7 +147,9 @@ class YamlText {
   // ---- by indentation
   bool at_list_item() const { return here() == '-' && blank_or_end(1); }
 
-  void check_depth(int depth) const;
+  void check_depth(int depth) const {
+    if (depth > kMaxDepth) fail("nested more than " + std::to_string(kMaxDepth) + " deep");
+  }
 
   /// Reads a block of lines with equal indentation, or a value of one line.
   YamlValue block(int depth);
@@ -113,7 +162,11 @@ class YamlText {
   YamlValue block_after_tag(bool tagged, int depth);
 
   /// True if the current line belongs to the block with this indentation.
-  bool same_indent(std::size_t indent) const;
+  bool same_indent(std::size_t indent) const {
+    if (at_end() || column() < indent) return false;
+    if (column() > indent) fail("unexpected indentation");
+    return true;
+  }
 
   /// True if this line has a `:` and a blank that end a key.
   bool at_key() const;
@@ -152,70 +205,11 @@ class YamlText {
   int line_ = 1;
 };
 
-namespace detail {
-
-/// YAML has three line breaks of one byte or two, and the parser one.
-inline std::string with_lf_only(const std::string& text) {
-  std::string result;
-  result.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool before_lf = i + 1 < text.size() && text[i + 1] == '\n';
-    if (text[i] != '\r')
-      result += text[i];
-    else if (!before_lf)
-      result += '\n';
-  }
-  return result;
-}
-
-/// As OpenCV writes keys.
-inline bool is_settings_key(std::string_view key) {
-  const bool begins_with_digit = !key.empty() && key[0] >= '0' && key[0] <= '9';
-  return !begins_with_digit && std::all_of(key.begin(), key.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '.' || c == '-';
-  });
-}
-
-}  // namespace detail
-
-inline YamlValue YamlText::read(const std::string& text) {
-  if (text.size() > kMaxBytes)
-    throw ConfigError("", "not valid YAML: expected at most " + std::to_string(kMaxBytes / 1024) + " kB");
-  return YamlText(detail::with_lf_only(text)).document();
-}
-
-inline void YamlText::fail_at(Place place, const std::string& what) {
-  throw ConfigError("", "not valid YAML: line " + std::to_string(place.line) + ", column " +
-                            std::to_string(place.column) + ": " + what);
-}
-
 inline YamlText::Place YamlText::place(std::size_t at) const {
   Place result{line_, 1};
   for (std::size_t i = line_start_; i < at && i < text_.size(); ++i)
     if (!is_utf8_continuation(text_[i])) ++result.column;
   return result;
-}
-
-inline bool YamlText::tab_before() const {
-  return std::string_view(text_.data() + line_start_, column()).find('\t') != std::string_view::npos;
-}
-
-inline void YamlText::skip_blanks() {
-  while (is_blank(here())) ++at_;
-  if (at_comment())
-    while (here() != '\n') ++at_;
-}
-
-inline void YamlText::next_line() {
-  ++at_;
-  ++line_;
-  line_start_ = at_;
-}
-
-inline void YamlText::skip_rest_of_line() {
-  skip_blanks();
-  if (here() != '\n') fail("unexpected text after the value");
 }
 
 inline void YamlText::check_bytes() {
@@ -305,10 +299,6 @@ inline void YamlText::end_document() {
   }
 }
 
-inline void YamlText::check_depth(int depth) const {
-  if (depth > kMaxDepth) fail("nested more than " + std::to_string(kMaxDepth) + " deep");
-}
-
 inline YamlValue YamlText::block(int depth) {
   check_depth(depth);
   const bool is_list = at_list_item(), is_map = !is_list && here() != '[' && here() != '{' && at_key();
@@ -359,12 +349,6 @@ inline YamlValue YamlText::block_after_tag(bool tagged, int depth) {
   YamlValue value = block(depth);
   if (tagged && value.kind != YamlValue::Kind::Map) fail_at(begin, "expected a map after the tag");
   return value;
-}
-
-inline bool YamlText::same_indent(std::size_t indent) const {
-  if (at_end() || column() < indent) return false;
-  if (column() > indent) fail("unexpected indentation");
-  return true;
 }
 
 inline bool YamlText::at_key() const {

@@ -26,22 +26,8 @@ constexpr bool is_utf8_continuation(char c) {
   return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;
 }
 
-/// Number of bytes at the begin that are UTF-8 without control characters, surrogates and non-characters.
-/// A tab is allowed.
-std::size_t printable_utf8_bytes(std::string_view text);
-
-/// Whether the first byte cannot begin or continue a character of UTF-8, as in paths of other encodings.
-bool is_of_other_encoding(std::string_view text);
-
 /// Columns of an error message for one text of a user.
 inline constexpr std::size_t kMostQuotedColumns = 60;
-
-/// The text as error messages quote it: between backticks, without control characters, and `...` instead of
-/// what is beyond kMostQuotedColumns.
-std::string in_backticks(std::string_view text);
-
-/// Without control characters, and with `...` in the middle if it has more than `most` bytes. `most` >= 16.
-std::string one_bounded_line(const std::string& text, std::size_t most);
 
 namespace detail {
 
@@ -67,6 +53,8 @@ inline std::size_t printable_utf8_character(std::string_view text) {
 
 }  // namespace detail
 
+/// Number of bytes at the begin that are UTF-8 without control characters, surrogates and non-characters.
+/// A tab is allowed.
 inline std::size_t printable_utf8_bytes(std::string_view text) {
   std::size_t i = 0;
   while (i < text.size()) {
@@ -77,6 +65,7 @@ inline std::size_t printable_utf8_bytes(std::string_view text) {
   return i;
 }
 
+/// Whether the first byte cannot begin or continue a character of UTF-8, as in paths of other encodings.
 inline bool is_of_other_encoding(std::string_view text) {
   const unsigned first = text.empty() ? 0U : static_cast<unsigned char>(text[0]);
   if (first < 0x80U) return false;
@@ -87,6 +76,8 @@ inline bool is_of_other_encoding(std::string_view text) {
   return false;
 }
 
+/// The text as error messages quote it: between backticks, without control characters, and `...` instead of
+/// what is beyond kMostQuotedColumns.
 inline std::string in_backticks(std::string_view text) {
   constexpr std::size_t kMostBytes = 4 * kMostQuotedColumns;  // of text that is not UTF-8, too
   std::size_t columns = 0, end = 0;
@@ -97,6 +88,7 @@ inline std::string in_backticks(std::string_view text) {
   return "`" + without_controls(std::string(text.substr(0, end))) + dots + "`";
 }
 
+/// Without control characters, and with `...` in the middle if it has more than `most` bytes. `most` >= 16.
 inline std::string one_bounded_line(const std::string& text, std::size_t most) {
   if (text.size() <= most) return without_controls(text);
   static constexpr std::string_view kDots = " ... ";

@@ -46,8 +46,6 @@ struct DescriptorMatchParams {
   int max_distance_bits = 64;  ///< Largest Hamming distance of a match. Not a key: code sets it.
   /// Largest ratio of the best to the second-best distance. Not a key: code sets it.
   double max_ratio = 0.9;
-  /// Accept only matches that are the best in both directions. Not a key: code sets it.
-  bool mutual = true;
 
   static const FieldTable<DescriptorMatchParams>& fields();
 };

@@ -71,10 +71,6 @@ inline void Correspondences::reset(std::size_t n) {
 /// range and NaN keypoints are not found. Nothing is found if the number of matches differs from the number
 /// of features. Several features may share a reference feature. Returns how many indices are out of range;
 /// -1, no match, does not count.
-std::size_t correspondences_from_host(const HostMatches& matches,
-                                      Span<const cv::KeyPoint> reference_keypoints, std::size_t current_count,
-                                      Correspondences& out);
-
 inline std::size_t correspondences_from_host(const HostMatches& matches,
                                              Span<const cv::KeyPoint> reference_keypoints,
                                              std::size_t current_count, Correspondences& out) {

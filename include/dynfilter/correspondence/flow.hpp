@@ -52,7 +52,10 @@ class FlowTracker {
  private:
   using Points = std::vector<cv::Point2f>;
 
-  static const FlowParams& checked(const FlowParams& params);
+  static const FlowParams& checked(const FlowParams& params) {
+    check_parameters(params, "flow");
+    return params;
+  }
 
   void collect(const cv::Size& size, Span<const cv::Point2f> current_px, Span<const cv::Point2f> guess);
 
@@ -67,8 +70,14 @@ class FlowTracker {
   void lucas_kanade(const ImagePyramid& a, const ImagePyramid& b, const Points& from, Points& to,
                     std::vector<MatchSpread>& spread);
 
-  void keep_inside(const cv::Size& size);
-  void keep_alike(const cv::Mat& current, const cv::Mat& reference);
+  void keep_inside(const cv::Size& size) {
+    keep([&](std::size_t k) { return status_[k] != 0 && detail::inside(to_[k], size, border()); });
+  }
+  void keep_alike(const cv::Mat& current, const cv::Mat& reference) {
+    keep([&](std::size_t k) {
+      return patches_(current, from_[k], reference, to_[k]) <= FlowLimits::kMaxResidual;
+    });
+  }
   void keep_returning(const ImagePyramid& current, const ImagePyramid& reference);
 
   template <class Test>
@@ -84,11 +93,6 @@ class FlowTracker {
   std::vector<MatchSpread> spread_, back_spread_;
   PatchResidual patches_;
 };
-
-inline const FlowParams& FlowTracker::checked(const FlowParams& params) {
-  check_parameters(params, "flow");
-  return params;
-}
 
 inline void FlowTracker::track(const ImagePyramid& current, const ImagePyramid& reference,
                                Span<const cv::Point2f> current_px, Span<const cv::Point2f> guess,
@@ -141,16 +145,6 @@ inline void FlowTracker::lucas_kanade(const ImagePyramid& a, const ImagePyramid&
   cv::calcOpticalFlowPyrLK(a.levels(), b.levels(), from, to, status_, cv::noArray(),
                            {params_.window_px, params_.window_px}, params_.levels, criteria,
                            cv::OPTFLOW_USE_INITIAL_FLOW, FlowLimits::kMinEigenvalue);
-}
-
-inline void FlowTracker::keep_inside(const cv::Size& size) {
-  keep([&](std::size_t k) { return status_[k] != 0 && detail::inside(to_[k], size, border()); });
-}
-
-inline void FlowTracker::keep_alike(const cv::Mat& current, const cv::Mat& reference) {
-  keep([&](std::size_t k) {
-    return patches_(current, from_[k], reference, to_[k]) <= FlowLimits::kMaxResidual;
-  });
 }
 
 inline void FlowTracker::keep_returning(const ImagePyramid& current, const ImagePyramid& reference) {

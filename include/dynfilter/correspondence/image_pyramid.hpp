@@ -105,8 +105,11 @@ class ImagePyramid {
   ImagePyramid() = default;
   ImagePyramid(const ImagePyramid&) = delete;
   ImagePyramid& operator=(const ImagePyramid&) = delete;
-  ImagePyramid(ImagePyramid&& other) noexcept;
-  ImagePyramid& operator=(ImagePyramid&& other) noexcept;
+  ImagePyramid(ImagePyramid&& other) noexcept { swap(other); }
+  ImagePyramid& operator=(ImagePyramid&& other) noexcept {
+    swap(other);
+    return *this;
+  }
 
   /// `grey` is CV_8UC1 of any size; any other type leaves the pyramid empty. `levels` counts the levels above
   /// the image; small images get fewer. OpenCV's tracker needs `derivatives`.
@@ -141,15 +144,6 @@ class ImagePyramid {
   cv::Size size_;
   int window_px_ = 0;
 };
-
-inline ImagePyramid::ImagePyramid(ImagePyramid&& other) noexcept {
-  swap(other);
-}
-
-inline ImagePyramid& ImagePyramid::operator=(ImagePyramid&& other) noexcept {
-  swap(other);
-  return *this;
-}
 
 inline void ImagePyramid::build(const cv::Mat& grey, int window_px, int levels, bool derivatives) {
   if (grey.empty() || grey.type() != CV_8UC1 || window_px < 3 || levels < 0) {

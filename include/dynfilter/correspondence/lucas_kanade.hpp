@@ -53,7 +53,11 @@ struct LucasKanade {
                    cv::Point2f& at) const;
 
   /// True if `at` is close enough to the image for integer arithmetic. False for NaN.
-  bool near(const cv::Point2f& at, const cv::Mat& image) const;
+  bool near(const cv::Point2f& at, const cv::Mat& image) const {
+    const auto margin = static_cast<float>(window_px);
+    return at.x >= -margin && at.y >= -margin && at.x <= static_cast<float>(image.cols) + margin &&
+           at.y <= static_cast<float>(image.rows) + margin;
+  }
 };
 
 inline void LucasKanade::track(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
@@ -126,12 +130,6 @@ bool LucasKanade::track_level(const cv::Mat& from, const cv::Mat& to, const cv::
     previous = step;
   }
   return std::isfinite(at.x) && std::isfinite(at.y);
-}
-
-inline bool LucasKanade::near(const cv::Point2f& at, const cv::Mat& image) const {
-  const auto margin = static_cast<float>(window_px);
-  return at.x >= -margin && at.y >= -margin && at.x <= static_cast<float>(image.cols) + margin &&
-         at.y <= static_cast<float>(image.rows) + margin;
 }
 
 }  // namespace dynfilter

@@ -14,7 +14,12 @@ namespace dynfilter {
 /// Sums are integer sums of fixed-point samples, so results are the same on every machine.
 class PatchResidual {
  public:
-  explicit PatchResidual(int window_px);  ///< for square windows of this width [px]
+  /// For square windows of this width [px].
+  explicit PatchResidual(int window_px) : window_px_(window_px) {
+    const auto width = static_cast<std::size_t>(window_px), samples = (width + 1) / 2 * width;
+    a_.resize(samples);
+    b_.resize(samples);
+  }
 
   /// Compares the patches centred on two points. Both images are CV_8UC1 with at least `window_px` readable
   /// pixels around them, as in an ImagePyramid. Both points must be inside the images.
@@ -28,12 +33,6 @@ class PatchResidual {
   int window_px_;
   std::vector<std::int16_t> a_, b_;
 };
-
-inline PatchResidual::PatchResidual(int window_px) : window_px_(window_px) {
-  const auto width = static_cast<std::size_t>(window_px), samples = (width + 1) / 2 * width;
-  a_.resize(samples);
-  b_.resize(samples);
-}
 
 inline double PatchResidual::operator()(const cv::Mat& image_a, const cv::Point2f& at_a,
                                         const cv::Mat& image_b, const cv::Point2f& at_b) {

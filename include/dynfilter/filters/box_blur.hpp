@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>
@@ -13,7 +12,6 @@
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -25,7 +23,15 @@ struct BoxBlurParams {
   /// Largest age of boxes; boxes of an older frame are carried to this one up to this age.
   static constexpr int kMaxAgeFrames = 0;
 
-  static const FieldTable<BoxBlurParams>& fields();
+  static const FieldTable<BoxBlurParams>& fields() {
+    using P = BoxBlurParams;
+    static const FieldTable<P> table{
+        words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
+        real("min_sharpness", &P::min_sharpness, "", {0, 100},
+             "sharpness of a box relative to the rest of the image below which it counts as motion-blurred"),
+    };
+    return table;
+  }
 };
 
 /// Rejects features in boxes that are blurred while the rest of the image is sharp.
@@ -42,14 +48,12 @@ struct BoxBlurParams {
 ///           Objects out of focus and stripes along x or y are mistaken for motion.
 /// State:    none.
 /// Cost:     about 0.3 ms for 640 x 480. Reads every second pixel of every second row once.
-class BoxBlurFilter final : public NamedFilter<BoxBlurFilter> {
+class BoxBlurFilter final : public ParametricFilter<BoxBlurFilter, BoxBlurParams> {
  public:
-  using Params = BoxBlurParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "box_blur";
   static constexpr const char* kSummary =
       "features in boxes that are blurred while the rest of the image is sharp";
-
-  explicit BoxBlurFilter(Params params = Params());
 
   Needs needs() const override {
     return {Input::Detections | Input::GreyImage, Input::Correspondence,
@@ -81,29 +85,13 @@ class BoxBlurFilter final : public NamedFilter<BoxBlurFilter> {
   /// Counts for each pixel of row y how many boxes cover it.
   void cover_row(int y, int columns);
 
-  Params params_;
-  DetectionFilter wanted_;
+  DetectionFilter wanted_{params_.classes, {}, Params::kMinScore};
   std::vector<Box> boxes_;
   std::vector<std::uint32_t> inside_;    ///< features in all boxes, one box after the other
   std::vector<std::size_t> inside_box_;  ///< features in one
   std::vector<int> in_boxes_;            ///< per column of a row: how many boxes cover it
   BoxScratch scratch_;
 };
-
-inline const FieldTable<BoxBlurParams>& BoxBlurParams::fields() {
-  using P = BoxBlurParams;
-  static const FieldTable<P> table{
-      words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
-      real("min_sharpness", &P::min_sharpness, "", {0, 100},
-           "sharpness of a box relative to the rest of the image below which it counts as motion-blurred"),
-  };
-  return table;
-}
-
-inline BoxBlurFilter::BoxBlurFilter(Params params)
-    : params_(std::move(params)), wanted_{params_.classes, {}, Params::kMinScore} {
-  check_parameters(params_, kName);
-}
 
 inline void BoxBlurFilter::apply(const Evidence& evidence, Votes& votes) {
   const LateResult late = LateResult::boxes(evidence, Params::kMaxAgeFrames, votes);

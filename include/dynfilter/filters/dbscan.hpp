@@ -5,8 +5,7 @@
 #include <dynfilter/cluster/cell_grid.hpp>
 #include <dynfilter/cluster/clusters.hpp>
 #include <dynfilter/cluster/density_clusters.hpp>
-#include <dynfilter/config/field_table.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/filters/detail/adaptive_dbscan.hpp>
@@ -42,14 +41,12 @@ struct DbscanFilterParams {
 ///           Static surfaces within Eps of a mover are rejected too.
 /// State:    adaptive: the chosen parameters, until reset().
 /// Cost:     0.1 ms for 1000 features; 2 ms in the frame that chooses.
-class DbscanFilter final : public NamedFilter<DbscanFilter> {
+class DbscanFilter final : public ParametricFilter<DbscanFilter, DbscanFilterParams> {
  public:
-  using Params = DbscanFilterParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "dbscan";
   static constexpr const char* kSummary =
       "features near clusters of features that earlier stages voted dynamic";
-
-  explicit DbscanFilter(Params params = Params());
 
   Needs needs() const override { return {Input::Depth | Input::Camera, Input::None, 0}; }
 
@@ -74,9 +71,8 @@ class DbscanFilter final : public NamedFilter<DbscanFilter> {
   /// Infinite if none is within the radius.
   float nearest_core(std::uint32_t place, const detail::CellGrid::Rows& rows, float radius2) const;
 
-  Params params_;
   std::optional<DbscanParams> chosen_;
-  AdaptiveDbscan adaptive_;
+  AdaptiveDbscan adaptive_{AdaptiveDbscanLimits{Params::kMaxK, kMaxPoints}};
   GridDbscan dbscan_;
   Clusters clusters_;
   detail::CellGrid grid_;                  ///< core points, then the judged features

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/camera_motion.hpp>
 #include <dynfilter/evidence/evidence.hpp>
@@ -68,14 +67,12 @@ struct DepthConsistencyParams {
 ///           Motion below the threshold, which is 0.36 m at 3 m for 12 %.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.1 ms for 1000 features, with motion, without flow.
-class DepthConsistencyFilter final : public NamedFilter<DepthConsistencyFilter> {
+class DepthConsistencyFilter final : public ParametricFilter<DepthConsistencyFilter, DepthConsistencyParams> {
  public:
-  using Params = DepthConsistencyParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "depth_consistency";
   static constexpr const char* kSummary =
       "features whose depth differs from the prediction of an earlier view";
-
-  explicit DepthConsistencyFilter(Params params = Params());
   Needs needs() const override;
   void apply(const Evidence& evidence, Votes& votes) override;
 
@@ -132,7 +129,6 @@ class DepthConsistencyFilter final : public NamedFilter<DepthConsistencyFilter> 
            std::binary_search(keyframe_points_.begin(), keyframe_points_.end(), map_point_id);
   }
 
-  Params params_;
   std::vector<int> seeds_;
   SeenDepth view_, here_;
   std::vector<Tally> tallies_;

@@ -3,8 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 
@@ -16,7 +15,14 @@ struct DescriptorDistanceParams {
   /// its match.
   static constexpr double kMaxOffset_px = 2.0;
 
-  static const FieldTable<DescriptorDistanceParams>& fields();
+  static const FieldTable<DescriptorDistanceParams>& fields() {
+    using P = DescriptorDistanceParams;
+    static const FieldTable<P> table{
+        integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536},
+                "largest Hamming distance of matched descriptors that counts as similar"),
+    };
+    return table;
+  }
 };
 
 /// Marks matches with similar descriptors as candidates for movers (Zhou et al. sec. 3.1.2).
@@ -30,35 +36,20 @@ struct DescriptorDistanceParams {
 /// Blind to: everything except appearance.
 /// State:    none; the pipeline keeps the last frame.
 /// Cost:     about 0.03 ms for 1000 matches.
-class DescriptorDistanceFilter final : public NamedFilter<DescriptorDistanceFilter> {
+class DescriptorDistanceFilter final
+    : public ParametricFilter<DescriptorDistanceFilter, DescriptorDistanceParams> {
  public:
-  using Params = DescriptorDistanceParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "descriptor_distance";
   static constexpr const char* kSummary =
       "features whose match has a similar descriptor; for use inside `all`, with a geometric filter";
-
-  explicit DescriptorDistanceFilter(Params params = Params());
 
   Needs needs() const override { return {Input::Descriptors | Input::Correspondence, Input::None, 1}; }
 
   void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
-  Params params_;
 };
-
-inline const FieldTable<DescriptorDistanceParams>& DescriptorDistanceParams::fields() {
-  using P = DescriptorDistanceParams;
-  static const FieldTable<P> table{
-      integer("max_distance_bits", &P::max_distance_bits, "bits", {0, 65536},
-              "largest Hamming distance of matched descriptors that counts as similar"),
-  };
-  return table;
-}
-
-inline DescriptorDistanceFilter::DescriptorDistanceFilter(Params params) : params_(params) {
-  check_parameters(params_, kName);
-}
 
 inline void DescriptorDistanceFilter::apply(const Evidence& evidence, Votes& votes) {
   const Match& match = evidence.match({});

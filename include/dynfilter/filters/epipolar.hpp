@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/config/field_table.hpp>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/epipolar_distance.hpp>
@@ -31,7 +29,24 @@ struct EpipolarParams {
   int min_seeds = 20;
   int gap_frames = 1;
 
-  static const FieldTable<EpipolarParams>& fields();
+  static const FieldTable<EpipolarParams>& fields() {
+    using P = EpipolarParams;
+    static const FieldTable<P> table{
+        real("max_distance_px", &P::max_distance_px, "px", {0, 1000},
+             "largest distance of a static feature (xi of RTS-SLAM)"),
+        choice("model", &P::model,
+               {{"auto", EpipolarModel::Auto}, {"fundamental", EpipolarModel::Fundamental}},
+               "auto selects F, H or no model from the seeds; fundamental always uses F, as published"),
+        flag("measured_noise", &P::measured_noise,
+             "raises max_distance_px in frames whose matches have more than 1/3 px of noise, in proportion "
+             "to it"),
+        integer(
+            "min_seeds", &P::min_seeds, "features", {7, 100000},
+            "with this many seeds or fewer, and with suspects, the model is fitted on all features (N_th)"),
+        integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
+    };
+    return table;
+  }
 };
 
 /// Rejects features away from their epipolar lines (RTS-SLAM sec. 3.3, eq. 1-4 and Algorithm 1, lines 3-16).
@@ -49,13 +64,11 @@ struct EpipolarParams {
 /// Blind to: motion along the epipolar line; everything if the model was fitted on movers.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.3 ms for 1000 features with 30 % outliers, with model, without flow.
-class EpipolarFilter final : public NamedFilter<EpipolarFilter> {
+class EpipolarFilter final : public ParametricFilter<EpipolarFilter, EpipolarParams> {
  public:
-  using Params = EpipolarParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "epipolar";
   static constexpr const char* kSummary = "features off their epipolar lines";
-
-  explicit EpipolarFilter(Params params = Params());
 
   Needs needs() const override { return {Input::Correspondence, Input::Camera, params_.gap_frames}; }
 
@@ -67,7 +80,10 @@ class EpipolarFilter final : public NamedFilter<EpipolarFilter> {
 
   static bool has_fundamental(const TwoViewModel& model) { return model.F != Matrix9{}; }
 
-  static void note_model(const TwoViewModel& model, Votes& votes);
+  static void note_model(const TwoViewModel& model, Votes& votes) {
+    votes.note("model: ", to_string(model.kind), " (", to_string(model.reason), "), ", model.inliers, " of ",
+               model.seeds, " seeds");
+  }
 
   /// What max_distance_px is multiplied by in this frame, at least 1.
   double noise_factor(const Evidence& evidence, const Match& match, const TwoViewModel& model, bool by_line,
@@ -92,33 +108,11 @@ class EpipolarFilter final : public NamedFilter<EpipolarFilter> {
   static constexpr float kNeighbours_px = 30;        ///< whose misses are compared
   static constexpr double kUsualNoise_px = 1.0 / 3;  ///< then 1 px, xi of RTS-SLAM, is three deviations
 
-  Params params_;
   double limit_px_ = 0;  ///< of this frame
   std::vector<int> seeds_;
   std::vector<Miss> misses_;
   NeighbourNoise neighbour_noise_;
 };
-
-inline const FieldTable<EpipolarParams>& EpipolarParams::fields() {
-  using P = EpipolarParams;
-  static const FieldTable<P> table{
-      real("max_distance_px", &P::max_distance_px, "px", {0, 1000},
-           "largest distance of a static feature (xi of RTS-SLAM)"),
-      choice("model", &P::model, {{"auto", EpipolarModel::Auto}, {"fundamental", EpipolarModel::Fundamental}},
-             "auto selects F, H or no model from the seeds; fundamental always uses F, as published"),
-      flag("measured_noise", &P::measured_noise,
-           "raises max_distance_px in frames whose matches have more than 1/3 px of noise, in proportion "
-           "to it"),
-      integer("min_seeds", &P::min_seeds, "features", {7, 100000},
-              "with this many seeds or fewer, and with suspects, the model is fitted on all features (N_th)"),
-      integer("gap_frames", &P::gap_frames, "frames", {1, 30}, "number of frames back"),
-  };
-  return table;
-}
-
-inline EpipolarFilter::EpipolarFilter(Params params) : params_(params) {
-  check_parameters(params_, kName);
-}
 
 inline void EpipolarFilter::apply(const Evidence& evidence, Votes& votes) {
   const Match& match = evidence.match({false, params_.gap_frames});
@@ -143,11 +137,6 @@ inline bool EpipolarFilter::collect_seeds(const Evidence& evidence, const Match&
   if (!evidence.any_prior()) return false;
   evidence.collect_seeds(match, true, seeds_);
   return static_cast<int>(seeds_.size()) > params_.min_seeds;
-}
-
-inline void EpipolarFilter::note_model(const TwoViewModel& model, Votes& votes) {
-  votes.note("model: ", to_string(model.kind), " (", to_string(model.reason), "), ", model.inliers, " of ",
-             model.seeds, " seeds");
 }
 
 inline double EpipolarFilter::noise_factor(const Evidence& evidence, const Match& match,

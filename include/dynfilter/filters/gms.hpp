@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/evidence/evidence.hpp>
@@ -27,9 +26,21 @@ struct GmsFilterParams {
   /// Parameters of Bian et al. 2017.
   static GmsFilterParams published();
 
-  static const FieldTable<GmsFilterParams>& fields();
+  static const FieldTable<GmsFilterParams>& fields() {
+    using P = GmsFilterParams;
+    static const FieldTable<P> table{
+        integer("grid_cells", &P::grid_cells, "cells", {0, 40},
+                "grid cells per side (published 20); 0: chosen from the number of matches"),
+        real("factor", &P::factor, "", {0, 100},
+             "a match needs this times sqrt(n) supporters, n being the mean number of matches in a cell "
+             "(published 6)"),
+        flag("every_pair", &P::every_pair,
+             "judge every match; false, as published: only matches to the most frequent partner of a cell"),
+    };
+    return table;
+  }
   /// What GridMotionStatistics works with.
-  GmsParams statistics() const { return {grid_cells, kMatchesPerCell, factor, every_pair, false, false}; }
+  GmsParams statistics() const { return {grid_cells, kMatchesPerCell, factor, every_pair}; }
 };
 
 /// Rejects features whose match has too little support from the matches around it (Bian et al. 2017; Zhou et
@@ -43,14 +54,12 @@ struct GmsFilterParams {
 /// Blind to: large movers, whose matches support each other; motion within a cell.
 /// State:    none; the pipeline keeps the last frame.
 /// Cost:     about 0.05 ms for 1000 matches.
-class GmsFilter final : public NamedFilter<GmsFilter> {
+class GmsFilter final : public ParametricFilter<GmsFilter, GmsFilterParams> {
  public:
-  using Params = GmsFilterParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "gms";
   static constexpr const char* kSummary =
       "features whose match has too little support from surrounding matches";
-
-  explicit GmsFilter(Params params = Params());
 
   Needs needs() const override { return {Input::Correspondence, Input::None, 1}; }
 
@@ -66,8 +75,7 @@ class GmsFilter final : public NamedFilter<GmsFilter> {
   static cv::Size image_size(const FrameView& frame, const std::vector<cv::Point2f>& now,
                              const std::vector<cv::Point2f>& then);
 
-  Params params_;
-  GridMotionStatistics statistics_;
+  GridMotionStatistics statistics_{params_.statistics()};
   std::vector<std::uint8_t> kept_;
 };
 
@@ -77,24 +85,6 @@ inline GmsFilterParams GmsFilterParams::published() {
   params.factor = 6.0;
   params.every_pair = false;
   return params;
-}
-
-inline const FieldTable<GmsFilterParams>& GmsFilterParams::fields() {
-  using P = GmsFilterParams;
-  static const FieldTable<P> table{
-      integer("grid_cells", &P::grid_cells, "cells", {0, 40},
-              "grid cells per side (published 20); 0: chosen from the number of matches"),
-      real("factor", &P::factor, "", {0, 100},
-           "a match needs this times sqrt(n) supporters, n being the mean number of matches in a cell "
-           "(published 6)"),
-      flag("every_pair", &P::every_pair,
-           "judge every match; false, as published: only matches to the most frequent partner of a cell"),
-  };
-  return table;
-}
-
-inline GmsFilter::GmsFilter(Params params) : params_(params), statistics_(params.statistics()) {
-  check_parameters(params_, kName);
 }
 
 inline void GmsFilter::apply(const Evidence& evidence, Votes& votes) {

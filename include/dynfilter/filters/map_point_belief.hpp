@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
@@ -27,7 +26,19 @@ struct MapPointBeliefParams {
   /// Frames without an observation after which a map point is forgotten.
   static constexpr int kForgetFrames = 300;
 
-  static const FieldTable<MapPointBeliefParams>& fields();
+  static const FieldTable<MapPointBeliefParams>& fields() {
+    using P = MapPointBeliefParams;
+    static const FieldTable<P> table{
+        real("initial", &P::initial, "", {0.001, 0.999}, "prior probability that a new map point moves"),
+        real("hit", &P::hit, "", {0.5, 0.999},
+             "probability that a mask is right: on it for moving points, off it for static ones"),
+        real("threshold", &P::threshold, "", {0, 1}, "dynamic above this belief, static below"),
+        integer(
+            "max_age_frames", &P::max_age_frames, "frames", {0, 100},
+            "largest age of a mask; features are matched back to the frame of an older mask up to this age"),
+    };
+    return table;
+  }
 };
 
 /// Rejects map points that masks mark as movable more often than not (RDS-SLAM, Liu and Miura 2021).
@@ -42,19 +53,20 @@ struct MapPointBeliefParams {
 /// State:    one belief per map point observed in the last 300 frames.
 ///           The pipeline keeps max_age_frames frames for late masks.
 /// Cost:     about 0.1 us per feature; 10 us with a mask for 1000 features.
-class MapPointBeliefFilter final : public NamedFilter<MapPointBeliefFilter> {
+class MapPointBeliefFilter final : public ParametricFilter<MapPointBeliefFilter, MapPointBeliefParams> {
  public:
-  using Params = MapPointBeliefParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "map_point_belief";
   static constexpr const char* kSummary =
       "map points that masks mark as movable, combined over time by Bayes' rule";
 
-  explicit MapPointBeliefFilter(Params params = Params());
-
   Needs needs() const override {
     return {Input::MapPoints, Input::Mask | Input::Correspondence, params_.max_age_frames};
   }
-  void reset() override;
+  void reset() override {
+    beliefs_.clear();
+    last_mask_.reset();
+  }
   void apply(const Evidence& evidence, Votes& votes) override;
 
  private:
@@ -71,35 +83,15 @@ class MapPointBeliefFilter final : public NamedFilter<MapPointBeliefFilter> {
   Belief* recent(std::int64_t point, std::int64_t now);
 
   /// Runs every 32 frames, so that its cost is negligible.
-  void forget(std::int64_t now);
+  void forget(std::int64_t now) {
+    if (now % 32 != 0) return;
+    for (auto it = beliefs_.begin(); it != beliefs_.end();)
+      it = now - it->second.seen > Params::kForgetFrames ? beliefs_.erase(it) : std::next(it);
+  }
 
-  Params params_;
   std::unordered_map<std::int64_t, Belief> beliefs_;
   std::optional<std::int64_t> last_mask_;
 };
-
-inline const FieldTable<MapPointBeliefParams>& MapPointBeliefParams::fields() {
-  using P = MapPointBeliefParams;
-  static const FieldTable<P> table{
-      real("initial", &P::initial, "", {0.001, 0.999}, "prior probability that a new map point moves"),
-      real("hit", &P::hit, "", {0.5, 0.999},
-           "probability that a mask is right: on it for moving points, off it for static ones"),
-      real("threshold", &P::threshold, "", {0, 1}, "dynamic above this belief, static below"),
-      integer(
-          "max_age_frames", &P::max_age_frames, "frames", {0, 100},
-          "largest age of a mask; features are matched back to the frame of an older mask up to this age"),
-  };
-  return table;
-}
-
-inline MapPointBeliefFilter::MapPointBeliefFilter(Params params) : params_(params) {
-  check_parameters(params_, kName);
-}
-
-inline void MapPointBeliefFilter::reset() {
-  beliefs_.clear();
-  last_mask_.reset();
-}
 
 inline void MapPointBeliefFilter::apply(const Evidence& evidence, Votes& votes) {
   const FrameView& frame = evidence.frame();
@@ -143,12 +135,6 @@ inline MapPointBeliefFilter::Belief* MapPointBeliefFilter::recent(std::int64_t p
   if (now - known->second.seen <= Params::kForgetFrames) return &known->second;
   beliefs_.erase(known);
   return nullptr;
-}
-
-inline void MapPointBeliefFilter::forget(std::int64_t now) {
-  if (now % 32 != 0) return;
-  for (auto it = beliefs_.begin(); it != beliefs_.end();)
-    it = now - it->second.seen > Params::kForgetFrames ? beliefs_.erase(it) : std::next(it);
 }
 
 }  // namespace dynfilter

@@ -2,15 +2,13 @@
 #pragma once
 
 #include <cstddef>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <opencv2/core.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -23,7 +21,20 @@ struct SemanticBoxParams {
   BoxRefinement refine = BoxRefinement::None;
   double foreground_margin_m = 0.15;
 
-  static const FieldTable<SemanticBoxParams>& fields();
+  static const FieldTable<SemanticBoxParams>& fields() {
+    using P = SemanticBoxParams;
+    static const FieldTable<P> table{
+        semantic_role("role", &P::role),
+        words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
+        real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that is used"),
+        integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
+                "largest age of boxes; boxes of an older frame are carried to this one up to this age"),
+        box_refinement("refine", &P::refine),
+        real("foreground_margin_m", &P::foreground_margin_m, "m", {0, 10},
+             "depth margin behind the foreground's surface that still belongs to it"),
+    };
+    return table;
+  }
 };
 
 /// Rejects or marks features inside detector boxes of classes that may move (RTS-SLAM sec. 3.2; also SG-SLAM
@@ -38,13 +49,12 @@ struct SemanticBoxParams {
 /// Blind to: classes that the detector does not detect; whether the object moves at all.
 /// State:    none; the pipeline carries late boxes.
 /// Cost:     one comparison per box and feature, about 5 us.
-class SemanticBoxFilter final : public NamedFilter<SemanticBoxFilter>, public SemanticFilter {
+class SemanticBoxFilter final : public ParametricFilter<SemanticBoxFilter, SemanticBoxParams>,
+                                public SemanticFilter {
  public:
-  using Params = SemanticBoxParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "semantic_box";
   static constexpr const char* kSummary = "features inside detector boxes of classes that may move";
-
-  explicit SemanticBoxFilter(Params params = Params());
 
   Needs needs() const override {
     return {Input::Detections, Input::Depth | Input::Correspondence,
@@ -58,31 +68,10 @@ class SemanticBoxFilter final : public NamedFilter<SemanticBoxFilter>, public Se
  private:
   void judge(const Evidence& evidence, const Detection& detection, const LateResult& late, Votes& votes);
 
-  Params params_;
-  DetectionFilter wanted_;
+  DetectionFilter wanted_{params_.classes, {}, params_.min_score};
   std::vector<std::size_t> inside_;
   BoxScratch scratch_;
 };
-
-inline const FieldTable<SemanticBoxParams>& SemanticBoxParams::fields() {
-  using P = SemanticBoxParams;
-  static const FieldTable<P> table{
-      semantic_role("role", &P::role),
-      words("classes", &P::classes, "names of the classes that may move; empty: all classes"),
-      real("min_score", &P::min_score, "", {0, 1}, "smallest score of a box that is used"),
-      integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-              "largest age of boxes; boxes of an older frame are carried to this one up to this age"),
-      box_refinement("refine", &P::refine),
-      real("foreground_margin_m", &P::foreground_margin_m, "m", {0, 10},
-           "depth margin behind the foreground's surface that still belongs to it"),
-  };
-  return table;
-}
-
-inline SemanticBoxFilter::SemanticBoxFilter(Params params)
-    : params_(std::move(params)), wanted_{params_.classes, {}, params_.min_score} {
-  check_parameters(params_, kName);
-}
 
 inline void SemanticBoxFilter::apply(const Evidence& evidence, Votes& votes) {
   const LateResult late = LateResult::boxes(evidence, params_.max_age_frames, votes);

@@ -2,15 +2,13 @@
 #pragma once
 
 #include <cstddef>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/mask_lookup.hpp>
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <opencv2/core.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -31,7 +29,23 @@ struct SemanticMaskParams {
   double dilate_px = 5;
   int max_age_frames = 30;
 
-  static const FieldTable<SemanticMaskParams>& fields();
+  static const FieldTable<SemanticMaskParams>& fields() {
+    using P = SemanticMaskParams;
+    static const FieldTable<P> table{
+        semantic_role("role", &P::role),
+        choice("source", &P::source, {{"mask", MaskSource::Mask}, {"instances", MaskSource::Instances}},
+               "mask uses the frame's mask or label image; instances uses the masks of its detections"),
+        integers("labels", &P::labels, {0, 255},
+                 "labels that may move, for source mask; empty: all except 0"),
+        words("classes", &P::classes,
+              "names of the classes that may move, for source instances; empty: all classes"),
+        real("dilate_px", &P::dilate_px, "px", {0, 200},
+             "distance from the mask up to which a feature counts as on it (DynaSLAM: 15)"),
+        integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
+                "largest age of masks; masks of an older frame are carried to this one up to this age"),
+    };
+    return table;
+  }
 };
 
 /// Rejects or marks features on the potentially moving pixels of a mask (DynaSLAM sec. III-B; also DS-SLAM
@@ -47,13 +61,12 @@ struct SemanticMaskParams {
 /// State:    none; the pipeline carries late masks.
 /// Cost:     about 0.1 us per feature without dilation and 1 us with 15 px.
 ///           Only the mask around each feature is read.
-class SemanticMaskFilter final : public NamedFilter<SemanticMaskFilter>, public SemanticFilter {
+class SemanticMaskFilter final : public ParametricFilter<SemanticMaskFilter, SemanticMaskParams>,
+                                 public SemanticFilter {
  public:
-  using Params = SemanticMaskParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "semantic_mask";
   static constexpr const char* kSummary = "features on a mask of objects that may move";
-
-  explicit SemanticMaskFilter(Params params = Params());
 
   Needs needs() const override {
     return {params_.source == MaskSource::Mask ? Input::Mask : Input::Detections, Input::Correspondence,
@@ -72,30 +85,8 @@ class SemanticMaskFilter final : public NamedFilter<SemanticMaskFilter>, public 
   void judge(const Evidence& evidence, const MaskLookup& mask, const LateResult& late, float score,
              Votes& votes);
 
-  Params params_;
   std::vector<float> flow_x_, flow_y_;
 };
-
-inline const FieldTable<SemanticMaskParams>& SemanticMaskParams::fields() {
-  using P = SemanticMaskParams;
-  static const FieldTable<P> table{
-      semantic_role("role", &P::role),
-      choice("source", &P::source, {{"mask", MaskSource::Mask}, {"instances", MaskSource::Instances}},
-             "mask uses the frame's mask or label image; instances uses the masks of its detections"),
-      integers("labels", &P::labels, {0, 255}, "labels that may move, for source mask; empty: all except 0"),
-      words("classes", &P::classes,
-            "names of the classes that may move, for source instances; empty: all classes"),
-      real("dilate_px", &P::dilate_px, "px", {0, 200},
-           "distance from the mask up to which a feature counts as on it (DynaSLAM: 15)"),
-      integer("max_age_frames", &P::max_age_frames, "frames", {0, 100},
-              "largest age of masks; masks of an older frame are carried to this one up to this age"),
-  };
-  return table;
-}
-
-inline SemanticMaskFilter::SemanticMaskFilter(Params params) : params_(std::move(params)) {
-  check_parameters(params_, kName);
-}
 
 inline void SemanticMaskFilter::apply(const Evidence& evidence, Votes& votes) {
   if (params_.source == MaskSource::Mask) {

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <dynfilter/config/field_table.hpp>
-#include <dynfilter/core/filter.hpp>
+#include <dynfilter/config/registry.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/camera_motion.hpp>
 #include <dynfilter/evidence/evidence.hpp>
@@ -61,13 +60,12 @@ struct TrajectoryConsistencyParams {
 ///           everything if the motion was fitted on movers.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.1 ms for 1000 features, with motion, without flow; measured_noise adds 0.3 ms.
-class TrajectoryConsistencyFilter final : public NamedFilter<TrajectoryConsistencyFilter> {
+class TrajectoryConsistencyFilter final
+    : public ParametricFilter<TrajectoryConsistencyFilter, TrajectoryConsistencyParams> {
  public:
-  using Params = TrajectoryConsistencyParams;
+  using ParametricFilter::ParametricFilter;
   static constexpr const char* kName = "trajectory_consistency";
   static constexpr const char* kSummary = "features whose 3-D motion differs from the camera's";
-
-  explicit TrajectoryConsistencyFilter(Params params = Params());
 
   Needs needs() const override {
     return {Input::Depth | Input::Camera | Input::Correspondence, Input::Pose, params_.gap_frames};
@@ -120,7 +118,6 @@ class TrajectoryConsistencyFilter final : public NamedFilter<TrajectoryConsisten
   static constexpr float kNeighbours_px = 30;  ///< Whose misses are compared.
   static constexpr int kRefits = 2;            ///< on TUM frames a third changes next to nothing
 
-  Params params_;
   std::vector<int> seeds_;
   RigidMisses misses_;
   NeighbourNoise neighbour_noise_;

@@ -30,9 +30,17 @@ class DepthSampler {
   static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
   /// `depth`: CV_32FC1 or CV_16UC1. Any other type has no depth anywhere.
-  DepthSampler(const cv::Mat& depth, double unit_m, double max_edge_share);
+  DepthSampler(const cv::Mat& depth, double unit_m, double max_edge_share)
+      : depth_(depth),
+        unit_m_(static_cast<float>(unit_m)),
+        max_edge_share_(static_cast<float>(max_edge_share)) {
+    if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
+  }
 
-  float at(const cv::Point2f& px) const;  ///< at a place [px]; kNone if there is none
+  /// At a place [px]; kNone if there is none.
+  float at(const cv::Point2f& px) const {
+    return depth_.type() == CV_32FC1 ? at_of<float>(px) : at_of<std::uint16_t>(px);
+  }
 
   /// Calls `take(i, depth)` for each pixel.
   /// Features are scattered in memory, so upcoming pixels are prefetched.
@@ -69,17 +77,6 @@ class DepthSampler {
   cv::Mat depth_;
   float unit_m_, max_edge_share_;
 };
-
-inline DepthSampler::DepthSampler(const cv::Mat& depth, double unit_m, double max_edge_share)
-    : depth_(depth),
-      unit_m_(static_cast<float>(unit_m)),
-      max_edge_share_(static_cast<float>(max_edge_share)) {
-  if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
-}
-
-inline float DepthSampler::at(const cv::Point2f& px) const {
-  return depth_.type() == CV_32FC1 ? at_of<float>(px) : at_of<std::uint16_t>(px);
-}
 
 inline void DepthSampler::fetch(const cv::Point2f& px) const {
   if (!(px.x >= 0) || !(px.y >= kEdgeRadiusPx) || !(px.x < static_cast<float>(depth_.cols)) ||

@@ -18,10 +18,6 @@ namespace detail {
 
 using RowMatrix3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-inline Eigen::Matrix3d to_eigen(const Matrix9& m) {
-  return Eigen::Map<const RowMatrix3d>(m.data());
-}
-
 inline Matrix9 to_array(const Eigen::Matrix3d& m) {
   Matrix9 out;
   Eigen::Map<RowMatrix3d>(out.data()) = m;
@@ -46,8 +42,6 @@ inline Eigen::Vector2d mapped(const Eigen::Matrix3d& H, const Eigen::Vector2d& p
   const Eigen::Vector3d q = H * lifted(p);
   return {q.x() / q.z(), q.y() / q.z()};
 }
-
-Eigen::Matrix3d camera_matrix(const Camera& camera);
 
 /// What all epipolar distances of a match (x, y), (u, v) are made of. T is a number or a pack of them.
 /// F is row-major.

@@ -56,7 +56,11 @@ class RigidResidualModel {
   double chi2_of_exact_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
                               double current_z, const MatchSpread& spread) const;
   /// v of E = v v^T.
-  Eigen::Vector3d slide(const MatchSpread& spread) const;
+  Eigen::Vector3d slide(const MatchSpread& spread) const {
+    const double sigma_px =
+        noise_.pixel_sigma_px * std::sqrt(static_cast<double>(spread.along - spread.across));
+    return sigma_px * Eigen::Vector3d(spread.edge.x, spread.edge.y, spread.depth_per_px);
+  }
 
   /// r^T S^-1 r for the full S. With M = (I, -[q]x) and the blocks T, X, W of C, M C M^T = T + X[q]x +
   /// (X[q]x)^T - [q]x W [q]x. d(u, v, z)/dq is sparse. Scalar code takes half the time of the matrix form.
@@ -74,11 +78,6 @@ class RigidResidualModel {
   Eigen::Vector3d X_[3], W_[3];  ///< rows: of translation with rotation, of the rotation
   bool has_covariance_ = false;
 };
-
-/// Residual of a pair of points in the frames of their cameras [m]. Of many pairs: RigidResidualModel.
-RigidResidual rigid_residual(const Camera& camera, const Pose& T_current_reference,
-                             const cv::Point3f& reference, const cv::Point3f& current,
-                             const RigidResidualNoise& noise = {}, const double* motion_covariance = nullptr);
 
 inline RigidResidualModel::RigidResidualModel(const Camera& camera, const Pose& T_current_reference,
                                               const RigidResidualNoise& noise,
@@ -134,12 +133,6 @@ inline bool RigidResidualModel::predict(const cv::Point3f& reference, const cv::
   return true;
 }
 
-inline Eigen::Vector3d RigidResidualModel::slide(const MatchSpread& spread) const {
-  const double sigma_px =
-      noise_.pixel_sigma_px * std::sqrt(static_cast<double>(spread.along - spread.across));
-  return sigma_px * Eigen::Vector3d(spread.edge.x, spread.edge.y, spread.depth_per_px);
-}
-
 inline double RigidResidualModel::chi2_of_exact_motion(const Eigen::Vector3d& r, const Eigen::Vector3d& p,
                                                        const Eigen::Vector3d& q, double current_z,
                                                        const MatchSpread& spread) const {
@@ -193,9 +186,11 @@ inline double RigidResidualModel::chi2_of_estimated_motion(const Eigen::Vector3d
          determinant;
 }
 
+/// Residual of a pair of points in the frames of their cameras [m]. Of many pairs: RigidResidualModel.
 inline RigidResidual rigid_residual(const Camera& camera, const Pose& T_current_reference,
                                     const cv::Point3f& reference, const cv::Point3f& current,
-                                    const RigidResidualNoise& noise, const double* motion_covariance) {
+                                    const RigidResidualNoise& noise = {},
+                                    const double* motion_covariance = nullptr) {
   return RigidResidualModel(camera, T_current_reference, noise, motion_covariance)(reference, current);
 }
 

@@ -11,13 +11,7 @@ namespace dynfilter::detail {
 /// largest diagonal entry. At -O2 it takes 0.27 (n = 5), 0.33 (6) and 0.42 (8) of the time of Eigen's
 /// fixed-size LDLT, at -O3 0.35 to 0.43. The figures are of test/benchmark/small_solve_benchmark.cpp, GCC 12,
 /// x86-64. Eigen's takes seconds to compile per size and file.
-bool solve_positive_definite(double* A, double* b, int n, double min_pivot_share = 1e-14);
-
-/// Inverse of a symmetric positive definite A (n x n, n <= 9).
-/// False under the condition of solve_positive_definite().
-bool invert_positive_definite(const double* A, double* inverse, int n);
-
-inline bool solve_positive_definite(double* A, double* b, int n, double min_pivot_share) {
+inline bool solve_positive_definite(double* A, double* b, int n, double min_pivot_share = 1e-14) {
   double largest = 0;
   for (int i = 0; i < n; ++i) largest = std::fmax(largest, A[i * n + i]);
   for (int j = 0; j < n; ++j) {
@@ -39,6 +33,8 @@ inline bool solve_positive_definite(double* A, double* b, int n, double min_pivo
   return true;
 }
 
+/// Inverse of a symmetric positive definite A (n x n, n <= 9).
+/// False under the condition of solve_positive_definite().
 inline bool invert_positive_definite(const double* A, double* inverse, int n) {
   for (int c = 0; c < n; ++c) {
     double work[81];

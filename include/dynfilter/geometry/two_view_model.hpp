@@ -48,10 +48,6 @@ enum class TwoViewReason {
   NoMotion,
 };
 
-const char* to_string(TwoViewKind kind);
-
-const char* to_string(TwoViewReason reason);
-
 /// A two-view model and the figures behind it. Plain numbers, in pixels of the undistorted images.
 struct TwoViewModel {
   TwoViewKind kind = TwoViewKind::None;
@@ -76,17 +72,6 @@ struct TwoViewModel {
 
 /// What the model says of one match.
 enum class TwoViewVerdict { CannotSay, Consistent, Inconsistent };
-
-/// Distance [px] of a match from the model in the current image. Fundamental: distance from the epipolar line
-/// (RTS-SLAM, eq. 4). Homography and Rotation: distance from H p1, less `allowance_px` along the epipolar
-/// line, times sqrt(3.84 / 5.99) = 0.80. This factor accounts for two coordinates of error instead of one, so
-/// that the same threshold passes the same share of static points. NaN if the kind is None or a point is not
-/// finite.
-double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current);
-
-/// The model's verdict on a match for a threshold on `distance_px`.
-TwoViewVerdict judge(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current,
-                     double max_distance_px);
 
 inline const char* to_string(TwoViewKind kind) {
   switch (kind) {
@@ -128,6 +113,11 @@ inline const char* to_string(TwoViewReason reason) {
   return "";
 }
 
+/// Distance [px] of a match from the model in the current image. Fundamental: distance from the epipolar line
+/// (RTS-SLAM, eq. 4). Homography and Rotation: distance from H p1, less `allowance_px` along the epipolar
+/// line, times sqrt(3.84 / 5.99) = 0.80. This factor accounts for two coordinates of error instead of one, so
+/// that the same threshold passes the same share of static points. NaN if the kind is None or a point is not
+/// finite.
 inline double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current) {
   constexpr double kTwoCoordinates = 0.80067;
   if (model.kind == TwoViewKind::None || !std::isfinite(reference.x + reference.y + current.x + current.y)) {
@@ -144,6 +134,7 @@ inline double distance_px(const TwoViewModel& model, cv::Point2f reference, cv::
   return kTwoCoordinates * portable::hypot(across, std::max(0.0, std::abs(along) - model.allowance_px));
 }
 
+/// The model's verdict on a match for a threshold on `distance_px`.
 inline TwoViewVerdict judge(const TwoViewModel& model, cv::Point2f reference, cv::Point2f current,
                             double max_distance_px) {
   const double d = distance_px(model, reference, current);

@@ -12,25 +12,6 @@
 
 namespace dynfilter {
 
-/// Maps a pixel of the distorted image to a pixel of an ideal camera with the same intrinsics.
-/// NaN for NaN input and where the distortion polynomial has no inverse, far outside the image.
-cv::Point2f undistort_point(const Camera& camera, cv::Point2f distorted_px);
-
-/// The inverse of `undistort_point`: maps an ideal pixel to the distorted image.
-cv::Point2f distort_point(const Camera& camera, cv::Point2f ideal_px);
-
-/// `out[i] = undistort_point(in[i])`. Both have the same size, and `out` may be `in`.
-/// Copies if the camera has no distortion.
-void undistort_points(const Camera& camera, Span<const cv::Point2f> in, Span<cv::Point2f> out);
-
-/// Point in the camera frame [m] (x right, y down, z forward) from an undistorted pixel and its depth z [m].
-/// All NaN if the depth is NaN, infinite, zero or negative.
-cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px, float depth_m);
-
-/// Back-projects many pixels to the camera frame [m]. All arrays have the same size.
-void back_project(const Camera& camera, Span<const cv::Point2f> undistorted_px, Span<const float> depth_m,
-                  Span<cv::Point3f> out);
-
 /// Undistorted pixel of a point in the camera frame [m]. NaN behind the camera.
 inline cv::Point2f project(const Camera& camera, const cv::Point3f& point_m) {
   if (!(point_m.z > 0)) {
@@ -79,6 +60,8 @@ inline cv::Point2d undistort_normalised(const std::array<double, 5>& k, double x
 }
 
 }  // namespace detail
+/// Maps a pixel of the distorted image to a pixel of an ideal camera with the same intrinsics.
+/// NaN for NaN input and where the distortion polynomial has no inverse, far outside the image.
 inline cv::Point2f undistort_point(const Camera& camera, cv::Point2f distorted_px) {
   if (!camera.distorted()) return distorted_px;
   const cv::Point2d n =
@@ -88,6 +71,7 @@ inline cv::Point2f undistort_point(const Camera& camera, cv::Point2f distorted_p
           static_cast<float>(n.y * camera.fy_px + camera.cy_px)};
 }
 
+/// The inverse of `undistort_point`: maps an ideal pixel to the distorted image.
 inline cv::Point2f distort_point(const Camera& camera, cv::Point2f ideal_px) {
   if (!camera.distorted()) return ideal_px;
   const detail::Distorted d =
@@ -97,10 +81,14 @@ inline cv::Point2f distort_point(const Camera& camera, cv::Point2f ideal_px) {
           static_cast<float>(d.y * camera.fy_px + camera.cy_px)};
 }
 
+/// `out[i] = undistort_point(in[i])`. Both have the same size, and `out` may be `in`.
+/// Copies if the camera has no distortion.
 inline void undistort_points(const Camera& camera, Span<const cv::Point2f> in, Span<cv::Point2f> out) {
   for (std::size_t i = 0; i < in.size(); ++i) out[i] = undistort_point(camera, in[i]);
 }
 
+/// Point in the camera frame [m] (x right, y down, z forward) from an undistorted pixel and its depth z [m].
+/// All NaN if the depth is NaN, infinite, zero or negative.
 inline cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px, float depth_m) {
   if (!valid_depth(depth_m)) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -111,6 +99,7 @@ inline cv::Point3f back_project(const Camera& camera, cv::Point2f undistorted_px
           static_cast<float>((undistorted_px.y - camera.cy_px) / camera.fy_px * z), depth_m};
 }
 
+/// Back-projects many pixels to the camera frame [m]. All arrays have the same size.
 inline void back_project(const Camera& camera, Span<const cv::Point2f> undistorted_px,
                          Span<const float> depth_m, Span<cv::Point3f> out) {
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = back_project(camera, undistorted_px[i], depth_m[i]);

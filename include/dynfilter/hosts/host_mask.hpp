@@ -29,10 +29,15 @@ class HostMask {
 
   /// CV_8UC1 with 0 and 255, for a host of one camera or the left image of two. `keypoints`: the features of
   /// the verdict, in its order. Valid until the next call. Cost: a disc per feature, about 0.3 ms for 1000.
-  const cv::Mat& image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Size& size);
+  const cv::Mat& image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Size& size) {
+    return polarised(masked_.mask(keypoints, verdict, size, false));
+  }
 
   /// The same for a host with depth images, with the discs of depth().
-  const cv::Mat& rgbd_image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Size& size);
+  const cv::Mat& rgbd_image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
+                            const cv::Size& size) {
+    return polarised(masked_.mask(keypoints, verdict, size));
+  }
 
   /// For the right image of rectified stereo: the discs of image(), shifted by the features' disparities.
   /// `right_u_px`: as FrameView has it. Features without a match have no disc there.
@@ -41,10 +46,17 @@ class HostMask {
 
   /// A copy of the depth image (any type) with zero, that is no depth, on the same discs.
   /// Valid until the next call.
-  const cv::Mat& depth(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Mat& depth);
+  const cv::Mat& depth(Span<const cv::KeyPoint> keypoints, const Verdict& verdict, const cv::Mat& depth) {
+    MaskedImage::zero_depth(depth, masked_.mask(keypoints, verdict, depth.size()), depth_);
+    return depth_;
+  }
 
  private:
-  const cv::Mat& polarised(const cv::Mat& mask);
+  const cv::Mat& polarised(const cv::Mat& mask) {
+    if (polarity_ == MaskPolarity::NonzeroDrops) return mask;
+    cv::bitwise_not(mask, inverted_);
+    return inverted_;
+  }
 
   MaskPolarity polarity_;
   MaskedImage masked_;
@@ -68,34 +80,12 @@ void keep_status(const Verdict& verdict, std::vector<T>& out) {
   for (std::size_t i = 0; i < verdict.size(); ++i) out[i] = static_cast<T>(verdict.keep(i) ? 1 : 0);
 }
 
-inline const cv::Mat& HostMask::image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
-                                      const cv::Size& size) {
-  return polarised(masked_.mask(keypoints, verdict, size, false));
-}
-
-inline const cv::Mat& HostMask::rgbd_image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
-                                           const cv::Size& size) {
-  return polarised(masked_.mask(keypoints, verdict, size));
-}
-
 inline const cv::Mat& HostMask::right_image(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
                                             Span<const float> right_u_px, const cv::Size& size) {
   right_.assign(keypoints.begin(), keypoints.end());
   for (std::size_t i = 0; i < right_.size(); ++i)
     right_[i].pt.x = i < right_u_px.size() && valid_right(right_u_px[i]) ? right_u_px[i] : NAN;  // no disc
   return image(right_, verdict, size);
-}
-
-inline const cv::Mat& HostMask::polarised(const cv::Mat& mask) {
-  if (polarity_ == MaskPolarity::NonzeroDrops) return mask;
-  cv::bitwise_not(mask, inverted_);
-  return inverted_;
-}
-
-inline const cv::Mat& HostMask::depth(Span<const cv::KeyPoint> keypoints, const Verdict& verdict,
-                                      const cv::Mat& depth) {
-  MaskedImage::zero_depth(depth, masked_.mask(keypoints, verdict, depth.size()), depth_);
-  return depth_;
 }
 
 }  // namespace dynfilter

@@ -39,7 +39,10 @@ class MaskedImage {
 
   /// A copy of the depth image (any type) with zero, that is no depth, where the mask is set. An image of
   /// another size than the mask is copied unchanged.
-  static void zero_depth(const cv::Mat& depth, const cv::Mat& mask, cv::Mat& out);
+  static void zero_depth(const cv::Mat& depth, const cv::Mat& mask, cv::Mat& out) {
+    depth.copyTo(out);
+    if (out.size() == mask.size()) out.setTo(cv::Scalar::all(0), mask);
+  }
 
   /// A copy of a grey or colour image that is smooth where the mask is set, with a soft edge. A hard one
   /// would be a new contour full of corners. About 2 ms for 640x480.
@@ -49,7 +52,11 @@ class MaskedImage {
   void disc(const cv::KeyPoint& keypoint, double radius_px, int value);
   /// Blurred at an eighth of the size: smooth enough that no corner survives.
   void smooth(const cv::Mat& image);
-  void feather(const cv::Mat& mask);
+  void feather(const cv::Mat& mask) {
+    const int width = 2 * cvRound(params_.feather_px) + 1;
+    cv::dilate(mask, alpha_, cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(width, width)));
+    cv::blur(alpha_, alpha_, cv::Size(width, width));
+  }
 
   MaskedImageParams params_;
   cv::Mat mask_, small_, smooth_, alpha_;
@@ -77,11 +84,6 @@ inline const cv::Mat& MaskedImage::mask(Span<const cv::KeyPoint> keypoints, cons
   for (std::size_t i = 0; i < n; ++i)
     if (verdict.keep(i)) disc(keypoints[i], params_.keep_radius_px, 0);
   return mask_;
-}
-
-inline void MaskedImage::zero_depth(const cv::Mat& depth, const cv::Mat& mask, cv::Mat& out) {
-  depth.copyTo(out);
-  if (out.size() == mask.size()) out.setTo(cv::Scalar::all(0), mask);
 }
 
 inline void MaskedImage::paint(const cv::Mat& image, const cv::Mat& mask, cv::Mat& out) {
@@ -117,12 +119,6 @@ inline void MaskedImage::smooth(const cv::Mat& image) {
              cv::INTER_AREA);
   cv::GaussianBlur(small_, small_, cv::Size(0, 0), 3);
   cv::resize(small_, smooth_, image.size(), 0, 0, cv::INTER_LINEAR);
-}
-
-inline void MaskedImage::feather(const cv::Mat& mask) {
-  const int width = 2 * cvRound(params_.feather_px) + 1;
-  cv::dilate(mask, alpha_, cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(width, width)));
-  cv::blur(alpha_, alpha_, cv::Size(width, width));
 }
 
 }  // namespace dynfilter

@@ -75,24 +75,13 @@ struct PoseDifference {
 };
 
 /// Distance and angle between two camera poses in one world frame.
-PoseDifference difference(const Pose& a, const Pose& b);
-
-/// Ascending, without duplicates and negative ids.
-std::vector<std::int64_t> sorted_points(std::vector<std::int64_t> points);
-
-/// Number of ids that two ascending lists share. Linear.
-std::size_t shared_points(const std::vector<std::int64_t>& a, const std::vector<std::int64_t>& b);
-
-/// Share of the cells of a `columns` x `rows` grid over the image that contain a feature. In [0, 1].
-/// Ignores NaN and features outside the image. 0 without an image size.
-double occupied_share(const FrameSummary& frame, int columns, int rows);
-
 inline PoseDifference difference(const Pose& a, const Pose& b) {
   const Eigen::Matrix3d R = a.R().transpose() * b.R();
   const double cosine = std::min(1.0, std::max(-1.0, (R.trace() - 1) / 2));
   return {(a.t() - b.t()).norm(), std::acos(cosine) * 180 / 3.14159265358979323846};
 }
 
+/// Ascending, without duplicates and negative ids.
 inline std::vector<std::int64_t> sorted_points(std::vector<std::int64_t> points) {
   points.erase(std::remove_if(points.begin(), points.end(), [](std::int64_t p) { return p < 0; }),
                points.end());
@@ -101,6 +90,7 @@ inline std::vector<std::int64_t> sorted_points(std::vector<std::int64_t> points)
   return points;
 }
 
+/// Number of ids that two ascending lists share. Linear.
 inline std::size_t shared_points(const std::vector<std::int64_t>& a, const std::vector<std::int64_t>& b) {
   std::size_t shared = 0;
   for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
@@ -112,6 +102,8 @@ inline std::size_t shared_points(const std::vector<std::int64_t>& a, const std::
   return shared;
 }
 
+/// Share of the cells of a `columns` x `rows` grid over the image that contain a feature. In [0, 1].
+/// Ignores NaN and features outside the image. 0 without an image size.
 inline double occupied_share(const FrameSummary& frame, int columns, int rows) {
   const cv::Size2f size = frame.image_px;
   if (size.width <= 0 || size.height <= 0) return 0;
@@ -124,21 +116,13 @@ inline double occupied_share(const FrameSummary& frame, int columns, int rows) {
          static_cast<double>(cells.size());
 }
 
-/// Connects two frames that share at least `min_shared` points. They must also share at least `min_share` of
-/// the smaller point list. The lists are ascending. Cost: n^2 merges.
-Graph covisibility_graph(const std::vector<const std::vector<std::int64_t>*>& points, std::size_t min_shared,
-                         double min_share = 0);
-
+/// Connects two frames that share at least `min_shared` points. The lists are ascending. Cost: n^2 merges.
 inline Graph covisibility_graph(const std::vector<const std::vector<std::int64_t>*>& points,
-                                std::size_t min_shared, double min_share) {
+                                std::size_t min_shared) {
   Graph graph(points.size());
   for (Graph::Vertex a = 0; a < points.size(); ++a)
-    for (Graph::Vertex b = a + 1; b < points.size(); ++b) {
-      const std::size_t shared = shared_points(*points[a], *points[b]);
-      const auto fewer = static_cast<double>(std::min(points[a]->size(), points[b]->size()));
-      if (shared >= std::max<std::size_t>(1, min_shared) && static_cast<double>(shared) >= min_share * fewer)
-        graph.connect(a, b);
-    }
+    for (Graph::Vertex b = a + 1; b < points.size(); ++b)
+      if (shared_points(*points[a], *points[b]) >= std::max<std::size_t>(1, min_shared)) graph.connect(a, b);
   return graph;
 }
 

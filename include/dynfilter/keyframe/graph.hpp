@@ -30,7 +30,10 @@ class Graph {
   void connect(Vertex a, Vertex b);
 
  private:
-  void insert(Vertex at, Vertex v);
+  void insert(Vertex at, Vertex v) {
+    std::vector<Vertex>& list = neighbours_[at];
+    list.insert(std::lower_bound(list.begin(), list.end(), v), v);
+  }
 
   std::vector<std::vector<Vertex>> neighbours_;
   std::size_t edges_ = 0;
@@ -44,17 +47,6 @@ inline std::size_t count(const VertexSet& set) {
   return static_cast<std::size_t>(std::count(set.begin(), set.end(), std::uint8_t{1}));
 }
 
-/// Component number of each vertex of `within`, in the order of the lowest vertices; -1 outside. Linear.
-std::vector<int> components(const Graph& graph, const VertexSet& within);
-
-/// Component number of each vertex of the whole graph.
-inline std::vector<int> components(const Graph& graph) {
-  return components(graph, VertexSet(graph.size(), 1));
-}
-
-/// True if any two vertices of `set` that the graph connects are connected within `set`.
-bool connected_within(const Graph& graph, const VertexSet& set);
-
 inline void Graph::connect(Vertex a, Vertex b) {
   if (a == b || connected(a, b)) return;
   insert(a, b);
@@ -62,11 +54,7 @@ inline void Graph::connect(Vertex a, Vertex b) {
   ++edges_;
 }
 
-inline void Graph::insert(Vertex at, Vertex v) {
-  std::vector<Vertex>& list = neighbours_[at];
-  list.insert(std::lower_bound(list.begin(), list.end(), v), v);
-}
-
+/// Component number of each vertex of `within`, in the order of the lowest vertices; -1 outside. Linear.
 inline std::vector<int> components(const Graph& graph, const VertexSet& within) {
   std::vector<int> component(graph.size(), -1);
   std::vector<Graph::Vertex> open;
@@ -89,6 +77,12 @@ inline std::vector<int> components(const Graph& graph, const VertexSet& within) 
   return component;
 }
 
+/// Component number of each vertex of the whole graph.
+inline std::vector<int> components(const Graph& graph) {
+  return components(graph, VertexSet(graph.size(), 1));
+}
+
+/// True if any two vertices of `set` that the graph connects are connected within `set`.
 inline bool connected_within(const Graph& graph, const VertexSet& set) {
   const std::vector<int> whole = components(graph), inside = components(graph, set);
   std::vector<int> seen(graph.size(), -1);
@@ -100,11 +94,6 @@ inline bool connected_within(const Graph& graph, const VertexSet& set) {
   }
   return true;
 }
-
-/// Adds vertices until any two vertices of `set` that the graph connects are connected within `set`.
-/// Uses shortest paths from the part with the lowest vertex of each component to the next part (Zhou et al.
-/// sec. 3.2.1). Returns the added vertices in order of addition.
-std::vector<Graph::Vertex> add_bridges(const Graph& graph, VertexSet& set);
 
 namespace detail {
 
@@ -136,6 +125,9 @@ inline std::vector<Graph::Vertex> way_to_another_part(const Graph& graph, const 
 
 }  // namespace detail
 
+/// Adds vertices until any two vertices of `set` that the graph connects are connected within `set`.
+/// Uses shortest paths from the part with the lowest vertex of each component to the next part (Zhou et al.
+/// sec. 3.2.1). Returns the added vertices in order of addition.
 inline std::vector<Graph::Vertex> add_bridges(const Graph& graph, VertexSet& set) {
   std::vector<Graph::Vertex> bridges;
   for (bool joined = true; joined;) {

@@ -28,7 +28,16 @@ struct PoseChangeParams {
   /// Number of dynamic features above which a keyframe is marked cut_dynamic. Not a key: code sets it.
   int max_dynamic_features = 300;
 
-  static const FieldTable<PoseChangeParams>& fields();
+  static const FieldTable<PoseChangeParams>& fields() {
+    using P = PoseChangeParams;
+    static const FieldTable<P> table{real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
+                                          "distance from the last keyframe that counts as motion"),
+                                     real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
+                                          "rotation from the last keyframe that counts as motion"),
+                                     integer("max_gap_frames", &P::max_gap_frames, "frames", {1, 1000000},
+                                             "gap after which a frame becomes a keyframe")};
+    return table;
+  }
 };
 
 /// Keyframe selection of DeS-SLAM: relative pose to the last keyframe, and ORB-SLAM2's criteria.
@@ -41,7 +50,9 @@ class PoseChangeSelector final : public KeyframeSelector {
   static constexpr const char* kName = "pose_change";
 
   /// Throws ConfigError if a parameter is out of range.
-  explicit PoseChangeSelector(const PoseChangeParams& params = PoseChangeParams());
+  explicit PoseChangeSelector(const PoseChangeParams& params = PoseChangeParams()) : params_(params) {
+    check_parameters(params_);
+  }
 
   std::string name() const override { return kName; }
 
@@ -63,21 +74,6 @@ class PoseChangeSelector final : public KeyframeSelector {
   PoseChangeParams params_;
   std::optional<Last> last_;
 };
-
-inline const FieldTable<PoseChangeParams>& PoseChangeParams::fields() {
-  using P = PoseChangeParams;
-  static const FieldTable<P> table{real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
-                                        "distance from the last keyframe that counts as motion"),
-                                   real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
-                                        "rotation from the last keyframe that counts as motion"),
-                                   integer("max_gap_frames", &P::max_gap_frames, "frames", {1, 1000000},
-                                           "gap after which a frame becomes a keyframe")};
-  return table;
-}
-
-inline PoseChangeSelector::PoseChangeSelector(const PoseChangeParams& params) : params_(params) {
-  check_parameters(params_);
-}
 
 inline std::vector<SelectedFrame> PoseChangeSelector::choose(const FrameSummary& frame) {
   std::vector<std::int64_t> points = sorted_points(frame.points);

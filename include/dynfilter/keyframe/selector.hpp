@@ -38,7 +38,11 @@ class KeyframeSelector {
   /// Ids of frames that may still become keyframes, ascending. The mapper must keep these frames.
   virtual std::vector<std::int64_t> pending() const { return {}; }
   /// Clears all state.
-  void reset();
+  void reset() {
+    left_out_ = LeftOut();
+    newest_.reset();
+    forget();
+  }
   const LeftOut& left_out() const { return left_out_; }  ///< counts since the last reset
 
  protected:
@@ -61,12 +65,6 @@ inline std::vector<SelectedFrame> KeyframeSelector::add(const FrameSummary& fram
     return ++left_out_.not_newer, std::vector<SelectedFrame>();
   newest_ = std::make_pair(frame.id, frame.timestamp_s);
   return choose(frame);
-}
-
-inline void KeyframeSelector::reset() {
-  left_out_ = LeftOut();
-  newest_.reset();
-  forget();
 }
 
 }  // namespace dynfilter

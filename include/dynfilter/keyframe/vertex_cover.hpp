@@ -11,13 +11,6 @@
 
 namespace dynfilter {
 
-/// True if every edge has an end in `set`.
-bool is_vertex_cover(const Graph& graph, const VertexSet& set);
-
-/// Size of a maximal matching, a lower bound of every vertex cover.
-/// A cover needs an end of each edge of the matching, and these edges share no ends.
-std::size_t matching_bound(const Graph& graph);
-
 /// A vertex cover. It is smallest if its size equals `lower_bound`.
 struct VertexCover {
   VertexSet set;
@@ -26,13 +19,7 @@ struct VertexCover {
   bool optimal() const { return size == lower_bound; }  ///< whether it is certainly a smallest one
 };
 
-/// A smallest vertex cover, or a small one if the search exceeds `max_steps`. A step is one word operation;
-/// the limit is per connected component (1e7 takes about 10 ms). First takes vertices by domination. Then
-/// branches on the vertex of highest degree, bounded by a partition into cliques. The first descent is the
-/// greedy cover, so a result always exists. Ties prefer low numbers, so callers order vertices by preference.
-/// Deterministic.
-VertexCover small_vertex_cover(const Graph& graph, std::uint64_t max_steps = 10000000);
-
+/// True if every edge has an end in `set`.
 inline bool is_vertex_cover(const Graph& graph, const VertexSet& set) {
   for (Graph::Vertex v = 0; v < graph.size(); ++v) {
     if (set[v]) continue;
@@ -42,6 +29,8 @@ inline bool is_vertex_cover(const Graph& graph, const VertexSet& set) {
   return true;
 }
 
+/// Size of a maximal matching, a lower bound of every vertex cover.
+/// A cover needs an end of each edge of the matching, and these edges share no ends.
 inline std::size_t matching_bound(const Graph& graph) {
   VertexSet matched(graph.size(), 0);
   std::size_t edges = 0;
@@ -197,7 +186,12 @@ class CoverSearch {
 
 }  // namespace detail
 
-inline VertexCover small_vertex_cover(const Graph& graph, std::uint64_t max_steps) {
+/// A smallest vertex cover, or a small one if the search exceeds `max_steps`. A step is one word operation;
+/// the limit is per connected component (1e7 takes about 10 ms). First takes vertices by domination. Then
+/// branches on the vertex of highest degree, bounded by a partition into cliques. The first descent is the
+/// greedy cover, so a result always exists. Ties prefer low numbers, so callers order vertices by preference.
+/// Deterministic.
+inline VertexCover small_vertex_cover(const Graph& graph, std::uint64_t max_steps = 10000000) {
   VertexCover cover;
   cover.set.assign(graph.size(), 0);
   const std::vector<int> component = components(graph);

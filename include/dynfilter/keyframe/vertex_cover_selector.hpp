@@ -38,16 +38,20 @@ struct VertexCoverParams {
   int max_wait_frames = 150;
   /// Number of shared points that makes an edge. Not a key: code sets it.
   int min_shared_points = 15;
-  /// Smallest share of the points of the frame with fewer points for an edge (the paper: 0). Not a key: code
-  /// sets it.
-  double min_shared_share = 0;
   /// Select frames without an edge, which no cover contains (the paper: false). Not a key: code sets it.
   bool keep_isolated = true;
   /// Number of dynamic features above which a keyframe is replaced by a cleaner neighbour or marked
   /// cut_dynamic. Not a key: code sets it.
   int max_dynamic_features = 300;
 
-  static const FieldTable<VertexCoverParams>& fields();
+  static const FieldTable<VertexCoverParams>& fields() {
+    using P = VertexCoverParams;
+    static const FieldTable<P> table{real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
+                                          "distance from the last candidate that makes a frame a candidate"),
+                                     real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
+                                          "rotation from the last candidate that makes a frame a candidate")};
+    return table;
+  }
 };
 
 /// Keyframes as a small vertex cover of the covisibility graph of candidates (Zhou et al. sec. 3.2.1, after
@@ -61,17 +65,27 @@ class VertexCoverSelector final : public KeyframeSelector {
   static constexpr const char* kName = "vertex_cover";
 
   /// Throws ConfigError if a parameter is out of range.
-  explicit VertexCoverSelector(const VertexCoverParams& params = VertexCoverParams());
+  explicit VertexCoverSelector(const VertexCoverParams& params = VertexCoverParams()) : params_(params) {
+    check_parameters(params_);
+  }
 
   std::string name() const override { return kName; }
 
   std::vector<SelectedFrame> flush() override;
 
-  std::vector<std::int64_t> pending() const override;
+  std::vector<std::int64_t> pending() const override {
+    std::vector<std::int64_t> ids;
+    for (const Candidate& c : open_) ids.push_back(c.id);
+    return ids;
+  }
 
  protected:
   std::vector<SelectedFrame> choose(const FrameSummary& frame) override;
-  void forget() override;
+  void forget() override {
+    open_.clear();
+    anchor_.reset();
+    last_candidate_.reset();
+  }
 
  private:
   struct Candidate {
@@ -84,7 +98,11 @@ class VertexCoverSelector final : public KeyframeSelector {
   using Vertex = Graph::Vertex;
 
   /// Index of the first new candidate in `open_`.
-  std::size_t fresh() const;
+  std::size_t fresh() const {
+    std::size_t i = 0;
+    while (i < open_.size() && open_[i].second_chance) ++i;
+    return i;
+  }
 
   bool is_candidate(const FrameSummary& frame) const;
 
@@ -121,30 +139,11 @@ class VertexCoverSelector final : public KeyframeSelector {
   std::optional<std::pair<std::int64_t, Pose>> last_candidate_;
 };
 
-inline const FieldTable<VertexCoverParams>& VertexCoverParams::fields() {
-  using P = VertexCoverParams;
-  static const FieldTable<P> table{real("min_translation_m", &P::min_translation_m, "m", {0, 1e9},
-                                        "distance from the last candidate that makes a frame a candidate"),
-                                   real("min_rotation_deg", &P::min_rotation_deg, "deg", {0, 180},
-                                        "rotation from the last candidate that makes a frame a candidate")};
-  return table;
-}
-
-inline VertexCoverSelector::VertexCoverSelector(const VertexCoverParams& params) : params_(params) {
-  check_parameters(params_);
-}
-
 inline std::vector<SelectedFrame> VertexCoverSelector::flush() {
   const bool anything_new = fresh() < open_.size();
   std::vector<SelectedFrame> chosen = anything_new ? solve() : std::vector<SelectedFrame>();
   open_.clear();
   return chosen;
-}
-
-inline std::vector<std::int64_t> VertexCoverSelector::pending() const {
-  std::vector<std::int64_t> ids;
-  for (const Candidate& c : open_) ids.push_back(c.id);
-  return ids;
 }
 
 inline std::vector<SelectedFrame> VertexCoverSelector::choose(const FrameSummary& frame) {
@@ -159,18 +158,6 @@ inline std::vector<SelectedFrame> VertexCoverSelector::choose(const FrameSummary
   return enough || id_gap(frame.id, open_[first].id) >= params_.max_wait_frames
              ? solve()
              : std::vector<SelectedFrame>();
-}
-
-inline void VertexCoverSelector::forget() {
-  open_.clear();
-  anchor_.reset();
-  last_candidate_.reset();
-}
-
-inline std::size_t VertexCoverSelector::fresh() const {
-  std::size_t i = 0;
-  while (i < open_.size() && open_[i].second_chance) ++i;
-  return i;
 }
 
 inline bool VertexCoverSelector::is_candidate(const FrameSummary& frame) const {
@@ -197,8 +184,7 @@ inline std::vector<SelectedFrame> VertexCoverSelector::solve() {
   const std::vector<const Candidate*> vertex = vertices();
   std::vector<const std::vector<std::int64_t>*> points;
   for (const Candidate* c : vertex) points.push_back(&c->points);
-  const Graph graph = covisibility_graph(points, static_cast<std::size_t>(params_.min_shared_points),
-                                         params_.min_shared_share);
+  const Graph graph = covisibility_graph(points, static_cast<std::size_t>(params_.min_shared_points));
   std::vector<std::optional<KeyframeReason>> why(vertex.size());
   VertexSet set = cover(graph, why);
   for (const Vertex b : add_bridges(graph, set)) why[b] = KeyframeReason::Bridge;

@@ -29,7 +29,9 @@ class BoxTracker {
   const std::vector<CarriedBox>& boxes() const { return boxes_; }
 
   /// Moves all boxes to the next frame.
-  void carry(const MotionFrame& to);
+  void carry(const MotionFrame& to) {
+    for (CarriedBox& box : boxes_) carrier_.carry(to, box);
+  }
 
   /// Adds the boxes of a newer result, detected on frame `found_id`.
   /// They are carried along `path` to the frame of the old boxes.
@@ -42,11 +44,17 @@ class BoxTracker {
   }
 
  private:
-  static double overlap(const cv::Rect2f& a, const cv::Rect2f& b);
+  static double overlap(const cv::Rect2f& a, const cv::Rect2f& b) {
+    const double both = static_cast<double>((a & b).area());
+    const double either = static_cast<double>(a.area()) + static_cast<double>(b.area()) - both;
+    return both > 0 && either > 0 ? both / either : 0;
+  }
 
   /// Replaces the host's mask by a copy.
   void own_mask(cv::Mat& mask);
-  void recycle_mask(CarriedBox& box);
+  void recycle_mask(CarriedBox& box) {
+    if (!box.detection.mask.empty()) spare_masks_.push_back(std::move(box.detection.mask));
+  }
 
   /// Pairs new boxes with old ones. Paired old boxes are removed from boxes_.
   void pair_up();
@@ -58,10 +66,6 @@ class BoxTracker {
   std::vector<std::uint8_t> paired_new_, paired_old_;
   int next_id_ = 0;
 };
-
-inline void BoxTracker::carry(const MotionFrame& to) {
-  for (CarriedBox& box : boxes_) carrier_.carry(to, box);
-}
 
 inline void BoxTracker::take(Span<const Detection> detections, std::int64_t found_id,
                              const std::vector<const MotionFrame*>& path) {
@@ -92,16 +96,6 @@ inline void BoxTracker::own_mask(cv::Mat& mask) {
   }
   keep_copy(mask, copy);
   mask = std::move(copy);
-}
-
-inline void BoxTracker::recycle_mask(CarriedBox& box) {
-  if (!box.detection.mask.empty()) spare_masks_.push_back(std::move(box.detection.mask));
-}
-
-inline double BoxTracker::overlap(const cv::Rect2f& a, const cv::Rect2f& b) {
-  const double both = static_cast<double>((a & b).area());
-  const double either = static_cast<double>(a.area()) + static_cast<double>(b.area()) - both;
-  return both > 0 && either > 0 ? both / either : 0;
 }
 
 inline void BoxTracker::pair_up() {

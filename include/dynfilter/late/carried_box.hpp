@@ -29,10 +29,6 @@ struct CarriedBox {
   static CarriedBox from(const Detection& detection, std::int64_t frame_id);
 };
 
-/// Writes the instance mask of a carried box, moved and scaled with it, to `out`.
-/// CV_8UC1 at a quarter of the image's width and height.
-void carried_instance(const CarriedBox& carried, cv::Size image_px, cv::Mat& out);
-
 /// Carries boxes from frame to frame. The median motion of the features on the object moves a box. The ratio
 /// of the object's depths scales it. The object is the depth layer with most features in the middle of the
 /// box. Without depth, all features of the box count and its size is constant. A box without features keeps
@@ -62,6 +58,8 @@ inline CarriedBox CarriedBox::from(const Detection& detection, std::int64_t fram
   return box;
 }
 
+/// Writes the instance mask of a carried box, moved and scaled with it, to `out`.
+/// CV_8UC1 at a quarter of the image's width and height.
 inline void carried_instance(const CarriedBox& carried, cv::Size image_px, cv::Mat& out) {
   const cv::Mat& mask = carried.detection.mask;
   const cv::Rect2f &now = carried.detection.box, &then = carried.found_box;

@@ -67,7 +67,10 @@ class CarriedMask {
     return cell.x >= 0 && cell.y >= 0 && cell.x < grid_.cols && cell.y < grid_.rows;
   }
   int blocks_across() const { return (grid_.cols + kBlock - 1) / kBlock; }
-  std::size_t block_of(const cv::Point& cell) const;
+  std::size_t block_of(const cv::Point& cell) const {
+    const int block = cell.y / kBlock * blocks_across() + cell.x / kBlock;
+    return static_cast<std::size_t>(block);
+  }
   void collect(const std::vector<MotionSample>& samples);
   void find_motions();
 
@@ -88,7 +91,11 @@ class CarriedMask {
   /// Growth is slow, so that the floor under the feet does not join.
   void grow(const cv::Mat& depth_m);
 
-  void draw();
+  void draw() {
+    grid_.setTo(cv::Scalar(0));
+    for (const Point& p : points_)
+      if (p.misses == 0) grid_.at<std::uint8_t>(cell_of(p.px)) = p.label;
+  }
 
   std::vector<Point> points_;
   cv::Mat grid_, closed_, index_;
@@ -158,11 +165,6 @@ inline const cv::Mat& CarriedMask::labels() {
       if (around >= 4) closed_.at<std::uint8_t>(r, c) = label;
     }
   return closed_;
-}
-
-inline std::size_t CarriedMask::block_of(const cv::Point& cell) const {
-  const int block = cell.y / kBlock * blocks_across() + cell.x / kBlock;
-  return static_cast<std::size_t>(block);
 }
 
 inline void CarriedMask::collect(const std::vector<MotionSample>& samples) {
@@ -285,12 +287,6 @@ inline void CarriedMask::grow(const cv::Mat& depth_m) {
       points_.push_back({px, seen, p.label, 0, 0});
     }
   }
-}
-
-inline void CarriedMask::draw() {
-  grid_.setTo(cv::Scalar(0));
-  for (const Point& p : points_)
-    if (p.misses == 0) grid_.at<std::uint8_t>(cell_of(p.px)) = p.label;
 }
 
 }  // namespace dynfilter

@@ -27,7 +27,11 @@ class LateSemantics {
   /// The same for the mask.
   CarriedMask* mask(const MaskInput& input, std::int64_t now_id);
 
-  void reset();
+  void reset() {
+    motions_.reset();
+    boxes_.reset();
+    boxes_of_.reset(), boxes_at_.reset(), mask_of_.reset(), mask_at_.reset();
+  }
 
  private:
   MotionHistory motions_;
@@ -67,12 +71,6 @@ inline CarriedMask* LateSemantics::mask(const MaskInput& input, std::int64_t now
   }
   mask_at_ = now_id;
   return &mask_;
-}
-
-inline void LateSemantics::reset() {
-  motions_.reset();
-  boxes_.reset();
-  boxes_of_.reset(), boxes_at_.reset(), mask_of_.reset(), mask_at_.reset();
 }
 
 }  // namespace dynfilter

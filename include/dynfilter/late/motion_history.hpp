@@ -52,7 +52,12 @@ class MotionHistory {
   static void fill_samples(const Match& match, const std::vector<cv::Point2f>& px,
                            const std::vector<float>& depths_m, std::vector<MotionSample>& samples);
 
-  const MotionFrame* find(std::int64_t id) const;  ///< null: the frame is not kept
+  /// Null: the frame is not kept.
+  const MotionFrame* find(std::int64_t id) const {
+    for (std::size_t k = 0; k < size_; ++k)
+      if (frames_[(begin_ + k) % kFrames].id == id) return &frames_[(begin_ + k) % kFrames];
+    return nullptr;
+  }
 
   /// Lists the frames from one to another in order, without the first.
   /// False if the motion history does not connect them.
@@ -107,12 +112,6 @@ inline void MotionHistory::fill_samples(const Match& match, const std::vector<cv
     if (match.found(i))
       samples.push_back(
           {match.correspondences.reference_px[i], px[i], match.reference_depth_m[i], depths_m[i]});
-}
-
-inline const MotionFrame* MotionHistory::find(std::int64_t id) const {
-  for (std::size_t k = 0; k < size_; ++k)
-    if (frames_[(begin_ + k) % kFrames].id == id) return &frames_[(begin_ + k) % kFrames];
-  return nullptr;
 }
 
 inline bool MotionHistory::path(std::int64_t from_id, std::int64_t to_id,

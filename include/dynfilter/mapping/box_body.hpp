@@ -80,7 +80,10 @@ class BoxBody {
   /// Part 0 contains pixels without depth and those of the farther side.
   void find_parts(const cv::Mat& depth, float farthest_m);
   std::uint32_t part_of(const float* z, const float* above, int x, int y);
-  std::uint32_t root(std::uint32_t part);
+  std::uint32_t root(std::uint32_t part) {
+    while (parts_[part].parent != part) part = parts_[part].parent = parts_[parts_[part].parent].parent;
+    return part;
+  }
   std::uint32_t join(std::uint32_t a, std::uint32_t b) {
     return a < b ? parts_[b].parent = a : parts_[a].parent = b;
   }
@@ -88,7 +91,11 @@ class BoxBody {
 
   /// The part that fills most of the middle of the box; 0: no part fills enough.
   std::size_t core_part() const;
-  float choose_parts(std::size_t core);
+  float choose_parts(std::size_t core) {
+    const double core_m = parts_[core].mean_m();
+    for (Part& part : parts_) part.body = part.pixels > 0 && std::abs(part.mean_m() - core_m) <= kReachM;
+    return static_cast<float>(core_m + kReachM);
+  }
 
   DepthJump jump_{kMaxStepShare};
   int width_ = 0;
@@ -159,11 +166,6 @@ inline std::uint32_t BoxBody::part_of(const float* z, const float* above, int x,
   return made;
 }
 
-inline std::uint32_t BoxBody::root(std::uint32_t part) {
-  while (parts_[part].parent != part) part = parts_[part].parent = parts_[parts_[part].parent].parent;
-  return part;
-}
-
 inline void BoxBody::add_up(const cv::Mat& depth) {
   for (int y = 0; y < depth.rows; ++y) {
     const float* z = depth.ptr<float>(y);
@@ -184,12 +186,6 @@ inline std::size_t BoxBody::core_part() const {
     if (parts_[p].in_the_middle > parts_[core].in_the_middle) core = p;
   const auto middle = static_cast<double>(middle_.area());
   return static_cast<double>(parts_[core].in_the_middle) >= kMinMiddleShare * middle ? core : 0;
-}
-
-inline float BoxBody::choose_parts(std::size_t core) {
-  const double core_m = parts_[core].mean_m();
-  for (Part& part : parts_) part.body = part.pixels > 0 && std::abs(part.mean_m() - core_m) <= kReachM;
-  return static_cast<float>(core_m + kReachM);
 }
 
 }  // namespace dynfilter::mapping

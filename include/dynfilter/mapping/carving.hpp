@@ -26,7 +26,10 @@ class Carving {
 
  private:
   static int seen(const VoxelVotes& v) { return v.seen + v.old_seen; }
-  bool seen_through(const VoxelVotes& v) const;
+  bool seen_through(const VoxelVotes& v) const {
+    const int through = v.through + v.old_through;
+    return through >= min_views_ && seen(v) < CarveParams::kSeenPerThrough * through;
+  }
   void spread(std::vector<std::uint32_t>& open);
   bool outnumbered(std::uint32_t i) const;
   template <class F>
@@ -47,11 +50,6 @@ inline Carving::Carving(const VoxelMap& map, const CarveParams& params)
     if (gone_[i] != 0) open.push_back(i);
   }
   spread(open);
-}
-
-inline bool Carving::seen_through(const VoxelVotes& v) const {
-  const int through = v.through + v.old_through;
-  return through >= min_views_ && seen(v) < CarveParams::kSeenPerThrough * through;
 }
 
 inline void Carving::spread(std::vector<std::uint32_t>& open) {

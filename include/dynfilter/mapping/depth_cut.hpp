@@ -72,8 +72,15 @@ class DepthCut {
   }
 
   void find_edges(const cv::Mat& depth_m);
-  void find_steps(const float* a, const float* b, int n);
-  void mark_steps(int n, std::uint8_t* __restrict edge) const;
+  void find_steps(const float* a, const float* b, int n) {
+    const DepthJump jump(CutParams::kMaxStepShare);
+    std::uint8_t* __restrict step = steps_.data();
+    for (int i = 0; i < n; ++i) step[i] = static_cast<std::uint8_t>(-static_cast<int>(jump(a[i], b[i])));
+  }
+  void mark_steps(int n, std::uint8_t* __restrict edge) const {
+    const std::uint8_t* __restrict step = steps_.data();
+    for (int i = 0; i < n; ++i) edge[i] |= step[i];
+  }
   void combine(const cv::Mat& depth_m, float max_depth_m);
   void combine_row(const float* __restrict z, const std::uint8_t* __restrict moves,
                    const std::uint8_t* __restrict edge, int n, float max_depth_m,
@@ -223,17 +230,6 @@ inline void DepthCut::find_edges(const cv::Mat& depth_m) {
     mark_steps(depth_m.cols, edges_.ptr<std::uint8_t>(y + 1));
   }
   widen(edges_, params_.edge_px);
-}
-
-inline void DepthCut::find_steps(const float* a, const float* b, int n) {
-  const DepthJump jump(CutParams::kMaxStepShare);
-  std::uint8_t* __restrict step = steps_.data();
-  for (int i = 0; i < n; ++i) step[i] = static_cast<std::uint8_t>(-static_cast<int>(jump(a[i], b[i])));
-}
-
-inline void DepthCut::mark_steps(int n, std::uint8_t* __restrict edge) const {
-  const std::uint8_t* __restrict step = steps_.data();
-  for (int i = 0; i < n; ++i) edge[i] |= step[i];
 }
 
 inline void DepthCut::combine(const cv::Mat& depth_m, float max_depth_m) {

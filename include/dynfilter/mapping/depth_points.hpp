@@ -49,17 +49,10 @@ struct DepthRange {
 namespace detail {
 
 /// Depths [m] of `n` pixels, 0 without depth. Comparisons with NaN are false.
-DYNFILTER_AS_CALLER inline void read_depths(const std::uint16_t* depth, int n, float unit_m, DepthRange range,
-                                            float* z) {
+template <class T>
+DYNFILTER_AS_CALLER inline void read_depths(const T* depth, int n, float unit_m, DepthRange range, float* z) {
   for (int i = 0; i < n; ++i) {
-    const float v = static_cast<float>(static_cast<int>(depth[i])) * unit_m;
-    z[i] = static_cast<int>(v >= range.min_m) & static_cast<int>(v <= range.max_m) ? v : 0.0F;
-  }
-}
-DYNFILTER_AS_CALLER inline void read_depths(const float* depth, int n, float unit_m, DepthRange range,
-                                            float* z) {
-  for (int i = 0; i < n; ++i) {
-    const float v = depth[i] * unit_m;
+    const float v = static_cast<float>(depth[i]) * unit_m;
     z[i] = static_cast<int>(v >= range.min_m) & static_cast<int>(v <= range.max_m) ? v : 0.0F;
   }
 }
@@ -94,12 +87,6 @@ DYNFILTER_AS_CALLER inline void read_points(const cv::Mat& depth, float unit_m, 
 
 }  // namespace detail
 
-/// Back-projects a depth image with `rays` of the same size: x = (u - cx) z / fx.
-/// `depth`: CV_16UC1 or CV_32FC1 in units of `unit_m`. Returns false, without points, for any other type.
-/// Cost: linear in the pixels. Nothing is allocated after the first image of a size.
-bool back_project_depth(const cv::Mat& depth, double unit_m, const PixelRays& rays, DepthRange range,
-                        DepthPoints& out);
-
 inline void PixelRays::set(const Camera& camera, cv::Size size) {
   if (camera == camera_ && size == size_) return;
   camera_ = camera;
@@ -127,6 +114,9 @@ inline void PixelRays::fill_table() {
     }
 }
 
+/// Back-projects a depth image with `rays` of the same size: x = (u - cx) z / fx.
+/// `depth`: CV_16UC1 or CV_32FC1 in units of `unit_m`. Returns false, without points, for any other type.
+/// Cost: linear in the pixels. Nothing is allocated after the first image of a size.
 inline bool back_project_depth(const cv::Mat& depth, double unit_m, const PixelRays& rays, DepthRange range,
                                DepthPoints& out) {
   const bool known = depth.type() == CV_16UC1 || depth.type() == CV_32FC1;

@@ -294,14 +294,6 @@ inline DYNFILTER_AS_CALLER void DepthView::judge(std::size_t n, double leaf_m, P
   }
 }
 
-/// Adds (sign 1) or removes (-1) what a view says of the voxels from index `begin`: a surface seen, or seen
-/// through.
-void add_votes(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, std::size_t begin,
-               double leaf_m, int sign);
-
-/// Moves a view's votes to the permanent counters, from which nothing is removed.
-void make_votes_permanent(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, double leaf_m);
-
 namespace detail {
 
 inline void make_vote_permanent(std::uint16_t& live, std::uint16_t& old, int vote) {
@@ -311,6 +303,8 @@ inline void make_vote_permanent(std::uint16_t& live, std::uint16_t& old, int vot
 
 }  // namespace detail
 
+/// Adds (sign 1) or removes (-1) what a view says of the voxels from index `begin`: a surface seen, or seen
+/// through.
 inline void add_votes(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, std::size_t begin,
                       double leaf_m, int sign) {
   std::vector<VoxelVotes>& votes = map.votes();
@@ -320,6 +314,7 @@ inline void add_votes(VoxelMap& map, const DepthView& view, const Pose& T_world_
   });
 }
 
+/// Moves a view's votes to the permanent counters, from which nothing is removed.
 inline void make_votes_permanent(VoxelMap& map, const DepthView& view, const Pose& T_world_camera,
                                  double leaf_m) {
   std::vector<VoxelVotes>& votes = map.votes();

@@ -19,9 +19,17 @@ class KeyRegions {
   /// Class names, numbered from 1.
   explicit KeyRegions(std::vector<std::string> classes = {}) : classes_(std::move(classes)) {}
 
-  bool any(Span<const Detection> detections) const;  ///< whether one of them is of a key class
+  /// Whether one of them is of a key class.
+  bool any(Span<const Detection> detections) const {
+    return std::any_of(detections.begin(), detections.end(),
+                       [&](const Detection& d) { return label_of(d) > 0; });
+  }
   /// Number of a detection's class; 0: not a key class.
-  int label_of(const Detection& detection) const;
+  int label_of(const Detection& detection) const {
+    const auto at = std::find(classes_.begin(), classes_.end(), detection.class_name);
+    return at == classes_.end() ? 0
+                                : static_cast<int>(std::min<std::ptrdiff_t>(at - classes_.begin(), 254)) + 1;
+  }
 
   /// `usable`: CV_8UC1, not 0: belongs in the map. Where boxes overlap, the higher score wins.
   void mark(Span<const Detection> detections, const cv::Mat& usable);
@@ -38,17 +46,6 @@ class KeyRegions {
   cv::Mat inside_, outside_own_, outside_;
   cv::Rect area_;
 };
-
-inline bool KeyRegions::any(Span<const Detection> detections) const {
-  return std::any_of(detections.begin(), detections.end(),
-                     [&](const Detection& d) { return label_of(d) > 0; });
-}
-
-inline int KeyRegions::label_of(const Detection& detection) const {
-  const auto at = std::find(classes_.begin(), classes_.end(), detection.class_name);
-  return at == classes_.end() ? 0
-                              : static_cast<int>(std::min<std::ptrdiff_t>(at - classes_.begin(), 254)) + 1;
-}
 
 inline void KeyRegions::mark(Span<const Detection> detections, const cv::Mat& usable) {
   inside_.create(usable.size(), CV_8UC1);

@@ -28,10 +28,6 @@ inline double voxel_units(const Voxel& v, std::size_t axis) {
   return static_cast<double>(v.weighted_units[axis]) / static_cast<double>(v.weight) + 0.5;
 }
 
-/// Appends centroids [m], mean colours and classes. `unit_m`: quantum of the map.
-void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& order, double unit_m,
-                  MapCloud& cloud);
-
 /// Collects which keyframes contribute to which points of a cloud.
 class SourceCollector {
  public:
@@ -39,7 +35,11 @@ class SourceCollector {
 
   /// Positions of a map's voxels in the cloud. `begin`: position of the first one in `order`.
   static std::vector<std::uint32_t> places(const VoxelMap& map, const std::vector<std::uint32_t>& order,
-                                           std::size_t begin);
+                                           std::size_t begin) {
+    std::vector<std::uint32_t> place(map.size(), kHidden);
+    for (const std::uint32_t i : order) place[i] = static_cast<std::uint32_t>(begin++);
+    return place;
+  }
   /// `keyframe`: increasing numbers.
   void add(const VoxelMap& map, const std::vector<std::uint32_t>& place,
            const std::vector<WorldPoint>& points, std::uint32_t keyframe);
@@ -66,6 +66,7 @@ class SourceCollector {
   std::vector<std::uint64_t> pairs_;  ///< place << 32 | keyframe
 };
 
+/// Appends centroids [m], mean colours and classes. `unit_m`: quantum of the map.
 inline void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& order, double unit_m,
                          MapCloud& cloud) {
   for (const std::uint32_t i : order) {
@@ -78,14 +79,6 @@ inline void append_cloud(const VoxelMap& map, const std::vector<std::uint32_t>& 
     cloud.colours.emplace_back(mean(0), mean(1), mean(2));
     cloud.classes.push_back(VoxelKey::label(map.keys()[i]));
   }
-}
-
-inline std::vector<std::uint32_t> SourceCollector::places(const VoxelMap& map,
-                                                          const std::vector<std::uint32_t>& order,
-                                                          std::size_t begin) {
-  std::vector<std::uint32_t> place(map.size(), kHidden);
-  for (const std::uint32_t i : order) place[i] = static_cast<std::uint32_t>(begin++);
-  return place;
 }
 
 inline void SourceCollector::add(const VoxelMap& map, const std::vector<std::uint32_t>& place,

@@ -84,8 +84,6 @@ struct MapSources {
 };
 
 /// The pixels of an image that a box touches. Empty for an invalid box.
-cv::Rect pixels_of(const cv::Rect2f& box, cv::Size size);
-
 inline cv::Rect pixels_of(const cv::Rect2f& box, cv::Size size) {
   if (!(box.width > 0 && box.height > 0 && std::abs(box.x) < 1e6F && std::abs(box.y) < 1e6F)) return {};
   const cv::Point from(std::max(0, cvFloor(box.x)), std::max(0, cvFloor(box.y)));

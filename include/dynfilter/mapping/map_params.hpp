@@ -35,7 +35,13 @@ struct CutParams {
   /// Width of the rim that is removed on both sides of a depth jump. Not a key: code sets it.
   int edge_px = 1;
 
-  static const FieldTable<CutParams>& fields();
+  static const FieldTable<CutParams>& fields() {
+    using P = CutParams;
+    static const FieldTable<P> table{
+        words("moving_classes", &P::moving_classes, "names of the detection classes that may move"),
+    };
+    return table;
+  }
 };
 
 /// When measured free space removes points (depth_view.hpp).
@@ -54,7 +60,15 @@ struct CarveParams {
   /// Smallest share of removed neighbours within two voxels that removes such a point.
   static constexpr double kSpreadShare = 0.2;
 
-  static const FieldTable<CarveParams>& fields();
+  static const FieldTable<CarveParams>& fields() {
+    using P = CarveParams;
+    static const FieldTable<P> table{
+        flag("carve", &P::enabled, "remove points that other keyframes see through"),
+        integer("carve_min_views", &P::min_views, "", {1, 1000},
+                "smallest number of keyframes that must see through a point"),
+    };
+    return table;
+  }
 };
 
 /// Statistical outlier removal (outliers.hpp).
@@ -65,8 +79,6 @@ struct OutlierParams {
   /// A voxel is isolated if its mean distance exceeds the mean of all voxels by this many standard
   /// deviations. Not a key: code sets it.
   double sigmas = 3;
-
-  static const FieldTable<OutlierParams>& fields();
 };
 
 /// Alignment of a keyframe with the map before fusion (registration.hpp).
@@ -79,7 +91,13 @@ struct RegistrationParams {
   /// Smallest number of point pairs; with fewer, the keyframe is not aligned.
   static constexpr int kMinPoints = 300;
 
-  static const FieldTable<RegistrationParams>& fields();
+  static const FieldTable<RegistrationParams>& fields() {
+    using P = RegistrationParams;
+    static const FieldTable<P> table{
+        flag("register_keyframes", &P::enabled, "align each keyframe with the map before fusion"),
+    };
+    return table;
+  }
 };
 
 /// Parameters of the map. leaf_m is the voxel edge r_v outside the key regions.
@@ -99,69 +117,32 @@ struct MappingParams {
   int key_divisor = 4;
   int key_window = 5;
 
-  static const FieldTable<MappingParams>& fields();
+  static const FieldTable<MappingParams>& fields() {
+    using P = MappingParams;
+    static const FieldTable<P> table = [] {
+      FieldTable<P> t{
+          real("leaf_m", &P::leaf_m, "m", {0.001, 10}, "edge of a voxel"),
+          integer("max_voxels", &P::max_voxels, "", {1000, 100000000},
+                  "largest number of voxels; beyond it, the leaf doubles"),
+          real("min_depth_m", &P::min_depth_m, "m", {0, 1000}, "smallest depth that is used"),
+          real("max_depth_m", &P::max_depth_m, "m", {0.01, 1000}, "largest depth that is used"),
+          words("key_classes", &P::key_classes, "classes of static objects that are kept at full density"),
+          integer("key_divisor", &P::key_divisor, "", {1, 64},
+                  "power of two that divides leaf_m in key regions"),
+          integer("key_window", &P::key_window, "frames", {0, 1000},
+                  "frames before and after a keyframe that refine its key regions (N_w)"),
+      };
+      include_fields(t, &P::cut);
+      include_fields(t, &P::carve);
+      include_fields(t, &P::registration);
+      return t;
+    }();
+    return table;
+  }
 };
 
 /// Throws ConfigError with the parameter, also for combinations that are invalid.
-void check_mapping(const MappingParams& p, const std::string& path = "mapping");
-
-inline const FieldTable<CutParams>& CutParams::fields() {
-  using P = CutParams;
-  static const FieldTable<P> table{
-      words("moving_classes", &P::moving_classes, "names of the detection classes that may move"),
-  };
-  return table;
-}
-
-inline const FieldTable<CarveParams>& CarveParams::fields() {
-  using P = CarveParams;
-  static const FieldTable<P> table{
-      flag("carve", &P::enabled, "remove points that other keyframes see through"),
-      integer("carve_min_views", &P::min_views, "", {1, 1000},
-              "smallest number of keyframes that must see through a point"),
-  };
-  return table;
-}
-
-inline const FieldTable<OutlierParams>& OutlierParams::fields() {
-  using P = OutlierParams;
-  static const FieldTable<P> table{};
-  return table;
-}
-
-inline const FieldTable<RegistrationParams>& RegistrationParams::fields() {
-  using P = RegistrationParams;
-  static const FieldTable<P> table{
-      flag("register_keyframes", &P::enabled, "align each keyframe with the map before fusion"),
-  };
-  return table;
-}
-
-inline const FieldTable<MappingParams>& MappingParams::fields() {
-  using P = MappingParams;
-  static const FieldTable<P> table = [] {
-    FieldTable<P> t{
-        real("leaf_m", &P::leaf_m, "m", {0.001, 10}, "edge of a voxel"),
-        integer("max_voxels", &P::max_voxels, "", {1000, 100000000},
-                "largest number of voxels; beyond it, the leaf doubles"),
-        real("min_depth_m", &P::min_depth_m, "m", {0, 1000}, "smallest depth that is used"),
-        real("max_depth_m", &P::max_depth_m, "m", {0.01, 1000}, "largest depth that is used"),
-        words("key_classes", &P::key_classes, "classes of static objects that are kept at full density"),
-        integer("key_divisor", &P::key_divisor, "", {1, 64},
-                "power of two that divides leaf_m in key regions"),
-        integer("key_window", &P::key_window, "frames", {0, 1000},
-                "frames before and after a keyframe that refine its key regions (N_w)"),
-    };
-    include_fields(t, &P::cut);
-    include_fields(t, &P::carve);
-    include_fields(t, &P::outliers);
-    include_fields(t, &P::registration);
-    return t;
-  }();
-  return table;
-}
-
-inline void check_mapping(const MappingParams& p, const std::string& path) {
+inline void check_mapping(const MappingParams& p, const std::string& path = "mapping") {
   check_parameters(p, path);
   if (p.min_depth_m >= p.max_depth_m)
     throw ConfigError(path + ".max_depth_m", "expected more than min_depth_m");

@@ -54,16 +54,37 @@ class MappingThread {
   bool add(const MapFrame& keyframe) { return submit(keyframe, true); }
   /// Queues any other frame; false: the queue was full.
   bool observe(const MapFrame& frame) { return submit(frame, false); }
-  void remove(std::int64_t id);                            ///< queues a removal
-  void move(std::int64_t id, const Pose& T_world_camera);  ///< queues a move to this pose
+  /// Queues a removal.
+  void remove(std::int64_t id) {
+    push([id](StaticMap& map, MappingThreadStatus&) { map.remove(id); });
+  }
+  /// Queues a move to this pose.
+  void move(std::int64_t id, const Pose& T_world_camera) {
+    push([id, T_world_camera](StaticMap& map, MappingThreadStatus&) { map.move(id, T_world_camera); });
+  }
 
   /// Waits until everything submitted is processed.
-  void finish();
-  /// The map after everything submitted. Waits for it.
-  MapCloud cloud();
-  MapSources sources();          ///< see StaticMap::sources(); waits for the map
-  MapState state();              ///< see StaticMap::state(); waits for the map
-  MappingThreadStatus status();  ///< counters, without waiting
+  void finish() { when_idle(); }
+  /// The map after everything submitted. Waits for it, as the next two do.
+  MapCloud cloud() {
+    const auto lock = when_idle();
+    return map_.cloud();
+  }
+  /// See StaticMap::sources().
+  MapSources sources() {
+    const auto lock = when_idle();
+    return map_.sources();
+  }
+  /// See StaticMap::state().
+  MapState state() {
+    const auto lock = when_idle();
+    return map_.state();
+  }
+  /// Counters, without waiting.
+  MappingThreadStatus status() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return status_;
+  }
 
  private:
   using Job = std::function<void(StaticMap&, MappingThreadStatus&)>;
@@ -78,8 +99,17 @@ class MappingThread {
   };
 
   bool submit(const MapFrame& frame, bool keyframe);
-  void push(Job job);
+  void push(Job job) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    jobs_.push_back(std::move(job));
+    wake_.notify_all();
+  }
   void work();
+  std::unique_lock<std::mutex> when_idle() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
+    return lock;
+  }
 
   StaticMap map_;  ///< used by the worker while busy_
   std::size_t capacity_;
@@ -99,42 +129,6 @@ inline MappingThread::~MappingThread() {
     wake_.notify_all();
   }
   worker_.join();
-}
-
-inline void MappingThread::remove(std::int64_t id) {
-  push([id](StaticMap& map, MappingThreadStatus&) { map.remove(id); });
-}
-
-inline void MappingThread::move(std::int64_t id, const Pose& T_world_camera) {
-  push([id, T_world_camera](StaticMap& map, MappingThreadStatus&) { map.move(id, T_world_camera); });
-}
-
-inline void MappingThread::finish() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
-}
-
-inline MapCloud MappingThread::cloud() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
-  return map_.cloud();
-}
-
-inline MapSources MappingThread::sources() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
-  return map_.sources();
-}
-
-inline MapState MappingThread::state() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  idle_.wait(lock, [&] { return jobs_.empty() && !busy_; });
-  return map_.state();
-}
-
-inline MappingThreadStatus MappingThread::status() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return status_;
 }
 
 inline MappingThread::OwnedFrame::OwnedFrame(const MapFrame& from)
@@ -178,12 +172,6 @@ inline bool MappingThread::submit(const MapFrame& frame, bool keyframe) {
     done.fused_ms = report.used ? report.time_ms : 0;
   });
   return true;
-}
-
-inline void MappingThread::push(Job job) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  jobs_.push_back(std::move(job));
-  wake_.notify_all();
 }
 
 inline void MappingThread::work() {

@@ -36,9 +36,15 @@ class OutlierFilter {
   struct Nearest {
     std::array<float, 64> squared;  ///< increasing
     int wanted;
-    explicit Nearest(int n);  ///< the n smallest values
-    void add(float d2);       ///< d2: squared distance [m2]
-    float mean() const;       ///< mean distance [m]
+    /// The n smallest values.
+    explicit Nearest(int n) : wanted(n) { squared.fill(static_cast<float>(kReach * kReach)); }
+    void add(float d2);  ///< d2: squared distance [m2]
+    /// Mean distance [m].
+    float mean() const {
+      float sum = 0;
+      for (std::size_t k = 0; k < static_cast<std::size_t>(wanted); ++k) sum += std::sqrt(squared[k]);
+      return sum / static_cast<float>(wanted);
+    }
   };
 
   /// Reads keys, and the position of each centroid in its cell, in leaves.
@@ -70,21 +76,11 @@ inline void OutlierFilter::run(const VoxelMap& map, std::vector<std::uint32_t>& 
   order.resize(left);
 }
 
-inline OutlierFilter::Nearest::Nearest(int n) : wanted(n) {
-  squared.fill(static_cast<float>(kReach * kReach));
-}
-
 inline void OutlierFilter::Nearest::add(float d2) {
   if (!(d2 < squared[static_cast<std::size_t>(wanted) - 1])) return;
   std::size_t at = static_cast<std::size_t>(wanted) - 1;
   for (; at > 0 && squared[at - 1] > d2; --at) squared[at] = squared[at - 1];
   squared[at] = d2;
-}
-
-inline float OutlierFilter::Nearest::mean() const {
-  float sum = 0;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(wanted); ++k) sum += std::sqrt(squared[k]);
-  return sum / static_cast<float>(wanted);
 }
 
 inline void OutlierFilter::read(const VoxelMap& map, const std::vector<std::uint32_t>& order) {

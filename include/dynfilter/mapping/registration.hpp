@@ -60,7 +60,10 @@ class MapRegistration {
     std::size_t pairs = 0, tried = 0;
   };
 
-  Eigen::Vector3d centroid(std::uint32_t i) const;
+  Eigen::Vector3d centroid(std::uint32_t i) const {
+    const Voxel& v = map_->voxels()[i];
+    return Eigen::Vector3d(voxel_units(v, 0), voxel_units(v, 1), voxel_units(v, 2)) * unit_m_;
+  }
   template <class F>
   void for_each_around(const Eigen::Vector3d& p, const F& f) const;
   const Plane& plane_of(std::uint32_t i);
@@ -106,11 +109,6 @@ inline std::optional<Pose> MapRegistration::run(const VoxelMap& map, double unit
   }
   if (!(pair(cloud, R, t).cost <= first_cost)) return std::nullopt;
   return Pose::from(Eigen::Quaterniond(R).normalized().toRotationMatrix(), t);
-}
-
-inline Eigen::Vector3d MapRegistration::centroid(std::uint32_t i) const {
-  const Voxel& v = map_->voxels()[i];
-  return Eigen::Vector3d(voxel_units(v, 0), voxel_units(v, 1), voxel_units(v, 2)) * unit_m_;
 }
 
 template <class F>

@@ -18,10 +18,6 @@ struct ShownVoxels {
   std::vector<std::uint32_t> fine, coarse;
 };
 
-/// Without voxels that were seen through (Carving) and isolated ones (OutlierFilter).
-/// Without coarse voxels where fine voxels of key objects exist.
-ShownVoxels shown_voxels(const VoxelMap& map, const VoxelMap& key_map, const MappingParams& params);
-
 namespace detail {
 
 inline int log2_of(int power) {
@@ -43,6 +39,8 @@ inline std::vector<std::uint32_t> left_standing(const VoxelMap& map, const Mappi
 
 }  // namespace detail
 
+/// Without voxels that were seen through (Carving) and isolated ones (OutlierFilter).
+/// Without coarse voxels where fine voxels of key objects exist.
 inline ShownVoxels shown_voxels(const VoxelMap& map, const VoxelMap& key_map, const MappingParams& params) {
   std::vector<std::uint64_t> refined;
   const int nested = detail::log2_of(params.key_divisor) + map.level() - key_map.level();

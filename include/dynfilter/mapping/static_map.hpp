@@ -73,8 +73,6 @@ class StaticMap {
   /// False, without effect, if it is unknown or permanent or the pose is not rigid.
   bool move(std::int64_t id, const Pose& T_world_camera);
 
-  bool can_move(std::int64_t id) const;  ///< whether it is known and not permanent
-
   /// The map as points, sorted by class and position. Equal maps give equal clouds. Excludes voxels that were
   /// seen through and isolated voxels. Excludes coarse voxels where fine voxels of key objects exist.
   MapCloud cloud() const;
@@ -115,7 +113,11 @@ class StaticMap {
   static std::size_t bytes_of(const Keyframe& k) {
     return sizeof(Keyframe) + (k.cloud.capacity() + k.key_cloud.size()) * sizeof(VoxelPoint) + k.view.bytes();
   }
-  Keyframe* find(std::int64_t id);
+  Keyframe* find(std::int64_t id) {
+    for (const auto& keyframe : keyframes_)
+      if (keyframe->id == id) return keyframe.get();
+    return nullptr;
+  }
   static std::string skip_reason(const MapFrame& frame);
 
   /// Depths in metres, 0: no depth.
@@ -132,19 +134,34 @@ class StaticMap {
   static void append_in(Keyframe& keyframe, const Neighbour& neighbour);
 
   void put_in(Keyframe& keyframe);
-  void take_out(Keyframe& keyframe);
+  void take_out(Keyframe& keyframe) {
+    fuse_points(map_, unit_m(), keyframe.cloud, 0, keyframe.T_world_camera, -1);
+    fuse_points(key_map_, key_unit_m(), keyframe.key_cloud, 0, keyframe.T_world_camera, -1);
+    if (params_.carve.enabled) vote(keyframe, 0, 0, -1);
+  }
 
   /// Sign 1 adds, -1 removes.
   void fuse_points(VoxelMap& map, double unit_m, const std::vector<VoxelPoint>& cloud, std::size_t begin,
-                   const Pose& T, int sign);
+                   const Pose& T, int sign) {
+    outside_ += to_world(cloud, begin, T, unit_m, world_);
+    sign > 0 ? map.add(world_.data(), world_.size()) : map.subtract(world_.data(), world_.size());
+  }
   /// Converts points to quanta of the map. Returns how many are out of range.
   /// noinline: all callers must compute identical results.
   static std::size_t to_world(const std::vector<VoxelPoint>& cloud, std::size_t begin, const Pose& T,
                               double unit_m, std::vector<WorldPoint>& world);
 
   /// Adds a keyframe's votes on the voxels from these indices.
-  void vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin, int sign);
-  void vote_on_new(VoxelMap& map, std::size_t begin, double leaf_m);
+  void vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin, int sign) {
+    const Pose& T = keyframe.T_world_camera;
+    add_votes(map_, keyframe.view, T, begin, leaf_m(), sign);
+    add_votes(key_map_, keyframe.view, T, key_begin, key_leaf_m(), sign);
+  }
+  void vote_on_new(VoxelMap& map, std::size_t begin, double leaf_m) {
+    if (!params_.carve.enabled) return;
+    for (const auto& keyframe : keyframes_)
+      add_votes(map, keyframe->view, keyframe->T_world_camera, begin, leaf_m, 1);
+  }
   void make_room(MapReport& report);
 
   static constexpr float kFarthestM = 65;              ///< range of DepthView
@@ -235,10 +252,6 @@ inline bool StaticMap::move(std::int64_t id, const Pose& T_world_camera) {
   return true;
 }
 
-inline bool StaticMap::can_move(std::int64_t id) const {
-  return std::any_of(keyframes_.begin(), keyframes_.end(), [&](const auto& k) { return k->id == id; });
-}
-
 inline MapCloud StaticMap::cloud() const {
   MapCloud cloud;
   const ShownVoxels shown = shown_voxels(map_, key_map_, params_);
@@ -283,12 +296,6 @@ inline void StaticMap::double_leaf() {
   key_map_.coarsen();
   if (!params_.carve.enabled) return;
   for (const auto& keyframe : keyframes_) vote(*keyframe, 0, 0, 1);
-}
-
-inline StaticMap::Keyframe* StaticMap::find(std::int64_t id) {
-  for (const auto& keyframe : keyframes_)
-    if (keyframe->id == id) return keyframe.get();
-  return nullptr;
 }
 
 inline std::string StaticMap::skip_reason(const MapFrame& frame) {
@@ -399,18 +406,6 @@ inline void StaticMap::put_in(Keyframe& keyframe) {
     if (other.get() != &keyframe) vote(*other, known, key_known, 1);
 }
 
-inline void StaticMap::take_out(Keyframe& keyframe) {
-  fuse_points(map_, unit_m(), keyframe.cloud, 0, keyframe.T_world_camera, -1);
-  fuse_points(key_map_, key_unit_m(), keyframe.key_cloud, 0, keyframe.T_world_camera, -1);
-  if (params_.carve.enabled) vote(keyframe, 0, 0, -1);
-}
-
-inline void StaticMap::fuse_points(VoxelMap& map, double unit_m, const std::vector<VoxelPoint>& cloud,
-                                   std::size_t begin, const Pose& T, int sign) {
-  outside_ += to_world(cloud, begin, T, unit_m, world_);
-  sign > 0 ? map.add(world_.data(), world_.size()) : map.subtract(world_.data(), world_.size());
-}
-
 inline __attribute__((noinline)) std::size_t StaticMap::to_world(const std::vector<VoxelPoint>& cloud,
                                                                  std::size_t begin, const Pose& T,
                                                                  double unit_m,
@@ -440,18 +435,6 @@ inline __attribute__((noinline)) std::size_t StaticMap::to_world(const std::vect
       ++outside;
   }
   return outside;
-}
-
-inline void StaticMap::vote(const Keyframe& keyframe, std::size_t begin, std::size_t key_begin, int sign) {
-  const Pose& T = keyframe.T_world_camera;
-  add_votes(map_, keyframe.view, T, begin, leaf_m(), sign);
-  add_votes(key_map_, keyframe.view, T, key_begin, key_leaf_m(), sign);
-}
-
-inline void StaticMap::vote_on_new(VoxelMap& map, std::size_t begin, double leaf_m) {
-  if (!params_.carve.enabled) return;
-  for (const auto& keyframe : keyframes_)
-    add_votes(map, keyframe->view, keyframe->T_world_camera, begin, leaf_m, 1);
 }
 
 inline void StaticMap::make_room(MapReport& report) {

@@ -99,9 +99,13 @@ DYNFILTER_AS_CALLER inline void write_colour(const FourSums& sum, VoxelPoint& ou
 class VoxelGrid {
  public:
   /// Throws ConfigError unless 1e-4 m <= leaf_m <= 1e3 m.
-  explicit VoxelGrid(double leaf_m = 0.02);
+  explicit VoxelGrid(double leaf_m = 0.02) { set_leaf(leaf_m); }
 
-  void set_leaf(double leaf_m);              ///< width of a cell [m]; throws as above
+  /// Width of a cell [m]; throws as above.
+  void set_leaf(double leaf_m) {
+    if (!(leaf_m >= 1e-4 && leaf_m <= 1e3)) throw ConfigError("leaf_m", "expected 0.0001 to 1000");
+    leaf_m_ = leaf_m;
+  }
   double leaf_m() const { return leaf_m_; }  ///< width of a cell [m]
 
   /// In any one frame of reference. Skips points that are not finite or beyond 131072 leaves from the origin.
@@ -162,15 +166,6 @@ inline void FourSums::add(std::uint64_t summand) {
 }
 
 }  // namespace detail
-
-inline VoxelGrid::VoxelGrid(double leaf_m) {
-  set_leaf(leaf_m);
-}
-
-inline void VoxelGrid::set_leaf(double leaf_m) {
-  if (!(leaf_m >= 1e-4 && leaf_m <= 1e3)) throw ConfigError("leaf_m", "expected 0.0001 to 1000");
-  leaf_m_ = leaf_m;
-}
 
 inline void VoxelGrid::run(Span<const cv::Point3f> points_m, Span<const cv::Vec3b> colours,
                            std::vector<VoxelPoint>& out) {

@@ -51,7 +51,8 @@ class VoxelMap {
  public:
   static constexpr int kLeafBits = 12;  ///< 4096 quanta per leaf
 
-  explicit VoxelMap(int level = 0);  ///< the leaf is 2^level times the smallest
+  /// The leaf is 2^level times the smallest.
+  explicit VoxelMap(int level = 0) : level_(level) { resize_table(10); }
 
   int level() const { return level_; }  ///< how often the leaf was doubled
   std::size_t size() const { return keys_.size(); }
@@ -113,10 +114,6 @@ class VoxelMap {
   std::vector<VoxelVotes> votes_;
   std::vector<std::uint32_t> table_;  ///< index + 1, 0: free
 };
-
-inline VoxelMap::VoxelMap(int level) : level_(level) {
-  resize_table(10);
-}
 
 inline void VoxelMap::add(const WorldPoint* points, std::size_t n) {
   for_each_ahead(points, n, [&](std::uint64_t key, const WorldPoint& p) {

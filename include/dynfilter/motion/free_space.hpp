@@ -21,7 +21,9 @@ class NearestDepth {
   static constexpr double kLeastKnown = 0.5;  ///< share of a window that must have a depth
 
   /// `depth`: CV_32FC1 or CV_16UC1, not copied. Any other type has no depth anywhere.
-  NearestDepth(const cv::Mat& depth, double unit_m);
+  NearestDepth(const cv::Mat& depth, double unit_m) : depth_(depth), unit_m_(static_cast<float>(unit_m)) {
+    if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
+  }
 
   /// The nearest depth [m] within `radius_px` of a pixel, in rows and columns. None if it is `beyond_m` or
   /// nearer, if the window leaves the image, or if less than half of it has a depth.
@@ -81,8 +83,16 @@ class FreeSpaceView {
   static constexpr double kNu = 6;              ///< tails, as of matches
   static constexpr double kPeak = 0.3827;       ///< t density with nu = 6 at 0
 
-  cv::Point2f pixel(const Eigen::Vector3d& p) const;
-  double odds_of(double behind_m, double here_m, double there_m) const;
+  cv::Point2f pixel(const Eigen::Vector3d& p) const {
+    return distort_point(camera_, project(camera_, {static_cast<float>(p.x()), static_cast<float>(p.y()),
+                                                    static_cast<float>(p.z())}));
+  }
+  double odds_of(double behind_m, double here_m, double there_m) const {
+    const double sigma_m = portable::hypot(here_m, model_.depth_noise.sigma_m(there_m)),
+                 t = behind_m / sigma_m;
+    const double error = kPeak * portable::power(1 + t * t / kNu, -(kNu + 1) / 2) / sigma_m;
+    return portable::log(kThrough / (kRange_m * error + kGross)) + prior_;
+  }
 
   Camera camera_;
   NearestDepth depth_;
@@ -91,11 +101,6 @@ class FreeSpaceView {
   Model model_;
   double prior_;
 };
-
-inline NearestDepth::NearestDepth(const cv::Mat& depth, double unit_m)
-    : depth_(depth), unit_m_(static_cast<float>(unit_m)) {
-  if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
-}
 
 inline std::optional<float> NearestDepth::around(const cv::Point2f& px, int radius_px, float beyond_m) const {
   const auto inside = [&](float at, int size) {
@@ -142,17 +147,6 @@ inline double FreeSpaceView::odds(const cv::Point3f& point_m) const {
   if (!(radius_px <= kMostRadius_px)) return 0;
   const auto there_m = depth_.around(px, static_cast<int>(std::ceil(radius_px)), static_cast<float>(p.z()));
   return there_m ? std::max(0.0, odds_of(*there_m - p.z(), here_m, *there_m)) : 0;
-}
-
-inline cv::Point2f FreeSpaceView::pixel(const Eigen::Vector3d& p) const {
-  return distort_point(camera_, project(camera_, {static_cast<float>(p.x()), static_cast<float>(p.y()),
-                                                  static_cast<float>(p.z())}));
-}
-
-inline double FreeSpaceView::odds_of(double behind_m, double here_m, double there_m) const {
-  const double sigma_m = portable::hypot(here_m, model_.depth_noise.sigma_m(there_m)), t = behind_m / sigma_m;
-  const double error = kPeak * portable::power(1 + t * t / kNu, -(kNu + 1) / 2) / sigma_m;
-  return portable::log(kThrough / (kRange_m * error + kGross)) + prior_;
 }
 
 }  // namespace dynfilter

@@ -26,7 +26,9 @@ class PatchRelief {
   static constexpr int kNear_px = 4, kFar_px = 8;  ///< distances: a quarter and half of the flow's window
 
   /// `depth`: CV_32FC1 or CV_16UC1, not copied. Any other type has no relief anywhere.
-  PatchRelief(const cv::Mat& depth, double unit_m);
+  PatchRelief(const cv::Mat& depth, double unit_m) : depth_(depth), unit_m_(unit_m) {
+    if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
+  }
 
   /// Relief [1/m] of the patch around a pixel with the depth `depth_m`, which has the noise `sigma_m`.
   /// 0 where it is within the noise, and where depths are missing. Reads 16 pixels.
@@ -35,20 +37,15 @@ class PatchRelief {
  private:
   static constexpr double kSigmas = 3;  ///< a plane exceeds them in one of 370 sums
   static constexpr double kTerms2 = 6;  ///< 1 + 1 + 4: squared factors of the three inverse depths
-  double depth_at(int x, int y) const;
+  double depth_at(int x, int y) const {
+    if (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows) return 0;
+    return depth_.type() == CV_16UC1 ? depth_.ptr<std::uint16_t>(y)[x] * unit_m_
+                                     : static_cast<double>(depth_.ptr<float>(y)[x]);
+  }
 
   cv::Mat depth_;
   double unit_m_;
 };
-
-/// Shift in the image [px] of a static point at `px` (undistorted, current frame) when its inverse depth
-/// changes by `relief_per_m`. To first order it is f |t_xy - x t_z| relief.
-double relief_shift_px(const Camera& camera, const Pose& T_current_reference, const cv::Point2f& px,
-                       double relief_per_m);
-
-inline PatchRelief::PatchRelief(const cv::Mat& depth, double unit_m) : depth_(depth), unit_m_(unit_m) {
-  if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
-}
 
 inline double PatchRelief::per_m(const cv::Point2f& px, double depth_m, double sigma_m) const {
   const auto in_image = [](float at, int size) { return at >= 0 && at < static_cast<float>(size); };
@@ -65,12 +62,8 @@ inline double PatchRelief::per_m(const cv::Point2f& px, double depth_m, double s
   return most > kSigmas * noise_per_m ? most : 0;
 }
 
-inline double PatchRelief::depth_at(int x, int y) const {
-  if (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows) return 0;
-  return depth_.type() == CV_16UC1 ? depth_.ptr<std::uint16_t>(y)[x] * unit_m_
-                                   : static_cast<double>(depth_.ptr<float>(y)[x]);
-}
-
+/// Shift in the image [px] of a static point at `px` (undistorted, current frame) when its inverse depth
+/// changes by `relief_per_m`. To first order it is f |t_xy - x t_z| relief.
 inline double relief_shift_px(const Camera& camera, const Pose& T_current_reference, const cv::Point2f& px,
                               double relief_per_m) {
   const auto t = T_current_reference.t();

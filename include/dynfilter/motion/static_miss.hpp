@@ -62,7 +62,11 @@ class StaticMissModel {
  private:
   static constexpr double kInFront_m = 1e-3;
 
-  StaticMiss in_space(const SeenPoint& then, const SeenPoint& now, const MatchSpread& spread) const;
+  StaticMiss in_space(const SeenPoint& then, const SeenPoint& now, const MatchSpread& spread) const {
+    return of(space_(back_project(camera_, then.px, then.depth_m), back_project(camera_, now.px, now.depth_m),
+                     spread),
+              now);
+  }
   StaticMiss of(const RigidResidual& r, const SeenPoint& now) const;
 
   StaticMiss in_image(const Pose& T, const SeenPoint& from, const SeenPoint& to,
@@ -101,13 +105,6 @@ inline StaticMiss StaticMissModel::miss(const SeenPoint& then, const SeenPoint& 
   return of(
       space_.miss(back_project(camera_, then.px, then.depth_m), back_project(camera_, now.px, now.depth_m)),
       now);
-}
-
-inline StaticMiss StaticMissModel::in_space(const SeenPoint& then, const SeenPoint& now,
-                                            const MatchSpread& spread) const {
-  return of(space_(back_project(camera_, then.px, then.depth_m), back_project(camera_, now.px, now.depth_m),
-                   spread),
-            now);
 }
 
 inline StaticMiss StaticMissModel::of(const RigidResidual& r, const SeenPoint& now) const {

@@ -84,7 +84,11 @@ struct LineTerms {
 /// and Prazdny (1980).
 class ViewFlowModel {
  public:
-  explicit ViewFlowModel(const ViewMotion& motion);  ///< of points that follow this motion
+  /// Of points that follow this motion.
+  explicit ViewFlowModel(const ViewMotion& motion)
+      : c_(motion.direction), f_(motion.focal_px), baseline_(motion.has_baseline()) {
+    rotation_matrix(motion.rotation_rad);
+  }
 
   ViewFlow operator()(const ViewPair& p) const {
     using Turned = detail::TurnedPoint<double>;
@@ -109,26 +113,6 @@ class ViewFlowModel {
   bool baseline_;
 };
 
-namespace detail {
-
-void normalise(std::array<double, 3>& v);
-
-/// Two directions perpendicular to `c` and to each other.
-std::array<std::array<double, 3>, 2> tangents(const std::array<double, 3>& c);
-
-/// The motion after a small step: three components for the rotation, two for the direction.
-ViewMotion stepped(const ViewMotion& motion, const double (&step)[5]);
-
-/// Left Jacobian of SO(3). Column k is the rotation after w caused by a step of component k.
-std::array<std::array<double, 3>, 3> turns_by_step(const std::array<double, 3>& w);
-
-}  // namespace detail
-
-inline ViewFlowModel::ViewFlowModel(const ViewMotion& motion)
-    : c_(motion.direction), f_(motion.focal_px), baseline_(motion.has_baseline()) {
-  rotation_matrix(motion.rotation_rad);
-}
-
 inline void ViewFlowModel::rotation_matrix(const std::array<double, 3>& w) {
   const double angle2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2], angle = std::sqrt(angle2);
   const double a = angle > 1e-9 ? portable::sin(angle) / angle : 1,
@@ -151,6 +135,7 @@ inline std::array<double, 3> cross(const std::array<double, 3>& a, const std::ar
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+/// Two directions perpendicular to `c` and to each other.
 inline std::array<std::array<double, 3>, 2> tangents(const std::array<double, 3>& c) {
   std::array<double, 3> axis{};
   std::size_t smallest = 0;
@@ -162,6 +147,7 @@ inline std::array<std::array<double, 3>, 2> tangents(const std::array<double, 3>
   return {u, cross(c, u)};
 }
 
+/// The motion after a small step: three components for the rotation, two for the direction.
 inline ViewMotion stepped(const ViewMotion& motion, const double (&step)[5]) {
   ViewMotion out = motion;
   for (std::size_t k = 0; k < 3; ++k) out.rotation_rad[k] += step[k];
@@ -172,6 +158,7 @@ inline ViewMotion stepped(const ViewMotion& motion, const double (&step)[5]) {
   return out;
 }
 
+/// Left Jacobian of SO(3). Column k is the rotation after w caused by a step of component k.
 inline std::array<std::array<double, 3>, 3> turns_by_step(const std::array<double, 3>& w) {
   const double angle2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2], angle = std::sqrt(angle2);
   const double a = angle > 1e-4 ? (1 - portable::cos(angle)) / angle2 : 0.5,

@@ -38,23 +38,39 @@ struct ClusterExpandParams {
   static constexpr double kMaxStepShare = 0.015;
   double max_reach_m = 0.5;
 
-  static const FieldTable<ClusterExpandParams>& fields();
+  static const FieldTable<ClusterExpandParams>& fields() {
+    using P = ClusterExpandParams;
+    static const FieldTable<P> table{
+        choice(
+            "space", &P::space,
+            {{"points", ExpandSpace::Points}, {"image", ExpandSpace::Image}, {"depth", ExpandSpace::Depth}},
+            "points uses neighbours in 3-D, image neighbours in pixels, depth grows over the depth image"),
+        real("radius_m", &P::radius_m, "m", {1e-3, 10}, "radius of the neighbourhood, for space points"),
+        real("radius_px", &P::radius_px, "px", {1, 1000}, "radius of the neighbourhood, for space image"),
+        real("max_reach_m", &P::max_reach_m, "m", {0, 100},
+             "largest 3-D distance from a dynamic feature, for depth; 0: no limit"),
+    };
+    return table;
+  }
 };
 
 /// `cluster_expand`: grows the stage's dynamic features to their neighbours.
 /// Neighbours are in 3-D, in the image, or connected in the depth image without a jump (DynaSLAM's region
 /// growing). Added features become dynamic regardless of the stage's vote. All others keep it.
 /// Without the data for the space, such as depth, nothing is grown.
-class ClusterExpandStage final : public Combinator {
+class ClusterExpandStage final : public ParametricCombinator<ClusterExpandStage, ClusterExpandParams> {
  public:
-  using Params = ClusterExpandParams;
+  using ParametricCombinator::ParametricCombinator;
   static constexpr const char* kName = "cluster_expand";
   static constexpr const char* kSummary = "grows the stage's dynamic features to their neighbours";
   static constexpr const char* kDynamic =
       "if the stage votes dynamic, or enough of its neighbours are dynamic";
 
-  ClusterExpandStage(std::string path, Stages children, Params params = Params());
-  Needs needs() const override;
+  Needs needs() const override {
+    Needs all = Combinator::needs();
+    if (params_.space != ExpandSpace::Image) all.optional = all.optional | Input::Depth | Input::Camera;
+    return all;
+  }
 
  protected:
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
@@ -75,40 +91,12 @@ class ClusterExpandStage final : public Combinator {
     return {vote == Vote::Dynamic ? 1 : 0, vote != Vote::Unknown ? 1 : 0};
   }
 
-  Params params_;
-  DepthGrowth growth_;
+  DepthGrowth growth_{{Params::kMaxStepShare, params_.max_reach_m}};
   NeighbourCounts neighbours_;
   cv::Mat grown_;
   std::vector<cv::Point2f> seeds_px_;
   std::vector<cv::Point3f> flat_;
 };
-
-inline const FieldTable<ClusterExpandParams>& ClusterExpandParams::fields() {
-  using P = ClusterExpandParams;
-  static const FieldTable<P> table{
-      choice("space", &P::space,
-             {{"points", ExpandSpace::Points}, {"image", ExpandSpace::Image}, {"depth", ExpandSpace::Depth}},
-             "points uses neighbours in 3-D, image neighbours in pixels, depth grows over the depth image"),
-      real("radius_m", &P::radius_m, "m", {1e-3, 10}, "radius of the neighbourhood, for space points"),
-      real("radius_px", &P::radius_px, "px", {1, 1000}, "radius of the neighbourhood, for space image"),
-      real("max_reach_m", &P::max_reach_m, "m", {0, 100},
-           "largest 3-D distance from a dynamic feature, for depth; 0: no limit"),
-  };
-  return table;
-}
-
-inline ClusterExpandStage::ClusterExpandStage(std::string path, Stages children, Params params)
-    : Combinator(kName, std::move(path), std::move(children)),
-      params_(params),
-      growth_({Params::kMaxStepShare, params.max_reach_m}) {
-  check_parameters(params_, this->path());
-}
-
-inline Needs ClusterExpandStage::needs() const {
-  Needs all = Combinator::needs();
-  if (params_.space != ExpandSpace::Image) all.optional = all.optional | Input::Depth | Input::Camera;
-  return all;
-}
 
 inline void ClusterExpandStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                        Judgement& out) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/pipeline/judgement.hpp>
@@ -26,17 +27,40 @@ class Combinator : public Stage {
 
   /// A combinator itself requires nothing. A child without its input is skipped alone.
   Needs needs() const override;
-  void reset() override;
-  void for_each(const std::function<void(const Stage&, int)>& visit, int depth = 0) const override;
+  void reset() override {
+    for (auto& child : children_) child->reset();
+  }
+  void for_each(const std::function<void(const Stage&, int)>& visit, int depth = 0) const override {
+    visit(*this, depth);
+    for (const auto& child : children_) child->for_each(visit, depth + 1);
+  }
 
  protected:
   /// Sets the vote, suspicion and reasons of feature i.
-  static void set(Judgement& out, std::size_t i, Vote vote, float suspicion, std::uint64_t reasons);
+  static void set(Judgement& out, std::size_t i, Vote vote, float suspicion, std::uint64_t reasons) {
+    out.votes.cast(i, vote, suspicion);
+    out.reasons[i] = vote == Vote::Dynamic ? reasons : 0;
+  }
   /// The bit of the combinator's own report, for decisions that come from no child.
   static std::uint64_t own_reason(std::size_t self) { return self < 64 ? std::uint64_t{1} << self : 0; }
 
   Stages children_;
   Judgement child_;  ///< buffer for the result of one child
+};
+
+/// A combinator S with the parameters P.
+template <class S, class P>
+class ParametricCombinator : public Combinator {
+ public:
+  using Params = P;
+  /// Throws ConfigError for a parameter out of range.
+  ParametricCombinator(std::string path, Stages children, Params params = Params())
+      : Combinator(S::kName, std::move(path), std::move(children)), params_(std::move(params)) {
+    check_parameters(params_, this->path());
+  }
+
+ protected:
+  const Params params_;
 };
 
 inline Needs Combinator::needs() const {
@@ -47,21 +71,6 @@ inline Needs Combinator::needs() const {
     all.history_frames = std::max(all.history_frames, needs.history_frames);
   }
   return all;
-}
-
-inline void Combinator::reset() {
-  for (auto& child : children_) child->reset();
-}
-
-inline void Combinator::for_each(const std::function<void(const Stage&, int)>& visit, int depth) const {
-  visit(*this, depth);
-  for (const auto& child : children_) child->for_each(visit, depth + 1);
-}
-
-inline void Combinator::set(Judgement& out, std::size_t i, Vote vote, float suspicion,
-                            std::uint64_t reasons) {
-  out.votes.cast(i, vote, suspicion);
-  out.reasons[i] = vote == Vote::Dynamic ? reasons : 0;
 }
 
 }  // namespace dynfilter

@@ -16,10 +16,6 @@
 
 namespace dynfilter {
 
-/// All combinators that a pipeline file may name.
-/// The YAML reader, `dynfilter filters` and the docs use this table.
-const std::vector<CombinatorEntry>& combinator_table();
-
 namespace detail {
 
 template <class S>
@@ -81,6 +77,8 @@ CombinatorEntry of_parameters(bool list = false) {
 
 }  // namespace detail
 
+/// All combinators that a pipeline file may name.
+/// The YAML reader, `dynfilter filters` and the docs use this table.
 inline const std::vector<CombinatorEntry>& combinator_table() {
   static const std::vector<CombinatorEntry> table{
       detail::of_a_list<SequenceStage>(),

@@ -24,9 +24,8 @@ struct ClusterExpandParams;
 struct DepthLayersParams;
 struct TemporalParams;
 
-/// Wraps a filter. `path` names it in errors and reports.
-StagePtr stage(std::unique_ptr<Filter> filter, std::string path);
-StagePtr stage(std::unique_ptr<Filter> filter);  ///< the same with the filter's name
+/// Wraps a filter. `path` names it in errors and reports; empty: the filter's name.
+StagePtr stage(std::unique_ptr<Filter> filter, std::string path = "");
 /// A stage with a new filter of type F. Throws ConfigError for invalid parameters.
 template <class F>
 StagePtr stage(typename F::Params params = typename F::Params()) {
@@ -73,11 +72,11 @@ template <class... S>
 StagePtr vote(const VoteParams& params, S&&... members) {
   return detail::vote_of(params, detail::stages(std::forward<S>(members)...));
 }
-StagePtr negate(StagePtr member);                  ///< dynamic and static exchanged
-StagePtr strict(StagePtr member);                  ///< unknown becomes dynamic
-StagePtr gate(StagePtr condition, StagePtr then);  ///< `then` judges if `condition` calls something dynamic
-StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise);  ///< and `otherwise` judges if not
-StagePtr by_region(StagePtr inside, StagePtr outside);                 ///< `inside` judges prior suspects
+StagePtr negate(StagePtr member);  ///< dynamic and static exchanged
+StagePtr strict(StagePtr member);  ///< unknown becomes dynamic
+/// `then` judges what `condition` calls dynamic, `otherwise` what it calls static; null: nothing does.
+StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise = nullptr);
+StagePtr by_region(StagePtr inside, StagePtr outside);              ///< `inside` judges prior suspects
 StagePtr object_vote(const ObjectVoteParams& params, StagePtr of);  ///< an object's features decide together
 StagePtr cluster_expand(const ClusterExpandParams& params, StagePtr of);  ///< with the cluster around it
 StagePtr depth_layers(const DepthLayersParams& params, StagePtr of);      ///< by layers of depth in a box

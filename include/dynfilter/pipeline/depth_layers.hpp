@@ -25,23 +25,34 @@ struct DepthLayersParams {
   /// Margin before and behind a layer's features in depth.
   static constexpr double kMargin_m = 0.1;
 
-  static const FieldTable<DepthLayersParams>& fields();
+  static const FieldTable<DepthLayersParams>& fields() {
+    using P = DepthLayersParams;
+    static const FieldTable<P> table{
+        real("max_gap_m", &P::max_gap_m, "m", {0, 10}, "smallest depth gap between two layers"),
+        integer("min_points", &P::min_points, "features", {1, 1000},
+                "smallest number of dynamic features in a layer that counts as an object"),
+    };
+    return table;
+  }
 };
 
 /// `depth_layers`: splits the stage's dynamic features into layers at gaps in their depths. A layer with
 /// enough of them is an object. All features in its image rectangle and depth range become dynamic. Dynamic
 /// features of smaller layers become unknown. They are usually background that the stage included at an
 /// outline. All other features, and features without depth, keep their vote.
-class DepthLayersStage final : public Combinator {
+class DepthLayersStage final : public ParametricCombinator<DepthLayersStage, DepthLayersParams> {
  public:
-  using Params = DepthLayersParams;
+  using ParametricCombinator::ParametricCombinator;
   static constexpr const char* kName = "depth_layers";
   static constexpr const char* kSummary =
       "splits the stage's dynamic features by depth; large layers are filled, small ones become unknown";
   static constexpr const char* kDynamic = "if it is among the dynamic features of one depth layer";
 
-  DepthLayersStage(std::string path, Stages children, Params params = Params());
-  Needs needs() const override;
+  Needs needs() const override {
+    Needs all = Combinator::needs();
+    all.optional = all.optional | Input::Depth;
+    return all;
+  }
 
  protected:
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
@@ -51,7 +62,11 @@ class DepthLayersStage final : public Combinator {
     float left = std::numeric_limits<float>::max(), top = left, right = -left, bottom = -left;
     float nearest_m = 0, farthest_m = 0;
 
-    void add(const cv::Point2f& px);  ///< a feature at `px`
+    /// A feature at `px`.
+    void add(const cv::Point2f& px) {
+      left = std::min(left, px.x), right = std::max(right, px.x);
+      top = std::min(top, px.y), bottom = std::max(bottom, px.y);
+    }
     bool holds(const cv::Point2f& px, float z_m) const {
       return px.x >= left && px.x <= right && px.y >= top && px.y <= bottom && z_m >= nearest_m &&
              z_m <= farthest_m;
@@ -61,31 +76,9 @@ class DepthLayersStage final : public Combinator {
   void find_layers(FrameEvidence& evidence, const Votes& votes);
   void add_layer(FrameEvidence& evidence, std::size_t begin, std::size_t end);
 
-  Params params_;
   std::vector<std::size_t> order_;
   std::vector<Layer> layers_;
 };
-
-inline const FieldTable<DepthLayersParams>& DepthLayersParams::fields() {
-  using P = DepthLayersParams;
-  static const FieldTable<P> table{
-      real("max_gap_m", &P::max_gap_m, "m", {0, 10}, "smallest depth gap between two layers"),
-      integer("min_points", &P::min_points, "features", {1, 1000},
-              "smallest number of dynamic features in a layer that counts as an object"),
-  };
-  return table;
-}
-
-inline DepthLayersStage::DepthLayersStage(std::string path, Stages children, Params params)
-    : Combinator(kName, std::move(path), std::move(children)), params_(params) {
-  check_parameters(params_, this->path());
-}
-
-inline Needs DepthLayersStage::needs() const {
-  Needs all = Combinator::needs();
-  all.optional = all.optional | Input::Depth;
-  return all;
-}
 
 inline void DepthLayersStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                      Judgement& out) {
@@ -105,11 +98,6 @@ inline void DepthLayersStage::decide(FrameEvidence& evidence, StageReports& repo
       set(out, i, Vote::Dynamic, std::max(out.votes.suspicion(i), 0.75F), own_reason(self));
     if (!inside && out.votes[i] == Vote::Dynamic) set(out, i, Vote::Unknown, Votes::kNoIdea, 0);
   }
-}
-
-inline void DepthLayersStage::Layer::add(const cv::Point2f& px) {
-  left = std::min(left, px.x), right = std::max(right, px.x);
-  top = std::min(top, px.y), bottom = std::max(bottom, px.y);
 }
 
 inline void DepthLayersStage::find_layers(FrameEvidence& evidence, const Votes& votes) {

@@ -31,7 +31,10 @@ class Floor {
   void rank(const FrameView& frame, const Verdict& verdict);
 
   /// All NaN positions count as one position, because NaN cannot be ordered.
-  static cv::Point2f place_of(const FrameView& frame, std::size_t i);
+  static cv::Point2f place_of(const FrameView& frame, std::size_t i) {
+    const cv::Point2f& pt = frame.keypoints[i].pt;
+    return std::isnan(pt.x) || std::isnan(pt.y) ? cv::Point2f() : pt;
+  }
 
   void raise_count(const FrameView& frame, int host_min_features, Verdict& verdict);
   void raise_coverage(const FrameView& frame, Verdict& verdict);
@@ -42,7 +45,11 @@ class Floor {
     const cv::Point2f& pt = frame.keypoints[i].pt;
     return static_cast<std::size_t>(grid_.of(pt.x, pt.y));
   }
-  static void restore(Verdict& verdict, std::size_t i);
+  static void restore(Verdict& verdict, std::size_t i) {
+    verdict.decision[i] = Vote::Unknown;
+    verdict.restored[i] = 1;
+    ++verdict.report.restored;
+  }
 
   FloorParams params_;
   std::vector<std::size_t> ranked_;
@@ -70,11 +77,6 @@ inline void Floor::rank(const FrameView& frame, const Verdict& verdict) {
     if (pa.x != pb.x) return pa.x < pb.x;
     return a < b;
   });
-}
-
-inline cv::Point2f Floor::place_of(const FrameView& frame, std::size_t i) {
-  const cv::Point2f& pt = frame.keypoints[i].pt;
-  return std::isnan(pt.x) || std::isnan(pt.y) ? cv::Point2f() : pt;
 }
 
 inline void Floor::raise_count(const FrameView& frame, int host_min_features, Verdict& verdict) {
@@ -126,12 +128,6 @@ inline void Floor::lay_grid(const FrameView& frame) {
     grid_.width_px = std::max(grid_.width_px, keypoint.pt.x + 1);
     grid_.height_px = std::max(grid_.height_px, keypoint.pt.y + 1);
   }
-}
-
-inline void Floor::restore(Verdict& verdict, std::size_t i) {
-  verdict.decision[i] = Vote::Unknown;
-  verdict.restored[i] = 1;
-  ++verdict.report.restored;
 }
 
 }  // namespace dynfilter

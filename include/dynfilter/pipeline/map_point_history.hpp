@@ -29,7 +29,10 @@ class MapPointHistory {
   /// A frame that was judged before the pose, while its evidence lasts. `frame` is as the host gave it.
   void learn(const FrameView& frame, const FrameEvidence& evidence, const Verdict& verdict);
   /// Map points of the frame that was learned last. Keypoints are in its order, and some may be missing.
-  void assign(std::int64_t frame_id, Span<const cv::KeyPoint> keypoints, Span<const std::int64_t> ids);
+  void assign(std::int64_t frame_id, Span<const cv::KeyPoint> keypoints, Span<const std::int64_t> ids) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (frame_id == frame_id_) place(keypoints, ids);
+  }
   void reset();
 
   /// Dynamic above 80 %, Static below what is assumed at first. From any thread, as moved().
@@ -161,12 +164,6 @@ inline std::size_t MapPointHistory::nearest(const Point& point, const PointGrid&
     for (std::size_t e = begin; e < end; ++e) look(static_cast<std::size_t>(grid.entries()[e]));
   });
   return best;
-}
-
-inline void MapPointHistory::assign(std::int64_t frame_id, Span<const cv::KeyPoint> keypoints,
-                                    Span<const std::int64_t> ids) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (frame_id == frame_id_) place(keypoints, ids);
 }
 
 inline void MapPointHistory::place(Span<const cv::KeyPoint> keypoints, Span<const std::int64_t> ids) {

@@ -24,22 +24,37 @@ struct ObjectVoteParams {
   double min_share = 0.5;
   OtherFeatures others = OtherFeatures::Keep;
 
-  static const FieldTable<ObjectVoteParams>& fields();
+  static const FieldTable<ObjectVoteParams>& fields() {
+    using P = ObjectVoteParams;
+    static const FieldTable<P> table = [] {
+      FieldTable<P> all;
+      include_fields(all, &P::region);
+      all.push_back(integer("min_count", &P::min_count, "features", {1, 100000},
+                            "smallest number of votes that judge an object"));
+      all.push_back(
+          real("min_share", &P::min_share, "", {0, 1},
+               "smallest share of dynamic votes, unknown ones excluded, that makes an object dynamic"));
+      all.push_back(
+          choice("others", &P::others, {{"keep", OtherFeatures::Keep}, {"drop", OtherFeatures::Drop}},
+                 "for features of no object, keep uses the stage's vote and drop makes it unknown"));
+      return all;
+    }();
+    return table;
+  }
 };
 
 /// `object_vote`: decides for whole objects. An object is a box, an instance mask, a mask or one of its
 /// connected components. The stage's votes on and near an object decide for all its features (vote_object()).
 /// A feature of several objects is dynamic if one of them is. `others` sets the vote of features of no
 /// object, and of objects that cannot be judged.
-class ObjectVoteStage final : public Combinator {
+class ObjectVoteStage final : public ParametricCombinator<ObjectVoteStage, ObjectVoteParams> {
  public:
-  using Params = ObjectVoteParams;
+  using ParametricCombinator::ParametricCombinator;
   static constexpr const char* kName = "object_vote";
   static constexpr const char* kSummary = "the stage's votes on an object decide for all its features";
   static constexpr const char* kDynamic =
       "if its object is: at least `min_count` votes, of which `min_share` are dynamic";
 
-  ObjectVoteStage(std::string path, Stages children, Params params = Params());
   Needs needs() const override;
 
  protected:
@@ -61,34 +76,11 @@ class ObjectVoteStage final : public Combinator {
   bool judge(const ObjectRegion& object, const Votes& votes);
   void follow(std::size_t i, std::uint64_t reason, Judgement& out) const;
 
-  Params params_;
   ObjectRegions regions_;
   Votes found_;  ///< only its notes are used
   std::vector<Vote> verdict_;
   std::vector<float> share_;
 };
-
-inline const FieldTable<ObjectVoteParams>& ObjectVoteParams::fields() {
-  using P = ObjectVoteParams;
-  static const FieldTable<P> table = [] {
-    FieldTable<P> all;
-    include_fields(all, &P::region);
-    all.push_back(integer("min_count", &P::min_count, "features", {1, 100000},
-                          "smallest number of votes that judge an object"));
-    all.push_back(
-        real("min_share", &P::min_share, "", {0, 1},
-             "smallest share of dynamic votes, unknown ones excluded, that makes an object dynamic"));
-    all.push_back(choice("others", &P::others, {{"keep", OtherFeatures::Keep}, {"drop", OtherFeatures::Drop}},
-                         "for features of no object, keep uses the stage's vote and drop makes it unknown"));
-    return all;
-  }();
-  return table;
-}
-
-inline ObjectVoteStage::ObjectVoteStage(std::string path, Stages children, Params params)
-    : Combinator(kName, std::move(path), std::move(children)), params_(std::move(params)) {
-  check_parameters(params_, this->path());
-}
 
 inline Needs ObjectVoteStage::needs() const {
   Needs all = Combinator::needs();

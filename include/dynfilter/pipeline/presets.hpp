@@ -23,14 +23,6 @@ struct PresetFolders {
   std::vector<std::filesystem::path> installed;  ///< found from the place of a program or a library
 };
 
-namespace detail {
-
-/// The folders of a kind that come with dynfilter. First the one that CMake compiles into a source of the
-/// program. Then `share/dynfilter` in folders above the program, and above the library that holds this code.
-std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind);
-
-}  // namespace detail
-
 /// The folders that are searched for a name, in this order; some may not exist.
 std::vector<std::filesystem::path> preset_folders(const PresetFolders& folders = {},
                                                   const PresetKind& kind = kPipelinePresets);

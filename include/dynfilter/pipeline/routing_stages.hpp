@@ -66,13 +66,20 @@ class FirstAvailableStage final : public Combinator {
   FirstAvailableStage(std::string path, Stages members)
       : Combinator(kName, std::move(path), std::move(members)), rested_(children_.size(), 0) {}
 
-  void reset() override;
+  void reset() override {
+    Combinator::reset();
+    std::fill(rested_.begin(), rested_.end(), std::uint8_t{0});
+  }
 
  protected:
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
 
  private:
-  static void rest(const Stage& member, StageReports& reports);
+  static void rest(const Stage& member, StageReports& reports) {
+    StageReport& report = reports.add(member.name(), member.path());
+    report.skipped = true;
+    report.note = "skipped: an earlier member judged";
+  }
   /// Appends "background_motion skipped: no depth" or "... abstained on the whole frame".
   static void add_skip_reason(const StageReport& member, std::string& text);
 
@@ -110,11 +117,6 @@ inline void ByRegionStage::decide(FrameEvidence& evidence, StageReports& reports
   }
 }
 
-inline void FirstAvailableStage::reset() {
-  Combinator::reset();
-  std::fill(rested_.begin(), rested_.end(), std::uint8_t{0});
-}
-
 inline void FirstAvailableStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,
                                         Judgement& out) {
   const Stage* judge = nullptr;
@@ -143,12 +145,6 @@ inline void FirstAvailableStage::decide(FrameEvidence& evidence, StageReports& r
     append_text(note, "judged by ", judge->name(), " (", skip_reasons_, ")");
   else
     append_text(note, "no member judged (", skip_reasons_, ")");
-}
-
-inline void FirstAvailableStage::rest(const Stage& member, StageReports& reports) {
-  StageReport& report = reports.add(member.name(), member.path());
-  report.skipped = true;
-  report.note = "skipped: an earlier member judged";
 }
 
 inline void FirstAvailableStage::add_skip_reason(const StageReport& member, std::string& text) {

@@ -103,14 +103,19 @@ class Stage {
 
  private:
   void run(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out);
-  static void fail(StageReport& report, const std::string& what, std::size_t n, Judgement& out);
-  static void drop_not_judged(const FrameEvidence& evidence, Judgement& out);
+  static void fail(StageReport& report, const std::string& what, std::size_t n, Judgement& out) {
+    report.failed = true;
+    report.note = "failed: " + what;
+    out.reset(n);
+  }
+  static void drop_not_judged(const FrameEvidence& evidence, Judgement& out) {
+    const Span<const std::uint8_t> judged = evidence.judged();
+    out.votes.keep_only(judged);
+    for (std::size_t i = 0; i < judged.size(); ++i) out.reasons[i] = judged[i] != 0 ? out.reasons[i] : 0;
+  }
 
   std::string name_, path_;
 };
-
-/// `to` = "first; second", or the one that is not empty.
-void join_notes(std::string& to, const std::string& first, const std::string& second);
 
 /// A leaf: one filter.
 class FilterStage final : public Stage {
@@ -131,7 +136,10 @@ class FilterStage final : public Stage {
   static Needs needs_of(const Filter& filter);
   bool is_semantic() const { return (needs_.required & (Input::Detections | Input::Mask)) != Input::None; }
   static void note_suspicions(const FrameEvidence& evidence, const Votes& votes, std::uint64_t reason,
-                              StageReports& reports);
+                              StageReports& reports) {
+    for (std::size_t i = 0; i < evidence.size(); ++i)
+      if (evidence.judged(i) && (votes.prior(i) || votes[i] == Vote::Dynamic)) reports.suspect(i, reason);
+  }
 
   Needs needs_;  ///< a filter says it once
   std::unique_ptr<Filter> filter_;
@@ -171,18 +179,7 @@ inline void Stage::run(FrameEvidence& evidence, StageReports& reports, std::size
   }
 }
 
-inline void Stage::fail(StageReport& report, const std::string& what, std::size_t n, Judgement& out) {
-  report.failed = true;
-  report.note = "failed: " + what;
-  out.reset(n);
-}
-
-inline void Stage::drop_not_judged(const FrameEvidence& evidence, Judgement& out) {
-  const Span<const std::uint8_t> judged = evidence.judged();
-  out.votes.keep_only(judged);
-  for (std::size_t i = 0; i < judged.size(); ++i) out.reasons[i] = judged[i] != 0 ? out.reasons[i] : 0;
-}
-
+/// `to` = "first; second", or the one that is not empty.
 inline void join_notes(std::string& to, const std::string& first, const std::string& second) {
   to.clear();
   append_text(to, first, first.empty() || second.empty() ? "" : "; ", second);
@@ -227,12 +224,6 @@ inline void FilterStage::decide(FrameEvidence& evidence, StageReports& reports, 
   for (std::size_t i = 0; i < evidence.size(); ++i)
     out.reasons[i] = out.votes[i] == Vote::Dynamic ? reason : 0;
   if (reports.collects_suspicions() && is_semantic()) note_suspicions(evidence, out.votes, reason, reports);
-}
-
-inline void FilterStage::note_suspicions(const FrameEvidence& evidence, const Votes& votes,
-                                         std::uint64_t reason, StageReports& reports) {
-  for (std::size_t i = 0; i < evidence.size(); ++i)
-    if (evidence.judged(i) && (votes.prior(i) || votes[i] == Vote::Dynamic)) reports.suspect(i, reason);
 }
 
 }  // namespace dynfilter

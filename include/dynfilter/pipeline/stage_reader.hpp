@@ -52,11 +52,19 @@ class StageReader {
   static std::vector<YamlNode> nodes(const YamlNode& node, const std::vector<std::string>& keys,
                                      const std::vector<std::string>& optional = {});
   /// The value of a required key. Other keys are allowed.
-  static YamlNode required(const YamlNode& node, const std::string& key);
+  static YamlNode required(const YamlNode& node, const std::string& key) {
+    const auto value = find(node.entries(), key);
+    if (!value) node.fail("expected the key `" + key + "`");
+    return *value;
+  }
 
  private:
   using Entries = std::vector<std::pair<std::string, YamlNode>>;
-  static std::optional<YamlNode> find(const Entries& entries, const std::string& key);
+  static std::optional<YamlNode> find(const Entries& entries, const std::string& key) {
+    for (const auto& [name, value] : entries)
+      if (name == key) return value;
+    return std::nullopt;
+  }
   StagePtr named(const std::string& name, const YamlNode& value) const;
   static StagePtr made(const std::string& name, const Registry::Entry& entry, const YamlNode& value);
 
@@ -94,18 +102,6 @@ inline std::vector<YamlNode> StageReader::nodes(const YamlNode& node, const std:
     else if (k < keys.size())
       node.fail("expected the key `" + known[k] + "`");
   return result;
-}
-
-inline YamlNode StageReader::required(const YamlNode& node, const std::string& key) {
-  const auto value = find(node.entries(), key);
-  if (!value) node.fail("expected the key `" + key + "`");
-  return *value;
-}
-
-inline std::optional<YamlNode> StageReader::find(const Entries& entries, const std::string& key) {
-  for (const auto& [name, value] : entries)
-    if (name == key) return value;
-  return std::nullopt;
 }
 
 inline StagePtr StageReader::named(const std::string& name, const YamlNode& value) const {

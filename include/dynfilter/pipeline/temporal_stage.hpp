@@ -23,7 +23,15 @@ struct TemporalParams {
   /// Frames without an observation after which a map point is forgotten.
   static constexpr int kForgetFrames = 300;
 
-  static const FieldTable<TemporalParams>& fields();
+  static const FieldTable<TemporalParams>& fields() {
+    using P = TemporalParams;
+    static const FieldTable<P> table{
+        real("reliability", &P::reliability, "", {0.5, 0.999}, "probability that the stage's vote is right"),
+        real("memory", &P::memory, "", {0, 1},
+             "share of the log-odds that is kept to the next frame; 1: no forgetting"),
+    };
+    return table;
+  }
 };
 
 /// `temporal`: a belief per map point if the host provides them, else per track
@@ -32,16 +40,19 @@ struct TemporalParams {
 /// The last term is added for dynamic, subtracted for static and omitted for unknown. r is the reliability.
 /// A single wrong vote does not decide. A feature that the stage cannot judge is judged by its earlier votes.
 /// A feature without a belief is unknown.
-class TemporalStage final : public Combinator {
+class TemporalStage final : public ParametricCombinator<TemporalStage, TemporalParams> {
  public:
-  using Params = TemporalParams;
+  using ParametricCombinator::ParametricCombinator;
   static constexpr const char* kName = "temporal";
   static constexpr const char* kSummary = "a belief per track or map point, updated by the stage's votes";
   static constexpr const char* kDynamic = "if the belief is above the threshold";
 
-  TemporalStage(std::string path, Stages children, Params params = Params());
   Needs needs() const override;
-  void reset() override;
+  void reset() override {
+    Combinator::reset();
+    points_.clear();
+    odds_.clear();
+  }
 
  protected:
   void decide(FrameEvidence& evidence, StageReports& reports, std::size_t self, Judgement& out) override;
@@ -58,37 +69,15 @@ class TemporalStage final : public Combinator {
   void recall(FrameEvidence& evidence);
   void remember(const FrameEvidence& evidence);
 
-  Params params_;
   std::vector<double> odds_, last_odds_;
   std::unordered_map<std::int64_t, Point> points_;
 };
-
-inline const FieldTable<TemporalParams>& TemporalParams::fields() {
-  using P = TemporalParams;
-  static const FieldTable<P> table{
-      real("reliability", &P::reliability, "", {0.5, 0.999}, "probability that the stage's vote is right"),
-      real("memory", &P::memory, "", {0, 1},
-           "share of the log-odds that is kept to the next frame; 1: no forgetting"),
-  };
-  return table;
-}
-
-inline TemporalStage::TemporalStage(std::string path, Stages children, Params params)
-    : Combinator(kName, std::move(path), std::move(children)), params_(params) {
-  check_parameters(params_, this->path());
-}
 
 inline Needs TemporalStage::needs() const {
   Needs all = Combinator::needs();
   all.optional = all.optional | Input::MapPoints | Input::Correspondence;
   all.history_frames = std::max(all.history_frames, 1);
   return all;
-}
-
-inline void TemporalStage::reset() {
-  Combinator::reset();
-  points_.clear();
-  odds_.clear();
 }
 
 inline void TemporalStage::decide(FrameEvidence& evidence, StageReports& reports, std::size_t self,

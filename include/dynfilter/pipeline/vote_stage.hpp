@@ -16,7 +16,17 @@ struct VoteParams {
   double min_share = 0.5;
   std::vector<double> weights;
 
-  static const FieldTable<VoteParams>& fields();
+  static const FieldTable<VoteParams>& fields() {
+    using P = VoteParams;
+    static const FieldTable<P> table{
+        real("min_votes", &P::min_votes, "votes", {0, 1e6},
+             "smallest weight of dynamic votes; 0: use min_share"),
+        real("min_share", &P::min_share, "", {0, 1},
+             "smallest share of dynamic weight among participating members, if min_votes is 0"),
+        reals("weights", &P::weights, "votes", {0, 1e6}, "one weight per member; empty: 1 each"),
+    };
+    return table;
+  }
 };
 
 /// `vote`: dynamic if enough members vote dynamic, counted or weighted (vote_count()). For 1 of n it equals
@@ -43,18 +53,6 @@ class VoteStage final : public Combinator {
   Params params_;
   std::vector<double> dynamic_, unknown_, suspicion_;
 };
-
-inline const FieldTable<VoteParams>& VoteParams::fields() {
-  using P = VoteParams;
-  static const FieldTable<P> table{
-      real("min_votes", &P::min_votes, "votes", {0, 1e6},
-           "smallest weight of dynamic votes; 0: use min_share"),
-      real("min_share", &P::min_share, "", {0, 1},
-           "smallest share of dynamic weight among participating members, if min_votes is 0"),
-      reals("weights", &P::weights, "votes", {0, 1e6}, "one weight per member; empty: 1 each"),
-  };
-  return table;
-}
 
 inline VoteStage::VoteStage(std::string path, Stages children, Params params)
     : Combinator(kName, std::move(path), std::move(children)), params_(std::move(params)) {

@@ -18,21 +18,6 @@
 
 namespace dynfilter {
 
-/// Loads a plugin, adds its filters to `registry` and returns their names. Loading executes code of the file,
-/// so load only files that you trust. The ABI tag is compared before any C++ function of the plugin is
-/// called. The file is never unloaded. Throws PluginError with the file and the reason, and then does not
-/// change `registry`. A truncated file is refused before it is loaded. Reasons: missing, not a library,
-/// truncated, not a plugin, different ABI, registration failed, name taken.
-std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry);
-
-/// The same for plugins with filters, providers of boxes and masks, or both. Returns all names.
-std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry,
-                                     ProviderRegistry& providers);
-
-/// Loads every *.so of a folder in name order, without subfolders. Returns the filters' names.
-/// If one of them throws, `registry` does not change. Nothing else scans folders.
-std::vector<std::string> load_plugin_directory(const std::filesystem::path& folder, Registry& registry);
-
 namespace detail {
 
 /// Opens a module and never closes it.
@@ -105,6 +90,11 @@ inline void* open_plugin(const std::filesystem::path& file) {
 
 }  // namespace detail
 
+/// Loads a plugin, adds its filters to `registry` and returns their names. Loading executes code of the file,
+/// so load only files that you trust. The ABI tag is compared before any C++ function of the plugin is
+/// called. The file is never unloaded. Throws PluginError with the file and the reason, and then does not
+/// change `registry`. A truncated file is refused before it is loaded. Reasons: missing, not a library,
+/// truncated, not a plugin, different ABI, registration failed, name taken.
 inline std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry) {
   void* module = detail::open_plugin(file);
   detail::function_of<PluginRegisterFunction>(module, kPluginRegisterSymbol, file);
@@ -113,6 +103,7 @@ inline std::vector<std::string> load_plugin(const std::filesystem::path& file, R
   return found.names();
 }
 
+/// The same for plugins with filters, providers of boxes and masks, or both. Returns all names.
 inline std::vector<std::string> load_plugin(const std::filesystem::path& file, Registry& registry,
                                             ProviderRegistry& providers) {
   void* module = detail::open_plugin(file);
@@ -128,6 +119,8 @@ inline std::vector<std::string> load_plugin(const std::filesystem::path& file, R
   return names;
 }
 
+/// Loads every *.so of a folder in name order, without subfolders. Returns the filters' names.
+/// If one of them throws, `registry` does not change. Nothing else scans folders.
 inline std::vector<std::string> load_plugin_directory(const std::filesystem::path& folder,
                                                       Registry& registry) {
   std::error_code failed;

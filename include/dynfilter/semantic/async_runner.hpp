@@ -44,7 +44,10 @@ class AsyncRunner final : public SemanticRunner {
   Result latest() override;
   RunnerStatus status() override;
   void reset() override;
-  static double steady_s();  ///< the steady clock of the system [s]
+  /// The steady clock of the system [s].
+  static double steady_s() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  }
 
  private:
   /// Shared by the runner and the worker. Protected by the mutex, except the worker's own members.
@@ -79,10 +82,6 @@ class AsyncRunner final : public SemanticRunner {
   RunnerStatus final_;  ///< set when abandoned
   Result final_result_;
 };
-
-/// Creates the runner for a mode.
-std::unique_ptr<SemanticRunner> make_runner(std::unique_ptr<SemanticProvider> provider,
-                                            const RunnerParams& params);
 
 inline AsyncRunner::AsyncRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params,
                                 Clock clock)
@@ -149,10 +148,6 @@ inline void AsyncRunner::reset() {
   ++state_->epoch;
 }
 
-inline double AsyncRunner::steady_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 inline void AsyncRunner::work(State& state) {
   std::unique_lock<std::mutex> lock(state.mutex);
   for (;;) {
@@ -203,6 +198,7 @@ inline void AsyncRunner::abandon_if_hung() {
   state_.reset();
 }
 
+/// Creates the runner for a mode.
 inline std::unique_ptr<SemanticRunner> make_runner(std::unique_ptr<SemanticProvider> provider,
                                                    const RunnerParams& params) {
   if (params.mode == RunnerMode::Async) return std::make_unique<AsyncRunner>(std::move(provider), params);

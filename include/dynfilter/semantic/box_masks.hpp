@@ -24,8 +24,6 @@ namespace dynfilter {
 /// Merges the instance masks of detections to one label image.
 /// CV_8UC1, 0: no object, else class id + 1, at most 255; 1 for an unknown class.
 /// Where masks overlap, the higher score wins. Masks of another size are skipped.
-cv::Mat merged_masks(const std::vector<Detection>& detections, cv::Size image);
-
 inline cv::Mat merged_masks(const std::vector<Detection>& detections, cv::Size image) {
   std::vector<const Detection*> order;
   for (const Detection& d : detections)
@@ -50,7 +48,13 @@ struct BoxMaskParams {
   static constexpr double kMaxStepShare = 0.02;
   int close_px = 4;  ///< Radius of gaps that are closed. Not a key: code sets it.
 
-  static const FieldTable<BoxMaskParams>& fields();
+  static const FieldTable<BoxMaskParams>& fields() {
+    using P = BoxMaskParams;
+    static const FieldTable<P> table{
+        words("classes", &P::classes, "names of the classes with masks; empty: all classes"),
+    };
+    return table;
+  }
 };
 
 /// Creates masks from boxes and a depth image: the person, without the wall behind. The depths of each box
@@ -62,7 +66,9 @@ struct BoxMaskParams {
 /// linear in the pixels of the boxes, about 1 ms for a box of half the image.
 class BoxMasks {
  public:
-  explicit BoxMasks(BoxMaskParams params = BoxMaskParams());
+  explicit BoxMasks(BoxMaskParams params = BoxMaskParams()) : params_(std::move(params)) {
+    check_parameters(params_, "box_masks");
+  }
 
   /// Adds a mask (CV_8UC1, 255 inside) to each selected detection without one. `depth`: CV_32FC1 or CV_16UC1
   /// in units of `unit_m`, in the pixels of the boxes. Any other type adds no mask.
@@ -114,18 +120,6 @@ class BoxMaskProvider final : public SemanticProvider {
   std::unique_ptr<SemanticProvider> detector_;
   BoxMasks masks_;
 };
-
-inline const FieldTable<BoxMaskParams>& BoxMaskParams::fields() {
-  using P = BoxMaskParams;
-  static const FieldTable<P> table{
-      words("classes", &P::classes, "names of the classes with masks; empty: all classes"),
-  };
-  return table;
-}
-
-inline BoxMasks::BoxMasks(BoxMaskParams params) : params_(std::move(params)) {
-  check_parameters(params_, "box_masks");
-}
 
 inline void BoxMasks::add(std::vector<Detection>& detections, const cv::Mat& depth, double unit_m) {
   if (depth.empty() || (depth.type() != CV_32FC1 && depth.type() != CV_16UC1)) return;

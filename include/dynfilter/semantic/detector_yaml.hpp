@@ -28,15 +28,6 @@ struct DetectorConfig {
   std::function<std::unique_ptr<SemanticProvider>()> make;
 };
 
-/// Reads the map `detector:` of a document, which may contain other content.
-/// Throws ConfigError with the source, the path, and the known keys or types.
-DetectorConfig read_detector(const YamlDocument& document, const ProviderRegistry& registry,
-                             ProviderFiles files);
-
-/// Reads a detector's file. Files that it names are in `network_folder`, else beside it.
-DetectorConfig detector_from_file(const std::filesystem::path& file, const ProviderRegistry& registry,
-                                  const std::filesystem::path& network_folder = {});
-
 namespace detail {
 
 /// The keys under `detector:` that do not belong to the provider.
@@ -71,6 +62,8 @@ auto in_document(const std::string& source, const F& f) {
 
 }  // namespace detail
 
+/// Reads the map `detector:` of a document, which may contain other content.
+/// Throws ConfigError with the source, the path, and the known keys or types.
 inline DetectorConfig read_detector(const YamlDocument& document, const ProviderRegistry& registry,
                                     ProviderFiles files) {
   return detail::in_document(document.source(), [&] {
@@ -95,8 +88,9 @@ inline DetectorConfig read_detector(const YamlDocument& document, const Provider
   });
 }
 
+/// Reads a detector's file. Files that it names are in `network_folder`, else beside it.
 inline DetectorConfig detector_from_file(const std::filesystem::path& file, const ProviderRegistry& registry,
-                                         const std::filesystem::path& network_folder) {
+                                         const std::filesystem::path& network_folder = {}) {
   ProviderFiles files;
   if (!network_folder.empty()) files.folders.push_back(network_folder);
   files.folders.push_back(file.has_parent_path() ? file.parent_path() : std::filesystem::path("."));

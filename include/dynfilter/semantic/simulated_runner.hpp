@@ -19,14 +19,22 @@ namespace dynfilter {
 class SimulatedRunner final : public SemanticRunner {
  public:
   /// Throws ConfigError for mode Async and if a parameter is out of range.
-  SimulatedRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params);
+  SimulatedRunner(std::unique_ptr<SemanticProvider> provider, const RunnerParams& params)
+      : provider_(std::move(provider)), params_(params) {
+    check_runner(params_);
+    if (params_.mode == RunnerMode::Async) throw ConfigError("runner", "mode async is not simulated");
+  }
 
   void submit(const SemanticImage& image) override;
 
   Result latest() override { return latest_; }
   RunnerStatus status() override { return status_; }
 
-  void reset() override;
+  void reset() override {
+    waiting_.clear();
+    latest_.reset();
+    busy_until_s_.reset();
+  }
 
  private:
   // A frame exactly at the end of an interval is in time.
@@ -36,9 +44,18 @@ class SimulatedRunner final : public SemanticRunner {
     Result result;
   };
 
-  void look(const SemanticImage& image, std::int64_t now);
-  void publish();
-  void publish_all();
+  void look(const SemanticImage& image, std::int64_t now) {
+    ++status_.looked_at;
+    if (Result result = detail::look(*provider_, image, status_, status_.last_error))
+      waiting_.push_back({now, std::move(result)});
+  }
+  void publish() {
+    latest_ = std::move(waiting_.front().result);
+    waiting_.pop_front();
+  }
+  void publish_all() {
+    while (!waiting_.empty()) publish();
+  }
 
   std::unique_ptr<SemanticProvider> provider_;
   RunnerParams params_;
@@ -47,13 +64,6 @@ class SimulatedRunner final : public SemanticRunner {
   Result latest_;
   std::optional<double> busy_until_s_;
 };
-
-inline SimulatedRunner::SimulatedRunner(std::unique_ptr<SemanticProvider> provider,
-                                        const RunnerParams& params)
-    : provider_(std::move(provider)), params_(params) {
-  check_runner(params_);
-  if (params_.mode == RunnerMode::Async) throw ConfigError("runner", "mode async is not simulated");
-}
 
 inline void SimulatedRunner::submit(const SemanticImage& image) {
   const std::int64_t now = status_.submitted++;
@@ -69,27 +79,6 @@ inline void SimulatedRunner::submit(const SemanticImage& image) {
   const int late = params_.mode == RunnerMode::Late ? params_.late_frames : 0;
   while (params_.mode != RunnerMode::Rate && !waiting_.empty() && waiting_.front().submitted + late <= now)
     publish();
-}
-
-inline void SimulatedRunner::reset() {
-  waiting_.clear();
-  latest_.reset();
-  busy_until_s_.reset();
-}
-
-inline void SimulatedRunner::look(const SemanticImage& image, std::int64_t now) {
-  ++status_.looked_at;
-  if (Result result = detail::look(*provider_, image, status_, status_.last_error))
-    waiting_.push_back({now, std::move(result)});
-}
-
-inline void SimulatedRunner::publish() {
-  latest_ = std::move(waiting_.front().result);
-  waiting_.pop_front();
-}
-
-inline void SimulatedRunner::publish_all() {
-  while (!waiting_.empty()) publish();
 }
 
 }  // namespace dynfilter

@@ -12,12 +12,6 @@
 
 namespace dynfilter::testing {
 
-/// Undistorted pixel of a point in the camera's frame; NaN behind it.
-cv::Point2d project(const Camera& camera, const Eigen::Vector3d& point_m);
-
-/// Distorted pixel of an undistorted one (OpenCV's radial-tangential model).
-cv::Point2d distort(const Camera& camera, const cv::Point2d& px);
-
 /// Direction of an undistorted pixel in the camera's frame, with z = 1.
 inline Eigen::Vector3d ray(const Camera& camera, const cv::Point2d& px) {
   return {(px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1};
@@ -28,6 +22,7 @@ inline bool in_image(const Camera& camera, const cv::Point2d& px) {
   return px.x >= 0 && px.y >= 0 && px.x <= camera.width_px - 1 && px.y <= camera.height_px - 1;
 }
 
+/// Undistorted pixel of a point in the camera's frame; NaN behind it.
 inline cv::Point2d project(const Camera& camera, const Eigen::Vector3d& point_m) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   if (!(point_m.z() > 1e-6)) return {kNan, kNan};
@@ -35,6 +30,7 @@ inline cv::Point2d project(const Camera& camera, const Eigen::Vector3d& point_m)
           camera.fy_px * point_m.y() / point_m.z() + camera.cy_px};
 }
 
+/// Distorted pixel of an undistorted one (OpenCV's radial-tangential model).
 inline cv::Point2d distort(const Camera& camera, const cv::Point2d& px) {
   const auto& [k1, k2, p1, p2, k3] = camera.distortion;
   const double x = (px.x - camera.cx_px) / camera.fx_px, y = (px.y - camera.cy_px) / camera.fy_px;

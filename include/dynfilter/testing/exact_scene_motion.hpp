@@ -14,10 +14,6 @@ namespace dynfilter::testing {
 /// Pose in the world [m] at a frame.
 using Motion = std::function<Pose(int frame)>;
 
-/// Starts at the origin of the world (x right, y down, z forward) and makes the same step every frame.
-/// Steps are in metres, and in radians about an axis through the object.
-Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d& turn_rad = {0, 0, 0});
-
 /// Camera motion per frame.
 enum class CameraStep {
   None,
@@ -27,8 +23,6 @@ enum class CameraStep {
   PureRotation,   ///< 0.7 degrees per frame
   SmallBaseline,  ///< 3 mm and 0.2 degrees per frame
 };
-
-Motion steady_motion(CameraStep step);
 
 /// A rigid box of points: `MovingBox(60).at({0.3, 0, 2.5}).moving({0.05, 0, 0}).still_until(10)`.
 class MovingBox {
@@ -65,7 +59,9 @@ class MovingBox {
   std::string class_name_ = "person";
 };
 
-inline Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d& turn_rad) {
+/// Starts at the origin of the world (x right, y down, z forward) and makes the same step every frame.
+/// Steps are in metres, and in radians about an axis through the object.
+inline Motion steady_motion(const Eigen::Vector3d& step_m, const Eigen::Vector3d& turn_rad = {0, 0, 0}) {
   return [=](int frame) {
     const double angle = turn_rad.norm() * frame;
     const Eigen::Vector3d axis =

@@ -25,19 +25,6 @@ enum class Preset {
   DelayedMajority  ///< Majority, static for the first 15 frames
 };
 
-const std::vector<Preset>& all_presets();
-
-std::string to_string(Preset preset);
-
-namespace detail {
-
-ExactScene majority(int still_until);
-
-}  // namespace detail
-
-/// The scene of a preset. It can be modified: `preset(Preset::Planar).pixel_noise(0.5)`.
-ExactScene preset(Preset preset);
-
 /// In the order of the enumeration.
 inline const std::vector<Preset>& all_presets() {
   static const std::vector<Preset> presets{Preset::General,        Preset::Rigid,    Preset::Planar,
@@ -82,6 +69,7 @@ inline ExactScene several_movers() {
 
 }  // namespace detail
 
+/// The scene of a preset. It can be modified: `preset(Preset::Planar).pixel_noise(0.5)`.
 inline ExactScene preset(Preset preset) {
   const MovingBox mover = MovingBox(60).at({-0.3, -0.35, 2.5}).moving({0.02, 0.033, 0.01});
   switch (preset) {

@@ -13,18 +13,6 @@
 
 namespace dynfilter::testing {
 
-/// Runs a single filter over frames 0 to `frame` of a scene, like a pipeline. Returns its votes on the last
-/// frame. Resets the filter first. Throws ConfigError if the last frame lacks a required input. A scene
-/// provides poses, boxes and other optional inputs only on request.
-///
-///   EpipolarFilter filter;
-///   const ExactScene scene = preset(Preset::General).pixel_noise(0.3);
-///   const Score score(judge(filter, scene, 8), scene.frame(8));
-///   CHECK(score.recall() > 0.9);
-///   CHECK(score.static_kept() > 0.9);
-Votes judge(Filter& filter, const ExactScene& scene, int frame,
-            const CorrespondenceParams& params = CorrespondenceParams());
-
 /// Votes compared with the truth. DontCare features are not counted.
 struct Score {
   int dynamic_count = 0, dynamic_found = 0;  ///< dynamic features; of these voted Dynamic
@@ -51,7 +39,17 @@ struct Score {
   static double share(int part, int of) { return of > 0 ? static_cast<double>(part) / of : 1; }
 };
 
-inline Votes judge(Filter& filter, const ExactScene& scene, int frame, const CorrespondenceParams& params) {
+/// Runs a single filter over frames 0 to `frame` of a scene, like a pipeline. Returns its votes on the last
+/// frame. Resets the filter first. Throws ConfigError if the last frame lacks a required input. A scene
+/// provides poses, boxes and other optional inputs only on request.
+///
+///   EpipolarFilter filter;
+///   const ExactScene scene = preset(Preset::General).pixel_noise(0.3);
+///   const Score score(judge(filter, scene, 8), scene.frame(8));
+///   CHECK(score.recall() > 0.9);
+///   CHECK(score.static_kept() > 0.9);
+inline Votes judge(Filter& filter, const ExactScene& scene, int frame,
+                   const CorrespondenceParams& params = CorrespondenceParams()) {
   const Needs needs = filter.needs();
   FrameEvidence evidence(params);
   evidence.set_history(std::max(needs.history_frames, scene.gap()));

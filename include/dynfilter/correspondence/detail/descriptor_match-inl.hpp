@@ -178,7 +178,6 @@ inline bool DescriptorMatcher::accepted(std::size_t i) const {
   const Best& best = forward_[i];
   if (best.index < 0 || best.distance > params_.max_distance_bits) return false;
   if (best.second != Best::kNone && !(best.distance < params_.max_ratio * best.second)) return false;
-  if (!params_.mutual) return true;
   const Best& back = backward_[static_cast<std::size_t>(best.index)];
   return back.index == static_cast<std::int32_t>(i) && back.distance < back.second;
 }

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/config/numbers.hpp>
-#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <limits>
 
@@ -48,11 +47,6 @@ DYNFILTER_INLINE const FieldTable<DbscanFilterParams>& DbscanFilterParams::field
            "until reset"),
   };
   return table;
-}
-
-DYNFILTER_INLINE DbscanFilter::DbscanFilter(Params params)
-    : params_(params), adaptive_(AdaptiveDbscanLimits{Params::kMaxK, kMaxPoints}) {
-  check_parameters(params_, kName);
 }
 
 DYNFILTER_INLINE void DbscanFilter::apply(const Evidence& evidence, Votes& votes) {

@@ -41,10 +41,6 @@ DYNFILTER_INLINE const FieldTable<DepthConsistencyParams>& DepthConsistencyParam
   return table;
 }
 
-DYNFILTER_INLINE DepthConsistencyFilter::DepthConsistencyFilter(Params params) : params_(params) {
-  check_parameters(params_, kName);
-}
-
 DYNFILTER_INLINE Needs DepthConsistencyFilter::needs() const {
   const Input always = Input::Depth | Input::Camera;
   if (params_.against == DepthReference::Covisible)

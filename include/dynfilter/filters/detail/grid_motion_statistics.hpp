@@ -23,9 +23,6 @@ struct GmsParams {
   double factor = 3.0;  ///< a match needs factor * sqrt(n) supporters (published: 6)
   /// False, as published: only matches to the most frequent partner of a cell.
   bool every_pair = true;
-  bool rotation = false;  ///< tests eight rotations between the images and keeps the best
-  /// Tests five scale ratios between the images, 1/2 to 2, and keeps the best.
-  bool scale = false;
 };
 
 /// Grid-based motion statistics (Bian et al., CVPR 2017). A match is kept if enough matches of the 3 x 3
@@ -37,12 +34,17 @@ struct GmsParams {
 /// Cells are bounds-checked here: points on or beyond the border count in the last cell.
 /// The published code reads out of range there. Points that are not finite are neither kept nor counted.
 ///
-/// Cost: four passes over the matches, times 8 with rotation and times 5 with scale.
+/// Cost: four passes over the matches.
 /// The counters (0.3 MB for 20 x 20 cells) are reused from call to call.
 class GridMotionStatistics {
  public:
   /// Throws ConfigError for parameters out of range.
-  explicit GridMotionStatistics(const GmsParams& params = GmsParams());
+  explicit GridMotionStatistics(const GmsParams& params = GmsParams()) : params_(params) {
+    if (params_.grid_cells < 0 || params_.grid_cells > 40)
+      throw ConfigError("grid_cells", "expected 0 to 40");
+    if (!(params_.matches_per_cell > 0)) throw ConfigError("matches_per_cell", "expected more than 0");
+    if (!(params_.factor >= 0)) throw ConfigError("factor", "expected >= 0");
+  }
   const GmsParams& params() const { return params_; }
 
   /// `first[i]` and `second[i]` [px] match where `valid[i]` is not 0; an empty `valid` means all.
@@ -52,22 +54,19 @@ class GridMotionStatistics {
                   std::vector<std::uint8_t>& kept);
 
   /// Cells per side for this number of matches.
-  int cells_for(std::size_t matches) const;
+  int cells_for(std::size_t matches) const {
+    if (params_.grid_cells > 0) return params_.grid_cells;
+    const double cells = std::sqrt(static_cast<double>(matches) / params_.matches_per_cell);
+    return static_cast<int>(std::clamp(std::round(cells), 4.0, 20.0));
+  }
 
  private:
   static std::size_t square(int side) {
     return static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
   }
 
-  /// A cell, and one bit for each of its 3 x 3 neighbours that exists, row by row.
-  struct Side {
-    int cells = 0;
-    std::vector<std::uint16_t> around;
-    std::array<int, 9> offset{};
-
-    void set(int per_side);
-  };
-
+  /// Sets cells_, around_cell_ and the offsets.
+  void set_cells(int per_side);
   void collect(Span<const cv::Point2f> first, const cv::Size& first_size, Span<const cv::Point2f> second,
                const cv::Size& second_size, Span<const std::uint8_t> valid);
 
@@ -78,10 +77,7 @@ class GridMotionStatistics {
   /// Matches in a half cell at the border belong to an extra cell that is never judged.
   void lay_left_grids();
 
-  void lay_right_grid(int scale);
-
-  /// Judges all four placements for one rotation. Returns how many matches agree.
-  std::size_t judge(int turn);
+  void lay_right_grid();
 
   /// Counts matches per cell and per pair of cells, and finds the most frequent partner.
   /// The first of equally frequent partners is used.
@@ -89,44 +85,35 @@ class GridMotionStatistics {
   /// Sums the matches of the 3 x 3 cells around each cell.
   void sum_around();
 
-  void verify_matches(const std::vector<std::uint16_t>& left, int turn);
+  void verify_matches(const std::vector<std::uint16_t>& left) {
+    const auto nowhere = static_cast<std::uint32_t>(cells_ * cells_);
+    for (std::size_t k = 0; k < left.size(); ++k)
+      if (agreed_[k] == 0 && left[k] != nowhere && supported(left[k], right_cell_[k])) agreed_[k] = 1;
+  }
   /// Judges only matches to the most frequent partner of their cell.
-  void verify_cells(const std::vector<std::uint16_t>& left, int turn);
+  void verify_cells(const std::vector<std::uint16_t>& left);
 
-  /// Neighbours in the second image, in the order of the first image's neighbours.
-  struct Turned {
-    Turned(const Side& left, const Side& right, int turn);
-    std::array<unsigned, 9> bit{};
-    std::array<std::ptrdiff_t, 9> offset{};  ///< of the pair of neighbours, in pairs_
-  };
-  bool supported(std::uint32_t l, std::uint32_t r, const Turned& turned) const;
-  /// Index of neighbour j of 3 x 3 after `turn` eighths of a rotation.
-  static std::size_t turned(int j, int turn);
+  bool supported(std::uint32_t l, std::uint32_t r) const;
 
   static constexpr std::uint32_t kMost = 0xFFFF;
   static constexpr std::uint16_t kNone = 0xFFFF;
 
   GmsParams params_;
-  int cells_ = 0;
-  Side left_, right_;
+  int cells_ = 0;                                ///< per side
+  std::vector<std::uint16_t> around_cell_;       ///< one bit for each of its 3 x 3 neighbours that exists
+  std::array<int, 9> offset_{};                  ///< of these neighbours, row by row
+  std::array<std::ptrdiff_t, 9> pair_offset_{};  ///< of the pairs of neighbours, in pairs_
   std::vector<std::uint32_t> index_, sorted_index_;
   std::vector<cv::Point2f> first_, second_;  ///< in units of the image size
   std::vector<cv::Point2f> sorted_first_, sorted_second_;
   CellLists by_cell_;
   std::array<std::vector<std::uint16_t>, 4> left_cell_;
   std::vector<std::uint16_t> right_cell_;
-  std::size_t columns_ = 0;
-  std::vector<std::uint16_t> pairs_;  ///< count per left and right cell
+  std::vector<std::uint16_t> pairs_;  ///< count per left and right cell, all zero between calls
   std::vector<std::uint32_t> in_cell_, in_three_, around_, best_partner_;
   std::vector<std::uint16_t> target_;
-  std::vector<std::uint8_t> agreed_, best_;
+  std::vector<std::uint8_t> agreed_;
 };
-
-inline GridMotionStatistics::GridMotionStatistics(const GmsParams& params) : params_(params) {
-  if (params_.grid_cells < 0 || params_.grid_cells > 40) throw ConfigError("grid_cells", "expected 0 to 40");
-  if (!(params_.matches_per_cell > 0)) throw ConfigError("matches_per_cell", "expected more than 0");
-  if (!(params_.factor >= 0)) throw ConfigError("factor", "expected >= 0");
-}
 
 inline std::size_t GridMotionStatistics::run(Span<const cv::Point2f> first, const cv::Size& first_size,
                                              Span<const cv::Point2f> second, const cv::Size& second_size,
@@ -136,42 +123,39 @@ inline std::size_t GridMotionStatistics::run(Span<const cv::Point2f> first, cons
   collect(first, first_size, second, second_size, valid);
   const std::size_t n = index_.size();
   if (n == 0) return 0;
-  cells_ = cells_for(n);
+  set_cells(cells_for(n));
   sort_by_cell();
   lay_left_grids();
-  std::size_t best = 0;
-  for (int scale = 0; scale < (params_.scale ? 5 : 1); ++scale) {
-    lay_right_grid(scale);
-    for (int turn = 0; turn < (params_.rotation ? 8 : 1); ++turn) {
-      const std::size_t count = judge(turn);
-      if (count <= best) continue;
-      best = count;
-      best_.swap(agreed_);
-    }
+  lay_right_grid();
+  agreed_.assign(n, 0);
+  for (const std::vector<std::uint16_t>& left : left_cell_) {
+    count(left);
+    if (params_.every_pair)
+      verify_matches(left);
+    else
+      verify_cells(left);
+    for (std::size_t k = 0; k < n; ++k) pairs_[left[k] * square(cells_) + right_cell_[k]] = 0;
   }
-  if (best > 0)
-    for (std::size_t k = 0; k < n; ++k) kept[index_[k]] = best_[k];
-  return best;
+  for (std::size_t k = 0; k < n; ++k) kept[index_[k]] = agreed_[k];
+  return static_cast<std::size_t>(std::count(agreed_.begin(), agreed_.end(), std::uint8_t{1}));
 }
 
-inline int GridMotionStatistics::cells_for(std::size_t matches) const {
-  if (params_.grid_cells > 0) return params_.grid_cells;
-  const double cells = std::sqrt(static_cast<double>(matches) / params_.matches_per_cell);
-  return static_cast<int>(std::clamp(std::round(cells), 4.0, 20.0));
-}
-
-inline void GridMotionStatistics::Side::set(int per_side) {
-  if (cells == per_side) return;
-  cells = per_side;
-  around.assign(square(cells), 0);
-  for (int y = 0; y < cells; ++y)
-    for (int x = 0; x < cells; ++x)
+inline void GridMotionStatistics::set_cells(int per_side) {
+  if (cells_ == per_side) return;
+  cells_ = per_side;
+  around_cell_.assign(square(cells_), 0);
+  for (int y = 0; y < cells_; ++y)
+    for (int x = 0; x < cells_; ++x)
       for (int j = 0; j < 9; ++j) {
-        const int nx = x + j % 3 - 1, ny = y + j / 3 - 1, cell = y * cells + x;
-        if (nx >= 0 && ny >= 0 && nx < cells && ny < cells)
-          around[static_cast<std::size_t>(cell)] |= static_cast<std::uint16_t>(1U << j);
+        const int nx = x + j % 3 - 1, ny = y + j / 3 - 1, cell = y * cells_ + x;
+        if (nx >= 0 && ny >= 0 && nx < cells_ && ny < cells_)
+          around_cell_[static_cast<std::size_t>(cell)] |= static_cast<std::uint16_t>(1U << j);
       }
-  for (int j = 0; j < 9; ++j) offset[static_cast<std::size_t>(j)] = (j / 3 - 1) * cells + j % 3 - 1;
+  for (std::size_t j = 0; j < 9; ++j) {
+    offset_[j] = (static_cast<int>(j) / 3 - 1) * cells_ + static_cast<int>(j) % 3 - 1;
+    pair_offset_[j] = std::ptrdiff_t{offset_[j]} * (cells_ * cells_ + 1);
+  }
+  pairs_.assign((square(cells_) + 1) * square(cells_), 0);
 }
 
 inline void GridMotionStatistics::collect(Span<const cv::Point2f> first, const cv::Size& first_size,
@@ -212,7 +196,6 @@ inline void GridMotionStatistics::sort_by_cell() {
 
 inline void GridMotionStatistics::lay_left_grids() {
   const std::size_t n = index_.size();
-  left_.set(cells_);
   const auto nowhere = static_cast<std::uint16_t>(cells_ * cells_);
   const auto size = static_cast<float>(cells_);
   for (std::vector<std::uint16_t>& grid : left_cell_) grid.resize(n);
@@ -228,35 +211,12 @@ inline void GridMotionStatistics::lay_left_grids() {
   }
 }
 
-inline void GridMotionStatistics::lay_right_grid(int scale) {
-  static constexpr double kRatios[] = {1, 0.5, 0.70710678118654752, 1.4142135623730951, 2};
-  const int cells = std::max(1, static_cast<int>(cells_ * kRatios[scale]));
-  right_.set(cells);
+inline void GridMotionStatistics::lay_right_grid() {
   right_cell_.resize(index_.size());
-  const auto size = static_cast<float>(cells);
+  const auto size = static_cast<float>(cells_);
   for (std::size_t k = 0; k < index_.size(); ++k)
-    right_cell_[k] = static_cast<std::uint16_t>(static_cast<int>(second_[k].y * size) * cells +
+    right_cell_[k] = static_cast<std::uint16_t>(static_cast<int>(second_[k].y * size) * cells_ +
                                                 static_cast<int>(second_[k].x * size));
-  const std::size_t rows = square(cells_) + 1;
-  const std::size_t columns = square(cells);
-  if (columns_ != columns || pairs_.size() < rows * columns) pairs_.assign(rows * columns, 0);
-  columns_ = columns;  // pairs_ is all zero between calls
-}
-
-inline std::size_t GridMotionStatistics::judge(int turn) {
-  const std::size_t n = index_.size();
-  agreed_.assign(n, 0);
-  for (const std::vector<std::uint16_t>& left : left_cell_) {
-    count(left);
-    if (params_.every_pair)
-      verify_matches(left, turn);
-    else
-      verify_cells(left, turn);
-    for (std::size_t k = 0; k < n; ++k) pairs_[left[k] * columns_ + right_cell_[k]] = 0;
-  }
-  std::size_t agreed = 0;
-  for (const std::uint8_t a : agreed_) agreed += a;
-  return agreed;
 }
 
 inline void GridMotionStatistics::count(const std::vector<std::uint16_t>& left) {
@@ -265,7 +225,7 @@ inline void GridMotionStatistics::count(const std::vector<std::uint16_t>& left) 
   best_partner_.assign(cells + 1, 0);
   for (std::size_t k = 0; k < left.size(); ++k) {
     const std::uint32_t l = left[k], r = right_cell_[k];
-    std::uint16_t& together = pairs_[l * columns_ + r];
+    std::uint16_t& together = pairs_[l * cells + r];
     together = static_cast<std::uint16_t>(together + (together < kMost ? 1 : 0));
     ++in_cell_[l];
     best_partner_[l] = std::max(best_partner_[l], std::uint32_t{together} << 16U | (kMost - r));
@@ -282,60 +242,39 @@ inline void GridMotionStatistics::sum_around() {
     around_[l] = in_three_[l - size] + in_three_[l] + in_three_[l + size];
 }
 
-inline void GridMotionStatistics::verify_matches(const std::vector<std::uint16_t>& left, int turn) {
-  const Turned turned(left_, right_, turn);
-  const auto nowhere = static_cast<std::uint32_t>(cells_ * cells_);
-  for (std::size_t k = 0; k < left.size(); ++k)
-    if (agreed_[k] == 0 && left[k] != nowhere && supported(left[k], right_cell_[k], turned)) agreed_[k] = 1;
-}
-
-inline void GridMotionStatistics::verify_cells(const std::vector<std::uint16_t>& left, int turn) {
-  const Turned turned(left_, right_, turn);
+inline void GridMotionStatistics::verify_cells(const std::vector<std::uint16_t>& left) {
   const auto cells = static_cast<std::uint32_t>(cells_ * cells_);
   target_.assign(cells + 1, kNone);
   for (std::uint32_t l = 0; l < cells; ++l) {
     if (in_cell_[l] == 0) continue;
     const std::uint32_t r = kMost - (best_partner_[l] & kMost);
-    if (supported(l, r, turned)) target_[l] = static_cast<std::uint16_t>(r);
+    if (supported(l, r)) target_[l] = static_cast<std::uint16_t>(r);
   }
   for (std::size_t k = 0; k < left.size(); ++k)
     agreed_[k] |= static_cast<std::uint8_t>(target_[left[k]] == right_cell_[k] ? 1 : 0);
 }
 
-inline GridMotionStatistics::Turned::Turned(const Side& left, const Side& right, int turn) {
-  const auto columns = static_cast<std::ptrdiff_t>(right.cells) * right.cells;
-  for (std::size_t j = 0; j < 9; ++j) {
-    bit[j] = static_cast<unsigned>(turned(static_cast<int>(j), turn));
-    offset[j] = left.offset[j] * columns + right.offset[bit[j]];
-  }
-}
-
-inline bool GridMotionStatistics::supported(std::uint32_t l, std::uint32_t r, const Turned& turned) const {
+inline bool GridMotionStatistics::supported(std::uint32_t l, std::uint32_t r) const {
   std::uint32_t support = 0, matches = 0;
   int common = 0;
-  const unsigned here = left_.around[l], there = right_.around[r];
-  const std::uint16_t* pairs = &pairs_[l * columns_ + r];
+  const unsigned here = around_cell_[l], there = around_cell_[r];
+  const std::uint16_t* pairs = &pairs_[l * square(cells_) + r];
   constexpr unsigned kAll = 0x1FF;
   if (here == kAll && there == kAll) {
     common = 9;
     matches = around_[l];
-    for (const std::ptrdiff_t offset : turned.offset) support += pairs[offset];
+    for (const std::ptrdiff_t offset : pair_offset_) support += pairs[offset];
   } else {
     for (std::size_t j = 0; j < 9; ++j) {
-      if ((here >> j & there >> turned.bit[j] & 1U) == 0) continue;
-      support += pairs[turned.offset[j]];
-      matches += in_cell_[l + static_cast<std::size_t>(left_.offset[j])];
+      if ((here >> j & there >> j & 1U) == 0) continue;
+      support += pairs[pair_offset_[j]];
+      matches += in_cell_[l + static_cast<std::size_t>(offset_[j])];
       ++common;
     }
   }
   // support >= factor * sqrt(matches / common)
   const double s = support;
   return s * s * common >= params_.factor * params_.factor * matches;
-}
-
-inline std::size_t GridMotionStatistics::turned(int j, int turn) {
-  static constexpr int kRing[8] = {0, 1, 2, 5, 8, 7, 6, 3}, kPlace[9] = {0, 1, 2, 7, -1, 3, 6, 5, 4};
-  return static_cast<std::size_t>(j == 4 ? 4 : kRing[(kPlace[j] + 8 - turn) % 8]);
 }
 
 }  // namespace dynfilter

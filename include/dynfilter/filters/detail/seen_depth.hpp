@@ -58,10 +58,18 @@ class SeenDepth {
     int known = 0, agreeing = 0, beyond = 0;
 
     void add(double deviation);
-    SeenThere verdict(int wanted) const;
+    SeenThere verdict(int wanted) const {
+      if (agreeing > 0) return SeenThere::Surface;
+      if (known < wanted) return SeenThere::Nothing;
+      return beyond == known ? SeenThere::Beyond : SeenThere::Nearer;
+    }
   };
 
-  void set_keypoints(Span<const cv::KeyPoint> keypoints, Span<const float> depth_m);
+  void set_keypoints(Span<const cv::KeyPoint> keypoints, Span<const float> depth_m) {
+    keypoints_ = keypoints.size() == depth_m.size() ? keypoints : Span<const cv::KeyPoint>();
+    keypoint_depth_m_ = depth_m;
+    grid_.build(keypoints_, 2 * kKeypointRadiusPx);
+  }
 
   /// Both return how many depths an answer requires: half of the patch, or two keypoints.
   /// A single keypoint may be on the other side of an edge.
@@ -123,18 +131,6 @@ inline void SeenDepth::Tally::add(double deviation) {
   agreeing += std::abs(deviation) <= limit ? 1 : 0;
   beyond += deviation > limit ? 1 : 0;
   if (std::abs(deviation) < std::abs(smallest)) smallest = deviation;
-}
-
-inline SeenThere SeenDepth::Tally::verdict(int wanted) const {
-  if (agreeing > 0) return SeenThere::Surface;
-  if (known < wanted) return SeenThere::Nothing;
-  return beyond == known ? SeenThere::Beyond : SeenThere::Nearer;
-}
-
-inline void SeenDepth::set_keypoints(Span<const cv::KeyPoint> keypoints, Span<const float> depth_m) {
-  keypoints_ = keypoints.size() == depth_m.size() ? keypoints : Span<const cv::KeyPoint>();
-  keypoint_depth_m_ = depth_m;
-  grid_.build(keypoints_, 2 * kKeypointRadiusPx);
 }
 
 }  // namespace dynfilter

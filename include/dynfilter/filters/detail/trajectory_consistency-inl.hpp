@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
@@ -39,10 +38,6 @@ DYNFILTER_INLINE const FieldTable<TrajectoryConsistencyParams>& TrajectoryConsis
       motion_source("motion", &P::motion),
   };
   return table;
-}
-
-DYNFILTER_INLINE TrajectoryConsistencyFilter::TrajectoryConsistencyFilter(Params params) : params_(params) {
-  check_parameters(params_, kName);
 }
 
 DYNFILTER_INLINE void TrajectoryConsistencyFilter::apply(const Evidence& evidence, Votes& votes) {

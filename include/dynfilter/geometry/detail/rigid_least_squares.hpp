@@ -15,24 +15,6 @@ namespace dynfilter {
 
 namespace detail {
 
-/// rho'(s), the weight of iteratively reweighted least squares.
-template <class P>
-DYNFILTER_AS_CALLER inline P robust_weight(RobustLoss loss, const P& s, float c2) {
-  switch (loss) {
-    case RobustLoss::None:
-      return 1;
-    case RobustLoss::Huber:
-      return min(sqrt(c2 / max(s, 1e-30F)), 1);
-    case RobustLoss::Cauchy:
-      return 1.0F / (1.0F + s * (1 / c2));
-    case RobustLoss::Tukey: {
-      const P inside = max(1.0F - s * (1 / c2), 0);
-      return inside * inside;
-    }
-  }
-  return 1;
-}
-
 /// Normal equations of the left perturbation (translation, rotation), summed over packs of points.
 struct RigidNormal {
   Eigen::Matrix3d tt, tr, rr;  ///< blocks of J^T W J
@@ -103,34 +85,28 @@ struct RigidSums {
 
 /// Adds the points of the pack from i, moved by the row-major `m`.
 template <class P>
-DYNFILTER_AS_CALLER inline void add_points(const RigidPoints& points, RobustLoss loss, float scale2,
-                                           const float (&m)[12], std::size_t i, RigidSums<P>& sums) {
+DYNFILTER_AS_CALLER inline void add_points(const RigidPoints& points, float scale2, const float (&m)[12],
+                                           std::size_t i, RigidSums<P>& sums) {
   const auto get = [&](int r) DYNFILTER_AS_CALLER { return points.pack_of<P>(r, i); };
   const P px = get(RigidPoints::kPx), py = get(RigidPoints::kPy), pz = get(RigidPoints::kPz);
-  const P cz = get(RigidPoints::kBz), wz = get(RigidPoints::kWz);
+  const P cz = get(RigidPoints::kCz), wz = get(RigidPoints::kWz);
   const P q[3] = {m[0] * px + m[1] * py + m[2] * pz + m[3], m[4] * px + m[5] * py + m[6] * pz + m[7],
                   m[8] * px + m[9] * py + m[10] * pz + m[11]};
-  P wx = get(RigidPoints::kWx), wy = get(RigidPoints::kWy);
-  P u = 0, v = 0, valid = above(wz, 0);  // padding has no weight
-  P r[3];
-  if (points.image_depth) {
-    valid *= above(q[2], 1e-3F);  // no residual behind the camera
-    const P inv_z = 1.0F / max(q[2], 1e-3F);
-    u = q[0] * inv_z, v = q[1] * inv_z;
-    wx *= cz, wy *= cz;  // in units of f / sigma
-    r[0] = wx * (u - get(RigidPoints::kAx)), r[1] = wy * (v - get(RigidPoints::kAy));
-    wx *= inv_z, wy *= inv_z;
-  } else {
-    r[0] = wx * (q[0] - get(RigidPoints::kBx)), r[1] = wy * (q[1] - get(RigidPoints::kBy));
-  }
-  r[2] = wz * (q[2] - cz);
-  const P w = valid * robust_weight(loss, r[0] * r[0] + r[1] * r[1] + r[2] * r[2], scale2);
+  // Padding has no weight, and what is behind the camera no residual.
+  const P valid = above(wz, 0) * above(q[2], 1e-3F), inv_z = 1.0F / max(q[2], 1e-3F);
+  const P u = q[0] * inv_z, v = q[1] * inv_z;
+  P wx = get(RigidPoints::kWx) * cz, wy = get(RigidPoints::kWy) * cz;  // in units of f / sigma
+  const P r[3] = {wx * (u - get(RigidPoints::kAx)), wy * (v - get(RigidPoints::kAy)), wz * (q[2] - cz)};
+  wx *= inv_z, wy *= inv_z;
+  // Tukey's rho'(s), the weight of iteratively reweighted least squares.
+  const P inside = max(1.0F - (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]) * (1 / scale2), 0);
+  const P w = valid * (inside * inside);
   sums.add(q, {wx, -wx * u, wy, -wy * v, wz}, r, w);
 }
 
 /// Sums over the first `count` points in spread order.
-inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, double scale2,
-                                    std::size_t count, const RigidTransform& T) {
+inline RigidNormal accumulate_rigid(const RigidPoints& points, double scale2, std::size_t count,
+                                    const RigidTransform& T) {
   float m[12];
   RigidPoints::to_float(T, m);
   const std::size_t end = std::min(count, points.count);
@@ -139,7 +115,7 @@ inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, 
       [&](auto lanes) DYNFILTER_AS_CALLER {
         RigidSums<PackOf<lanes()>> sums;
         for (std::size_t i = 0; i < end; i += RigidPoints::kPack)
-          add_points(points, loss, static_cast<float>(scale2), m, i, sums);
+          add_points(points, static_cast<float>(scale2), m, i, sums);
         sums.totals(totals);
       },
       points.wide);
@@ -149,11 +125,11 @@ inline RigidNormal accumulate_rigid(const RigidPoints& points, RobustLoss loss, 
 /// Iteratively reweighted Gauss-Newton on SE(3) over the first `count` points, 6x6 normal equations.
 /// Leaves the equations of the last linearisation in `normal`. Ends before the last iteration where a step is
 /// shorter than `until_sigmas` of its own standard deviations.
-inline void refine_rigid(const RigidPoints& points, RobustLoss loss, double scale, int iterations,
-                         double until_sigmas, std::size_t count, RigidTransform& T, RigidNormal& normal) {
+inline void refine_rigid(const RigidPoints& points, double scale, int iterations, double until_sigmas,
+                         std::size_t count, RigidTransform& T, RigidNormal& normal) {
   normal = RigidSums<Pack>::normal_of({});
   for (int i = 0; i < iterations; ++i) {
-    normal = accumulate_rigid(points, loss, scale * scale, count, T);
+    normal = accumulate_rigid(points, scale * scale, count, T);
     Eigen::Matrix<double, 6, 6> matrix = normal.matrix();
     Eigen::Matrix<double, 6, 1> delta = -normal.gradient();
     if (!(normal.weight_sum >= 2.5) || !solve_positive_definite(matrix.data(), delta.data(), 6)) return;

@@ -52,7 +52,7 @@ class RigidMotionSearch {
  private:
   using Hypothesis = RigidTransform;
 
-  RigidNoise noise() const { return {options_.residual, options_.pixel_sigma_px, options_.depth_noise}; }
+  RigidNoise noise() const { return {options_.pixel_sigma_px, options_.depth_noise}; }
 
   void search(const std::optional<Pose>& prior, RigidMotion& result) {
     SampleGenerator rng(options_.seed);
@@ -91,10 +91,8 @@ class RigidMotionSearch {
   bool consider(const Hypothesis& candidate, double advantage) {
     const float limit = static_cast<float>(options_.inlier_chi2);
     const double floor = best_score_ * advantage;
-    double score = points_.score(candidate, limit, options_.spread_score ? 0 : floor);
-    if (score <= 0) return false;
-    if (options_.spread_score) score = points_.spread_score(candidate, limit);
-    if (score <= floor) return false;
+    const double score = points_.score(candidate, limit, floor);
+    if (score <= 0 || score <= floor) return false;
     has_best_ = true;
     best_ = candidate;
     best_score_ = score;
@@ -111,8 +109,8 @@ class RigidMotionSearch {
   static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
   void refine(Hypothesis& hypothesis, int iterations, std::size_t count) {
-    refine_rigid(points_, options_.loss, options_.loss_scale, iterations, options_.refine_until_sigmas, count,
-                 hypothesis, normal_);
+    refine_rigid(points_, options_.loss_scale, iterations, options_.refine_until_sigmas, count, hypothesis,
+                 normal_);
   }
 
   void finish(RigidMotion& result) const {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
@@ -27,20 +26,18 @@ struct RigidTransform {
 };
 
 struct RigidNoise {
-  RigidResidualKind kind;
   double pixel_sigma_px;
   DepthNoise depth;
 };
 
 /// Correspondences as structure of arrays, in spread order, so that a prefix is a fair sample.
-/// Padded to whole packs with points of zero weight. The score is linear in q: residual = W (q - a q.z - b).
-/// For ImageDepth this replaces 1/q.z by 1/c.z.
+/// Padded to whole packs with points of zero weight. The score is linear in q, with 1/c.z instead of 1/q.z:
+/// residual = W (q.x - a.x q.z, q.y - a.y q.z, q.z - c.z).
 struct RigidPoints {
   static constexpr int kPack = Pack::kWidth;
-  enum Row { kPx, kPy, kPz, kAx, kAy, kBx, kBy, kBz, kWx, kWy, kWz, kRows };
+  enum Row { kPx, kPy, kPz, kAx, kAy, kCz, kWx, kWy, kWz, kRows };
 
   std::size_t count = 0, stride = 0;
-  bool image_depth = true;
   bool wide = true;  ///< use AVX2 where available, with identical results
   std::vector<float> data;
   std::vector<int> indices;
@@ -49,7 +46,6 @@ struct RigidPoints {
 
   void pack(const Camera& camera, const RigidNoise& noise, Span<const cv::Point3f> reference,
             Span<const cv::Point3f> current, Span<const int> seeds) {
-    image_depth = noise.kind == RigidResidualKind::ImageDepth;
     indices.clear();
     const int n = static_cast<int>(std::min(reference.size(), current.size()));
     for (int seed : seeds) {
@@ -64,7 +60,7 @@ struct RigidPoints {
       const auto index = static_cast<std::size_t>(indices[i]);
       const cv::Point3f &p = reference[index], &c = current[index];
       at(kPx, k) = p.x, at(kPy, k) = p.y, at(kPz, k) = p.z;
-      at(kBx, k) = c.x, at(kBy, k) = c.y, at(kBz, k) = c.z;
+      at(kAx, k) = c.x, at(kAy, k) = c.y, at(kCz, k) = c.z;
       ++k;
     });
     for (k = 0; k < stride; k += kPack) derive(k, camera, noise);
@@ -81,11 +77,10 @@ struct RigidPoints {
 
   /// Computes the bearing that the residual subtracts, and its weights.
   void derive(std::size_t k, const Camera& camera, const RigidNoise& noise) {
-    const Pack inv_z = 1.0F / pack_of(kBz, k);
-    const Pack sp = sigma_m(noise.depth, pack_of(kPz, k)), sc = sigma_m(noise.depth, pack_of(kBz, k));
-    put(kAx, k, image_depth ? pack_of(kBx, k) * inv_z : 0);
-    put(kAy, k, image_depth ? pack_of(kBy, k) * inv_z : 0);
-    if (image_depth) put(kBx, k, 0), put(kBy, k, 0);
+    const Pack inv_z = 1.0F / pack_of(kCz, k);
+    const Pack sp = sigma_m(noise.depth, pack_of(kPz, k)), sc = sigma_m(noise.depth, pack_of(kCz, k));
+    put(kAx, k, pack_of(kAx, k) * inv_z);
+    put(kAy, k, pack_of(kAy, k) * inv_z);
     put(kWx, k, static_cast<float>(camera.fx_px / noise.pixel_sigma_px) * inv_z);
     put(kWy, k, static_cast<float>(camera.fy_px / noise.pixel_sigma_px) * inv_z);
     put(kWz, k, 1.0F / sqrt(sp * sp + sc * sc));
@@ -108,9 +103,9 @@ struct RigidPoints {
     const P qz = m[8] * px + m[9] * py + m[10] * pz + m[11];
     const P qx = m[0] * px + m[1] * py + m[2] * pz + m[3];
     const P qy = m[4] * px + m[5] * py + m[6] * pz + m[7];
-    const P rx = (qx - get(kAx) * qz - get(kBx)) * get(kWx);
-    const P ry = (qy - get(kAy) * qz - get(kBy)) * get(kWy);
-    const P rz = (qz - get(kBz)) * get(kWz);
+    const P rx = (qx - get(kAx) * qz) * get(kWx);
+    const P ry = (qy - get(kAy) * qz) * get(kWy);
+    const P rz = (qz - get(kCz)) * get(kWz);
     return rx * rx + ry * ry + rz * rz;
   }
 
@@ -160,16 +155,6 @@ struct RigidPoints {
     return sum;
   }
 
-  template <class Visit>
-  void visit_chi2(const RigidTransform& T, Visit visit) const {
-    float m[12];
-    to_float(T, m);
-    for (std::size_t i = 0; i < stride; i += kPack) {
-      const Pack e = chi2(m, i);
-      for (std::size_t k = 0; k < kPack && i + k < count; ++k) visit(i + k, e[static_cast<int>(k)]);
-    }
-  }
-
   int inliers(const RigidTransform& T, float limit) const {
     float m[12];
     to_float(T, m);
@@ -180,24 +165,10 @@ struct RigidPoints {
     return std::max(0, static_cast<int>(n.sum()) - (limit > 0 ? padding : 0));
   }
 
-  /// Sum of the square root of the number of inliers per cell.
-  /// The 8x8 cells divide the viewing directions with tangents within +-0.8.
-  double spread_score(const RigidTransform& T, float limit) const {
-    float cells[64] = {};
-    const auto cell = [](float tangent) { return cell_along((tangent + 0.8F) * 5, 8); };
-    visit_chi2(T, [&](std::size_t k, float e) {
-      const float inv_z = 1 / row(kPz)[k];
-      cells[8 * cell(row(kPy)[k] * inv_z) + cell(row(kPx)[k] * inv_z)] += std::max(0.0F, 1 - e / limit);
-    });
-    double sum = 0;
-    for (float held : cells) sum += std::sqrt(held);
-    return sum;
-  }
-
   Eigen::Vector3d reference(std::size_t k) const { return {row(kPx)[k], row(kPy)[k], row(kPz)[k]}; }
   Eigen::Vector3d current(std::size_t k) const {
-    const double z = row(kBz)[k];
-    return {row(kAx)[k] * z + row(kBx)[k], row(kAy)[k] * z + row(kBy)[k], z};
+    const double z = row(kCz)[k];
+    return {row(kAx)[k] * z, row(kAy)[k] * z, z};
   }
 
   /// Pose from three points by aligning their orthonormal frames (TRIAD, Black 1964) at their centroids.

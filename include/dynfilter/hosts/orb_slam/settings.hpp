@@ -57,13 +57,6 @@ PipelineConfig configured_pipeline(OrbSlamSettings& settings);
 /// Starts the flight recorder that `record` names. Throws ConfigError if its file cannot be written.
 void start_recording(const OrbSlamParams& params, Pipeline& pipeline);
 
-namespace orb_slam::detail {
-
-/// A file beside the settings file or by its path, or an installed pipeline, with `.yaml` or without.
-std::string find_pipeline(const std::string& name, const std::string& settings_file, const std::string& path);
-
-}  // namespace orb_slam::detail
-
 /// Reads the keys `DynFilter.NAME` of a host's own settings file. The pipeline is the file's `pipeline` node,
 /// or the file or installed pipeline that `DynFilter.pipeline` names, or the default. Loads the plugins, and
 /// opens the file of boxes or starts the detector, that the keys name. Whatever else the file holds is the
@@ -77,14 +70,6 @@ OnError read_on_error(const std::string& file) noexcept;
 /// What boxes and masks the settings promise, before any came. Of a detector both: which of them it makes is
 /// seen later.
 Input semantic_inputs(const OrbSlamParams& params);
-
-namespace orb_slam::detail {
-
-/// The runner of `boxes` and `masks`, or of `detector`; null without any of them.
-std::unique_ptr<SemanticRunner> make_semantics(const OrbSlamParams& params, const std::string& settings_file,
-                                               const ProviderRegistry& providers);
-
-}  // namespace orb_slam::detail
 
 }  // namespace dynfilter
 

@@ -17,11 +17,8 @@
 namespace dynfilter {
 
 DYNFILTER_INLINE StagePtr stage(std::unique_ptr<Filter> filter, std::string path) {
+  if (path.empty()) path = filter->name();
   return std::make_unique<FilterStage>(std::move(filter), std::move(path));
-}
-DYNFILTER_INLINE StagePtr stage(std::unique_ptr<Filter> filter) {
-  std::string path = filter->name();
-  return stage(std::move(filter), std::move(path));
 }
 
 namespace detail {
@@ -50,12 +47,10 @@ DYNFILTER_INLINE StagePtr negate(StagePtr member) {
 DYNFILTER_INLINE StagePtr strict(StagePtr member) {
   return std::make_unique<StrictStage>(StrictStage::kName, detail::stages(std::move(member)));
 }
-DYNFILTER_INLINE StagePtr gate(StagePtr condition, StagePtr then) {
-  return std::make_unique<GateStage>(GateStage::kName, detail::stages(std::move(condition), std::move(then)));
-}
 DYNFILTER_INLINE StagePtr gate(StagePtr condition, StagePtr then, StagePtr otherwise) {
-  return std::make_unique<GateStage>(
-      GateStage::kName, detail::stages(std::move(condition), std::move(then), std::move(otherwise)));
+  Stages children = detail::stages(std::move(condition), std::move(then));
+  if (otherwise) children.push_back(std::move(otherwise));
+  return std::make_unique<GateStage>(GateStage::kName, std::move(children));
 }
 DYNFILTER_INLINE StagePtr by_region(StagePtr inside, StagePtr outside) {
   return std::make_unique<ByRegionStage>(ByRegionStage::kName,

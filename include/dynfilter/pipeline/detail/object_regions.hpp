@@ -51,8 +51,14 @@ class MaskComponents {
   /// Joins each run with the touching runs of the row above.
   void join(int row);
 
-  std::size_t root(std::size_t k);
-  void unite(std::size_t a, std::size_t b);
+  std::size_t root(std::size_t k) {
+    while (runs_[k].component != k) k = runs_[k].component = runs_[runs_[k].component].component;
+    return k;
+  }
+  void unite(std::size_t a, std::size_t b) {
+    a = root(a), b = root(b);
+    runs_[std::max(a, b)].component = static_cast<std::uint32_t>(std::min(a, b));
+  }
   /// Numbers the components. A root precedes all other runs of its component.
   void number();
 
@@ -106,16 +112,6 @@ inline void MaskComponents::join(int row) {
   }
 }
 
-inline std::size_t MaskComponents::root(std::size_t k) {
-  while (runs_[k].component != k) k = runs_[k].component = runs_[runs_[k].component].component;
-  return k;
-}
-
-inline void MaskComponents::unite(std::size_t a, std::size_t b) {
-  a = root(a), b = root(b);
-  runs_[std::max(a, b)].component = static_cast<std::uint32_t>(std::min(a, b));
-}
-
 inline void MaskComponents::number() {
   count_ = 0;
   number_.resize(runs_.size());
@@ -148,7 +144,26 @@ struct ObjectRegionParams {
   /// Largest age of objects; objects of an older frame are carried to this one up to this age.
   static constexpr int kMaxAgeFrames = 30;
 
-  static const FieldTable<ObjectRegionParams>& fields();
+  static const FieldTable<ObjectRegionParams>& fields() {
+    using P = ObjectRegionParams;
+    static const FieldTable<P> table{
+        choice("objects", &P::objects,
+               {{"boxes", ObjectSource::Boxes},
+                {"instances", ObjectSource::Instances},
+                {"mask", ObjectSource::Mask},
+                {"components", ObjectSource::Components}},
+               "boxes and instances use the detections, mask is one object, components uses its connected "
+               "components"),
+        words("classes", &P::classes,
+              "names of the classes that are used, for boxes and instances; empty: all classes"),
+        words("except_classes", &P::except_classes,
+              "names of the classes that are excluded, for boxes and instances"),
+        real("near_px", &P::near_px, "px", {0, 200},
+             "distance from the object up to which votes count for it"),
+        box_refinement("refine", &P::refine),
+    };
+    return table;
+  }
 };
 
 /// Features of an object, both lists in increasing order.
@@ -190,7 +205,9 @@ class ObjectRegions {
   void find_components(const Evidence& evidence, const MaskLookup& mask, const ObjectRegionParams& params,
                        const LateResult& late, ObjectVisitor& visitor);
 
-  cv::Point2f flow_on(const MaskLookup& mask, const LateResult& late);
+  cv::Point2f flow_on(const MaskLookup& mask, const LateResult& late) {
+    return late.median_flow([&](const cv::Point2f& px) { return mask.at(px); }, scratch_.x, scratch_.y);
+  }
 
   ObjectRegion object_;                           ///< of one detection or mask
   std::vector<ObjectRegion> components_of_mask_;  ///< those after the last one only keep their memory
@@ -198,26 +215,6 @@ class ObjectRegions {
   MaskComponents components_;
   BoxScratch scratch_;
 };
-
-inline const FieldTable<ObjectRegionParams>& ObjectRegionParams::fields() {
-  using P = ObjectRegionParams;
-  static const FieldTable<P> table{
-      choice("objects", &P::objects,
-             {{"boxes", ObjectSource::Boxes},
-              {"instances", ObjectSource::Instances},
-              {"mask", ObjectSource::Mask},
-              {"components", ObjectSource::Components}},
-             "boxes and instances use the detections, mask is one object, components uses its connected "
-             "components"),
-      words("classes", &P::classes,
-            "names of the classes that are used, for boxes and instances; empty: all classes"),
-      words("except_classes", &P::except_classes,
-            "names of the classes that are excluded, for boxes and instances"),
-      real("near_px", &P::near_px, "px", {0, 200}, "distance from the object up to which votes count for it"),
-      box_refinement("refine", &P::refine),
-  };
-  return table;
-}
 
 inline void ObjectRegions::find(const Evidence& evidence, const ObjectRegionParams& params, Votes& votes,
                                 ObjectVisitor& visitor) {
@@ -299,10 +296,6 @@ inline void ObjectRegions::find_components(const Evidence& evidence, const MaskL
     components_.around(then, params.near_px, [&](int c) { add(object(c).near); });
   }
   for (std::size_t c = 0; c < count; ++c) visitor.visit(components_of_mask_[c]);
-}
-
-inline cv::Point2f ObjectRegions::flow_on(const MaskLookup& mask, const LateResult& late) {
-  return late.median_flow([&](const cv::Point2f& px) { return mask.at(px); }, scratch_.x, scratch_.y);
 }
 
 }  // namespace dynfilter

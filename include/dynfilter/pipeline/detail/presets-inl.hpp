@@ -21,6 +21,8 @@ namespace dynfilter {
 
 namespace detail {
 
+/// The folders of a kind that come with dynfilter. First the one that CMake compiles into a source of the
+/// program. Then `share/dynfilter` in folders above the program, and above the library that holds this code.
 DYNFILTER_INLINE std::vector<std::filesystem::path> built_in_presets(const PresetKind& kind) {
   namespace fs = std::filesystem;
   std::vector<fs::path> folders;
@@ -55,11 +57,6 @@ DYNFILTER_INLINE std::vector<std::filesystem::path> environment_presets(const Pr
       folders.emplace_back(word);
   }
   return folders;
-}
-
-/// YAML itself, not a name and not a path.
-DYNFILTER_INLINE bool is_yaml_text(const std::string& source) {
-  return source.find_first_of("\n{") != std::string::npos;
 }
 
 }  // namespace detail
@@ -117,7 +114,8 @@ DYNFILTER_INLINE std::filesystem::path find_preset(const std::string& name, cons
 
 DYNFILTER_INLINE PipelineConfig load_pipeline(const std::string& source, const Registry& registry,
                                               const PresetFolders& folders) {
-  if (detail::is_yaml_text(source)) return pipeline_from_text(source, registry);
+  const bool is_yaml_text = source.find_first_of("\n{") != std::string::npos;  // not a name, not a path
+  if (is_yaml_text) return pipeline_from_text(source, registry);
   const std::filesystem::path file = find_preset(source, folders);
   if (std::filesystem::path(source).replace_extension() == "oracle" && registry.find("oracle") == nullptr)
     throw ConfigError(

@@ -70,12 +70,11 @@ DYNFILTER_INLINE void start_recording(const OrbSlamParams& params, Pipeline& pip
   }
 }
 
-namespace orb_slam {
+namespace orb_slam::detail {
 
-namespace detail {
-
-DYNFILTER_INLINE std::string find_pipeline(const std::string& name, const std::string& settings_file,
-                                           const std::string& path) {
+/// A file beside the settings file or by its path, or an installed pipeline, with `.yaml` or without.
+inline std::string find_pipeline(const std::string& name, const std::string& settings_file,
+                                 const std::string& path) {
   PresetFolders folders;
   folders.first.push_back(std::filesystem::path(settings_file).parent_path());
   try {
@@ -173,52 +172,6 @@ inline void read_pipeline_of(const YamlDocument& document, const std::string& na
   settings.pipeline = pipeline_from_file(settings.pipeline_file, registry);
 }
 
-}  // namespace detail
-
-}  // namespace orb_slam
-
-DYNFILTER_INLINE OrbSlamSettings read_orb_slam_settings(const std::string& file, const Registry& registry,
-                                                        const ProviderRegistry& providers) {
-  const YamlDocument document = YamlDocument::from_file(file);
-  OrbSlamSettings settings;
-  try {
-    const YamlNode root = document.root();
-    orb_slam::detail::refuse_near_misses(root, "DynFilter.");
-    const std::string name = orb_slam::detail::read_prefixed(root, "DynFilter.", "pipeline", settings.params);
-    Registry filters = registry;
-    ProviderRegistry detectors = providers;
-    orb_slam::detail::load_plugins(settings.params.plugins, file, filters, detectors);
-    orb_slam::detail::read_pipeline_of(document, name, file, filters, settings);
-    if (settings.params.enabled)
-      settings.semantics = orb_slam::detail::make_semantics(settings.params, file, detectors);
-    return settings;
-  } catch (const ConfigError& error) {
-    throw ConfigError(file, error.what());
-  }
-}
-
-DYNFILTER_INLINE OnError read_on_error(const std::string& file) noexcept {
-  try {
-    const YamlDocument document = YamlDocument::from_file(file);
-    const auto value = document.root().find("DynFilter.on_error");
-    return value && value->text() == "off" ? OnError::Off : OnError::Stop;
-  } catch (...) {
-    return OnError::Stop;
-  }
-}
-
-DYNFILTER_INLINE Input semantic_inputs(const OrbSlamParams& params) {
-  const auto if_named = [](const std::string& name, Input input) {
-    return name.empty() ? Input::None : input;
-  };
-  return if_named(params.boxes, Input::Detections) | if_named(params.masks, Input::Mask) |
-         if_named(params.detector, Input::Detections | Input::Mask);
-}
-
-namespace orb_slam {
-
-namespace detail {
-
 /// A detector's YAML file beside the settings file, by its path, or an installed one.
 inline std::filesystem::path find_detector(const std::string& name, const std::filesystem::path& folder) {
   constexpr PresetKind kDetectors{"detector", "detectors"};
@@ -267,9 +220,10 @@ inline std::unique_ptr<SemanticProvider> make_provider(const OrbSlamParams& para
   return detector_from_file(find_detector(params.detector, folder), providers, networks).make();
 }
 
-DYNFILTER_INLINE std::unique_ptr<SemanticRunner> make_semantics(const OrbSlamParams& params,
-                                                                const std::string& settings_file,
-                                                                const ProviderRegistry& providers) {
+/// The runner of `boxes` and `masks`, or of `detector`; null without any of them.
+inline std::unique_ptr<SemanticRunner> make_semantics(const OrbSlamParams& params,
+                                                      const std::string& settings_file,
+                                                      const ProviderRegistry& providers) {
   const bool files = !params.boxes.empty() || !params.masks.empty();
   if (!files && params.detector.empty()) return nullptr;
   if (files && !params.detector.empty())
@@ -291,8 +245,44 @@ DYNFILTER_INLINE std::unique_ptr<SemanticRunner> make_semantics(const OrbSlamPar
   }
 }
 
-}  // namespace detail
+}  // namespace orb_slam::detail
 
-}  // namespace orb_slam
+DYNFILTER_INLINE OrbSlamSettings read_orb_slam_settings(const std::string& file, const Registry& registry,
+                                                        const ProviderRegistry& providers) {
+  const YamlDocument document = YamlDocument::from_file(file);
+  OrbSlamSettings settings;
+  try {
+    const YamlNode root = document.root();
+    orb_slam::detail::refuse_near_misses(root, "DynFilter.");
+    const std::string name = orb_slam::detail::read_prefixed(root, "DynFilter.", "pipeline", settings.params);
+    Registry filters = registry;
+    ProviderRegistry detectors = providers;
+    orb_slam::detail::load_plugins(settings.params.plugins, file, filters, detectors);
+    orb_slam::detail::read_pipeline_of(document, name, file, filters, settings);
+    if (settings.params.enabled)
+      settings.semantics = orb_slam::detail::make_semantics(settings.params, file, detectors);
+    return settings;
+  } catch (const ConfigError& error) {
+    throw ConfigError(file, error.what());
+  }
+}
+
+DYNFILTER_INLINE OnError read_on_error(const std::string& file) noexcept {
+  try {
+    const YamlDocument document = YamlDocument::from_file(file);
+    const auto value = document.root().find("DynFilter.on_error");
+    return value && value->text() == "off" ? OnError::Off : OnError::Stop;
+  } catch (...) {
+    return OnError::Stop;
+  }
+}
+
+DYNFILTER_INLINE Input semantic_inputs(const OrbSlamParams& params) {
+  const auto if_named = [](const std::string& name, Input input) {
+    return name.empty() ? Input::None : input;
+  };
+  return if_named(params.boxes, Input::Detections) | if_named(params.masks, Input::Mask) |
+         if_named(params.detector, Input::Detections | Input::Mask);
+}
 
 }  // namespace dynfilter
