@@ -6,6 +6,7 @@
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/hosts/host_mask.hpp>
 #include <dynfilter/hosts/orb_slam.hpp>
+#include <dynfilter/inertial/gyroscope.hpp>
 #include <dynfilter/keyframe/make_selector.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <dynfilter/mapping/static_map.hpp>
@@ -146,3 +147,54 @@ void component(const io::SequenceFrame& frame, odometry::FeatureJudge& judge) {
 }
 
 #include "detectors_2.inc"
+
+// Stand-ins with the members of visual-inertial hosts, as their sources name them.
+namespace inertial_hosts {
+
+const Eigen::Matrix3d R_camera_body = Eigen::Matrix3d::Identity(), R_current_reference = R_camera_body;
+FrameView view;
+double last_stamp_s, stamp_s;
+const Eigen::Vector3d omega_radps(0, 0, 0);
+Pose T_world_camera_last;
+
+void in_a_program() {
+#include "gyroscope_1.inc"
+}
+void wheels(){
+#include "gyroscope_2.inc"
+}
+
+Gyroscope gyroscope({R_camera_body, {}});
+
+struct ImuPoint {
+  Eigen::Vector3f a, w;
+  double t;
+};
+struct OrbFrame {
+  double mTimeStamp;
+};
+void orb_slam3(const ImuPoint& imuMeasurement, OrbSlam* dyn_filter) {
+  const OrbFrame mLastFrame{0}, mCurrentFrame{1};
+#include "gyroscope_3.inc"
+}
+
+struct ImuData {
+  double timestamp;
+  Eigen::Matrix<double, 3, 1> wm, am;
+};
+void open_vins(const ImuData& message) {
+#include "gyroscope_4.inc"
+}
+
+void vins_fusion(double t, const Eigen::Vector3d& angularVelocity) {
+#include "gyroscope_5.inc"
+}
+
+struct Rot3 {
+  Eigen::Matrix3d matrix() const { return Eigen::Matrix3d::Identity(); }
+};
+void kimera_vio(const Rot3& ref_frame_R_cur_frame) {
+#include "gyroscope_6.inc"
+}
+
+}  // namespace inertial_hosts

@@ -99,14 +99,14 @@ class MotionProposals {
   static constexpr double kSupportWidth = 0.7;              ///< of the noise: RANSAC finds the sharper points
   static constexpr double kGraduated_px[] = {12, 5, 2, 1};  ///< noise assumed by one fit after the other
   static constexpr double kLooseDepth = RigidMisses::kMostDepthFactor;  ///< depth factor of these fits
-  static constexpr double kStep_sigmas = 0.1;      ///< a fit that is nearer to its optimum is good enough
-  static constexpr float kNeighbourReach_px = 40;  ///< a cell of the grid
-  static constexpr double kFarShare = 0.4;         ///< of the points, the farthest first
-  static constexpr int kFarSearch = 150;           ///< samples among the far points
-  static constexpr int kSearch = 100;              ///< samples among the points that no motion explains
-  static constexpr int kFirstMotions = 3;          ///< per inlier distance, while no motion is expected
+  static constexpr double kStep_sigmas = 0.1;        ///< a fit that is nearer to its optimum is good enough
+  static constexpr float kNeighbourReach_px = 40;    ///< a cell of the grid
+  static constexpr double kFarShare = 0.4;           ///< of the points, the farthest first
+  static constexpr int kFarSearch = 150;             ///< samples among the far points
+  static constexpr int kSearch = 100;                ///< samples among the points that no motion explains
+  static constexpr int kFirstMotions = 3;            ///< per inlier distance, while no motion is expected
   static constexpr std::size_t kTranslations = 100;  ///< tried among the points
-  static constexpr int kMostSearches = 4;          ///< more movers than that share a motion
+  static constexpr int kMostSearches = 4;            ///< more movers than that share a motion
 
   static RigidMotionOptions rigid_options() {
     RigidMotionOptions options;
@@ -281,7 +281,8 @@ class MotionProposals {
       if (in_rest_[k] == 0) continue;
       const cv::Point3f &p = points_->reference_m(k), &c = points_->current_m(k);
       const Pose T = Pose::from(R, Eigen::Vector3d(c.x, c.y, c.z) - R * Eigen::Vector3d(p.x, p.y, p.z));
-      points_->measure(T, image2_px2_.data() + row * points_->stride(), depth2_.data() + row * points_->stride());
+      points_->measure(T, image2_px2_.data() + row * points_->stride(),
+                       depth2_.data() + row * points_->stride());
       const std::size_t support = explained_by(row, support_px());
       if (support > most) most = support, best = T;
     }

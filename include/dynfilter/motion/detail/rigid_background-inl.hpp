@@ -220,8 +220,7 @@ class RigidBackgroundSearch {
         if (owner_[k] == slot && best_fit_[k] >= kExplained) evidence.add(points_.current_m(k));
       prior_distance2_[slot] = evidence.distance2(motion_of(slot), noise_px);
       if (search_.uses_prior())
-        proposal(slot).score +=
-            PriorEvidence::log_likelihood(prior_distance2_[slot], scene_->prior_wrong);
+        proposal(slot).score += PriorEvidence::log_likelihood(prior_distance2_[slot], scene_->prior_wrong);
     }
   }
   double log_odds_of_share(std::size_t slot) const {

@@ -14,9 +14,9 @@ struct GyroSample {
 
 /// What a gyroscope's data sheet, or Kalibr, says of its errors.
 struct GyroNoise {
-  double density_radps_rthz = 0.002;     ///< white noise per square root of the bandwidth [rad/s/sqrt(Hz)]
-  double bias_walk_radps2_rthz = 2e-4;   ///< random walk of the bias [rad/s^2/sqrt(Hz)]
-  double first_bias_radps = 0.02;        ///< standard deviation of the bias before any was measured
+  double density_radps_rthz = 0.002;    ///< white noise per square root of the bandwidth [rad/s/sqrt(Hz)]
+  double bias_walk_radps2_rthz = 2e-4;  ///< random walk of the bias [rad/s^2/sqrt(Hz)]
+  double first_bias_radps = 0.02;       ///< standard deviation of the bias before any was measured
 };
 
 /// A recording's gyroscope.

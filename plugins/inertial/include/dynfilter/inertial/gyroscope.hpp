@@ -11,8 +11,8 @@
 
 namespace dynfilter {
 
-/// A gyroscope beside a camera: turns samples into a prior on the camera's motion from frame to frame, and
-/// learns its bias and its clock from the poses of a tracked camera.
+/// A gyroscope beside a camera. Makes priors on the camera's motion from frame to frame out of its samples.
+/// Learns its bias and its clock from the poses of a tracked camera.
 ///
 ///     Gyroscope gyroscope({R_camera_body, noise});
 ///     gyroscope.add(sample);                                          // as they come
@@ -22,8 +22,8 @@ namespace dynfilter {
 /// Integration: the rate between two samples is linear (the rotation part of Forster, Carlone, Dellaert and
 /// Scaramuzza, "On-Manifold Preintegration", T-RO 2017, section VI). The covariance is that of the noise, of
 /// the bias, of the clock and of the scale, as a left perturbation of R_current_reference.
-/// Calibration: over the last 6 s, the offset of the clock is where integrated and observed turns differ
-/// least, searched on a grid and refined by a parabola. The bias is what then remains of them on average.
+/// Calibration, over the last 6 s: the clock's offset is where integrated and observed turns differ least. It
+/// is searched on a grid and refined by a parabola. The bias is what then remains of them on average.
 /// Cost: a few us a frame. Not for several threads at once.
 class Gyroscope {
  public:
