@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/Core>
-#include <dynfilter/core/motion_prior.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/filters/background_motion.hpp>
 #include <dynfilter/filters/flow_consistency.hpp>

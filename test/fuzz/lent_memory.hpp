@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/span.hpp>
 #include <memory>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/hosts/host_semantics.hpp>
 #include <opencv2/core.hpp>

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <dynfilter/geometry/sampling.hpp>
-#include <dynfilter/motion/prior_watch.hpp>
 #include <vector>
 
 #include "doctest/doctest.h"

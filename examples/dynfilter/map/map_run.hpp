@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/verdict.hpp>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <dynfilter/core/motion_prior.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/inertial/gyroscope.hpp>
 #include <optional>

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/motion_prior.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>
@@ -23,13 +22,6 @@ struct Detection {
   int track_id = -1;       ///< -1: not tracked
   cv::Mat mask;            ///< CV_8UC1 instance mask of the whole image, 0: outside; empty: no mask
 };
-
-/// Names of the classes that move by themselves, as common detectors spell them.
-inline std::vector<std::string> moving_classes() {
-  return {"person",   "bird",  "cat",   "dog",     "horse",     "sheep",    "cow",
-          "elephant", "bear",  "zebra", "giraffe", "car",       "bicycle",  "motorcycle",
-          "bus",      "train", "truck", "boat",    "aeroplane", "airplane", "motorbike"};
-}
 
 /// How a match's error is distributed: a patch with an edge but no corner slides along the edge. The
 /// covariance of (u, v, depth) is, with the noise s [px] that the user of the match measures,
@@ -120,24 +112,6 @@ struct FrameView {
 
   std::size_t size() const { return keypoints.size(); }
 };
-
-/// True if this cv::Mat is the only reference to its memory.
-/// False for an image made around a buffer of the caller.
-inline bool has_sole_owner(const cv::Mat& image) {
-  return image.u != nullptr && image.u->refcount == 1;
-}
-
-/// Copies an image that is kept beyond the call. Does not write to memory that something else refers to.
-/// Allocates only for another size or type.
-inline void keep_copy(const cv::Mat& image, cv::Mat& kept) {
-  if (!has_sole_owner(kept)) kept.release();
-  image.copyTo(kept);
-}
-
-/// Copies the pixels of an image unless nothing else refers to them.
-inline void own_pixels(cv::Mat& image) {
-  if (!image.empty() && !has_sole_owner(image)) image = image.clone();
-}
 
 /// True if depths come from the columns in the right image.
 inline bool is_stereo(const FrameView& frame) {

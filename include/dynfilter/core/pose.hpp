@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <cstdint>
 
 namespace dynfilter {
 
@@ -56,6 +57,21 @@ Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega);
 
 /// True if all entries are finite and the rotation is orthonormal and right-handed within `tolerance`.
 bool is_rigid(const Pose& T_a_b, double tolerance = 1e-3);
+
+/// What is known of the camera's motion without the images: from a gyroscope, from wheels, or from a filter's
+/// prediction. It is weighed against the images, and ignored while it contradicts them.
+struct MotionPrior {
+  std::int64_t reference_frame_id = -1;  ///< frame that the motion begins at; -1: the one before this
+  Pose T_current_reference;
+  /// Row-major, of a left perturbation (translation [m], rotation [rad]), as of RigidMotion.
+  std::array<double, 36> covariance{};
+  bool has_translation = false;  ///< without it, only the rotation counts
+
+  /// A gyroscope's. The covariance is that of a rotation of the current camera [rad^2].
+  static MotionPrior turn(const Eigen::Matrix3d& R_current_reference, const Eigen::Matrix3d& covariance_rad2);
+  Eigen::Matrix<double, 6, 6> covariance_matrix() const;  ///< the same numbers
+  bool valid() const;  ///< the motion is rigid, and every variance that counts positive and finite
+};
 
 /// Source of a pose. A filter must trust a prediction less than an estimate.
 enum class PoseProvenance { None, Predicted, Estimated, Refined };

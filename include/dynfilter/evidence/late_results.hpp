@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/correspondence/match.hpp>

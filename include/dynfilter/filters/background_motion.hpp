@@ -17,7 +17,7 @@
 #include <dynfilter/motion/mover_forecast.hpp>
 #include <dynfilter/motion/moving_odds.hpp>
 #include <dynfilter/motion/neighbour_field.hpp>
-#include <dynfilter/motion/prior_watch.hpp>
+#include <dynfilter/motion/prior_evidence.hpp>
 #include <dynfilter/motion/rigid_background.hpp>
 #include <dynfilter/motion/row_twist.hpp>
 #include <dynfilter/motion/static_miss.hpp>

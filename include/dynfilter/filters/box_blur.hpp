@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/config/registry.hpp>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/box_foreground.hpp>
 #include <dynfilter/evidence/evidence.hpp>

@@ -12,7 +12,7 @@
 #include <dynfilter/motion/flow_groups.hpp>
 #include <dynfilter/motion/ground_contact.hpp>
 #include <dynfilter/motion/neighbour_field.hpp>
-#include <dynfilter/motion/prior_watch.hpp>
+#include <dynfilter/motion/prior_evidence.hpp>
 #include <dynfilter/motion/view_motion.hpp>
 #include <dynfilter/motion/view_motion_search.hpp>
 #include <opencv2/core.hpp>

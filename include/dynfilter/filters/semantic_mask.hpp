@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <dynfilter/config/registry.hpp>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/evidence/mask_lookup.hpp>

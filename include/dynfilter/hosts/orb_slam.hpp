@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/hosts/draw_verdict.hpp>
 #include <dynfilter/hosts/host_semantics.hpp>
 #include <dynfilter/hosts/input_watch.hpp>

@@ -8,6 +8,7 @@
 #include <dynfilter/cluster/clusters.hpp>
 #include <dynfilter/cluster/density_clusters.hpp>
 #include <dynfilter/cluster/depth_growth.hpp>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/mapping/box_body.hpp>
 #include <dynfilter/mapping/map_frame.hpp>

@@ -4,6 +4,7 @@
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <string>
 #include <vector>

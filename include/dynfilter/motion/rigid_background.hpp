@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/motion_prior.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>

@@ -47,7 +47,7 @@ class ViewMotionEstimator {
   explicit ViewMotionEstimator(const Options& options = Options()) : options_(options) {}
 
   /// From the pairs that may carry it (`seeds`). `last`: of the frame before, or of this one (`fresh`) over
-  /// another gap: then fewer samples will do. A motion that turns unlike `turn` needs up to twice the support.
+  /// another gap: then fewer samples will do. What turns unlike `turn` needs up to twice the support.
   std::optional<ViewMotion> estimate(const std::vector<ViewPair>& pairs, const std::vector<int>& seeds,
                                      const ImageCells<double>& cells, double focal_px,
                                      const std::optional<ViewMotion>& last, bool fresh = false,

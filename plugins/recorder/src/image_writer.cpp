@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <exception>
 

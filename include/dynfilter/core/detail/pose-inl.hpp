@@ -37,6 +37,29 @@ DYNFILTER_INLINE bool is_rigid(const Pose& T_a_b, double tolerance) {
   return off.cwiseAbs().maxCoeff() <= tolerance && R.col(0).cross(R.col(1)).dot(R.col(2)) > 0;
 }
 
+namespace detail {
+using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+}
+
+DYNFILTER_INLINE MotionPrior MotionPrior::turn(const Eigen::Matrix3d& R_current_reference,
+                                               const Eigen::Matrix3d& covariance_rad2) {
+  MotionPrior prior;
+  prior.T_current_reference = Pose::from(R_current_reference, Eigen::Vector3d::Zero());
+  Eigen::Map<detail::Matrix6>(prior.covariance.data()).bottomRightCorner<3, 3>() = covariance_rad2;
+  return prior;
+}
+
+DYNFILTER_INLINE Eigen::Matrix<double, 6, 6> MotionPrior::covariance_matrix() const {
+  return Eigen::Map<const detail::Matrix6>(covariance.data());
+}
+
+DYNFILTER_INLINE bool MotionPrior::valid() const {
+  bool all = is_rigid(T_current_reference);
+  for (std::size_t k = has_translation ? 0 : 3; k < 6; ++k)
+    all = all && covariance[7 * k] > 0 && std::isfinite(covariance[7 * k]);
+  return all;
+}
+
 DYNFILTER_INLINE Eigen::Matrix3d exp_so3(const Eigen::Vector3d& omega) {
   const double angle = omega.norm();
   if (angle < 1e-12) return Eigen::Matrix3d::Identity();

@@ -3,6 +3,7 @@
 
 #include <dynfilter/hosts/host_semantics.hpp>
 
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/inline.hpp>
 
 namespace dynfilter {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <dynfilter/config/numbers.hpp>
 #include <dynfilter/config/parameters.hpp>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/printable_text.hpp>

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <deque>
-#include <dynfilter/core/motion_prior.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/inertial/gyro_sample.hpp>
 #include <optional>
 #include <vector>
