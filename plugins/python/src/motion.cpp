@@ -22,7 +22,7 @@ using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 Eigen::Matrix3d rotation_of(const std::string& argument, py::handle value) {
   const auto given = array_of<double>(argument, value, 3, 3);
-  const Eigen::Matrix3d R = Eigen::Map<const RowMajor3>(given.data());
+  Eigen::Matrix3d R = Eigen::Map<const RowMajor3>(given.data());
   if (!is_rigid(Pose::from(R, Eigen::Vector3d::Zero())))
     throw py::value_error(argument + ": expected a rotation, got another 3x3 matrix");
   return R;
@@ -113,16 +113,12 @@ void bind_prior(py::module_& module) {
                           "It is weighed against the images, and ignored while it contradicts them.")
       .def(py::init(&make_prior), py::arg("rotation"), py::arg("covariance"),
            py::arg("translation") = py::none(), py::arg("frame_id") = -1,
-           "`rotation`: (3, 3) R_current_reference. `translation`: (3,) of T_current_reference [m]; None: "
-           "only "
-           "the\n"
-           "rotation is known. `covariance`: of a left perturbation. For a rotation alone (3, 3) [rad^2], "
-           "else "
-           "(6, 6)\n"
-           "in the order translation [m], rotation [rad]. `frame_id`: frame that the motion begins at; -1: "
-           "the "
-           "one\n"
-           "before.")
+           "`rotation`: (3, 3) R_current_reference.\n"
+           "`covariance`: of a left perturbation. (3, 3) [rad^2] for a rotation alone, else (6, 6) in the\n"
+           "order translation [m], rotation [rad].\n"
+           "`translation`: (3,) of T_current_reference [m]; None: only the rotation is known.\n"
+           "`frame_id`: the frame that the motion begins at; -1: the one before.\n"
+           "Raises ValueError unless the motion is rigid, and all variances are above 0.")
       .def_property_readonly(
           "rotation", [](const MotionPrior& p) { return numbers_of(p.T_current_reference.R()); },
           "(3, 3) float64, R_current_reference")
@@ -153,27 +149,24 @@ void bind_motion(py::module_& module) {
            py::arg("bias_walk") = usual.bias_walk_radps2_rthz, py::arg("first_bias") = usual.first_bias_radps,
            py::arg("kept_s") = Gyroscope::Options().kept_s,
            "`R_camera_body`: (3, 3), takes the sensor's axes to the camera's; None: they are the same.\n"
-           "`noise_density`: white noise [rad/s/sqrt(Hz)]. `bias_walk`: random walk of the bias "
-           "[rad/s^2/sqrt(Hz)].\n"
+           "`noise_density`: white noise [rad/s/sqrt(Hz)].\n"
+           "`bias_walk`: random walk of the bias [rad/s^2/sqrt(Hz)].\n"
            "`first_bias`: standard deviation of the bias before any was measured [rad/s].\n"
-           "`kept_s`: samples older than this before the newest are forgotten [s]; math.inf: none, as for a "
-           "recording\n"
-           "whose samples are all added first.")
+           "`kept_s`: samples older than this before the newest are forgotten [s]. Give math.inf if a whole\n"
+           "recording is added first.")
       .def("add", &add_samples, py::arg("timestamp"), py::arg("omega"),
            "One sample, or many. `timestamp`: a number or (n,) [s], of the clock of the images.\n"
            "`omega`: (3,) or (n, 3), rate of turn about the sensor's axes [rad/s].\n"
-           "Repeated stamps are ignored, so are samples that are not finite, or more than 0.03 s older than "
-           "the newest.")
+           "Ignored are repeated stamps, samples that are not finite, and those more than 0.03 s late.")
       .def("prior", &Gyroscope::prior, py::arg("from_s"), py::arg("to_s"),
-           "MotionPrior of the camera between the stamps of two images [s]; None: the samples do not cover "
-           "it.")
+           "How the camera turned between the stamps of two images [s]. None: no samples cover that time.")
       .def(
           "observe",
           [](Gyroscope& self, double from_s, double to_s, py::handle rotation) {
             self.observe(from_s, to_s, rotation_of("rotation", rotation));
           },
           py::arg("from_s"), py::arg("to_s"), py::arg("rotation"),
-          "How the camera really turned between two stamps [s]: (3, 3) R_current_reference.\n"
+          "A turn that tracking measured between two stamps [s]: (3, 3) R_current_reference.\n"
           "Bias and clock are learned from it. A wrong one among many does no harm.")
       .def_property_readonly(
           "bias", [](const Gyroscope& g) { return numbers_of(g.bias_radps()); },
