@@ -9,14 +9,14 @@ from pathlib import Path
 import dynfilter
 
 SECTIONS = {
-    "Judge features": "Pipeline Verdict Report StageReport Camera Detection Keyframe keypoint_type UNKNOWN STATIC DYNAMIC",
+    "Judge features": "Pipeline Verdict Report StageReport Camera Detection Keyframe MotionPrior Gyroscope keypoint_type UNKNOWN STATIC DYNAMIC",
     "Write a filter": "Filter param Evidence Match TwoView Votes",
     "Sequences and scenes": "Sequence Recording RenderedSequence render scene_names Frame "
     "ExactScene ExactFrame MovingBox exact_scene_names",
     "Run and compare": "run run_scene compare judge Run Comparison Judgement to_rerun Odometry Track has_odometry",
     "Trajectories and counts": "ate Ate rpe Rpe Statistics Score Classification read_trajectory write_trajectory",
     "The dense map": "StaticMap MapReport",
-    "Files, filters and errors": "read_camera read_detections presets filter_cards FilterCard Parameter load_plugin "
+    "Files, filters and errors": "read_camera read_detections read_gyroscope presets filter_cards FilterCard Parameter load_plugin "
     "__version__ Error ConfigError IoError PluginError",
 }
 SHORT = 52  # characters of a summary, if it has more and can be cut at a comma

@@ -20,9 +20,8 @@ GyroRecording recording_of(const RunOptions& options) {
   if (options.imu != "auto") return io::read_gyroscope(options.imu);
   std::optional<GyroRecording> found = io::find_gyroscope(options.sequence);
   if (!found)
-    throw IoError(
-        options.sequence +
-        ": --imu auto finds neither imu0/data.csv nor imu.txt there; give its file with --imu FILE");
+    throw IoError(options.sequence +
+                  ": has neither imu0/data.csv nor imu.txt: give the gyroscope's file instead of `auto`");
   return std::move(*found);
 }
 

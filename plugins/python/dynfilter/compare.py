@@ -15,7 +15,7 @@ from .comparison import Comparison, Run
 from .errors import Error
 from .filters import Filter
 from .keywords import named_arguments
-from .playing import own_stamps, played
+from .playing import File, motion_priors, own_stamps, played
 from .sequences import Frame, Recording, Sequence, Trajectory
 
 Source = Union[str, Filter]
@@ -126,14 +126,18 @@ def run(
     each: Optional[Callable[[Frame, _core.Track], None]] = None,
     start: int = 0,
     reverse: bool = False,
+    imu: File = None,
+    wheel_odometry: File = None,
 ) -> Run:
     """Runs the reference odometry with a pipeline on a sequence, as `dynfilter run` does.
 
     `pipeline`: also "none" and, where the sequence has labels, "oracle". `frames`: at most so many.
     `each`: is called after every frame, with the frame and what the odometry made of it.
     `reverse`: from the last frame to the first. `start`: leaves out the first frames, of the reversed sequence then.
+    `imu`: a file with a gyroscope's samples, see read_gyroscope(); "auto": that of the recording's folder.
+    `wheel_odometry`: a trajectory of the camera that was measured without images, in TUM's format.
     """
-    return _run(pipeline, sequence, frames, each, start, reverse, 0)
+    return _run(pipeline, sequence, frames, each, start, reverse, imu, wheel_odometry, 0)
 
 
 def _run(
@@ -143,6 +147,8 @@ def _run(
     each: Optional[Callable[[Frame, _core.Track], None]],
     start: int,
     reverse: bool,
+    imu: File,
+    wheel_odometry: File,
     recorded_runs: int,
 ) -> Run:
     """`recorded_runs`: of a report that this run is one of; 0: there is none."""
@@ -152,6 +158,7 @@ def _run(
     odometry = _core.Odometry(sequence.camera, pipeline, sensor=sequence.sensor, poses=not guessed)
     if recorded_runs > 0:
         odometry._record(len(sequence) if frames is None else min(frames, len(sequence)), recorded_runs)
+    priors = motion_priors(sequence, imu, wheel_odometry)
     where = str(sequence.folder) if isinstance(sequence, Recording) else sequence.name
     counts, times, cpu_times, tracked, n = _core.Classification(), [], [], 0, 0
     stamps: "dict[float, float]" = {}
@@ -172,7 +179,9 @@ def _run(
             boxes_frame_id=frame.boxes_frame_id,
             mask=frame.mask,
             labels=frame.labels,
+            motion_prior=priors.next(stamp),
         )
+        priors.tracked(track.pose)
         truth = frame.truth if not reverse else None  # it is of motion over earlier frames
         if truth is not None and n >= _core.Classification.first_frame:
             counts.add(truth, track.keypoints, track.decision == _core.DYNAMIC)
@@ -191,7 +200,7 @@ def _run(
         result.judge_ms, result.cpu_ms = statistics.median(times), statistics.median(cpu_times)
         own = list(stamps.values())
         result.first_s, result.last_s = own[0], own[-1]
-    result.failure, result.notes = odometry.failure, odometry.notes
+    result.failure, result.notes = odometry.failure, odometry.notes + priors.notes
     if guessed:
         result.notes.append("the camera is not known: verdicts only, no trajectory")
     if not result.failure:
@@ -227,6 +236,8 @@ def compare(
     variants: bool = False,
     reference: str = "",
     pictures: bool = True,
+    imu: File = None,
+    wheel_odometry: File = None,
 ) -> Comparison:
     """Runs every pipeline on every sequence or scene. Print the result, or see Comparison.to_latex() and report().
 
@@ -235,6 +246,7 @@ def compare(
     `variants`: six runs per sequence: forward and in reverse, from frames 0, 5 and 10.
     `reference`: pipeline that a paired test compares the others with; "": `none`, else the first one.
     `pictures`: for report(); False saves their time.
+    `imu`, `wheel_odometry`: of every sequence, as for run().
 
     Rows are told apart by names. Raises Error for two pipelines of one name, or a folder that is given twice.
     Filters of one class with other parameters, and folders of the same name, get longer names.
@@ -254,7 +266,7 @@ def compare(
                 if isinstance(pipeline, Filter):
                     pipeline.reset()
                 if isinstance(place, Sequence):
-                    done = _run(pipeline, place, frames, None, start, reverse, recorded)
+                    done = _run(pipeline, place, frames, None, start, reverse, imu, wheel_odometry, recorded)
                     done.variant = variant
                     done.scene = place.scene or place_name
                 else:

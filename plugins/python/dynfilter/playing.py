@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""The order in which a run plays the frames of a sequence."""
+"""The order in which a run plays the frames of a sequence, and what sensors tell of the motion between them."""
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
-from typing import Dict, Iterator
+from typing import Dict, Iterator, Union
 
 import numpy as np
 
+from . import _core
 from .errors import Error
 from .sequences import Frame, Recording, Sequence, Trajectory
+
+File = Union[None, str, "os.PathLike[str]"]
 
 
 def played(sequence: Sequence, start: int, reverse: bool) -> Iterator[Frame]:
@@ -33,6 +37,24 @@ def played(sequence: Sequence, start: int, reverse: bool) -> Iterator[Frame]:
             of = n - 1 - frame.boxes_frame_id - start if reverse else frame.boxes_frame_id - start
             frame = replace(frame, boxes_frame_id=of) if 0 <= of <= k else replace(frame, boxes=None, boxes_frame_id=-1)
         yield frame
+
+
+def motion_priors(sequence: Sequence, imu: File, wheel_odometry: File) -> _core._MotionPriors:
+    """The priors of a run, made of the recording's own stamps."""
+    files = _file("imu", imu), _file("wheel_odometry", wheel_odometry)
+    folder = str(sequence.folder) if isinstance(sequence, Recording) else ""
+    if files[0] == "auto" and not folder:
+        raise Error(f"imu: `auto` is the gyroscope of a recording's folder, and `{sequence.name}` has none: give a file")
+    return _core._MotionPriors(folder, *files)
+
+
+def _file(argument: str, given: File) -> str:
+    """"" for None."""
+    if given is None:
+        return ""
+    if not isinstance(given, (str, os.PathLike)):
+        raise ValueError(f"{argument}: expected a file, got a {type(given).__name__}")
+    return os.fspath(given)
 
 
 def own_stamps(trajectory: Trajectory, own: Dict[float, float]) -> Trajectory:

@@ -9,9 +9,11 @@
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/motion_prior.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -103,6 +105,8 @@ const Camera& checked_camera(const std::string& argument, const Camera& camera);
 Camera camera_of(const std::string& argument, py::handle value);
 /// Zero, four or five finite numbers k1 k2 p1 p2 k3, also of shape (1, n) or (n, 1) as OpenCV returns them.
 std::array<double, 5> distortion_of(const std::string& argument, py::handle value);
+/// A dynfilter.MotionPrior or None.
+std::optional<MotionPrior> motion_prior_of(const std::string& argument, py::handle value);
 std::vector<Detection> detections_of(const std::string& argument, py::handle value);
 
 // ---- the other way

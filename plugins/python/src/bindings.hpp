@@ -8,6 +8,7 @@ namespace dynfilter::python {
 
 void bind_errors(pybind11::module_& module);
 void bind_frame(pybind11::module_& module);
+void bind_motion(pybind11::module_& module);
 void bind_evidence(pybind11::module_& module);
 void bind_registry(pybind11::module_& module);
 void bind_verdict(pybind11::module_& module);

@@ -342,6 +342,10 @@ void bind_evidence(py::module_& module) {
            "(4, 4) T_now_then of the camera, fitted on 3-D points; None: not determined.")
       .def("host_motion", &host_motion, py::arg("match"),
            "(4, 4) T_now_then of the camera from the host's poses; None: it gave none.")
+      .def(
+          "motion_prior",
+          [](const Self& e, const PyMatch& match) { return e.get().motion_prior(match.get()); },
+          py::arg("match"), "MotionPrior that the host gave, if it begins at the match's frame; or None.")
       .def("tracks", &tracks, py::arg("max_length"),
            "(n, max_length + 1, 2) float32: undistorted pixels, [:, k] is k frames ago; NaN: before the "
            "track.\n"

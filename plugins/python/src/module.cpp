@@ -38,6 +38,7 @@ PYBIND11_MODULE(_core, module) {
   check_numpy();
   bind_errors(module);
   bind_frame(module);
+  bind_motion(module);
   bind_evidence(module);
   bind_registry(module);
   bind_verdict(module);

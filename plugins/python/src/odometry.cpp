@@ -9,15 +9,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/core/motion_prior.hpp>
 #include <map>
 #include <memory>
 #include <odometry/odometry.hpp>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <running/motion_priors.hpp>
 #include <running/oracle_filter.hpp>
 #include <running/pipeline_judge.hpp>
 #include <running/run_notes.hpp>
+#include <running/sequence_run.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,7 +53,7 @@ class Odometry {
 
   Track process(py::handle grey, double timestamp, py::handle depth, double depth_unit_m, py::handle boxes,
                 std::int64_t boxes_frame_id, py::handle mask, py::handle labels, py::handle pose,
-                py::handle right) {
+                py::handle right, py::handle motion_prior) {
     require_labels("frame " + std::to_string(frames_), !labels.is_none());
     Images images;
     io::SequenceFrame frame;
@@ -65,6 +68,7 @@ class Odometry {
         boxes.is_none() ? std::vector<Detection>() : detections_of("boxes", boxes);
     if (!boxes.is_none()) inputs.detections = DetectionInput{boxes_frame_id, found};
     if (!mask.is_none()) inputs.mask = MaskInput{-1, images.mask("mask", mask)};
+    inputs.motion_prior = motion_prior_of("motion_prior", motion_prior);
     std::optional<Pose> known;
     if (!pose.is_none()) known = pose_of("pose", pose);
     Track track;
@@ -161,6 +165,43 @@ class Odometry {
   std::map<std::string, std::size_t> stage_notes_;
 };
 
+/// The priors of a run with `imu` and `wheel_odometry`, as the command makes them.
+class RunPriors {
+ public:
+  RunPriors(const std::string& folder, const std::string& imu, const std::string& wheel_odometry)
+      : priors_(options_of(folder, imu, wheel_odometry), notes_) {}
+
+  std::optional<MotionPrior> next(double timestamp_s) { return priors_.next(timestamp_s); }
+  void tracked(py::handle pose) {
+    priors_.tracked(pose.is_none() ? std::optional<Pose>() : pose_of("pose", pose));
+  }
+  std::vector<std::string> notes() const {
+    std::vector<std::string> notes = notes_;
+    if (const std::string learned = priors_.summary(); !learned.empty()) notes.push_back(learned);
+    return notes;
+  }
+
+ private:
+  static command::RunOptions options_of(const std::string& folder, const std::string& imu,
+                                        const std::string& wheel_odometry) {
+    command::RunOptions options;
+    options.sequence = folder, options.imu = imu, options.wheel_odometry = wheel_odometry;
+    return options;
+  }
+
+  std::vector<std::string> notes_;  ///< first: the next one fills it
+  command::MotionPriors priors_;
+};
+
+void bind_priors(py::module_& module) {
+  py::class_<RunPriors>(module, "_MotionPriors")
+      .def(py::init<const std::string&, const std::string&, const std::string&>(), py::arg("folder"),
+           py::arg("imu"), py::arg("wheel_odometry"))
+      .def("next", &RunPriors::next, py::arg("timestamp"))
+      .def("tracked", &RunPriors::tracked, py::arg("pose"))
+      .def_property_readonly("notes", &RunPriors::notes);
+}
+
 void bind_track(py::module_& module) {
   py::class_<Track>(module, "Track", "What the odometry did with one frame.")
       .def_property_readonly(
@@ -204,6 +245,7 @@ void bind_odometry(py::module_& module) {
   module.attr("has_odometry") = true;
   bind_recording(module);
   bind_track(module);
+  bind_priors(module);
   py::class_<Odometry>(module, "Odometry",
                        "Odometry as ORB-SLAM's tracking and local mapping, without loop closing: the "
                        "SLAM of `dynfilter run`.")
@@ -215,10 +257,11 @@ void bind_odometry(py::module_& module) {
       .def("process", &Odometry::process, py::arg("grey"), py::kw_only(), py::arg("timestamp"),
            py::arg("depth") = py::none(), py::arg("depth_unit_m") = 1.0, py::arg("boxes") = py::none(),
            py::arg("boxes_frame_id") = -1, py::arg("mask") = py::none(), py::arg("labels") = py::none(),
-           py::arg("pose") = py::none(), py::arg("right") = py::none(),
+           py::arg("pose") = py::none(), py::arg("right") = py::none(), py::arg("motion_prior") = py::none(),
            "One frame. Frames are counted from 0, which `boxes_frame_id` refers to.\n"
            "`labels`: (height, width) uint8, not 0 on movers. `pose`: (4, 4), replaces the estimate.\n"
-           "`right`: (height, width) uint8, rectified, for stereo.")
+           "`right`: (height, width) uint8, rectified, for stereo.\n"
+           "`motion_prior`: MotionPrior since an earlier frame.")
       .def("trajectory", &Odometry::trajectory,
            "(timestamps (n,) [s], poses (n, 4, 4)) of the tracked frames, refined since.")
       .def("_record", &Odometry::record, py::arg("frames"), py::arg("runs"))

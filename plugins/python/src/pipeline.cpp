@@ -92,7 +92,7 @@ struct FrameData {
 struct FrameArguments {
   py::handle keypoints, timestamp, frame_id, octaves, keypoints_undistorted, descriptors, depth_m, right_u_px,
       grey, depth, depth_unit_m, camera, pose, pose_kind, boxes, boxes_frame_id, mask, mask_frame_id, matches,
-      matches_frame_id, map_point_ids, map_points_m, keyframes, min_features;
+      matches_frame_id, map_point_ids, map_points_m, keyframes, min_features, motion_prior;
 };
 
 class PyPipeline {
@@ -259,6 +259,7 @@ class PyPipeline {
       if (camera.height_px == 0) camera.height_px = image.height;
       checked_camera("camera", camera);
     }
+    view.motion_prior = motion_prior_of("motion_prior", a.motion_prior);
     if (a.pose.is_none()) return;
     view.T_world_camera = pose_of("pose", a.pose);
     view.pose_provenance = provenance_of(a.pose_kind, point);
@@ -302,12 +303,13 @@ std::unique_ptr<PyVerdict> call(PyPipeline& self, py::handle keypoints, py::hand
                                 py::handle pose, py::handle pose_kind, py::handle boxes,
                                 py::handle boxes_frame_id, py::handle mask, py::handle mask_frame_id,
                                 py::handle matches, py::handle matches_frame_id, py::handle map_point_ids,
-                                py::handle map_points_m, py::handle keyframes, py::handle min_features) {
-  return self.process({keypoints,      timestamp,    frame_id,      octaves,     keypoints_undistorted,
-                       descriptors,    depth_m,      right_u_px,    grey,        depth,
-                       depth_unit_m,   camera,       pose,          pose_kind,   boxes,
-                       boxes_frame_id, mask,         mask_frame_id, matches,     matches_frame_id,
-                       map_point_ids,  map_points_m, keyframes,     min_features},
+                                py::handle map_points_m, py::handle keyframes, py::handle min_features,
+                                py::handle motion_prior) {
+  return self.process({keypoints,      timestamp,    frame_id,      octaves,      keypoints_undistorted,
+                       descriptors,    depth_m,      right_u_px,    grey,         depth,
+                       depth_unit_m,   camera,       pose,          pose_kind,    boxes,
+                       boxes_frame_id, mask,         mask_frame_id, matches,      matches_frame_id,
+                       map_point_ids,  map_points_m, keyframes,     min_features, motion_prior},
                       kPoint);
 }
 
@@ -322,6 +324,7 @@ constexpr const char* kCallDoc =
     "grey: (height, width) uint8. depth: (height, width) float32 or uint16, in units of depth_unit_m [m].\n"
     "camera: Camera or (3, 3) matrix. pose: (4, 4) T_world_camera.\n"
     "pose_kind: \"predicted\" (default before the pose), \"estimated\" (default later) or \"refined\".\n"
+    "motion_prior: MotionPrior of the camera since an earlier frame, from a gyroscope or wheels.\n"
     "boxes: list of Detection; [] means that the detector found nothing, None that no result came.\n"
     "mask: (height, width) uint8 or bool, 0: background.\n"
     "boxes_frame_id, mask_frame_id: the frame that they were computed on; by default this one.\n"
@@ -345,7 +348,8 @@ void def_call(py::class_<PyPipeline>& type, const char* name) {
            py::arg("boxes") = none, py::arg("boxes_frame_id") = none, py::arg("mask") = none,
            py::arg("mask_frame_id") = none, py::arg("matches") = none, py::arg("matches_frame_id") = none,
            py::arg("map_point_ids") = none, py::arg("map_points_m") = none,
-           py::arg("keyframes") = py::tuple(), py::arg("min_features") = 0, kCallDoc);
+           py::arg("keyframes") = py::tuple(), py::arg("min_features") = 0, py::arg("motion_prior") = none,
+           kCallDoc);
 }
 
 }  // namespace
