@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <malloc.h>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/pipeline/presets.hpp>
 #include <opencv2/imgproc.hpp>
 

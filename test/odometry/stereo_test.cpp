@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <filesystem>
 #include <odometry/odometry.hpp>
 #include <odometry/orb_extractor.hpp>

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <dynfilter/config/registry.hpp>
 #include <dynfilter/config/yaml.hpp>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/core/point_grid.hpp>

@@ -9,7 +9,6 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace dynfilter {
 
@@ -112,15 +111,5 @@ struct FrameView {
 
   std::size_t size() const { return keypoints.size(); }
 };
-
-/// True if depths come from the columns in the right image.
-inline bool is_stereo(const FrameView& frame) {
-  return !frame.right_u_px.empty() && frame.camera && frame.camera->baseline_fx_px_m > 0;
-}
-
-/// False for NaN, negative and infinite columns of FrameView::right_u_px.
-inline bool valid_right(float right_u_px) {
-  return right_u_px >= 0 && std::isfinite(right_u_px);
-}
 
 }  // namespace dynfilter

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
 #include <dynfilter/evidence/clean_frame.hpp>

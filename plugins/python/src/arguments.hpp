@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/frame_view.hpp>
-#include <dynfilter/core/motion_prior.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/core/motion_prior.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/inertial/gyroscope.hpp>
 #include <memory>
 #include <optional>

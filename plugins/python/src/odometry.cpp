@@ -9,7 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dynfilter/core/motion_prior.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <map>
 #include <memory>
 #include <odometry/odometry.hpp>

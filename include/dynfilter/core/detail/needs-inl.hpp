@@ -3,6 +3,7 @@
 
 #include <dynfilter/core/needs.hpp>
 
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/printable_text.hpp>

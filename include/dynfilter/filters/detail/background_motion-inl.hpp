@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/point_grid.hpp>
