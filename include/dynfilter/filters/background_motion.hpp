@@ -64,7 +64,7 @@ struct BackgroundMotionParams {
 ///           later frames take over. Below 1/3 every vote is Unknown: nothing is rejected against a
 ///           background that may be a mover. Stereo: a feature with one depth is judged by its place in the
 ///           image, one without by the line on which it may lie (motion/static_miss.hpp).
-/// Needs:    depth, camera, correspondences. Optional: the host's poses (one more candidate).
+/// Needs:    depth, camera, correspondences. Optional: the host's poses (one more candidate), a motion prior.
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone, which are
 ///           mismatches.

@@ -52,7 +52,8 @@ struct FlowConsistencyParams {
 ///           feature without a track has the mean excess over the limit of its neighbours. While the camera
 ///           drives forward, groups that do not stand on the ground are dynamic, too: cars ahead seem to be
 ///           beneath it, oncoming ones to hover (motion/ground_contact.hpp).
-/// Needs:    correspondences from frame to frame. Optional: a camera, else a focal length is assumed.
+/// Needs:    correspondences from frame to frame. Optional: a camera, else a focal length is assumed, and the
+///           turn of a motion prior.
 /// Abstains: on features without a track whose neighbours do not move, with fewer than 12 tracks,
 ///           and if the tracks cover less than 5 of 72 cells of the image.
 /// Blind to: movers along their epipolar line that seem no nearer than that, without `ground` or where the

@@ -24,7 +24,7 @@ class CarriedMask {
   /// `labels`: CV_8UC1 of any size. `frame`: the frame that they were computed on.
   void start(const cv::Mat& labels, const MotionFrame& frame);
 
-  void carry(const MotionFrame& to);
+  void carry(const MotionFrame& to);  ///< to the next frame, along its matches
 
   /// CV_8UC1 at a quarter of the image's width and height. Valid until the next call.
   /// Gaps between points are filled where at least 4 of the 8 neighbours are set.

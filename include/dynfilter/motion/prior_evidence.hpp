@@ -19,6 +19,7 @@ namespace dynfilter {
 /// whose turn is hard to see, contradicts no turn.
 class PriorEvidence {
  public:
+  /// Refers to both, which must outlive it.
   PriorEvidence(const MotionPrior& prior, const Camera& camera) : prior_(prior), camera_(camera) {}
 
   void clear() { M_.setZero(), points_ = 0; }
@@ -55,7 +56,8 @@ class PriorWatch {
 
   /// In [0, 1].
   double wrong() const { return 1 / (1 + portable::exp(-odds_)); }
-  bool trusts() const { return odds_ < 0; }
+  bool trusts() const { return odds_ < 0; }  ///< whether it is rather right than wrong
+  /// d^2 of this frame's background (PriorEvidence::distance2()), and the time since the last frame [s].
   void observe(double distance2, double elapsed_s) {
     const double now = std::min(1.0, elapsed_s / kMemory_s);
     odds_ += now * (std::min(distance2, kMost) / 2 - kBreakEven);

@@ -66,6 +66,7 @@ struct MotionProposal {
 ///    d: distance of its points in the image from the expected motion, in units of the usual distance.
 ///    order: share of the neighbours on other motions that are in front.
 ///    n: share of the points that it explains. A few points decide little, and less where they surprise.
+///    A prior adds log((1 - w) exp(-d_p^2 / 2) + w), with d_p of prior_evidence.hpp and w that it is wrong.
 ///    A motion that explains less than 4 % of the points is never the background. If none explains more,
 ///    there is no motion. The exponentials of the scores, normalised, give the confidence.
 ///
