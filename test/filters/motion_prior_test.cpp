@@ -135,6 +135,16 @@ TEST_CASE("motion prior: of another frame, or unusable, it is as if there were n
   });
   same([](const Pose& T) {
     MotionPrior prior = gyroscope(T);
+    prior.covariance[22] = std::numeric_limits<double>::quiet_NaN();
+    return prior;
+  });
+  same([](const Pose& T) {
+    MotionPrior prior = gyroscope(T);
+    prior.covariance[28] = 1e300;
+    return prior;
+  });
+  same([](const Pose& T) {
+    MotionPrior prior = gyroscope(T);
     prior.T_current_reference.rotation[0] = 2;
     return prior;
   });

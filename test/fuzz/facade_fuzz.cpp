@@ -122,11 +122,24 @@ void fill_boxes(Bytes& in, dynfilter_frame& f, LentMemory& m) {
 void fill_geometry(Bytes& in, dynfilter_frame& f) {
   f.has_camera = in.below(3);
   f.fx_px = f.fy_px = 60, f.cx_px = 32, f.cy_px = 24, f.baseline_fx_px_m = in.flag() ? 8 : 0;
-  double* const values[] = {
-      &f.fx_px,       &f.cx_px,       &f.distortion[0],    &f.distortion[3], &f.baseline_fx_px_m,
-      &f.rotation[0], &f.rotation[5], &f.translation_m[1], &f.timestamp_s};
+  double* const values[] = {&f.fx_px,
+                            &f.cx_px,
+                            &f.distortion[0],
+                            &f.distortion[3],
+                            &f.baseline_fx_px_m,
+                            &f.rotation[0],
+                            &f.rotation[5],
+                            &f.translation_m[1],
+                            &f.timestamp_s,
+                            &f.motion_rotation[0],
+                            &f.motion_rotation[3],
+                            &f.motion_translation_m[2],
+                            &f.motion_covariance[1],
+                            &f.motion_covariance[21]};
   for (int n = in.below(4); n > 0; --n) *values[in.byte() % std::size(values)] = in.odd();
   f.pose_kind = in.flag() ? in.below(5) : in.take<std::int32_t>();
+  f.motion_kind = in.below(4);
+  for (int k = 0; k < 6; ++k) f.motion_covariance[7 * k] = 1e-6;
 }
 
 /// Counts and sizes that no array can have: these are refused or not read.

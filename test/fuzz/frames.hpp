@@ -37,6 +37,7 @@ struct OwnedFrame {
   dynfilter::Camera camera;
   dynfilter::Pose pose;
   dynfilter::PoseProvenance provenance = dynfilter::PoseProvenance::None;
+  std::optional<dynfilter::MotionPrior> prior;
   std::int64_t match_id = -1, boxes_id = -1, mask_id = -1;
   bool has_camera = true, has_matches = false, has_boxes = false, has_mask = false;
 
@@ -50,6 +51,7 @@ struct OwnedFrame {
     v.grey = grey, v.depth = depth, v.depth_unit_m = depth_unit_m, v.depth_handed_over = depth_handed_over;
     if (has_camera) v.camera = camera;
     v.T_world_camera = pose, v.pose_provenance = provenance;
+    v.motion_prior = prior;
     v.map_point_ids = map_point_ids, v.map_points_world_m = map_points;
     if (!keyframe_points.empty()) {
       keyframes.assign(1, {});
@@ -157,6 +159,12 @@ class Frames {
     f.camera.baseline_fx_px_m = has(3) ? 8 : 0;
     if (!has(4)) f.camera.distortion = {0.1, -0.05, 0.001, 0.001, 0};
     f.pose.translation_m[0] = -static_cast<double>(camera_step_px_ * k_) * kFar_m / 60;
+    if (k_ % 2 == 1) {
+      f.prior = dynfilter::MotionPrior::turn(Eigen::Matrix3d::Identity(), 1e-6 * Eigen::Matrix3d::Identity());
+      f.prior->T_current_reference.translation_m[0] = static_cast<double>(camera_step_px_) * kFar_m / 60;
+      f.prior->has_translation = k_ % 4 == 1;
+      for (std::size_t i = 0; i < 3; ++i) f.prior->covariance[7 * i] = 1e-4;
+    }
     f.provenance = static_cast<dynfilter::PoseProvenance>(inputs_ >> 5U & 3U);
   }
 
@@ -256,6 +264,7 @@ class Frames {
         break;
       case 16:
         (in_.flag() ? f.pose.translation_m[0] : f.pose.rotation[in_.byte() % 9U]) = in_.odd();
+        if (f.prior && in_.flag()) f.prior->covariance[in_.byte() % 36U] = in_.odd();
         break;
       case 17:
         id_ = f.id = in_.flag() ? in_.take<std::int64_t>() : plus(id_, in_.below(5) - 2);

@@ -86,6 +86,10 @@ class OddFrames {
     frame.camera->baseline_fx_px_m = number(40);
     for (double& k_i : frame.camera->distortion) k_i = number(0.01F);
     frame.pose_provenance = PoseProvenance::Estimated;
+    frame.motion_prior.emplace();
+    frame.motion_prior->has_translation = k % 2 == 0;
+    frame.motion_prior->T_current_reference.rotation[1] = is_odd() ? odd() : 0;
+    for (double& c : frame.motion_prior->covariance) c = number(1e-4F);
     frame.T_world_camera.translation_m[0] = number(0.01F);
     frame.map_point_ids = ids_, frame.map_points_world_m = points_;
     frame.covisible_keyframes = keyframes_;

@@ -47,7 +47,8 @@ class RecordedHost {
     view.mask = dynfilter::MaskInput{-1, f.labels};
     if (k % 3 == 2) view.matches = dynfilter::HostMatches{f.id - 1, f.reference_index};
     view.T_world_camera = f.T_world_camera;
-    view.motion_prior = dynfilter::MotionPrior::turn(Eigen::Matrix3d::Identity(), 1e-6 * Eigen::Matrix3d::Identity());
+    view.motion_prior =
+        dynfilter::MotionPrior::turn(Eigen::Matrix3d::Identity(), 1e-6 * Eigen::Matrix3d::Identity());
     view.pose_provenance = point == CallPoint::BeforePose ? dynfilter::PoseProvenance::Predicted
                                                           : dynfilter::PoseProvenance::Estimated;
     if (point == CallPoint::BeforePose) return view;

@@ -70,7 +70,7 @@ struct MotionPrior {
   /// A gyroscope's. The covariance is that of a rotation of the current camera [rad^2].
   static MotionPrior turn(const Eigen::Matrix3d& R_current_reference, const Eigen::Matrix3d& covariance_rad2);
   Eigen::Matrix<double, 6, 6> covariance_matrix() const;  ///< the same numbers
-  bool valid() const;  ///< the motion is rigid, and every variance that counts positive and finite
+  bool valid() const;  ///< the motion is rigid, variances that count are positive, all at most 1e6
 };
 
 /// Source of a pose. A filter must trust a prediction less than an estimate.

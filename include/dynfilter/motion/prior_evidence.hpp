@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/portable_math.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <opencv2/core/types.hpp>
 
 namespace dynfilter {

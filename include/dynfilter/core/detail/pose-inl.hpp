@@ -54,9 +54,14 @@ DYNFILTER_INLINE Eigen::Matrix<double, 6, 6> MotionPrior::covariance_matrix() co
 }
 
 DYNFILTER_INLINE bool MotionPrior::valid() const {
+  constexpr double kMost = 1e6;  // a kilometre: more says nothing, and products stay finite
   bool all = is_rigid(T_current_reference);
-  for (std::size_t k = has_translation ? 0 : 3; k < 6; ++k)
-    all = all && covariance[7 * k] > 0 && std::isfinite(covariance[7 * k]);
+  const std::size_t first = has_translation ? 0 : 3;
+  for (std::size_t row = first; row < 6; ++row) {
+    all = all && covariance[7 * row] > 0;
+    for (std::size_t column = first; column < 6; ++column)
+      all = all && std::abs(covariance[6 * row + column]) <= kMost;
+  }
   return all;
 }
 
