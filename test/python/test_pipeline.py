@@ -163,31 +163,35 @@ def test_map_points_and_doubts():
 
 
 def test_other_threads_run_meanwhile(rendered):
-    frame = rendered[0]
+    first, second = rendered[0].arguments(), rendered[1].arguments()
     y, x = np.mgrid[4:476:8, 4:636:8]
     lattice = np.float32([x.ravel(), y.ravel()]).T
-    pipeline = dynfilter.Pipeline("dynfilter")
-    ticks, done = [], threading.Event()
 
-    def count():
-        while not done.is_set():
-            ticks.append(time.perf_counter())
+    def counts_within_a_call():
+        pipeline = dynfilter.Pipeline("dynfilter")
+        pipeline.before_pose(lattice, **first)
+        ticks, done = [], threading.Event()
 
-    counter = threading.Thread(target=count)
-    pipeline.before_pose(lattice, **frame.arguments())
-    second = rendered[1].arguments()
-    counter.start()
-    try:
-        begin = time.perf_counter()
-        report = pipeline.before_pose(lattice, **second).report
-        end = time.perf_counter()
-    finally:
-        done.set()
-        counter.join()
-    # The call holds the GIL only around its work: another thread counts in the middle of it.
-    third = (end - begin) / 3
-    assert report.total_ms > 1
-    assert any(begin + third < tick < end - third for tick in ticks)
+        def count():
+            while not done.is_set():
+                ticks.append(time.perf_counter())
+
+        counter = threading.Thread(target=count)
+        counter.start()
+        try:
+            begin = time.perf_counter()
+            report = pipeline.before_pose(lattice, **second).report
+            end = time.perf_counter()
+        finally:
+            done.set()
+            counter.join()
+        assert report.total_ms > 1
+        third = (end - begin) / 3
+        return any(begin + third < tick < end - third for tick in ticks)
+
+    # The call holds the GIL only around its work: another thread counts in the middle of it. A busy machine may give
+    # that thread no time during a call, but not during all of them.
+    assert any(counts_within_a_call() for _ in range(50))
 
 
 def test_two_threads_are_refused():
