@@ -6,19 +6,23 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Medians of six runs as JSON text: forward and reverse, from frames 0, 5 and 10.
-/// Empty without the data.
-std::string six_runs(const char* sequence, const std::string& options) {
+/// What `run` or `compare` prints of a recording, with --json. Empty without the data.
+std::string json_of(const std::string& command, const char* sequence, const std::string& options) {
   const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / sequence;
   if (!fs::exists(folder)) {
     MESSAGE("skipped: no ../shared/data");
     return "";
   }
-  const CommandResult result =
-      run_dynfilter("compare '" + folder.string() + "' --variants --json " + options);
+  const CommandResult result = run_dynfilter(command + " '" + folder.string() + "' --json " + options);
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
-  return result.out.substr(result.out.find("\"medians\""));
+  return result.out;
+}
+/// Medians of six runs as JSON text: forward and reverse, from frames 0, 5 and 10.
+/// Empty without the data.
+std::string six_runs(const char* sequence, const std::string& options) {
+  const std::string json = json_of("compare", sequence, "--variants " + options);
+  return json.empty() ? json : json.substr(json.find("\"medians\""));
 }
 double median_ate_m(const std::string& json, const std::string& pipeline) {
   return number_in(json, "\"pipeline\": \"" + pipeline + "\"", "ate_rmse_m");
@@ -84,17 +88,10 @@ TEST_CASE("static recordings, one camera, both ways: edges do not move there, ei
     for (const std::string way : {"", "--reverse"}) {
       CAPTURE(sequence);
       CAPTURE(way);
-      const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / sequence;
-      if (!fs::exists(folder)) {
-        MESSAGE("skipped: no ../shared/data");
-        return;
-      }
-      const CommandResult result = run_dynfilter("run '" + folder.string() + "' --sensor mono --json " + way);
-      CAPTURE(result.err);
-      REQUIRE(result.exit_code == 0);
+      const std::string json = json_of("run", sequence, "--sensor mono " + way);
+      if (json.empty()) return;
       constexpr double kMost = 0.05;
-      CHECK(number_in(result.out, "{", "rejected_mean") <=
-            kMost * number_in(result.out, "{", "features_mean"));
+      CHECK(number_in(json, "{", "rejected_mean") <= kMost * number_in(json, "{", "features_mean"));
     }
 }
 
@@ -105,22 +102,13 @@ TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and
     for (const std::string way : {"", "--reverse", "--reverse --start 1", "--reverse --start 2"}) {
       CAPTURE(sequence);
       CAPTURE(way);
-      const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / sequence;
-      if (!fs::exists(folder)) {
-        MESSAGE("skipped: no ../shared/data");
-        return;
-      }
-      const CommandResult result = run_dynfilter("run '" + folder.string() + "' --json " + way);
-      CAPTURE(result.err);
-      REQUIRE(result.exit_code == 0);
-      CHECK(number_in(result.out, "{", "rejected_mean") <=
-            0.01 * number_in(result.out, "{", "features_mean"));
+      const std::string json = json_of("run", sequence, way);
+      if (json.empty()) return;
+      CHECK(number_in(json, "{", "rejected_mean") <= 0.01 * number_in(json, "{", "features_mean"));
       if (way.size() > 9) continue;       // so few frames that ATE is chance
       constexpr double kSome_m = 0.0002;  // 2 % of a jerk's ATE are 0.1 mm
-      const CommandResult none = run_dynfilter("run '" + folder.string() + "' --pipeline none --json " + way);
-      REQUIRE(none.exit_code == 0);
-      const double ate_m = number_in(result.out, "{", "ate_rmse_m"),
-                   none_m = number_in(none.out, "{", "ate_rmse_m");
+      const std::string none = json_of("run", sequence, "--pipeline none " + way);
+      const double ate_m = number_in(json, "{", "ate_rmse_m"), none_m = number_in(none, "{", "ate_rmse_m");
       CHECK(ate_m <= std::max(1.02 * none_m, none_m + kSome_m));
     }
 }

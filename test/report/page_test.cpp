@@ -40,7 +40,7 @@ report::RunRecord long_run(std::size_t frames, const report::RunShare& share = r
     row.index = k, row.timestamp_s = 1.7e9 + static_cast<double>(k) / 30, row.state = "tracked";
     row.features = 1000, row.of_static = 500, row.dynamic = 400, row.unknown = 100;
     row.extraction_ms = row.filters_ms = row.tracking_ms = 12.3456789;
-    row.note = "background_motion: background: 512 of 803 points, motion as the host predicts, one of 3";
+    row.note = "background_motion: background: 512 of 803 points, motion as predicted, one of 3";
     run.rows.push_back(row);
     run.age_frames.push_back(3), run.restored.push_back(0), run.errors_m.push_back(0.0123456789);
     run.positions_m.push_back(Eigen::Vector3d::Constant(123.456789));

@@ -101,7 +101,7 @@ inline void FrameCleaner::clean(FrameView& frame) {
     frame.pose_provenance = PoseProvenance::None;
   }
   drop(frame.motion_prior && !frame.motion_prior->valid(),
-       "motion prior cannot be used: not rigid, or without a positive variance", frame.motion_prior);
+       "motion prior cannot be used: not rigid, or its covariance is none", frame.motion_prior);
 }
 
 template <class Member>

@@ -22,7 +22,6 @@ class PriorEvidence {
   /// Refers to both, which must outlive it.
   PriorEvidence(const MotionPrior& prior, const Camera& camera) : prior_(prior), camera_(camera) {}
 
-  void clear() { M_.setZero(), points_ = 0; }
   /// A point that follows the motion, in the current camera [m].
   void add(const cv::Point3f& point_m);
   /// d^2 of `T_current_reference`, with `noise_px` the error of its image. 0 with fewer than 6 points.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/inertial/gyroscope.hpp>
 #include <iterator>
@@ -94,7 +95,7 @@ void Gyroscope::observe(double from_s, double to_s, const Eigen::Matrix3d& R_cur
   if (++observed_ % kEvery == 0 && turns_.size() >= kFewest) calibrate();
 }
 
-/// With weights that make a wrong pose of the host harmless (Huber, at the median residual).
+/// Cauchy's weights at the median residual make a wrong pose of the host harmless.
 Gyroscope::Fit Gyroscope::fit(double offset_s) const {
   std::vector<Eigen::Vector3d> rates;
   for (const Turn& turn : turns_) {
@@ -107,12 +108,10 @@ Gyroscope::Fit Gyroscope::fit(double offset_s) const {
   std::vector<double> axis(rates.size());
   for (int k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < rates.size(); ++i) axis[i] = rates[i][k];
-    std::nth_element(axis.begin(), axis.begin() + axis.size() / 2, axis.end());
-    bias[k] = axis[axis.size() / 2];
+    bias[k] = median_in_place(axis);
   }
   for (std::size_t i = 0; i < rates.size(); ++i) axis[i] = (rates[i] - bias).squaredNorm();
-  std::nth_element(axis.begin(), axis.begin() + axis.size() / 2, axis.end());
-  const double usual2 = axis[axis.size() / 2] + 1e-12;
+  const double usual2 = median_in_place(axis) + 1e-12;
   double weights = 0, cost = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& rate : rates) {

@@ -200,7 +200,7 @@ inline void BackgroundMotionFilter::note_motion(Votes& votes) const {
   const MotionProposal& p = estimator_.proposals()[estimator_.chosen()];
   votes.note("background: ", motion_.inliers, " of ", estimator_.points(), " points, motion ",
              (p.from == MotionProposal::From::Expected    ? "as expected"
-              : p.from == MotionProposal::From::Predicted ? "as the host predicts"
+              : p.from == MotionProposal::From::Predicted ? "as predicted"
                                                           : "by support"),
              ", one of ", estimator_.proposals().size());
 }

@@ -210,12 +210,12 @@ class RigidBackgroundSearch {
     chosen_ = selected_[chosen_slot_];
     measure_confidence();
   }
+  /// Over the points that each motion explains.
   void weigh_prior() {
     const double noise_px = std::max(kLeastMiss_px, 2 * noise_px_);
-    PriorEvidence evidence(*scene_->prior, scene_->camera);
     prior_distance2_.assign(selected_.size(), 0);
     for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
-      evidence.clear();
+      PriorEvidence evidence(*scene_->prior, scene_->camera);
       for (std::size_t k = 0; k < points(); ++k)
         if (owner_[k] == slot && best_fit_[k] >= kExplained) evidence.add(points_.current_m(k));
       prior_distance2_[slot] = evidence.distance2(motion_of(slot), noise_px);
