@@ -48,6 +48,20 @@ std::vector<std::unique_ptr<Subject>>& subjects() {
   return all;
 }
 
+facade::Transform transform_of(const dynfilter::Pose& from) {
+  facade::Transform to;
+  std::copy(from.rotation.begin(), from.rotation.end(), std::begin(to.rotation));
+  std::copy(from.translation_m.begin(), from.translation_m.end(), std::begin(to.translation_m));
+  return to;
+}
+
+void add_motion_prior(facade::Frame& to, const dynfilter::MotionPrior& from) {
+  to.motion_kind = from.has_translation ? facade::MotionKind::TurnAndTranslation : facade::MotionKind::Turn;
+  to.motion_frame_id = from.reference_frame_id;
+  to.T_current_reference = transform_of(from.T_current_reference);
+  std::copy(from.covariance.begin(), from.covariance.end(), std::begin(to.motion_covariance));
+}
+
 facade::Frame facade_frame(const OwnedFrame& from, LentMemory& memory) {
   facade::Frame to;
   to.id = from.id, to.timestamp_s = from.timestamp_s;
@@ -63,9 +77,8 @@ facade::Frame facade_frame(const OwnedFrame& from, LentMemory& memory) {
   to.camera.baseline_fx_px_m = c.baseline_fx_px_m;
   to.camera.width_px = c.width_px, to.camera.height_px = c.height_px;
   to.pose_kind = static_cast<facade::PoseKind>(static_cast<int>(from.provenance));
-  std::copy(from.pose.rotation.begin(), from.pose.rotation.end(), std::begin(to.T_world_camera.rotation));
-  std::copy(from.pose.translation_m.begin(), from.pose.translation_m.end(),
-            std::begin(to.T_world_camera.translation_m));
+  to.T_world_camera = transform_of(from.pose);
+  if (from.prior) add_motion_prior(to, *from.prior);
   to.map_point_ids = from.map_point_ids, to.map_points_world_m = from.map_points;
   to.has_boxes = from.has_boxes, to.boxes_frame_id = from.boxes_id;
   for (const dynfilter::Detection& box : from.boxes) {

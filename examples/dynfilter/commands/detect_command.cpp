@@ -225,8 +225,7 @@ class DetectOutput {
 
  private:
   static void write(const std::filesystem::path& path, const cv::Mat& picture) {
-    if (!cv::imwrite(path.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 3}))
-      throw IoError(path.string() + ": cannot write the picture");
+    if (!cv::imwrite(path.string(), picture)) throw IoError(path.string() + ": cannot write the picture");
   }
 
   ResultsFolder folder_;

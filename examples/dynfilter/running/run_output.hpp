@@ -57,7 +57,7 @@ class RunOutput {
     picture.stages = judge.stages();
     const std::filesystem::path path = folder_.path() / "overlay" / fmt::format("{:06}.png", row.index);
     const cv::Mat drawn = overlay_.draw(picture);
-    if (!cv::imwrite(path.string(), drawn, {cv::IMWRITE_PNG_COMPRESSION, 3})) {
+    if (!cv::imwrite(path.string(), drawn)) {
       throw IoError(path.string() + ": cannot write the picture");
     }
     return drawn;

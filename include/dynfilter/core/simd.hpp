@@ -25,6 +25,13 @@
 #define DYNFILTER_HAS_ELEMENTWISE_SQRT 0
 #endif
 
+/// Of PackOf: loops over its one or two parts. Clang's checks of their indices take half of a compilation.
+#if defined(__clang__)
+#define DYNFILTER_BY_PARTS __attribute__((no_sanitize("undefined"))) DYNFILTER_AS_CALLER
+#else
+#define DYNFILTER_BY_PARTS DYNFILTER_AS_CALLER
+#endif
+
 namespace dynfilter::detail {
 
 template <class T, int kLanes>
@@ -110,82 +117,82 @@ struct PackOf {
   Part part[static_cast<std::size_t>(kParts)];
 
   PackOf() = default;
-  DYNFILTER_AS_CALLER PackOf(float value) {  // NOLINT: converts a number to eight copies
+  DYNFILTER_BY_PARTS PackOf(float value) {  // NOLINT: converts a number to eight copies
     for (Part& p : part) fill(value, p);
   }
-  DYNFILTER_AS_CALLER static PackOf load(const float* from) {
+  DYNFILTER_BY_PARTS static PackOf load(const float* from) {
     PackOf r;
     for (int k = 0; k < kParts; ++k) load_lane(from + k * kLanes, r.part[k]);
     return r;
   }
-  DYNFILTER_AS_CALLER void store(float* to) const {
+  DYNFILTER_BY_PARTS void store(float* to) const {
     for (int k = 0; k < kParts; ++k) store_lane(to + k * kLanes, part[k]);
   }
 
-  DYNFILTER_AS_CALLER float operator[](int k) const { return part[k / kLanes][k % kLanes]; }
-  DYNFILTER_AS_CALLER void set(int k, float value) { part[k / kLanes][k % kLanes] = value; }
-  DYNFILTER_AS_CALLER float sum() const {
+  DYNFILTER_BY_PARTS float operator[](int k) const { return part[k / kLanes][k % kLanes]; }
+  DYNFILTER_BY_PARTS void set(int k, float value) { part[k / kLanes][k % kLanes] = value; }
+  DYNFILTER_BY_PARTS float sum() const {
     Float4 low, high;
     load_lane(part, low);
     load_lane(reinterpret_cast<const char*>(part) + sizeof low, high);
     return detail::sum(low + high);
   }
 
-  DYNFILTER_AS_CALLER PackOf& operator+=(const PackOf& o) {
+  DYNFILTER_BY_PARTS PackOf& operator+=(const PackOf& o) {
     for (int k = 0; k < kParts; ++k) part[k] += o.part[k];
     return *this;
   }
-  DYNFILTER_AS_CALLER PackOf& operator*=(const PackOf& o) {
+  DYNFILTER_BY_PARTS PackOf& operator*=(const PackOf& o) {
     for (int k = 0; k < kParts; ++k) part[k] *= o.part[k];
     return *this;
   }
-  DYNFILTER_AS_CALLER friend PackOf operator-(const PackOf& a) {
+  DYNFILTER_BY_PARTS friend PackOf operator-(const PackOf& a) {
     PackOf r;
     for (int k = 0; k < kParts; ++k) r.part[k] = -a.part[k];
     return r;
   }
-  DYNFILTER_AS_CALLER friend PackOf operator+(const PackOf& a, const PackOf& b) { return PackOf(a) += b; }
-  DYNFILTER_AS_CALLER friend PackOf operator*(const PackOf& a, const PackOf& b) { return PackOf(a) *= b; }
-  DYNFILTER_AS_CALLER friend PackOf operator-(const PackOf& a, const PackOf& b) {
+  DYNFILTER_BY_PARTS friend PackOf operator+(const PackOf& a, const PackOf& b) { return PackOf(a) += b; }
+  DYNFILTER_BY_PARTS friend PackOf operator*(const PackOf& a, const PackOf& b) { return PackOf(a) *= b; }
+  DYNFILTER_BY_PARTS friend PackOf operator-(const PackOf& a, const PackOf& b) {
     PackOf r;
     for (int k = 0; k < kParts; ++k) r.part[k] = a.part[k] - b.part[k];
     return r;
   }
-  DYNFILTER_AS_CALLER friend PackOf operator/(const PackOf& a, const PackOf& b) {
+  DYNFILTER_BY_PARTS friend PackOf operator/(const PackOf& a, const PackOf& b) {
     PackOf r;
     for (int k = 0; k < kParts; ++k) r.part[k] = a.part[k] / b.part[k];
     return r;
   }
   /// Returns the second operand where the first is NaN.
-  DYNFILTER_AS_CALLER friend PackOf max(const PackOf& a, const PackOf& b) {
+  DYNFILTER_BY_PARTS friend PackOf max(const PackOf& a, const PackOf& b) {
     PackOf r;
     for (int k = 0; k < kParts; ++k) r.part[k] = a.part[k] > b.part[k] ? a.part[k] : b.part[k];
     return r;
   }
-  DYNFILTER_AS_CALLER friend PackOf min(const PackOf& a, const PackOf& b) {
+  DYNFILTER_BY_PARTS friend PackOf min(const PackOf& a, const PackOf& b) {
     PackOf r;
     for (int k = 0; k < kParts; ++k) r.part[k] = a.part[k] < b.part[k] ? a.part[k] : b.part[k];
     return r;
   }
   /// 1 where a > b, else 0.
-  DYNFILTER_AS_CALLER friend PackOf above(const PackOf& a, const PackOf& b) {
+  DYNFILTER_BY_PARTS friend PackOf above(const PackOf& a, const PackOf& b) {
     PackOf r = 1;
     for (int k = 0; k < kParts; ++k) r.part[k] = a.part[k] > b.part[k] ? r.part[k] : Part{};
     return r;
   }
   /// 1 where a <= b, else 0; 0 for NaN.
-  DYNFILTER_AS_CALLER friend PackOf not_above(const PackOf& a, const PackOf& b) {
+  DYNFILTER_BY_PARTS friend PackOf not_above(const PackOf& a, const PackOf& b) {
     PackOf r = 1;
     for (int k = 0; k < kParts; ++k) r.part[k] = a.part[k] <= b.part[k] ? r.part[k] : Part{};
     return r;
   }
   /// `a` where x > 0, else `b`.
-  DYNFILTER_AS_CALLER friend PackOf where_positive(const PackOf& x, const PackOf& a, const PackOf& b) {
+  DYNFILTER_BY_PARTS friend PackOf where_positive(const PackOf& x, const PackOf& a, const PackOf& b) {
     PackOf r;
     for (int k = 0; k < kParts; ++k) r.part[k] = x.part[k] > Part{} ? a.part[k] : b.part[k];
     return r;
   }
-  DYNFILTER_AS_CALLER friend PackOf sqrt(const PackOf& a) {
+  DYNFILTER_BY_PARTS friend PackOf sqrt(const PackOf& a) {
     PackOf r = a;
     for (Part& p : r.part) square_root(p);
     return r;
@@ -383,5 +390,6 @@ DYNFILTER_AS_CALLER inline std::int32_t sum(const Integers<std::int32_t, kLanes>
 
 }  // namespace dynfilter::detail
 
+#undef DYNFILTER_BY_PARTS
 #undef DYNFILTER_SHUFFLE
 #undef DYNFILTER_HAS_ELEMENTWISE_SQRT
