@@ -360,6 +360,122 @@ TEST_CASE("the C interface: matches that lead nowhere are none, sizes that canno
         "keypoint_count is more than 2^31 - 1");
 }
 
+namespace {
+
+/// One stream through the pipeline and both interfaces, and what a host's tracker makes of it.
+class Three {
+ public:
+  explicit Three(const std::string& yaml)
+      : pipeline(pipeline_from_text(yaml, builtin_filters())), c(c_filter_of(yaml.c_str())) {
+    REQUIRE(cpp11.load_text(yaml));
+  }
+
+  /// The verdict is the same three times.
+  const Verdict& judge(const FrameView& view) {
+    const facade::Frame frame = facade_frame(view);
+    const CFrame in_c(frame);
+    const Verdict& verdict = pipeline.before_pose(view);
+    facade::Verdicts verdicts;
+    dynfilter_verdicts c_verdicts;
+    REQUIRE(cpp11.process(frame, facade::CallPoint::BeforePose, verdicts));
+    REQUIRE(dynfilter_process(c.get(), &in_c.frame, DYNFILTER_BEFORE_POSE, &c_verdicts) == 0);
+    check_equal(verdict, verdicts);
+    check_equal(verdict, c_verdicts);
+    std::string notes;
+    for (const std::string& note : verdict.report.notes) notes += note + '\n';
+    CHECK(c_verdicts.notes == notes);
+    return verdict;
+  }
+  void track(const FrameView& view, const facade::Tracking& tracking) {
+    pipeline.update_pose(view.id, view.T_world_camera, PoseProvenance::Estimated,
+                         {tracking.keypoints, tracking.map_point_ids, tracking.inliers, tracking.outliers});
+    facade::Frame frame;
+    frame.id = view.id, frame.pose_kind = facade::PoseKind::Estimated;
+    frame.T_world_camera = facade_frame(view).T_world_camera;
+    frame.keypoints = tracking.keypoints, frame.map_point_ids = tracking.map_point_ids;
+    const CFrame in_c(frame);
+    CHECK(cpp11.update_pose(frame.id, frame.T_world_camera, frame.pose_kind, tracking));
+    CHECK(dynfilter_update_pose(c.get(), &in_c.frame, tracking.inliers, tracking.outliers) == 0);
+  }
+  void lost() {
+    pipeline.lost();
+    CHECK(cpp11.lost());
+    CHECK(dynfilter_lost(c.get()) == 0);
+  }
+
+  Pipeline pipeline;
+  facade::DynFilter cpp11;
+  CFilter c;
+};
+
+}  // namespace
+
+TEST_CASE("map points of the host's tracker, through all interfaces: those that move are the pipeline's") {
+  using testing::MovingBox;
+  const testing::ExactScene scene = testing::ExactScene().pixel_noise(0.2).depth_noise(0.0014).mover(
+      MovingBox(60).at({-0.6, 0, 2.5}).moving({0.02, 0, 0.01}));
+  Three three("pipeline: { before_pose: [ background_motion ] }");
+  for (int k = 0; k < 24; ++k) {
+    const testing::ExactFrame frame = scene.frame(k);
+    FrameView view = frame.view();
+    const Verdict& verdict = three.judge(view);
+    facade::Tracking tracking;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      if (!verdict.keep(i)) continue;
+      tracking.keypoints.push_back(frame.keypoints[i]);
+      tracking.map_point_ids.push_back(k == 0 || frame.label[i] == 0 ? frame.point[i] : -1);
+    }
+    view.T_world_camera = scene.T_world_camera(k);
+    three.track(view, tracking);
+    if (k == 12) three.lost();
+  }
+  const std::vector<std::int64_t> moved = three.pipeline.moved_map_points();
+  CHECK(moved.size() > 30);
+  CHECK(three.cpp11.moved_map_points() == moved);
+  std::vector<std::int64_t> ids(moved.size());
+  CHECK(dynfilter_moved_map_points(three.c.get(), ids.data(), ids.size()) == moved.size());
+  CHECK(ids == moved);
+  ids.assign(3, -1);
+  CHECK(dynfilter_moved_map_points(three.c.get(), ids.data(), 2) == moved.size());
+  CHECK(ids == std::vector<std::int64_t>{moved[0], moved[1], -1});
+  CHECK(dynfilter_moved_map_points(three.c.get(), nullptr, 9) == moved.size());
+  CHECK(dynfilter_moved_map_points(nullptr, ids.data(), 3) == 0);
+}
+
+TEST_CASE("inliers of the host's tracker, through all interfaces: a limit below the noise makes it doubt") {
+  const testing::ExactScene scene = testing::ExactScene().pixel_noise(0.1);
+  Three three("pipeline: { before_pose: [ { epipolar: { max_distance_px: 0.07 } } ] }");
+  std::size_t doubts = 0;
+  for (int k = 0; k < 40; ++k) {
+    const testing::ExactFrame frame = scene.frame(k);
+    FrameView view = frame.view();
+    doubts = three.judge(view).report.doubts;
+    facade::Tracking tracking;
+    tracking.inliers = 200, tracking.outliers = 20;
+    view.T_world_camera = scene.T_world_camera(k);
+    three.track(view, tracking);
+  }
+  CHECK(doubts > 0);
+}
+
+TEST_CASE("what cannot be said of a frame's tracking is an error, through both interfaces") {
+  facade::DynFilter nothing;
+  CHECK_FALSE(nothing.lost());
+  CHECK(nothing.error() == "no pipeline is loaded");
+  CHECK(nothing.moved_map_points().empty());
+  const CFilter c = c_filter_of("pipeline: { before_pose: [ epipolar ] }");
+  dynfilter_frame frame;
+  dynfilter_frame_init(&frame);
+  CHECK(dynfilter_update_pose(c.get(), nullptr, 0, 0) != 0);
+  CHECK(dynfilter_update_pose(nullptr, &frame, 0, 0) != 0);
+  CHECK(dynfilter_lost(nullptr) != 0);
+  frame.keypoint_count = 5;
+  CHECK(dynfilter_update_pose(c.get(), &frame, 0, 0) != 0);
+  CHECK(std::string(dynfilter_last_error(c.get())) == "keypoints is NULL, but keypoint_count is not 0");
+  frame.keypoint_count = 0, frame.struct_size = 3;
+  CHECK(dynfilter_update_pose(c.get(), &frame, 0, 0) != 0);
+}
+
 TEST_CASE("keypoints at infinity through the C interface are kept, whatever the floor asks for") {
   const char* yaml =
       "pipeline:\n  floor: { min_features: 0, min_grid_coverage: 0.5 }\n  before_pose:\n"

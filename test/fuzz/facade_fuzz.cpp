@@ -233,7 +233,12 @@ Said process(dynfilter_filter* filter, Bytes in, int k, std::uint8_t garbage, By
   fill_geometry(in, frame);
   make_odd(in, frame);
   const int point = in.below(8) == 0 ? in.take<std::int32_t>() : in.below(3);
+  const int tracking = in.below(8);  // of the frame before, which seldom has these keypoints
   after = in;
+  frame.id = k - 1;
+  if (tracking == 7) dynfilter_lost(filter);
+  if (tracking >= 4) dynfilter_update_pose(filter, &frame, static_cast<std::size_t>(tracking) * 20, 20);
+  frame.id = k;
   dynfilter_verdicts v;
   const bool done = dynfilter_process(filter, &frame, point, &v) == 0;
   const std::size_t n = frame.keypoint_count;
@@ -253,6 +258,9 @@ Said process(dynfilter_filter* filter, Bytes in, int k, std::uint8_t garbage, By
     dynfilter_get_stage_report(filter, s, &report, sizeof report);
     said.text += std::string(report.path) + report.note;
   }
+  std::int64_t moved[8] = {};
+  said.text += std::to_string(dynfilter_moved_map_points(filter, moved, std::size(moved)));
+  said.add(moved, std::size(moved));
   return said;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -9,6 +10,7 @@
 #include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <dynfilter/correspondence/descriptor_match.hpp>
@@ -24,6 +26,7 @@
 #include <limits>
 #include <list>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -67,6 +70,8 @@ class FrameMatches {
 
   /// Of the match with the last frame. Null: nobody asked for that match.
   const std::vector<MatchSpread>* spread() const;
+  /// The frame's prior on the camera's motion, if it begins at `reference`. Null: there is none.
+  const MotionPrior* motion_prior(const PastFrame* reference) const;
 
   /// Time for matches of this frame [ms]; 0 without a clock.
   double correspondence_ms() const { return correspondence_ms_; }
@@ -76,6 +81,7 @@ class FrameMatches {
 
  private:
   static FlowParams checked_once(FlowParams params);
+  static constexpr float kNear_px = 32;   ///< flow finds it without help: twice the width of its window
   static constexpr double kFar_px = 120;  ///< a car at 8 m that comes nearer at 20 m/s, at 10 Hz
   static DescriptorMatchParams searching_far(DescriptorMatchParams params);
   /// True in one of four cells of 8 x 8 pixels.
@@ -97,6 +103,10 @@ class FrameMatches {
   /// Where descriptors are found: flow does not search as far as features jump on a street at 10 Hz. Empty
   /// without stereo.
   Span<const cv::Point2f> starts(const StoredFrame& stored);
+  /// Flow of features without a match, from where the prior on the camera's motion expects them.
+  void find_by_prior(const StoredFrame& stored, Correspondences& out);
+  std::vector<cv::Point2f> starts_by(const MotionPrior& prior, const Camera& camera,
+                                     const Correspondences& found);
   void descriptor_matches(const StoredFrame& stored, Correspondences& out);
   void host_matches(const StoredFrame& stored, Correspondences& out);
 
@@ -123,7 +133,8 @@ class FrameMatches {
   History history_;
   FlowTracker flow_, step_flow_;
   DescriptorMatcher descriptors_, far_descriptors_;
-  Correspondences far_;  ///< scratch
+  Correspondences far_;              ///< scratch
+  std::vector<cv::Point2f> starts_;  ///< scratch
   std::list<Match> matches_;
   std::list<MatchedFeatures> matched_features_;
   MatchedFeatures reference_features_;  ///< scratch
@@ -262,9 +273,10 @@ inline void FrameMatches::correspond(const StoredFrame& stored, Correspondences&
   const FrameView& frame = current_.frame();
   if (uses_host_matches() && frame.matches->reference_frame_id == stored.id)
     host_matches(stored, out);
-  else if (uses_flow())
+  else if (uses_flow()) {
     flow_.track(history_.find(frame.id)->pyramid, stored.pyramid, current_.pixels(), starts(stored), out);
-  else
+    find_by_prior(stored, out);
+  } else
     descriptor_matches(stored, out);
 }
 
@@ -279,6 +291,55 @@ inline Span<const cv::Point2f> FrameMatches::starts(const StoredFrame& stored) {
   far_descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {},
                          far_);
   return far_.reference_px;  // NaN where nothing was found
+}
+
+inline void FrameMatches::find_by_prior(const StoredFrame& stored, Correspondences& out) {
+  const MotionPrior* prior = motion_prior(&stored);
+  if (prior == nullptr || !current_.frame().camera) return;
+  const std::vector<cv::Point2f> starts = starts_by(*prior, *current_.frame().camera, out);
+  std::vector<cv::Point2f> lost_px = current_.pixels();
+  bool any = false;
+  for (std::size_t i = 0; i < lost_px.size(); ++i) {
+    if (std::isnan(starts[i].x)) lost_px[i] = starts[i];
+    any = any || !std::isnan(starts[i].x);
+  }
+  if (!any) return;
+  flow_.track(history_.find(current_.frame().id)->pyramid, stored.pyramid, lost_px, starts, far_);
+  for (std::size_t i = 0; i < lost_px.size(); ++i) {
+    if (far_.found[i] == 0) continue;
+    out.set(i, far_.reference_px[i]);
+    out.spread[i] = far_.spread[i];
+  }
+}
+
+/// Without depth or a translation, those of points far away. NaN: it has a match, or is expected near.
+inline std::vector<cv::Point2f> FrameMatches::starts_by(const MotionPrior& prior, const Camera& camera,
+                                                        const Correspondences& found) {
+  const Pose T_reference_current = inverse(prior.T_current_reference);
+  const Eigen::Matrix3d R = T_reference_current.R();
+  const std::vector<cv::Point2f>& undistorted = current_.undistorted_pixels();
+  const std::vector<float>& depth_m = current_.depths_m();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::vector<cv::Point2f> starts(current_.size(), {nan, nan});
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    if (found.found[i] != 0) continue;
+    const cv::Point2f& px = undistorted[i];
+    Eigen::Vector3d p =
+        R * Eigen::Vector3d((px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1);
+    if (prior.has_translation && depth_m[i] > 0) p += T_reference_current.t() / depth_m[i];
+    const cv::Point3f moved(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
+    const cv::Point2f shift_px = project(camera, moved) - px;
+    if (shift_px.dot(shift_px) > kNear_px * kNear_px) starts[i] = current_.pixels()[i] + shift_px;
+  }
+  return starts;
+}
+
+inline const MotionPrior* FrameMatches::motion_prior(const PastFrame* reference) const {
+  const std::optional<MotionPrior>& prior = current_.frame().motion_prior;
+  if (!prior || reference == nullptr) return nullptr;
+  const std::int64_t from = prior->reference_frame_id;
+  const bool same = from >= 0 ? from == reference->id : reference == history_.before(1);
+  return same ? &*prior : nullptr;
 }
 
 inline void FrameMatches::descriptor_matches(const StoredFrame& stored, Correspondences& out) {

@@ -163,6 +163,18 @@ DYNFILTER_C_API int dynfilter_prepare(dynfilter_filter* filter, const dynfilter_
 /* 0 done, else failed: see dynfilter_last_error(). `call_point`: enum dynfilter_call_point. */
 DYNFILTER_C_API int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, int call_point,
                                       dynfilter_verdicts* verdicts);
+/* A better pose of a frame that was processed before: its id, pose_kind, rotation and translation_m. What
+ * the host's tracker made of it gives verdicts on map points, and lets the pipeline doubt itself: the
+ * keypoints as they were judged, without those that were rejected, with their map_point_ids, and how many
+ * matches agree with the host's map (inliers) and do not (outliers); 0 if it does not say. 0 done. */
+DYNFILTER_C_API int dynfilter_update_pose(dynfilter_filter* filter, const dynfilter_frame* frame,
+                                          size_t inliers, size_t outliers);
+/* The host lost its pose: the poses of earlier frames are forgotten, the rest is kept. 0 done. */
+DYNFILTER_C_API int dynfilter_lost(dynfilter_filter* filter);
+/* Map points that move, by the verdicts of all frames: how many there are. Writes the least `capacity` of
+ * their ids, in order. */
+DYNFILTER_C_API size_t dynfilter_moved_map_points(const dynfilter_filter* filter, int64_t* ids,
+                                                  size_t capacity);
 /* Forgets all earlier frames. 0 done. */
 DYNFILTER_C_API int dynfilter_reset(dynfilter_filter* filter);
 /* Writes each frame and verdict from now on to this file, for `dynfilter replay`. It ends at max_mb

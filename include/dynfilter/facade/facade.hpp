@@ -95,6 +95,15 @@ struct Frame {
   std::int64_t match_frame_id = -1;
 };
 
+/// What the host's tracker made of a frame. What it does not say stays empty.
+struct Tracking {
+  std::vector<cv::KeyPoint> keypoints;      ///< as they were judged, without those that were rejected
+  std::vector<std::int64_t> map_point_ids;  ///< of each of them; -1: none
+  std::size_t inliers, outliers;            ///< matches that agree with its map, and that do not
+
+  Tracking() : inliers(0), outliers(0) {}
+};
+
 /// Per feature, in the order of Frame::keypoints.
 struct Verdicts {
   std::vector<std::uint8_t> keep;      ///< 0: on something that moves
@@ -154,8 +163,14 @@ class DYNFILTER_FACADE_API DynFilter {
   bool process(const Frame& frame, CallPoint call_point, Verdicts& verdicts) noexcept;
   /// Of the last frame that was processed: one entry per stage, in the order of Verdicts::stages.
   const std::vector<StageReport>& reports() const noexcept;
-  /// A better pose of a frame that was judged before.
-  bool update_pose(std::int64_t frame_id, const Transform& T_world_camera, PoseKind kind) noexcept;
+  /// A better pose of a frame that was judged before. `tracking` gives verdicts on map points, and lets the
+  /// pipeline doubt itself where it rejects what the host's map agrees with.
+  bool update_pose(std::int64_t frame_id, const Transform& T_world_camera, PoseKind kind,
+                   const Tracking& tracking = Tracking()) noexcept;
+  /// The host lost its pose: the poses of earlier frames are forgotten, the rest is kept.
+  bool lost() noexcept;
+  /// Map points that move, by the verdicts of all frames, sorted. From any thread.
+  std::vector<std::int64_t> moved_map_points() const;
   /// Forgets all earlier frames.
   bool reset() noexcept;
   /// Writes each frame and verdict from now on to this file, of at most `max_mb` megabytes, for `dynfilter

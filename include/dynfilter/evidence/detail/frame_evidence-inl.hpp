@@ -194,12 +194,8 @@ DYNFILTER_INLINE std::optional<Pose> FrameEvidence::host_motion(const Match& mat
 }
 
 DYNFILTER_INLINE std::optional<MotionPrior> FrameEvidence::motion_prior(const Match& match) const {
-  const std::optional<MotionPrior>& prior = frame().motion_prior;
-  if (!prior || match.reference == nullptr) return std::nullopt;
-  const StoredFrame* last = owners_->matches.history().before(1);
-  const std::int64_t from = prior->reference_frame_id;
-  const bool same = from >= 0 ? from == match.reference->id : match.reference == last;
-  return same ? prior : std::nullopt;
+  const MotionPrior* prior = owners_->matches.motion_prior(match.reference);
+  return prior != nullptr ? std::optional<MotionPrior>(*prior) : std::nullopt;
 }
 
 DYNFILTER_INLINE void FrameEvidence::set_history(int frames) {

@@ -12,6 +12,7 @@
 #include <limits>
 #include <new>
 #include <string>
+#include <vector>
 
 using namespace dynfilter::facade;
 
@@ -255,6 +256,43 @@ int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, in
     return fail(filter, e.what());
   } catch (...) {
     return fail(filter, "unknown error");
+  }
+}
+
+int dynfilter_update_pose(dynfilter_filter* filter, const dynfilter_frame* frame, size_t inliers,
+                          size_t outliers) {
+  if (filter == nullptr) return 1;
+  if (frame == nullptr || frame->struct_size != sizeof(dynfilter_frame))
+    return fail(filter, frame == nullptr ? "expected a frame, got NULL" : kOtherStruct);
+  try {
+    const std::string wrong = fault_of(*frame);
+    if (!wrong.empty()) return fail(filter, wrong.c_str());
+    Frame given;
+    fill_features(*frame, given);
+    fill_geometry(*frame, given);
+    Tracking tracking;
+    tracking.keypoints.swap(given.keypoints), tracking.map_point_ids.swap(given.map_point_ids);
+    tracking.inliers = inliers, tracking.outliers = outliers;
+    const bool done = filter->filter.update_pose(frame->id, given.T_world_camera, given.pose_kind, tracking);
+    return done ? 0 : fail(filter, filter->filter.error().c_str());
+  } catch (const std::exception& e) {
+    return fail(filter, e.what());
+  } catch (...) {
+    return fail(filter, "unknown error");
+  }
+}
+int dynfilter_lost(dynfilter_filter* filter) {
+  if (filter == nullptr) return 1;
+  return filter->filter.lost() ? 0 : fail(filter, filter->filter.error().c_str());
+}
+size_t dynfilter_moved_map_points(const dynfilter_filter* filter, int64_t* ids, size_t capacity) {
+  if (filter == nullptr) return 0;
+  try {
+    const std::vector<std::int64_t> moved = filter->filter.moved_map_points();
+    if (ids != nullptr) std::copy_n(moved.begin(), std::min(moved.size(), capacity), ids);
+    return moved.size();
+  } catch (...) {  // no memory
+    return 0;
   }
 }
 

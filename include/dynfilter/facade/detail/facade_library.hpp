@@ -224,11 +224,25 @@ bool DynFilter::process(const Frame& frame, CallPoint call_point, Verdicts& verd
   });
 }
 
-bool DynFilter::update_pose(std::int64_t frame_id, const Transform& T_world_camera, PoseKind kind) noexcept {
+bool DynFilter::update_pose(std::int64_t frame_id, const Transform& T_world_camera, PoseKind kind,
+                            const Tracking& tracking) noexcept {
   return impl_ && impl_->guarded([&] {
     impl_->need_pipeline();
-    impl_->pipeline->update_pose(frame_id, pose_of(T_world_camera), provenance_of(kind));
+    impl_->pipeline->update_pose(
+        frame_id, pose_of(T_world_camera), provenance_of(kind),
+        {tracking.keypoints, tracking.map_point_ids, tracking.inliers, tracking.outliers});
   });
+}
+
+bool DynFilter::lost() noexcept {
+  return impl_ && impl_->guarded([&] {
+    impl_->need_pipeline();
+    impl_->pipeline->lost();
+  });
+}
+
+std::vector<std::int64_t> DynFilter::moved_map_points() const {
+  return loaded() ? impl_->pipeline->moved_map_points() : std::vector<std::int64_t>();
 }
 
 bool DynFilter::reset() noexcept {
