@@ -133,8 +133,7 @@ class FrameMatches {
   History history_;
   FlowTracker flow_, step_flow_;
   DescriptorMatcher descriptors_, far_descriptors_;
-  Correspondences far_;              ///< scratch
-  std::vector<cv::Point2f> starts_;  ///< scratch
+  Correspondences far_;  ///< scratch
   std::list<Match> matches_;
   std::list<MatchedFeatures> matched_features_;
   MatchedFeatures reference_features_;  ///< scratch

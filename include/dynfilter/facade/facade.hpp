@@ -170,7 +170,7 @@ class DYNFILTER_FACADE_API DynFilter {
   /// The host lost its pose: the poses of earlier frames are forgotten, the rest is kept.
   bool lost() noexcept;
   /// Map points that move, by the verdicts of all frames, sorted. From any thread.
-  std::vector<std::int64_t> moved_map_points() const;
+  std::vector<std::int64_t> moved_map_points() const noexcept;
   /// Forgets all earlier frames.
   bool reset() noexcept;
   /// Writes each frame and verdict from now on to this file, of at most `max_mb` megabytes, for `dynfilter

@@ -287,13 +287,9 @@ int dynfilter_lost(dynfilter_filter* filter) {
 }
 size_t dynfilter_moved_map_points(const dynfilter_filter* filter, int64_t* ids, size_t capacity) {
   if (filter == nullptr) return 0;
-  try {
-    const std::vector<std::int64_t> moved = filter->filter.moved_map_points();
-    if (ids != nullptr) std::copy_n(moved.begin(), std::min(moved.size(), capacity), ids);
-    return moved.size();
-  } catch (...) {  // no memory
-    return 0;
-  }
+  const std::vector<std::int64_t> moved = filter->filter.moved_map_points();
+  if (ids != nullptr) std::copy_n(moved.begin(), std::min(moved.size(), capacity), ids);
+  return moved.size();
 }
 
 int dynfilter_reset(dynfilter_filter* filter) {

@@ -241,8 +241,12 @@ bool DynFilter::lost() noexcept {
   });
 }
 
-std::vector<std::int64_t> DynFilter::moved_map_points() const {
-  return loaded() ? impl_->pipeline->moved_map_points() : std::vector<std::int64_t>();
+std::vector<std::int64_t> DynFilter::moved_map_points() const noexcept {
+  try {
+    if (loaded()) return impl_->pipeline->moved_map_points();
+  } catch (...) {  // no memory
+  }
+  return {};
 }
 
 bool DynFilter::reset() noexcept {
