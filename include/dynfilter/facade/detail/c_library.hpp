@@ -165,6 +165,19 @@ int fail(dynfilter_filter* filter, const char* why) noexcept {
   return 1;
 }
 
+/// Runs what may throw; `work` returns why it failed, "" if it did not. Nothing gets out of here.
+template <class Work>
+int guarded(dynfilter_filter* filter, const Work& work) noexcept {
+  try {
+    const std::string wrong = work();
+    return wrong.empty() ? 0 : fail(filter, wrong.c_str());
+  } catch (const std::exception& e) {
+    return fail(filter, e.what());
+  } catch (...) {
+    return fail(filter, "unknown error");
+  }
+}
+
 void copy_error(char* error, std::size_t error_size, const std::string& why) {
   if (error == nullptr || error_size == 0) return;
   const std::size_t n = std::min(why.size(), error_size - 1);
@@ -241,22 +254,18 @@ int dynfilter_process(dynfilter_filter* filter, const dynfilter_frame* frame, in
   if (frame == nullptr || verdicts == nullptr) return fail(filter, "expected a frame and verdicts, got NULL");
   if (frame->struct_size != sizeof(dynfilter_frame)) return fail(filter, kOtherStruct);
   if (call_point < 0 || call_point > 2) return fail(filter, "unknown call point");
-  try {
+  return guarded(filter, [&] {
     const std::string wrong = fault_of(*frame);
-    if (!wrong.empty()) return fail(filter, wrong.c_str());
+    if (!wrong.empty()) return wrong;
     fill(*frame, filter->frame);
     const bool done =
         filter->filter.process(filter->frame, static_cast<CallPoint>(call_point), filter->verdicts);
-    if (!done) return fail(filter, filter->filter.error().c_str());
+    if (!done) return filter->filter.error();
     filter->notes.clear();
     for (const std::string& note : filter->verdicts.notes) filter->notes += note + "\n";
     show(*filter, *verdicts);
-    return 0;
-  } catch (const std::exception& e) {
-    return fail(filter, e.what());
-  } catch (...) {
-    return fail(filter, "unknown error");
-  }
+    return std::string();
+  });
 }
 
 int dynfilter_update_pose(dynfilter_filter* filter, const dynfilter_frame* frame, size_t inliers,
@@ -264,9 +273,9 @@ int dynfilter_update_pose(dynfilter_filter* filter, const dynfilter_frame* frame
   if (filter == nullptr) return 1;
   if (frame == nullptr || frame->struct_size != sizeof(dynfilter_frame))
     return fail(filter, frame == nullptr ? "expected a frame, got NULL" : kOtherStruct);
-  try {
+  return guarded(filter, [&] {
     const std::string wrong = fault_of(*frame);
-    if (!wrong.empty()) return fail(filter, wrong.c_str());
+    if (!wrong.empty()) return wrong;
     Frame given;
     fill_features(*frame, given);
     fill_geometry(*frame, given);
@@ -274,12 +283,8 @@ int dynfilter_update_pose(dynfilter_filter* filter, const dynfilter_frame* frame
     tracking.keypoints.swap(given.keypoints), tracking.map_point_ids.swap(given.map_point_ids);
     tracking.inliers = inliers, tracking.outliers = outliers;
     const bool done = filter->filter.update_pose(frame->id, given.T_world_camera, given.pose_kind, tracking);
-    return done ? 0 : fail(filter, filter->filter.error().c_str());
-  } catch (const std::exception& e) {
-    return fail(filter, e.what());
-  } catch (...) {
-    return fail(filter, "unknown error");
-  }
+    return done ? std::string() : filter->filter.error();
+  });
 }
 int dynfilter_lost(dynfilter_filter* filter) {
   if (filter == nullptr) return 1;
