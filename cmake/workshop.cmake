@@ -1,18 +1,33 @@
 # What surrounds the toolkit: readers and writers of recordings, evaluation, rendered sequences. Ordinary sources, linked by the
 # command, the Python package and the tests. Not installed: nothing under include/ needs it.
-find_package(OpenCV QUIET OPTIONAL_COMPONENTS imgcodecs videoio)  # writes pictures, reads videos
+find_package(OpenCV QUIET OPTIONAL_COMPONENTS videoio highgui)  # without: no videos, no window
 set(workshop_dir "${PROJECT_SOURCE_DIR}/examples/dynfilter")
 file(GLOB workshop_sources CONFIGURE_DEPENDS
   "${workshop_dir}/io/*.cpp" "${workshop_dir}/eval/*.cpp" "${workshop_dir}/render/*.cpp")
 add_library(dynfilter_workshop STATIC ${workshop_sources})
 set_target_properties(dynfilter_workshop PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 20
   POSITION_INDEPENDENT_CODE ON)  # the Python package links it
-target_include_directories(dynfilter_workshop PUBLIC "${workshop_dir}")
-target_link_libraries(dynfilter_workshop PUBLIC dynfilter::detectors dynfilter::mapping dynfilter::inertial opencv_imgcodecs opencv_imgproc
-  PRIVATE dynfilter_compile_options)
+target_include_directories(dynfilter_workshop PUBLIC "${workshop_dir}"
+  PRIVATE "${PROJECT_SOURCE_DIR}/plugins/detectors/src")  # writes images by the libraries that read them
+target_link_libraries(dynfilter_workshop PUBLIC dynfilter::detectors dynfilter::mapping dynfilter::inertial opencv_imgproc
+  ${CMAKE_DL_LIBS} PRIVATE dynfilter_compile_options)
+
+# Videos and windows are a module, which is loaded when one is asked for. What is built from here on finds it in the build tree.
 if(TARGET opencv_videoio)
-  target_link_libraries(dynfilter_workshop PRIVATE opencv_videoio)
+  set(media_dir "${PROJECT_BINARY_DIR}/media")
+  set(CMAKE_BUILD_RPATH "${media_dir}")
+  add_library(dynfilter_media MODULE "${workshop_dir}/media/module.cpp" "${workshop_dir}/media/video.cpp")
+  target_link_libraries(dynfilter_media PRIVATE dynfilter::core dynfilter_compile_options opencv_imgproc opencv_videoio)
+  if(TARGET opencv_highgui)
+    target_sources(dynfilter_media PRIVATE "${workshop_dir}/media/window.cpp")
+    target_link_libraries(dynfilter_media PRIVATE opencv_highgui)
+    target_compile_definitions(dynfilter_media PRIVATE DYNFILTER_HAS_HIGHGUI)
+  endif()
+  target_include_directories(dynfilter_media PRIVATE "${workshop_dir}")
+  set_target_properties(dynfilter_media PROPERTIES LIBRARY_OUTPUT_DIRECTORY "${media_dir}" UNITY_BUILD ON
+    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   target_compile_definitions(dynfilter_workshop PRIVATE DYNFILTER_HAS_VIDEOIO)
+  add_dependencies(dynfilter_workshop dynfilter_media)
 else()
   message(STATUS "dynfilter: this OpenCV has no videoio: the command and Python read folders of images, and no videos")
 endif()

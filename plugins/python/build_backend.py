@@ -21,7 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ["CMakeLists.txt", "LICENSE", "README.md", "pyproject.toml", "cmake", "include", "plugins"]
 EXAMPLES = ["examples/pipelines"] + [
-    "examples/dynfilter/" + room for room in ("eval", "io", "map", "odometry", "render", "report", "running", "text")
+    "examples/dynfilter/" + room for room in ("eval", "io", "map", "media", "odometry", "render", "report", "running", "text")
 ]
 
 

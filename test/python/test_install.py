@@ -23,6 +23,12 @@ for k in range(8):
 frame = scene.frame(7)
 assert not verdict.keep[frame.dynamic].any()
 assert len(dynfilter.presets()) > 10
+try:
+    dynfilter.sequences.Recording("clip.mp4")
+except Exception as error:
+    assert "is no video that OpenCV can read" in str(error), error  # so the module that reads videos is there
+else:
+    raise AssertionError("clip.mp4")
 print("works", dynfilter.__version__)
 """
 
@@ -48,6 +54,7 @@ def test_wheel_in_a_fresh_virtual_environment(root, tmp_path, tool):
         check=True,
         env=environment(DYNFILTER_PYTHON_BUILD_DIR=tool("BUILD_FOLDER"), CMAKE_BUILD_PARALLEL_LEVEL="1"),
     )
+    (tmp_path / "clip.mp4").write_bytes(b"no video")
     checked = subprocess.run(
         [python, "-c", CHECK], check=True, env=environment(), cwd=tmp_path, capture_output=True, text=True
     )

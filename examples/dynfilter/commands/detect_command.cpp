@@ -15,7 +15,6 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -24,6 +23,7 @@
 #include "command.hpp"
 #include "eval/statistics.hpp"
 #include "io/detections_writer.hpp"
+#include "io/image_writer.hpp"
 #include "io/sequence.hpp"
 #include "io/sequence_source.hpp"
 #include "run_options.hpp"
@@ -225,7 +225,7 @@ class DetectOutput {
 
  private:
   static void write(const std::filesystem::path& path, const cv::Mat& picture) {
-    if (!cv::imwrite(path.string(), picture)) throw IoError(path.string() + ": cannot write the picture");
+    io::write_image(path, picture);
   }
 
   ResultsFolder folder_;

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "io/media.hpp"
+
 namespace dynfilter::io {
 
 struct TimedImage {
@@ -21,20 +23,16 @@ struct TimedImage {
 /// One image is in memory at a time, and eight bytes for the stamp of each.
 class VideoStream {
  public:
-  /// False if dynfilter was built without OpenCV's videoio.
-  static bool built_in();
-
   /// What is accepted, for errors.
   static std::string accepted();
 
-  /// Throws IoError if no image of the file can be decoded.
+  /// Throws IoError if no image of the file can be decoded, or if there is no OpenCV's videoio.
   static std::shared_ptr<VideoStream> of_file(const std::filesystem::path& path);
 
   /// `address`: the number of a camera, its device file, or a stream's address.
   /// Throws IoError if no image comes from there.
   static std::shared_ptr<VideoStream> of_camera(const std::string& address);
 
-  ~VideoStream();
   VideoStream(const VideoStream&) = delete;
   VideoStream& operator=(const VideoStream&) = delete;
 
@@ -56,8 +54,7 @@ class VideoStream {
   std::vector<std::string> notes() const;
 
  private:
-  class Decoder;
-  VideoStream(std::string name, bool camera);
+  VideoStream(std::string name, bool camera, const std::string& address);
 
   void count_frames();
   void find_rate();
@@ -67,7 +64,7 @@ class VideoStream {
 
   std::string name_;
   bool camera_;
-  std::unique_ptr<Decoder> decoder_;
+  std::unique_ptr<VideoReader> decoder_;
   mutable std::mutex one_reader_;
   std::size_t size_ = 0;
   cv::Size size_px_;

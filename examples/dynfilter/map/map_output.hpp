@@ -10,7 +10,6 @@
 #include <dynfilter/detectors/image_file.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "io/atomic_file.hpp"
+#include "io/image_writer.hpp"
 #include "io/output_lock.hpp"
 #include "io/ply.hpp"
 #include "map_picture.hpp"
@@ -112,9 +112,7 @@ class MapOutput {
   std::vector<std::uint8_t> picture_of(const mapping::MapCloud& cloud, double leaf_m) const {
     const std::string title = fmt::format("{}   {} points, voxels of {:g} m", title_, cloud.size(), leaf_m);
     const cv::Mat both = draw_map(cloud, leaf_m, *first_, title);
-    std::vector<std::uint8_t> bytes;
-    cv::imencode(".png", both, bytes);
-    return bytes;
+    return io::encode_png(both);
   }
 
   std::filesystem::path file_;

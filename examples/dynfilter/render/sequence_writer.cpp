@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/error.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <ostream>
 #include <system_error>
@@ -12,6 +11,7 @@
 #include "io/atomic_file.hpp"
 #include "io/atomic_folder.hpp"
 #include "io/camera_writer.hpp"
+#include "io/image_writer.hpp"
 
 namespace dynfilter::render {
 
@@ -74,9 +74,7 @@ void SequenceWriter::finish() const {
 }
 
 inline void SequenceWriter::image(const char* kind, const std::string& file, const cv::Mat& picture) const {
-  const std::filesystem::path path = folder_ / kind / file;
-  if (!cv::imwrite(path.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 1}))
-    throw IoError(path.string() + ": cannot write");
+  io::write_image(folder_ / kind / file, picture);
 }
 
 inline void SequenceWriter::text(const char* name, const std::string& content) const {

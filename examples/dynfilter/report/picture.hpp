@@ -6,9 +6,10 @@
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
+
+#include "io/image_writer.hpp"
 
 namespace dynfilter::command::report {
 
@@ -78,11 +79,7 @@ class PictureEncoder {
     if (picture.cols > form.width_px)
       cv::resize(picture, shown, {form.width_px, std::max(1, picture.rows * form.width_px / picture.cols)}, 0,
                  0, cv::INTER_AREA);
-    std::vector<std::uint8_t> bytes;
-    if (!cv::imencode(".jpg", shown, bytes,
-                      {cv::IMWRITE_JPEG_QUALITY, form.quality, cv::IMWRITE_JPEG_OPTIMIZE, 1}))
-      throw Error("a picture of the report cannot be encoded");
-    return bytes;
+    return io::encode_jpeg(shown, form.quality);
   }
 
   std::size_t most_bytes_;

@@ -1,19 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "live_window.hpp"
 
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <dynfilter/core/error.hpp>
 #include <utility>
-
-#ifdef DYNFILTER_HAS_HIGHGUI
-#include <opencv2/core.hpp>
-#include <opencv2/highgui.hpp>
-#endif
 
 #include "interruption.hpp"
 
@@ -22,25 +13,6 @@ namespace {
 
 constexpr std::size_t kStepsBack = 30;  // pictures in memory, about 4 MB each
 constexpr int kPaused_ms = 40;          // how often a paused window looks at its state
-
-#ifdef DYNFILTER_HAS_HIGHGUI
-
-/// highgui aborts the program if its display does not answer, so a child tries it.
-bool opens_a_window() {
-  const pid_t child = ::fork();
-  if (child == 0) {
-    const int nowhere = ::open("/dev/null", O_WRONLY);
-    ::dup2(nowhere, STDERR_FILENO);
-    try {
-      cv::namedWindow("dynfilter", cv::WINDOW_NORMAL);
-    } catch (...) {
-      std::_Exit(1);
-    }
-    std::_Exit(0);
-  }
-  int status = 0;
-  return child > 0 && ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
 
 bool has_display() {
 #ifdef __APPLE__
@@ -53,8 +25,6 @@ bool has_display() {
   return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
 #endif
 }
-
-#endif
 
 }  // namespace
 
@@ -69,58 +39,26 @@ LiveWindow::Key LiveWindow::key_of(int code) {
   return Key::None;
 }
 
-#ifdef DYNFILTER_HAS_HIGHGUI
-
-LiveWindow::LiveWindow(std::string title, bool paced) : title_(std::move(title)), paced_(paced) {
+LiveWindow::LiveWindow(const std::string& title, bool paced) : paced_(paced) {
   const std::string instead = "; without a window, --video FILE.mp4 writes what it would show";
-  if (!has_display())
-    throw Error("--live: there is no display (DISPLAY and WAYLAND_DISPLAY are not set)" + instead);
-  if (!opens_a_window()) throw Error("--live: the display does not let a window be opened" + instead);
-  ::setenv("QT_LOGGING_RULES", "*.warning=false", 0);  // Qt's lines on stderr are no errors
-  cv::namedWindow(title_, cv::WINDOW_NORMAL | cv::WINDOW_KEEPRATIO | cv::WINDOW_GUI_NORMAL);
-}
-
-LiveWindow::~LiveWindow() {
   try {
-    cv::destroyWindow(title_);
-  } catch (const cv::Exception&) {  // the user closed it
+    const io::Media& media = io::media();
+    if (media.window == nullptr) throw io::NoMedia("it was built without OpenCV's highgui");
+    if (!has_display())
+      throw Error("--live: there is no display (DISPLAY and WAYLAND_DISPLAY are not set)" + instead);
+    if (!media.display_answers())
+      throw Error("--live: the display does not let a window be opened" + instead);
+    window_ = media.window(title);
+  } catch (const io::NoMedia& missing) {
+    throw Error(std::string("--live: this build opens no window: ") + missing.what() + instead);
   }
 }
 
 LiveWindow::Key LiveWindow::wait(int ms) const {
-  const Key key = key_of(cv::waitKeyEx(std::max(1, ms)));
+  const Key key = key_of(window_->wait_ms(std::max(1, ms)));
   Interruption::check();
-  try {
-    if (cv::getWindowProperty(title_, cv::WND_PROP_VISIBLE) < 1) return Key::End;
-  } catch (const cv::Exception&) {
-    return Key::End;
-  }
-  return key;
+  return window_->is_open() ? key : Key::End;
 }
-
-void LiveWindow::put(const cv::Mat& picture) const {
-  cv::imshow(title_, picture);
-}
-
-void LiveWindow::fit(const cv::Mat& picture) const {
-  cv::resizeWindow(title_, picture.cols, picture.rows);
-}
-
-#else
-
-LiveWindow::LiveWindow(std::string title, bool paced) : title_(std::move(title)), paced_(paced) {
-  throw Error(
-      "--live: this build opens no window: it was built without OpenCV's highgui; --video FILE.mp4 "
-      "writes what it would show");
-}
-LiveWindow::~LiveWindow() = default;
-LiveWindow::Key LiveWindow::wait(int) const {
-  return Key::End;
-}
-void LiveWindow::put(const cv::Mat&) const {}
-void LiveWindow::fit(const cv::Mat&) const {}
-
-#endif
 
 int LiveWindow::ms_until(double timestamp_s) const {
   const std::chrono::duration<double> since_begin(timestamp_s);
@@ -138,10 +76,10 @@ bool LiveWindow::show(const cv::Mat& picture, double timestamp_s, double next_s)
   if (!began_)
     began_ = Clock::now() -
              std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timestamp_s));
-  if (last_.empty()) fit(picture);
+  if (last_.empty()) window_->resize(picture.size());
   last_.push_back(picture);
   if (last_.size() > kStepsBack) last_.pop_front();
-  put(picture);
+  window_->show(picture);
   if (paused_) return hold(Key::None);
   do {
     const Key key = wait(paced_ ? ms_until(next_s) : 1);
@@ -156,14 +94,14 @@ bool LiveWindow::hold(Key first) {
   const auto paused_at = Clock::now();
   std::size_t shown = last_.size() - 1;
   paused_ = true;
-  if (first == Key::Back && shown > 0) put(last_[--shown]);
+  if (first == Key::Back && shown > 0) window_->show(last_[--shown]);
   while (true) {
     const Key key = wait(kPaused_ms);
     if (key == Key::End) return false;
     if (key == Key::Pause) paused_ = false;
     if (key == Key::Pause || (key == Key::On && shown + 1 == last_.size())) break;
-    if (key == Key::Back && shown > 0) put(last_[--shown]);
-    if (key == Key::On) put(last_[++shown]);
+    if (key == Key::Back && shown > 0) window_->show(last_[--shown]);
+    if (key == Key::On) window_->show(last_[++shown]);
   }
   *began_ += Clock::now() - paused_at;
   return true;

@@ -4,9 +4,12 @@
 #include <chrono>
 #include <cstddef>
 #include <deque>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+
+#include "io/media.hpp"
 
 namespace dynfilter::command {
 
@@ -14,8 +17,7 @@ namespace dynfilter::command {
 class LiveWindow {
  public:
   /// Throws Error without a display, or if dynfilter was built without OpenCV's highgui.
-  LiveWindow(std::string title, bool paced);
-  ~LiveWindow();
+  LiveWindow(const std::string& title, bool paced);
   LiveWindow(const LiveWindow&) = delete;
   LiveWindow& operator=(const LiveWindow&) = delete;
 
@@ -35,10 +37,8 @@ class LiveWindow {
   Key wait(int ms) const;
   int ms_until(double timestamp_s) const;
   bool hold(Key first);
-  void put(const cv::Mat& picture) const;
-  void fit(const cv::Mat& picture) const;
 
-  std::string title_;
+  std::unique_ptr<io::PictureWindow> window_;
   bool paced_;  ///< a file plays at its own pace; a camera sets it itself
   bool paused_ = false;
   std::size_t dropped_ = 0;

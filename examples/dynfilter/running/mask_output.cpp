@@ -7,10 +7,11 @@
 #include <fstream>
 #include <map>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <system_error>
+
+#include "io/image_writer.hpp"
 
 namespace dynfilter::command {
 namespace {
@@ -106,8 +107,7 @@ void MaskOutput::finish(const io::Sequence& sequence, const std::vector<std::siz
 }
 
 void MaskOutput::write_image(const std::string& name, const cv::Mat& image) const {
-  const std::filesystem::path path = folder_.path() / name;
-  if (!cv::imwrite(path.string(), image)) throw IoError(path.string() + ": cannot write the picture");
+  io::write_image(folder_.path() / name, image);
 }
 
 /// nerfstudio reads masks only if every frame of transforms.json names its own.

@@ -8,18 +8,19 @@
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/dense/dense_mask.hpp>
+#include <dynfilter/detectors/image_file.hpp>
 #include <dynfilter/hosts/host_mask.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <system_error>
 #include <utility>
 
 #include "command_registry.hpp"
 #include "interruption.hpp"
+#include "io/image_writer.hpp"
 #include "io/sequence.hpp"
 #include "mask_output.hpp"
 #include "masks/instances.hpp"
@@ -194,7 +195,7 @@ class MaskRun {
       instances_ += image.instances.size();
     }
     size_ = frame.grey.size();
-    if (output_.wants_picture(k)) cv::imencode(".jpg", frame.colour, pictures_[k]);
+    if (output_.wants_picture(k)) pictures_[k] = io::encode_jpeg(frame.colour);
     tracker_.add(image);
   }
 
@@ -241,7 +242,7 @@ class MaskRun {
 
   cv::Mat picture_at(std::size_t k) const {
     const auto kept = pictures_.find(k);
-    return kept == pictures_.end() ? cv::Mat() : cv::imdecode(kept->second, cv::IMREAD_COLOR);
+    return kept == pictures_.end() ? cv::Mat() : io::detail::decode_image(kept->second, io::ImageAs::Colour);
   }
 
   /// `standing`: objects that are not masked, for the picture.

@@ -8,12 +8,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <ostream>
 #include <string>
 #include <utility>
 
+#include "io/image_writer.hpp"
 #include "io/trajectory.hpp"
 #include "pipeline_judge.hpp"
 #include "results_folder.hpp"
@@ -57,9 +57,7 @@ class RunOutput {
     picture.stages = judge.stages();
     const std::filesystem::path path = folder_.path() / "overlay" / fmt::format("{:06}.png", row.index);
     const cv::Mat drawn = overlay_.draw(picture);
-    if (!cv::imwrite(path.string(), drawn)) {
-      throw IoError(path.string() + ": cannot write the picture");
-    }
+    io::write_image(path, drawn);
     return drawn;
   }
 

@@ -12,11 +12,6 @@
 #include "io/atomic_file.hpp"
 #include "io/video_stream.hpp"
 
-#ifdef DYNFILTER_HAS_VIDEOIO
-#include <opencv2/core/utils/logger.hpp>
-#include <opencv2/videoio.hpp>
-#endif
-
 namespace dynfilter::command {
 namespace {
 
@@ -39,41 +34,14 @@ const Container* container_of(const std::filesystem::path& file) {
 
 }  // namespace
 
-#ifdef DYNFILTER_HAS_VIDEOIO
-
-class VideoOutput::Writer {
- public:
-  bool open(const std::filesystem::path& file, std::string_view codec, double rate_hz, cv::Size size) {
-    using namespace cv::utils::logging;
-    const LogLevel before = setLogLevel(LOG_LEVEL_SILENT);
-    const int code = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
-    const bool opened = writer_.open(file.string(), cv::CAP_ANY, code, rate_hz, size);
-    setLogLevel(before);
-    return opened;
-  }
-  void write(const cv::Mat& picture) { writer_.write(picture); }
-  void close() { writer_.release(); }
-
- private:
-  cv::VideoWriter writer_;
-};
-
-#else
-
-class VideoOutput::Writer {
- public:
-  bool open(const std::filesystem::path&, std::string_view, double, cv::Size) { return false; }
-  void write(const cv::Mat&) {}
-  void close() {}
-};
-
-#endif
-
 VideoOutput::VideoOutput(const std::string& file, bool force) : file_(file) {
   std::error_code error;
   const std::filesystem::path folder = file_.parent_path().empty() ? "." : file_.parent_path();
-  if (!io::VideoStream::built_in())
-    throw IoError("--video " + file + ": this build writes no video: it was built without OpenCV's videoio");
+  try {
+    media_ = &io::media();
+  } catch (const io::NoMedia& missing) {
+    throw IoError("--video " + file + ": this build writes no video: " + missing.what());
+  }
   if (container_of(file_) == nullptr)
     throw IoError("--video " + file + ": expected a name that ends with .mp4, .mov, .mkv or .avi");
   if (!std::filesystem::is_directory(folder, error))
@@ -93,7 +61,7 @@ VideoOutput::~VideoOutput() {
 
 void VideoOutput::open(const cv::Mat& picture, double rate_hz) {
   const cv::Size size(picture.cols / 2 * 2, (picture.rows + kRoom_px) / 2 * 2);  // codecs want even sizes
-  writer_ = std::make_unique<Writer>();
+  writer_ = media_->writer();
   page_.create(size, CV_8UC3);
   for (const std::string_view codec : container_of(file_)->codecs)
     if (writer_->open(partial_, codec, rate_hz, size)) return;

@@ -7,6 +7,8 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
+#include "io/media.hpp"
+
 namespace dynfilter::command {
 
 /// The annotated video of `--video`. The file appears after commit(), or not at all.
@@ -26,12 +28,11 @@ class VideoOutput {
   void commit();
 
  private:
-  class Writer;
-
   void open(const cv::Mat& picture, double rate_hz);
 
   std::filesystem::path file_, partial_;
-  std::unique_ptr<Writer> writer_;
+  const io::Media* media_ = nullptr;
+  std::unique_ptr<io::VideoWriter> writer_;
   cv::Mat page_;
   std::size_t frames_ = 0;
 };

@@ -3,7 +3,7 @@
 
 #include <cstdio>  // before jpeglib.h, which needs it
 #include <cstring>
-#include "c_decoder.hpp"
+#include "c_codec.hpp"
 #include "exif.hpp"
 
 #include <jpeglib.h>
@@ -12,7 +12,7 @@
 
 namespace dynfilter::io::detail {
 
-class JpegDecoder : private CDecoder {
+class JpegDecoder : private CCodec {
  public:
   JpegDecoder(const Bytes& bytes, ImageAs as) : bytes_(bytes), as_(as) {}
   JpegDecoder(const JpegDecoder&) = delete;

@@ -4,12 +4,12 @@
 #include <png.h>
 
 #include <cstring>
-#include "c_decoder.hpp"
+#include "c_codec.hpp"
 #include "exif.hpp"
 
 namespace dynfilter::io::detail {
 
-class PngDecoder : private CDecoder {
+class PngDecoder : private CCodec {
  public:
   PngDecoder(const Bytes& bytes, ImageAs as) : next_(bytes.data()), left_(bytes.size()), as_(as) {}
   PngDecoder(const PngDecoder&) = delete;

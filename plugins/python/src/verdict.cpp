@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <dynfilter/hosts/draw_verdict.hpp>
 #include <dynfilter/hosts/host_mask.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
 
 #include "arguments.hpp"
 #include "bindings.hpp"
+#include "io/image_writer.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -78,8 +78,8 @@ py::bytes png(const PyVerdict& self) {
   const py::object alive = self.image.is_none() ? py::none() : self.image();
   Images images;
   const cv::Mat background = alive.is_none() ? paper(self.keypoints) : images.colour("image", alive);
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", draw_verdict(background, self.keypoints, self.verdict), bytes);
+  const std::vector<std::uint8_t> bytes =
+      io::encode_png(draw_verdict(background, self.keypoints, self.verdict));
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 

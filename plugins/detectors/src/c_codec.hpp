@@ -9,16 +9,16 @@
 
 namespace dynfilter::io::detail {
 
-/// Calls of a C library whose errors must leave it by a long jump. What is allocated is freed by the
-/// destructor of the derived class, after the jump.
-class CDecoder {
+/// Calls of a C library, of its decoder or encoder, whose errors must leave it by a long jump. What is
+/// allocated is freed by the destructor of the derived class, after the jump.
+class CCodec {
  public:
-  CDecoder() = default;
-  CDecoder(const CDecoder&) = delete;
-  CDecoder& operator=(const CDecoder&) = delete;
+  CCodec() = default;
+  CCodec(const CCodec&) = delete;
+  CCodec& operator=(const CCodec&) = delete;
 
  protected:
-  ~CDecoder() = default;
+  ~CCodec() = default;
 
   /// Throws ImageFault if one of the calls left. They must not throw, and have no variables with destructors.
   template <class Calls>
