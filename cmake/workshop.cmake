@@ -5,7 +5,7 @@ set(workshop_dir "${PROJECT_SOURCE_DIR}/examples/dynfilter")
 file(GLOB workshop_sources CONFIGURE_DEPENDS
   "${workshop_dir}/io/*.cpp" "${workshop_dir}/eval/*.cpp" "${workshop_dir}/render/*.cpp")
 add_library(dynfilter_workshop STATIC ${workshop_sources})
-set_target_properties(dynfilter_workshop PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 20
+set_target_properties(dynfilter_workshop PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 40
   POSITION_INDEPENDENT_CODE ON)  # the Python package links it
 target_include_directories(dynfilter_workshop PUBLIC "${workshop_dir}"
   PRIVATE "${PROJECT_SOURCE_DIR}/plugins/detectors/src")  # writes images by the libraries that read them

@@ -127,7 +127,12 @@ if [ "$mode" != quick ]; then
     run_tests clang-more clang
   fi
   build asan-ubsan
-  if [ "$mode" = long ]; then run_tests asan-ubsan-all asan-ubsan; else run_tests asan-ubsan; fi
+  if [ "$mode" = long ]; then
+    build_targets asan-ubsan-all || not_built asan-ubsan-all
+    run_tests asan-ubsan-all asan-ubsan
+  else
+    run_tests asan-ubsan
+  fi
   if [ "$mode" = long ]; then
     build_and_test asan-ubsan-gcc
     build_and_test tsan

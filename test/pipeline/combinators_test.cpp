@@ -9,7 +9,8 @@
 #include <dynfilter/pipeline/compose.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
 
-#include <dynfilter/pipeline/combinator_table.hpp>
+#include <dynfilter/pipeline/temporal_stage.hpp>
+#include <dynfilter/pipeline/vote_stage.hpp>
 #include <memory>
 #include <stdexcept>
 #include <string>

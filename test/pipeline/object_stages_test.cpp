@@ -12,7 +12,9 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include <dynfilter/pipeline/combinator_table.hpp>
+#include <dynfilter/pipeline/cluster_expand.hpp>
+#include <dynfilter/pipeline/depth_layers.hpp>
+#include <dynfilter/pipeline/object_vote.hpp>
 
 #include "doctest/doctest.h"
 #include "fakes.hpp"

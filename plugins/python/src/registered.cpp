@@ -22,7 +22,7 @@ std::vector<FilterCard> cards() {
   return list;
 }
 
-std::string text_of(const FilterCard& card) {
+std::string card_text(const FilterCard& card) {
   std::string text = card.name + ": " + card.summary + "\nneeds: " + to_string(card.needs.required);
   for (const FieldInfo& p : card.parameters) {
     text += "\n  " + p.name + " = " + p.default_value;
@@ -65,7 +65,7 @@ void bind_registry(py::module_& module) {
       .def_readonly("summary", &FilterCard::summary)
       .def_readonly("parameters", &FilterCard::parameters)
       .def_property_readonly("needs", [](const FilterCard& card) { return to_string(card.needs.required); })
-      .def("__str__", &text_of)
+      .def("__str__", &card_text)
       .def("__repr__", [](const FilterCard& card) { return "FilterCard(" + card.name + ")"; });
   module.def("filter_cards", &cards,
              "Cards of all filters: of the toolkit, of plugins and written in Python.");

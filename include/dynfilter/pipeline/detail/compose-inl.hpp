@@ -5,7 +5,6 @@
 
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/pipeline/cluster_expand.hpp>
-#include <dynfilter/pipeline/combinator_table.hpp>
 #include <dynfilter/pipeline/depth_layers.hpp>
 #include <dynfilter/pipeline/logic_stages.hpp>
 #include <dynfilter/pipeline/object_vote.hpp>
