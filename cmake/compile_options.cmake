@@ -37,6 +37,11 @@ if(DYNFILTER_SANITIZERS)
     # What object-size finds is an address that is wrong or an index that is: a seventh of the compile time.
     target_compile_options(dynfilter_compile_options INTERFACE -fno-sanitize-recover=all -fno-sanitize=object-size
       -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/test/sanitizers/not_ours.txt)
+    find_program(DYNFILTER_LLD ld.lld)
+    mark_as_advanced(DYNFILTER_LLD)
+    if(DYNFILTER_LLD)  # a fifth of the time
+      target_link_options(dynfilter_compile_options INTERFACE -fuse-ld=lld)
+    endif()
   else()
     target_compile_options(dynfilter_compile_options INTERFACE -fno-sanitize-recover=undefined
       -Wno-maybe-uninitialized -Wno-tsan)  # GCC's manual: the sanitizers make it see what is not there

@@ -15,7 +15,7 @@ if(NOT PNG_FOUND OR NOT JPEG_FOUND)
   return()
 endif()
 dynfilter_source_library(detectors detectors COMPONENTS semantic OPENCV imgproc LINK PNG::PNG JPEG::JPEG
-  SOURCES bmp_image child_process class_list detections exif file_provider image_file jpeg_image message_stream png_image pnm_image
+  SOURCES bmp_image child_process class_list detections exif file_provider image_encoder image_file jpeg_image message_stream png_image pnm_image
     process_protocol process_provider)
 find_package(OpenCV QUIET OPTIONAL_COMPONENTS dnn)
 if(TARGET opencv_dnn)

@@ -4,7 +4,7 @@
 build_packages="cmake g++ ninja-build ccache pkg-config libopencv-dev libeigen3-dev libpng-dev libjpeg-dev
   libflann-dev liblz4-dev libceres-dev libcli11-dev nlohmann-json3-dev libfmt-dev"
 test_packages="doctest-dev libbenchmark-dev clang-format clang-tidy python3-yaml"
-clang_packages="clang libclang-rt-14-dev abigail-tools"  # fuzz targets, other compilers, the facade's ABI
+clang_packages="clang lld libclang-rt-14-dev abigail-tools"  # fuzz targets, other compilers, the facade's ABI
 browser_packages="chromium python3"
 reference_packages="doxygen"  # pages of the API
 window_packages="xvfb xauth imagemagick"  # a window without a display, and its picture

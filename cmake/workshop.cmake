@@ -7,15 +7,18 @@ file(GLOB workshop_sources CONFIGURE_DEPENDS
 add_library(dynfilter_workshop STATIC ${workshop_sources})
 set_target_properties(dynfilter_workshop PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 40
   POSITION_INDEPENDENT_CODE ON)  # the Python package links it
-target_include_directories(dynfilter_workshop PUBLIC "${workshop_dir}"
-  PRIVATE "${PROJECT_SOURCE_DIR}/plugins/detectors/src")  # writes images by the libraries that read them
+target_include_directories(dynfilter_workshop PUBLIC "${workshop_dir}")
 target_link_libraries(dynfilter_workshop PUBLIC dynfilter::detectors dynfilter::mapping dynfilter::inertial opencv_imgproc
   ${CMAKE_DL_LIBS} PRIVATE dynfilter_compile_options)
 
-# Videos and windows are a module, which is loaded when one is asked for. What is built from here on finds it in the build tree.
+# Videos and windows are a module, which is loaded when one is asked for.
+# dynfilter_reads_videos(TARGET): finds it in the build tree. An installation has paths of its own.
+function(dynfilter_reads_videos name)
+  if(TARGET dynfilter_media)
+    set_target_properties(${name} PROPERTIES BUILD_RPATH "${PROJECT_BINARY_DIR}/media")
+  endif()
+endfunction()
 if(TARGET opencv_videoio)
-  set(media_dir "${PROJECT_BINARY_DIR}/media")
-  set(CMAKE_BUILD_RPATH "${media_dir}")
   add_library(dynfilter_media MODULE "${workshop_dir}/media/module.cpp" "${workshop_dir}/media/video.cpp")
   target_link_libraries(dynfilter_media PRIVATE dynfilter::core dynfilter_compile_options opencv_imgproc opencv_videoio)
   if(TARGET opencv_highgui)
@@ -24,7 +27,7 @@ if(TARGET opencv_videoio)
     target_compile_definitions(dynfilter_media PRIVATE DYNFILTER_HAS_HIGHGUI)
   endif()
   target_include_directories(dynfilter_media PRIVATE "${workshop_dir}")
-  set_target_properties(dynfilter_media PROPERTIES LIBRARY_OUTPUT_DIRECTORY "${media_dir}" UNITY_BUILD ON
+  set_target_properties(dynfilter_media PROPERTIES LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/media" UNITY_BUILD ON
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   target_compile_definitions(dynfilter_workshop PRIVATE DYNFILTER_HAS_VIDEOIO)
   add_dependencies(dynfilter_workshop dynfilter_media)

@@ -5,6 +5,7 @@
 
 #include "doctest/doctest.h"
 #include "render/sequence_renderer.hpp"
+#include "support/slow_build.hpp"
 
 namespace sensor_sequence_test {
 
@@ -13,11 +14,7 @@ using namespace dynfilter::render;
 
 namespace {
 
-#ifdef DYNFILTER_SLOW_BUILD  // under the sanitizers: one scene stands for all
-constexpr bool kSlowBuild = true;
-#else
-constexpr bool kSlowBuild = false;
-#endif
+using dynfilter_test::kSlowBuild;
 
 SequenceOptions quiet(const std::string& scene) {
   SequenceOptions options;

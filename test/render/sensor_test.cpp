@@ -6,17 +6,14 @@
 #include "render/colour_sensor.hpp"
 #include "render/sequence_renderer.hpp"
 #include "render/shutter.hpp"
+#include "support/slow_build.hpp"
 
 namespace sensor_test {
 
 using namespace dynfilter;
 using namespace dynfilter::render;
 
-#ifdef DYNFILTER_SLOW_BUILD  // under the sanitizers: one scene stands for all
-constexpr bool kSlowBuild = true;
-#else
-constexpr bool kSlowBuild = false;
-#endif
+using dynfilter_test::kSlowBuild;
 
 TEST_CASE("every row gets all of its light, and around its own time") {
   constexpr int kRows = 480;

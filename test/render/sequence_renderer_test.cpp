@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/sequence_renderer.hpp"
 #include "doctest/doctest.h"
+#include "support/slow_build.hpp"
 
 #include <cmath>
 #include <dynfilter/core/error.hpp>
@@ -17,11 +18,7 @@ using namespace dynfilter::render;
 
 namespace {
 
-#ifdef DYNFILTER_SLOW_BUILD  // under the sanitizers: a few scenes stand for all
-constexpr bool kSlowBuild = true;
-#else
-constexpr bool kSlowBuild = false;
-#endif
+using dynfilter_test::kSlowBuild;
 
 SequenceOptions of_scene(const std::string& scene, std::uint64_t seed = 1) {
   SequenceOptions options;

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/detectors/detections.hpp>
+#include <dynfilter/detectors/image_encoder.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -23,7 +24,6 @@
 #include "command.hpp"
 #include "eval/statistics.hpp"
 #include "io/detections_writer.hpp"
-#include "io/image_writer.hpp"
 #include "io/sequence.hpp"
 #include "io/sequence_source.hpp"
 #include "run_options.hpp"

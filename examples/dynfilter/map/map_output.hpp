@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/detectors/image_encoder.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 #include <dynfilter/mapping/mapping_thread.hpp>
 #include <filesystem>
@@ -17,7 +18,6 @@
 #include <vector>
 
 #include "io/atomic_file.hpp"
-#include "io/image_writer.hpp"
 #include "io/output_lock.hpp"
 #include "io/ply.hpp"
 #include "map_picture.hpp"

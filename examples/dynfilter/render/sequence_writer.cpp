@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/detectors/image_encoder.hpp>
 #include <opencv2/imgproc.hpp>
 #include <ostream>
 #include <system_error>
@@ -11,7 +12,6 @@
 #include "io/atomic_file.hpp"
 #include "io/atomic_folder.hpp"
 #include "io/camera_writer.hpp"
-#include "io/image_writer.hpp"
 
 namespace dynfilter::render {
 

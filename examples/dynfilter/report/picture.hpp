@@ -5,11 +5,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/detectors/image_encoder.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "io/image_writer.hpp"
 
 namespace dynfilter::command::report {
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/detectors/image_encoder.hpp>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -11,7 +12,6 @@
 #include <set>
 #include <system_error>
 
-#include "io/image_writer.hpp"
 
 namespace dynfilter::command {
 namespace {

@@ -8,6 +8,7 @@
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/dense/dense_mask.hpp>
+#include <dynfilter/detectors/image_encoder.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 #include <dynfilter/hosts/host_mask.hpp>
 #include <filesystem>
@@ -20,7 +21,6 @@
 
 #include "command_registry.hpp"
 #include "interruption.hpp"
-#include "io/image_writer.hpp"
 #include "io/sequence.hpp"
 #include "mask_output.hpp"
 #include "masks/instances.hpp"

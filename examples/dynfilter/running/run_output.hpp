@@ -5,6 +5,7 @@
 #include <fmt/ostream.h>
 
 #include <cstddef>
+#include <dynfilter/detectors/image_encoder.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -13,7 +14,6 @@
 #include <string>
 #include <utility>
 
-#include "io/image_writer.hpp"
 #include "io/trajectory.hpp"
 #include "pipeline_judge.hpp"
 #include "results_folder.hpp"

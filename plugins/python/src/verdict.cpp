@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <dynfilter/detectors/image_encoder.hpp>
 #include <dynfilter/hosts/draw_verdict.hpp>
 #include <dynfilter/hosts/host_mask.hpp>
 #include <optional>
@@ -11,7 +12,6 @@
 
 #include "arguments.hpp"
 #include "bindings.hpp"
-#include "io/image_writer.hpp"
 
 namespace dynfilter::python {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "io/image_writer.hpp"
 
 #include <dynfilter/core/error.hpp>
+#include <dynfilter/detectors/image_encoder.hpp>
 #include <dynfilter/detectors/image_file.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -9,6 +9,8 @@
 
 #include "doctest/doctest.h"
 #include "io/tum_folder.hpp"
+
+namespace image_encoder_test {
 
 using namespace dynfilter;
 
@@ -88,3 +90,5 @@ TEST_CASE("the name of the file says what is written") {
   CHECK(equal(io::read_image(folder.path() / "2.jpg", io::ImageAs::Colour),
               cv::imdecode(io::encode_jpeg(image), cv::IMREAD_COLOR)));
 }
+
+}  // namespace image_encoder_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/image_writer.hpp"
+#include <dynfilter/detectors/image_encoder.hpp>
 
 #include <png.h>
 #include <zlib.h>
