@@ -10,7 +10,6 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-
 namespace dynfilter::command::report {
 
 /// Bytes of all pictures of a report. In base64 they are a third more. With maps and rows the page stays
