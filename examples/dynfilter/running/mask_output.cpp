@@ -12,7 +12,6 @@
 #include <set>
 #include <system_error>
 
-
 namespace dynfilter::command {
 namespace {
 
