@@ -39,7 +39,7 @@ if(DYNFILTER_SANITIZERS)
       -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/test/sanitizers/not_ours.txt)
     find_program(DYNFILTER_LLD ld.lld)
     mark_as_advanced(DYNFILTER_LLD)
-    if(DYNFILTER_LLD)  # a fifth of the time
+    if(DYNFILTER_LLD)  # links in less than half of the time
       target_link_options(dynfilter_compile_options INTERFACE -fuse-ld=lld)
     endif()
   else()

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/detectors/image_encoder.hpp>
 #include <dynfilter/detectors/image_file.hpp>

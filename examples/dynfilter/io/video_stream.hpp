@@ -26,7 +26,7 @@ class VideoStream {
   /// What is accepted, for errors.
   static std::string accepted();
 
-  /// Throws IoError if no image of the file can be decoded, or if there is no OpenCV's videoio.
+  /// Throws IoError if no image of the file can be decoded, and without OpenCV's videoio.
   static std::shared_ptr<VideoStream> of_file(const std::filesystem::path& path);
 
   /// `address`: the number of a camera, its device file, or a stream's address.

@@ -38,7 +38,7 @@ VideoOutput::VideoOutput(const std::string& file, bool force) : file_(file) {
   std::error_code error;
   const std::filesystem::path folder = file_.parent_path().empty() ? "." : file_.parent_path();
   try {
-    media_ = &io::media();
+    io::media();
   } catch (const io::NoMedia& missing) {
     throw IoError("--video " + file + ": this build writes no video: " + missing.what());
   }
@@ -61,7 +61,7 @@ VideoOutput::~VideoOutput() {
 
 void VideoOutput::open(const cv::Mat& picture, double rate_hz) {
   const cv::Size size(picture.cols / 2 * 2, (picture.rows + kRoom_px) / 2 * 2);  // codecs want even sizes
-  writer_ = media_->writer();
+  writer_ = io::media().writer();
   page_.create(size, CV_8UC3);
   for (const std::string_view codec : container_of(file_)->codecs)
     if (writer_->open(partial_, codec, rate_hz, size)) return;

@@ -31,7 +31,6 @@ class VideoOutput {
   void open(const cv::Mat& picture, double rate_hz);
 
   std::filesystem::path file_, partial_;
-  const io::Media* media_ = nullptr;
   std::unique_ptr<io::VideoWriter> writer_;
   cv::Mat page_;
   std::size_t frames_ = 0;

@@ -26,6 +26,11 @@ class CCodec {
     if (!returns(calls)) throw ImageFault(fault_.data());
   }
 
+  static bool little_endian() {
+    const unsigned short one = 1;
+    return *reinterpret_cast<const unsigned char*>(&one) == 1;
+  }
+
   [[noreturn]] void leave(const char* fault) {
     std::snprintf(fault_.data(), fault_.size(), "%s", fault);
     std::longjmp(target_, 1);

@@ -56,11 +56,6 @@ class PngEncoder : private detail::CCodec {
     png_set_compression_strategy(png_, Z_RLE);
   }
 
-  static bool little_endian() {
-    const unsigned short one = 1;
-    return *reinterpret_cast<const unsigned char*>(&one) == 1;
-  }
-
   static void on_error(png_structp png, png_const_charp message) {
     static_cast<PngEncoder*>(png_get_error_ptr(png))->leave(message);
   }

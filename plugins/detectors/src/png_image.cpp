@@ -112,13 +112,6 @@ class PngDecoder : private CCodec {
     return kUpright;
   }
 
-  static bool little_endian() {
-    const unsigned short one = 1;
-    unsigned char first = 0;
-    std::memcpy(&first, &one, 1);
-    return first == 1;
-  }
-
   static void on_error(png_structp png, png_const_charp message) {
     static_cast<PngDecoder*>(png_get_error_ptr(png))->leave_damaged("libpng", message);
   }
