@@ -10,7 +10,7 @@
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/sampling.hpp>
-#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
 

@@ -8,7 +8,7 @@
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/detail/two_view_solvers.hpp>
 #include <dynfilter/geometry/sampling.hpp>
-#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
 #include <vector>
 
 #include "ratio.hpp"

@@ -107,7 +107,7 @@ TEST_CASE("bail-out: a cost that is returned is the full cost, and none better t
   points.pack(scene.reference, scene.current, scene.all());
   const double tau2 = std::pow(points.scale(), 2), inf = std::numeric_limits<double>::infinity();
   const Matrix9 in_px = geometry_test::fundamental_from_pose(geometry_test::camera(), recipe.motion);
-  const Eigen::Matrix3d px = Eigen::Map<const RowMatrix3d>(in_px.data());
+  const Eigen::Matrix3d px = detail::rows(in_px);
   const Eigen::Matrix3d F = points.T2().inverse().transpose() * px * points.T1().inverse();
   double twin = 0;
   for (std::size_t i = 0; i < points.count(); ++i) {

@@ -197,7 +197,7 @@ TEST_CASE("two views: exact matches give the analytic F, and the exact rotation"
   const Eigen::Matrix3d K = detail::camera_matrix(cam);
   Eigen::Matrix3d H = K * recipe.motion.R() * K.inverse();
   H /= H(2, 2);
-  CHECK((Eigen::Map<const detail::RowMatrix3d>(rotation.H.data()) - H).cwiseAbs().maxCoeff() < 0.01);
+  CHECK((detail::rows(rotation.H) - H).cwiseAbs().maxCoeff() < 0.01);
   CHECK(truth != Matrix9{});
 }
 

@@ -15,7 +15,7 @@ using Seen = MoverForecast::Seen;
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-const Eigen::Vector3f kUnknown(kNan, kNan, kNan);
+const cv::Point3f kUnknown(kNan, kNan, kNan);
 
 Camera camera() {
   Camera c;
@@ -24,16 +24,16 @@ Camera camera() {
   c.width_px = 1240, c.height_px = 370;
   return c;
 }
-cv::Point2f pixel(const Eigen::Vector3f& point_m) {
-  return {700 * point_m.x() / point_m.z() + 600, 700 * point_m.y() / point_m.z() + 180};
+cv::Point2f pixel(const cv::Point3f& point_m) {
+  return {700 * point_m.x / point_m.z + 600, 700 * point_m.y / point_m.z + 180};
 }
 /// Two features of a car in one cell of 2 m.
-std::vector<Seen> car(const Eigen::Vector3f& at_m, const Eigen::Vector3f& velocity_mps) {
-  return {{at_m, velocity_mps, 8, true}, {at_m + Eigen::Vector3f(0.2F, 0, 0), velocity_mps, 8, true}};
+std::vector<Seen> car(const cv::Point3f& at_m, const cv::Point3f& velocity_mps) {
+  return {{at_m, velocity_mps, 8, true}, {at_m + cv::Point3f(0.2F, 0, 0), velocity_mps, 8, true}};
 }
 const Pose kStill = Pose::from(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
 constexpr float kNear_m = 0.5F;
-const Eigen::Vector3f kAt_m(-1.8F, 0.5F, 10.5F), kVelocity_mps(0, 0, -15);
+const cv::Point3f kAt_m(-1.8F, 0.5F, 10.5F), kVelocity_mps(0, 0, -15);
 
 }  // namespace
 
@@ -41,7 +41,7 @@ TEST_CASE("mover_forecast: a mover is expected where its velocity takes it, with
   MoverForecast forecast;
   forecast.learn(car(kAt_m, kVelocity_mps));
   forecast.advance(kStill, camera(), 0.1);
-  const Eigen::Vector3f there_m(-1.8F, 0.5F, 9);
+  const cv::Point3f there_m(-1.8F, 0.5F, 9);
   CHECK(forecast.evidence(pixel(there_m), 9, kNear_m) == doctest::Approx(8 * std::exp(-0.1 / 0.45)));
   CHECK(forecast.evidence(pixel(there_m), 10.5F, kNear_m) == 0.0F);  // another depth
   CHECK(forecast.evidence(pixel(there_m) + cv::Point2f(300, 0), 9, kNear_m) == 0.0F);
@@ -84,7 +84,7 @@ TEST_CASE("mover_forecast: one measured velocity may be a mismatch, a median is 
   forecast.learn({{kAt_m, kVelocity_mps, 8, true}});
   forecast.advance(kStill, camera(), 0.1);
   CHECK(forecast.evidence(pixel({-1.8F, 0.5F, 9}), 9, kNear_m) == 0.0F);
-  CHECK(forecast.evidence(pixel(kAt_m), kAt_m.z(), kNear_m) == 0.0F);
+  CHECK(forecast.evidence(pixel(kAt_m), kAt_m.z, kNear_m) == 0.0F);
 
   std::vector<Seen> seen = car(kAt_m, kVelocity_mps);
   seen.push_back({kAt_m, {200, 200, 200}, 8, true});
@@ -100,14 +100,14 @@ TEST_CASE("mover_forecast: what stands still beside a mover lowers what is expec
   for (int k = 0; k < 6; ++k) seen.push_back({kAt_m, kUnknown, -4, false});
   among.learn(seen);
   for (MoverForecast* forecast : {&alone, &among}) forecast->advance(kStill, camera(), 0.1);
-  CHECK(alone.evidence(pixel(kAt_m), kAt_m.z(), kNear_m) > 5.0F);
-  CHECK(among.evidence(pixel(kAt_m), kAt_m.z(), kNear_m) < 0.0F);
+  CHECK(alone.evidence(pixel(kAt_m), kAt_m.z, kNear_m) > 5.0F);
+  CHECK(among.evidence(pixel(kAt_m), kAt_m.z, kNear_m) < 0.0F);
 }
 
 TEST_CASE("mover_forecast: the order of the features does not matter, and odd points are nowhere") {
   std::vector<Seen> seen = car(kAt_m, kVelocity_mps);
   for (int k = 0; k < 5; ++k)
-    seen.push_back({kAt_m + Eigen::Vector3f(0.03F * static_cast<float>(k), 0, 0),
+    seen.push_back({kAt_m + cv::Point3f(0.03F * static_cast<float>(k), 0, 0),
                     kVelocity_mps * (1 + 0.01F * static_cast<float>(k)), 2.0F + static_cast<float>(k), true});
   seen.push_back({{0, 0, 0.5F}, {0, 0, -10}, 8, true});  // passes behind the camera
   seen.push_back({{0.1F, 0, 0.5F}, {0, 0, -10}, 8, true});

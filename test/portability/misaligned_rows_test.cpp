@@ -47,8 +47,8 @@ TEST_CASE("rigid motion: rows at every address score and add up to the same bits
       apart.wide = wide;
       CHECK(apart.block_score(m, 1 / 11.34F, 0, end) == score);
       const detail::RigidNormal found = accumulate_rigid(apart, 12.25, points.count, T);
-      CHECK(found.matrix() == normal.matrix());
-      CHECK(found.gradient() == normal.gradient());
+      CHECK(found.matrix == normal.matrix);
+      CHECK(found.gradient == normal.gradient);
       CHECK(found.cost == normal.cost);
     }
   }

@@ -5,7 +5,6 @@
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/yaml.hpp>
 #include <initializer_list>
-#include <memory>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -20,36 +19,29 @@ struct FieldInfo {
 
 namespace detail {
 
-class FieldType;  // how one type of parameter is read, printed and checked
+enum class FieldKind { Real, Integer, Flag, Text, Words, Reals, Integers, Choice, Group };
 
-/// A parameter of any struct, at `offset` bytes from the struct's start. `p` is the struct.
+struct AnyField;
+using AnyFields = std::vector<AnyField>;
+
+/// A parameter of any struct, at `offset` bytes from the struct's start. `p` is the struct. Literals and
+/// numbers only, because every struct's table is code in each file that has it.
 struct AnyField {
-  FieldInfo info;  ///< describe_parameters() fills default_value
-  std::size_t offset = 0;
-  std::shared_ptr<const FieldType> type;
+  FieldKind kind;
+  const char *name, *unit, *doc;
+  std::size_t offset;
+  double min = 0, max = 0;                ///< of a number
+  const AnyFields& (*group)() = nullptr;  ///< of a nested map
+  /// Words, and the enumerators as numbers, up to the first null.
+  static constexpr std::size_t kMostChoices = 8;
+  std::pair<const char*, int> choices[kMostChoices] = {};
 
   /// Throws ConfigError for a wrong type and for a value out of range.
   void read(void* p, const YamlNode& node) const;
   void check(const void* p, const std::string& path) const;
   std::string print(const void* p) const;
+  FieldInfo info(const void* defaults) const;
 };
-using AnyFields = std::vector<AnyField>;
-
-// One function for all structs and for each type of parameter.
-AnyField real_field(const char* name, std::size_t offset, const char* unit, double min, double max,
-                    const char* doc);
-AnyField integer_field(const char* name, std::size_t offset, const char* unit, int min, int max,
-                       const char* doc);
-AnyField flag_field(const char* name, std::size_t offset, const char* doc);
-AnyField text_field(const char* name, std::size_t offset, const char* doc);
-AnyField words_field(const char* name, std::size_t offset, const char* doc);
-AnyField reals_field(const char* name, std::size_t offset, const char* unit, double min, double max,
-                     const char* doc);
-AnyField integers_field(const char* name, std::size_t offset, int min, int max, const char* doc);
-/// For an enumeration whose underlying type is int. `count` words and their values.
-AnyField choice_field(const char* name, std::size_t offset, const char* const* words, const int* values,
-                      std::size_t count, const char* doc);
-AnyField group_field(const char* name, std::size_t offset, const AnyFields& (*fields)(), const char* doc);
 
 void include_all(AnyFields& table, const AnyFields& added, std::size_t offset);
 void check_all(const AnyFields& table, const void* p, const std::string& path);
@@ -66,11 +58,11 @@ std::size_t offset_of(T P::*member) {
 
 }  // namespace detail
 
-/// One parameter of a plain struct P: name, member, unit, range and meaning.
+/// One parameter of a plain struct P: name, member, unit, range and meaning. Texts are literals.
 /// The YAML reader, the range check, the cards and the docs all use the table `P::fields()`.
 template <class P>
 struct Field : detail::AnyField {
-  explicit Field(detail::AnyField field) : detail::AnyField(std::move(field)) {}
+  explicit Field(const detail::AnyField& field) : detail::AnyField(field) {}
 };
 
 /// The parameters of a plain struct P.
@@ -81,7 +73,7 @@ class FieldTable {
   /// In the order in which cards and pages list them.
   FieldTable(std::initializer_list<Field<P>> fields) : all_(fields.begin(), fields.end()) {}
   /// Appends one, after those of the table.
-  void push_back(Field<P> field) { all_.push_back(std::move(field)); }
+  void push_back(const Field<P>& field) { all_.push_back(field); }
   const detail::AnyFields& all() const { return all_; }  ///< for readers of YAML and for cards
   detail::AnyFields& all() { return all_; }
 
@@ -99,32 +91,36 @@ struct Range {
 /// The functions below do the same for other types.
 template <class P>
 Field<P> real(const char* name, double P::*member, const char* unit, Range<double> range, const char* doc) {
-  return Field<P>(detail::real_field(name, detail::offset_of(member), unit, range.min, range.max, doc));
+  return Field<P>(
+      {detail::FieldKind::Real, name, unit, doc, detail::offset_of(member), range.min, range.max});
 }
 template <class P>
 Field<P> integer(const char* name, int P::*member, const char* unit, Range<int> range, const char* doc) {
-  return Field<P>(detail::integer_field(name, detail::offset_of(member), unit, range.min, range.max, doc));
+  return Field<P>({detail::FieldKind::Integer, name, unit, doc, detail::offset_of(member),
+                   static_cast<double>(range.min), static_cast<double>(range.max)});
 }
 template <class P>
 Field<P> flag(const char* name, bool P::*member, const char* doc) {
-  return Field<P>(detail::flag_field(name, detail::offset_of(member), doc));
+  return Field<P>({detail::FieldKind::Flag, name, "", doc, detail::offset_of(member)});
 }
 template <class P>
 Field<P> text(const char* name, std::string P::*member, const char* doc) {
-  return Field<P>(detail::text_field(name, detail::offset_of(member), doc));
+  return Field<P>({detail::FieldKind::Text, name, "", doc, detail::offset_of(member)});
 }
 template <class P>
 Field<P> words(const char* name, std::vector<std::string> P::*member, const char* doc) {
-  return Field<P>(detail::words_field(name, detail::offset_of(member), doc));
+  return Field<P>({detail::FieldKind::Words, name, "", doc, detail::offset_of(member)});
 }
 template <class P>
 Field<P> reals(const char* name, std::vector<double> P::*member, const char* unit, Range<double> range,
                const char* doc) {
-  return Field<P>(detail::reals_field(name, detail::offset_of(member), unit, range.min, range.max, doc));
+  return Field<P>(
+      {detail::FieldKind::Reals, name, unit, doc, detail::offset_of(member), range.min, range.max});
 }
 template <class P>
 Field<P> integers(const char* name, std::vector<int> P::*member, Range<int> range, const char* doc) {
-  return Field<P>(detail::integers_field(name, detail::offset_of(member), range.min, range.max, doc));
+  return Field<P>({detail::FieldKind::Integers, name, "", doc, detail::offset_of(member),
+                   static_cast<double>(range.min), static_cast<double>(range.max)});
 }
 
 /// A word that selects one value of an enumeration, and its value.
@@ -135,24 +131,22 @@ struct Choice {
 };
 
 /// One of several words.
-template <class P, class E>
-Field<P> choice(const char* name, E P::*member, std::initializer_list<Choice<E>> choices, const char* doc) {
+template <class P, class E, std::size_t kCount>
+Field<P> choice(const char* name, E P::*member, const Choice<E> (&choices)[kCount], const char* doc) {
   static_assert(std::is_same<std::underlying_type_t<E>, int>::value, "an enumeration of int");
-  std::vector<const char*> words;
-  std::vector<int> values;
-  for (const Choice<E>& c : choices) {
-    words.push_back(c.word);
-    values.push_back(static_cast<int>(c.value));
-  }
-  return Field<P>(
-      detail::choice_field(name, detail::offset_of(member), words.data(), values.data(), words.size(), doc));
+  static_assert(kCount <= detail::AnyField::kMostChoices, "more words than a field has room for");
+  detail::AnyField field{detail::FieldKind::Choice, name, "", doc, detail::offset_of(member)};
+  for (std::size_t k = 0; k < kCount; ++k)
+    field.choices[k] = {choices[k].word, static_cast<int>(choices[k].value)};
+  return Field<P>(field);
 }
 
 /// A nested map with its own parameters.
 template <class P, class S>
 Field<P> group(const char* name, S P::*member, const char* doc) {
-  const auto fields = []() -> const detail::AnyFields& { return S::fields().all(); };
-  return Field<P>(detail::group_field(name, detail::offset_of(member), fields, doc));
+  detail::AnyField field{detail::FieldKind::Group, name, "", doc, detail::offset_of(member)};
+  field.group = []() -> const detail::AnyFields& { return S::fields().all(); };
+  return Field<P>(field);
 }
 
 /// Adds the parameters of a member struct to P's own.

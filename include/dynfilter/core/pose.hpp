@@ -17,16 +17,18 @@ struct Pose {
   /// From the rotation and the translation [m].
   static Pose from(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
     Pose pose;
-    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.rotation.data()) = R;
-    Eigen::Map<Eigen::Vector3d>(pose.translation_m.data()) = t;
+    for (Eigen::Index k = 0; k < 9; ++k) pose.rotation[static_cast<std::size_t>(k)] = R(k / 3, k % 3);
+    pose.translation_m = {t.x(), t.y(), t.z()};
     return pose;
   }
   static Pose from(const Eigen::Isometry3d& T) { return from(T.linear(), T.translation()); }  ///< in metres
   /// Rotation matrix.
   Eigen::Matrix3d R() const {
-    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation.data());
+    Eigen::Matrix3d R;
+    for (Eigen::Index k = 0; k < 9; ++k) R(k / 3, k % 3) = rotation[static_cast<std::size_t>(k)];
+    return R;
   }
-  Eigen::Vector3d t() const { return Eigen::Map<const Eigen::Vector3d>(translation_m.data()); }  ///< [m]
+  Eigen::Vector3d t() const { return {translation_m[0], translation_m[1], translation_m[2]}; }  ///< [m]
   /// As Eigen's transform, in metres.
   Eigen::Isometry3d isometry() const {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -39,7 +41,8 @@ struct Pose {
 /// T_b_a.
 inline Pose inverse(const Pose& T_a_b) {
   const Eigen::Matrix3d Rt = T_a_b.R().transpose();
-  return Pose::from(Rt, -(Rt * T_a_b.t()));
+  const Eigen::Vector3d t = Rt * T_a_b.t();
+  return Pose::from(Rt, {-t.x(), -t.y(), -t.z()});
 }
 
 /// T_a_c = T_a_b * T_b_c

@@ -51,6 +51,9 @@ class FrameCleaner {
   void drop(bool unusable, const char* note, Member& member);
   template <class Member>
   void drop_input(bool unusable, const char* what, Member& member);
+  void note_wrong(const char* what) {
+    notes_.push_back(std::string(what) + " cannot be used: wrong size or type");
+  }
   void drop_odd_arrays(FrameView& frame);
   void drop_odd_images(FrameView& frame);
 
@@ -114,7 +117,7 @@ void FrameCleaner::drop(bool unusable, const char* note, Member& member) {
 template <class Member>
 void FrameCleaner::drop_input(bool unusable, const char* what, Member& member) {
   if (!unusable) return;
-  notes_.push_back(std::string(what) + " cannot be used: wrong size or type");
+  note_wrong(what);
   member = Member();
 }
 

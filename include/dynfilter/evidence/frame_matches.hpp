@@ -326,8 +326,7 @@ inline std::vector<cv::Point2f> FrameMatches::starts_by(const MotionPrior& prior
     Eigen::Vector3d p =
         R * Eigen::Vector3d((px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1);
     if (prior.has_translation && depth_m[i] > 0) p += T_reference_current.t() / depth_m[i];
-    const cv::Point3f moved(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
-    const cv::Point2f shift_px = project(camera, moved) - px;
+    const cv::Point2f shift_px = project(camera, to_point(p)) - px;
     if (shift_px.dot(shift_px) > kNear_px * kNear_px) starts[i] = current_.pixels()[i] + shift_px;
   }
   return starts;

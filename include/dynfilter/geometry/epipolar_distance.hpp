@@ -7,6 +7,7 @@
 #include <cmath>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
@@ -16,25 +17,11 @@ using Matrix9 = std::array<double, 9>;
 
 namespace detail {
 
-using RowMatrix3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
 inline Matrix9 to_array(const Eigen::Matrix3d& m) {
-  Matrix9 out;
-  Eigen::Map<RowMatrix3d>(out.data()) = m;
-  return out;
+  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
 }
 
-inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-/// One Eigen expression for a product chain with homogeneous() takes seconds to compile per file.
-/// These functions do not.
-inline Eigen::Matrix3d times(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
-  return a * b;
-}
+/// (x, y, 1), and H (x, y, 1) in pixels.
 inline Eigen::Vector3d lifted(const Eigen::Vector2d& p) {
   return {p.x(), p.y(), 1};
 }
@@ -95,9 +82,7 @@ inline cv::Point2d transfer(const Matrix9& H, cv::Point2f p) {
 namespace detail {
 
 inline Eigen::Matrix3d camera_matrix(const Camera& camera) {
-  Eigen::Matrix3d K;
-  K << camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1;
-  return K;
+  return rows({camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1});
 }
 
 }  // namespace detail

@@ -87,7 +87,7 @@ inline RigidResidualModel::RigidResidualModel(const Camera& camera, const Pose& 
   has_covariance_ = true;
   for (int k = 0; k < 3; ++k) {
     const double* row = motion_covariance + 6 * k;
-    T_.row(k) << row[0], row[1], row[2];
+    for (int c = 0; c < 3; ++c) T_(k, c) = row[c];
     X_[k] = {row[3], row[4], row[5]};
     W_[k] = {row[18 + 3], row[18 + 4], row[18 + 5]};
   }
@@ -159,7 +159,8 @@ inline double RigidResidualModel::chi2_of_estimated_motion(const Eigen::Vector3d
   const double inv_z = 1 / q.z(), x = q.x() * inv_z, y = q.y() * inv_z;
   const double fx = camera_.fx_px * inv_z, fy = camera_.fy_px * inv_z;
   const double along = noise_.depth_noise.sigma_m(p.z()) / p.z();
-  const Eigen::Vector3d ray = along * (q - t_);  // R p
+  Eigen::Vector3d ray = q - t_;  // R p
+  ray *= along;
   const Eigen::Vector3d v = slide(spread);
   Eigen::Vector3d xq[3], wq[3];  // rows of X[q]x and W[q]x
   for (int k = 0; k < 3; ++k) xq[k] = X_[k].cross(q), wq[k] = W_[k].cross(q);

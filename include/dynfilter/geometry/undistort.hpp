@@ -5,12 +5,39 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/camera.hpp>
+#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
+
+/// In single precision, in the same frame of reference.
+inline cv::Point3f to_point(const Eigen::Vector3d& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+}
+
+/// A rigid motion T_b_a in single precision, for loops over points: p_b = R p_a + t.
+struct PointMotion {
+  float R[3][3], t[3];
+
+  /// Of T_b_a.
+  explicit PointMotion(const Pose& T) {
+    for (std::size_t k = 0; k < 9; ++k) R[k / 3][k % 3] = static_cast<float>(T.rotation[k]);
+    for (std::size_t k = 0; k < 3; ++k) t[k] = static_cast<float>(T.translation_m[k]);
+  }
+  /// A direction of frame a in frame b.
+  cv::Point3f turn(const cv::Point3f& a) const {
+    const auto row = [&](const float* r) { return r[0] * a.x + (r[1] * a.y + r[2] * a.z); };
+    return {row(R[0]), row(R[1]), row(R[2])};
+  }
+  /// A point of frame a in frame b.
+  cv::Point3f operator()(const cv::Point3f& a) const {
+    const cv::Point3f b = turn(a);
+    return {b.x + t[0], b.y + t[1], b.z + t[2]};
+  }
+};
 
 /// Undistorted pixel of a point in the camera frame [m]. NaN behind the camera.
 inline cv::Point2f project(const Camera& camera, const cv::Point3f& point_m) {

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
 #include <dynfilter/mapping/map_cloud.hpp>
 #include <dynfilter/mapping/map_params.hpp>
 #include <dynfilter/mapping/voxel_grid.hpp>

@@ -84,8 +84,7 @@ class FreeSpaceView {
   static constexpr double kPeak = 0.3827;       ///< t density with nu = 6 at 0
 
   cv::Point2f pixel(const Eigen::Vector3d& p) const {
-    return distort_point(camera_, project(camera_, {static_cast<float>(p.x()), static_cast<float>(p.y()),
-                                                    static_cast<float>(p.z())}));
+    return distort_point(camera_, project(camera_, to_point(p)));
   }
   double odds_of(double behind_m, double here_m, double there_m) const {
     const double sigma_m = portable::hypot(here_m, model_.depth_noise.sigma_m(there_m)),

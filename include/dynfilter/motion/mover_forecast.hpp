@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,9 +29,9 @@ class MoverForecast {
  public:
   /// A feature of this frame. Points and velocities are in this camera's frame.
   struct Seen {
-    Eigen::Vector3f point_m;
-    Eigen::Vector3f velocity_mps;  ///< against the background; NaN: not measured
-    float evidence = 0;            ///< of motion [nats]
+    cv::Point3f point_m;
+    cv::Point3f velocity_mps;  ///< against the background; NaN: not measured
+    float evidence = 0;        ///< of motion [nats]
     bool moves = false;
   };
 
@@ -44,12 +43,12 @@ class MoverForecast {
 
   /// Replaces what was known. Features that do not move count as standing still.
   void learn(const std::vector<Seen>& seen) {
-    static const Eigen::Vector3f kRest = Eigen::Vector3f::Zero();
+    static const cv::Point3f kRest(0, 0, 0);
     measured_.build(seen);
     before_.build(carried_);
     carried_.clear();
     for (const Seen& feature : seen) {
-      const Eigen::Vector3f* velocity_mps = &kRest;
+      const cv::Point3f* velocity_mps = &kRest;
       if (feature.moves) velocity_mps = measured_.find(feature.point_m);
       if (velocity_mps == nullptr) velocity_mps = before_.find(feature.point_m);
       if (velocity_mps == nullptr) continue;
@@ -60,20 +59,18 @@ class MoverForecast {
   /// Carries all of it into the next frame. `T_now_then`: from the last camera to this one.
   void advance(const Pose& T_now_then, const Camera& camera, double elapsed_s) {
     const auto kept = static_cast<float>(portable::exp(-elapsed_s / kMemory_s));
-    const Eigen::Matrix3f R = T_now_then.R().cast<float>();
-    const Eigen::Vector3f t = T_now_then.t().cast<float>();
+    const PointMotion to_now(T_now_then);
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     px_.clear();
     depths_m_.clear();
     for (Seen& feature : carried_) {
-      feature.point_m = R * (feature.point_m + static_cast<float>(elapsed_s) * feature.velocity_mps) + t;
-      feature.velocity_mps = R * feature.velocity_mps;
+      feature.point_m = to_now(feature.point_m + static_cast<float>(elapsed_s) * feature.velocity_mps);
+      feature.velocity_mps = to_now.turn(feature.velocity_mps);
       feature.evidence *= kept;
-      const Eigen::Vector3f& q = feature.point_m;
-      px_.push_back(q.z() > static_cast<float>(StaticMissModel::kNearest_m)
-                        ? project(camera, {q.x(), q.y(), q.z()})
-                        : cv::Point2f(kNone, kNone));
-      depths_m_.push_back(feature.point_m.z());
+      const cv::Point3f& q = feature.point_m;
+      px_.push_back(q.z > static_cast<float>(StaticMissModel::kNearest_m) ? project(camera, q)
+                                                                          : cv::Point2f(kNone, kNone));
+      depths_m_.push_back(q.z);
     }
     places_.build(px_, depths_m_, kReach_px);
     places_.lay_out(
@@ -103,7 +100,7 @@ class MoverForecast {
     void build(const std::vector<Seen>& seen) {
       movers_.clear();
       for (const Seen& feature : seen)
-        if (feature.moves && feature.velocity_mps.allFinite())
+        if (feature.moves && finite(feature.velocity_mps))
           movers_.push_back({cell(feature.point_m), feature.velocity_mps});
       std::sort(movers_.begin(), movers_.end(),
                 [](const Entry& a, const Entry& b) { return a.cell < b.cell; });
@@ -113,7 +110,7 @@ class MoverForecast {
         if (end - begin >= kLeast) medians_.push_back({movers_[begin].cell, median(begin, end)});
       }
     }
-    const Eigen::Vector3f* find(const Eigen::Vector3f& point_m) const {
+    const cv::Point3f* find(const cv::Point3f& point_m) const {
       const Cell at = cell(point_m);
       const auto found = std::lower_bound(medians_.begin(), medians_.end(), at,
                                           [](const Entry& a, const Cell& b) { return a.cell < b; });
@@ -125,19 +122,21 @@ class MoverForecast {
     using Cell = std::array<int, 3>;
     struct Entry {
       Cell cell;
-      Eigen::Vector3f velocity_mps;
+      cv::Point3f velocity_mps;
     };
-    static Cell cell(const Eigen::Vector3f& point_m) {
-      return {cvFloor(point_m.x() / kCell_m), cvFloor(point_m.y() / kCell_m), cvFloor(point_m.z() / kCell_m)};
+    static Cell cell(const cv::Point3f& point_m) {
+      return {cvFloor(point_m.x / kCell_m), cvFloor(point_m.y / kCell_m), cvFloor(point_m.z / kCell_m)};
     }
-    Eigen::Vector3f median(std::size_t begin, std::size_t end) {
-      Eigen::Vector3f out;
-      for (int k = 0; k < 3; ++k) {
+    static bool finite(const cv::Point3f& v) {
+      return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+    }
+    cv::Point3f median(std::size_t begin, std::size_t end) {
+      const auto along = [&](float cv::Point3f::*axis) {
         axis_mps_.clear();
-        for (std::size_t m = begin; m < end; ++m) axis_mps_.push_back(movers_[m].velocity_mps[k]);
-        out[k] = median_in_place(axis_mps_);
-      }
-      return out;
+        for (std::size_t m = begin; m < end; ++m) axis_mps_.push_back(movers_[m].velocity_mps.*axis);
+        return median_in_place(axis_mps_);
+      };
+      return {along(&cv::Point3f::x), along(&cv::Point3f::y), along(&cv::Point3f::z)};
     }
     std::vector<Entry> movers_, medians_;  ///< sorted by cell
     std::vector<float> axis_mps_;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <algorithm>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/portable_math.hpp>
@@ -35,9 +34,12 @@ class PriorEvidence {
   static constexpr int kFewestPoints = 6;
   static constexpr double kRidge = 1e-9;  ///< of the trace: few points leave a direction free
 
+  /// Makes M the Schur complement of the unknowns after k, in these.
+  static void eliminate(double (&M)[6][6], int k);
+
   const MotionPrior& prior_;
   const Camera& camera_;
-  Eigen::Matrix<double, 6, 6> M_ = Eigen::Matrix<double, 6, 6>::Zero();
+  double M_[6][6] = {};
   int points_ = 0;
 };
 
@@ -71,31 +73,41 @@ class PriorWatch {
 inline void PriorEvidence::add(const cv::Point3f& point_m) {
   const Eigen::Vector3d q(point_m.x, point_m.y, point_m.z);
   const double fx = camera_.fx_px / q.z(), fy = camera_.fy_px / q.z();
-  Eigen::Matrix<double, 2, 6> J;
-  J.row(0) << fx, 0, -fx * q.x() / q.z(), 0, 0, 0;
-  J.row(1) << 0, fy, -fy * q.y() / q.z(), 0, 0, 0;
-  for (int row = 0; row < 2; ++row)  // a turn by w moves q by w x q
-    J.row(row).tail<3>() = q.cross(Eigen::Vector3d(J.row(row).head<3>()));
-  M_ += J.transpose() * J;
+  const Eigen::Vector3d shift[2] = {{fx, 0, -fx * q.x() / q.z()}, {0, fy, -fy * q.y() / q.z()}};
+  for (const Eigen::Vector3d& du : shift) {
+    const Eigen::Vector3d turn = q.cross(du);  // a turn by w moves q by w x q
+    const double J[6] = {du.x(), du.y(), du.z(), turn.x(), turn.y(), turn.z()};
+    for (int r = 0; r < 6; ++r)
+      for (int c = 0; c < 6; ++c) M_[r][c] += J[r] * J[c];
+  }
   ++points_;
 }
 
 inline double PriorEvidence::distance2(const Pose& T_current_reference, double noise_px) const {
   if (points_ < kFewestPoints) return 0;
   const Pose delta = prior_.T_current_reference * inverse(T_current_reference);
-  const Eigen::Matrix<double, 6, 6> M = M_ / points_, C = prior_.covariance_matrix();
-  const double s2 = noise_px * noise_px;
-  const Eigen::Vector3d turn = rotation_vector(delta.R());
-  if (prior_.has_translation) {
-    Eigen::Matrix<double, 6, 1> d;
-    d << delta.t(), turn;
-    return d.dot(M * d) / (s2 + (C * M).trace());
+  const Eigen::Vector3d turn = rotation_vector(delta.R()), shift = delta.t();
+  const double d[6] = {shift.x(), shift.y(), shift.z(), turn.x(), turn.y(), turn.z()};
+  double M[6][6];
+  for (int k = 0; k < 36; ++k) M[k / 6][k % 6] = M_[k / 6][k % 6] / points_;
+  int first = 0;
+  if (!prior_.has_translation) {
+    const double ridge = kRidge * (M[0][0] + M[1][1] + M[2][2]);
+    for (int k = 0; k < 3; ++k) M[k][k] += ridge;
+    for (; first < 3; ++first) eliminate(M, first);
   }
-  Eigen::Matrix3d shift = M.topLeftCorner<3, 3>();
-  shift.diagonal().array() += kRidge * shift.trace();
-  const Eigen::Matrix3d cross = M.topRightCorner<3, 3>();
-  const Eigen::Matrix3d turns = M.bottomRightCorner<3, 3>() - cross.transpose() * shift.inverse() * cross;
-  return turn.dot(turns * turn) / (s2 + (C.bottomRightCorner<3, 3>() * turns).trace());
+  double miss2 = 0, allowed2 = noise_px * noise_px;
+  for (int r = first; r < 6; ++r)
+    for (int c = first; c < 6; ++c) {
+      miss2 += d[r] * M[r][c] * d[c];
+      allowed2 += prior_.covariance[static_cast<std::size_t>(6 * r + c)] * M[c][r];
+    }
+  return miss2 / allowed2;
+}
+
+inline void PriorEvidence::eliminate(double (&M)[6][6], int k) {
+  for (int r = k + 1; r < 6; ++r)
+    for (int c = k + 1; c < 6; ++c) M[r][c] -= M[r][k] * M[k][c] / M[k][k];
 }
 
 }  // namespace dynfilter

@@ -123,7 +123,7 @@ inline StaticMiss StaticMissModel::in_image(const Pose& T, const SeenPoint& from
   StaticMiss out;
   const Eigen::Vector3d ray = T.R() * bearing(from.px);
   const double z_m = from.depth_m;
-  const Eigen::Vector3d q = z_m * ray + T.t();
+  const Eigen::Vector3d q = T.t() + z_m * ray;
   if (!(q.z() > kInFront_m)) return out;
   const Eigen::Vector2d r = pixel(to.px) - pixel(q);
   // d(u, v)/dz of the point along its ray.

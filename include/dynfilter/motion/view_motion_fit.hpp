@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/simd.hpp>
-#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
 #include <dynfilter/motion/detail/view_motion_terms.hpp>
 #include <dynfilter/motion/view_motion.hpp>
 #include <numeric>

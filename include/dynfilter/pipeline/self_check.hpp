@@ -95,12 +95,10 @@ inline bool SelfCheck::counts(const PastFrame& now, const PastFrame& then, const
       static_cast<double>(tracking.inliers) < kAgrees * static_cast<double>(matches))
     return false;
   const Pose T_then_now = inverse(then.T_world_camera) * now.T_world_camera;
-  const Eigen::Matrix3f R = T_then_now.R().cast<float>();
-  const Eigen::Vector3f t = T_then_now.t().cast<float>();
+  const PointMotion to_then(T_then_now);
   dynamic_px_.clear(), static_px_.clear();
   for (const Judged& judged : judged_) {
-    const Eigen::Vector3f p = R * Eigen::Vector3f(judged.now_m.x, judged.now_m.y, judged.now_m.z) + t;
-    const cv::Point2f miss = project(*then.camera, {p.x(), p.y(), p.z()}) - judged.then_px;
+    const cv::Point2f miss = project(*then.camera, to_then(judged.now_m)) - judged.then_px;
     (judged.dynamic ? dynamic_px_ : static_px_).push_back(portable::hypot(miss.x, miss.y));
   }
   if (dynamic_px_.size() < kLeastDynamic) return false;

@@ -15,7 +15,7 @@ namespace dynfilter::recorder {
 template <class Config, class Use>
 void for_each_parameter(Config& config, const Use& use) {
   const auto all = [&](const std::string& group, const auto& table, auto& params) {
-    for (const auto& field : table.all()) use(group + field.info.name, field, &params);
+    for (const auto& field : table.all()) use(group + field.name, field, &params);
   };
   all("", PipelineParams::fields(), config.params);
   all("correspondence.", CorrespondenceParams::fields(), config.correspondence);

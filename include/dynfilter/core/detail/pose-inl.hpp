@@ -13,19 +13,20 @@ DYNFILTER_INLINE Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, dou
   const double c = portable::cos(angle_rad);
   const Eigen::Vector3d& a = axis;
   const Eigen::Vector3d versine = (1 - c) * a, s = portable::sin(angle_rad) * a;
-  Eigen::Matrix3d R;
-  R << versine.x() * a.x() + c, versine.x() * a.y() - s.z(), versine.x() * a.z() + s.y(),
-      versine.x() * a.y() + s.z(), versine.y() * a.y() + c, versine.y() * a.z() - s.x(),
-      versine.x() * a.z() - s.y(), versine.y() * a.z() + s.x(), versine.z() * a.z() + c;
-  return R;
+  Pose pose;
+  pose.rotation = {versine.x() * a.x() + c,     versine.x() * a.y() - s.z(), versine.x() * a.z() + s.y(),
+                   versine.x() * a.y() + s.z(), versine.y() * a.y() + c,     versine.y() * a.z() - s.x(),
+                   versine.x() * a.z() - s.y(), versine.y() * a.z() + s.x(), versine.z() * a.z() + c};
+  return pose.R();
 }
 
 DYNFILTER_INLINE Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
   const Eigen::Quaterniond q(R);
-  const double half_sine = q.vec().norm();
+  const Eigen::Vector3d axis(q.x(), q.y(), q.z());
+  const double half_sine = axis.norm();
   if (!(half_sine > 0)) return Eigen::Vector3d::Zero();
   const double angle_rad = 2 * portable::atan2(half_sine, std::abs(q.w()));
-  return (std::copysign(angle_rad, q.w()) / half_sine) * q.vec();
+  return (std::copysign(angle_rad, q.w()) / half_sine) * axis;
 }
 
 DYNFILTER_INLINE bool is_rigid(const Pose& T_a_b, double tolerance) {
@@ -33,24 +34,26 @@ DYNFILTER_INLINE bool is_rigid(const Pose& T_a_b, double tolerance) {
     if (!std::isfinite(value)) return false;
   for (const double value : T_a_b.translation_m)
     if (!std::isfinite(value)) return false;
-  const Eigen::Matrix3d R = T_a_b.R(), off = R * R.transpose() - Eigen::Matrix3d::Identity();
-  return off.cwiseAbs().maxCoeff() <= tolerance && R.col(0).cross(R.col(1)).dot(R.col(2)) > 0;
-}
-
-namespace detail {
-using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  const Eigen::Matrix3d R = T_a_b.R(), RRt = R * R.transpose();
+  for (Eigen::Index k = 0; k < 9; ++k)
+    if (!(std::abs(RRt(k / 3, k % 3) - (k % 4 == 0 ? 1 : 0)) <= tolerance)) return false;
+  return R.determinant() > 0;
 }
 
 DYNFILTER_INLINE MotionPrior MotionPrior::turn(const Eigen::Matrix3d& R_current_reference,
                                                const Eigen::Matrix3d& covariance_rad2) {
   MotionPrior prior;
   prior.T_current_reference = Pose::from(R_current_reference, Eigen::Vector3d::Zero());
-  Eigen::Map<detail::Matrix6>(prior.covariance.data()).bottomRightCorner<3, 3>() = covariance_rad2;
+  for (std::size_t k = 0; k < 9; ++k)
+    prior.covariance[6 * (3 + k / 3) + 3 + k % 3] =
+        covariance_rad2(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3));
   return prior;
 }
 
 DYNFILTER_INLINE Eigen::Matrix<double, 6, 6> MotionPrior::covariance_matrix() const {
-  return Eigen::Map<const detail::Matrix6>(covariance.data());
+  Eigen::Matrix<double, 6, 6> C;
+  for (Eigen::Index k = 0; k < 36; ++k) C(k / 6, k % 6) = covariance[static_cast<std::size_t>(k)];
+  return C;
 }
 
 DYNFILTER_INLINE bool MotionPrior::valid() const {

@@ -390,12 +390,11 @@ inline void BackgroundMotionFilter::learn_forecast(const Evidence& evidence) {
     const cv::Point3f& now = evidence.points_m()[i];
     const bool moves = belief_[i] > rest_log_odds_;
     if (!std::isfinite(now.z) || !(moves || seen_[i] != 0)) continue;
-    MoverForecast::Seen seen{
-        {now.x, now.y, now.z}, {kNone, kNone, kNone}, moves ? own_[i] : std::min(own_[i], 0.0F), moves};
+    MoverForecast::Seen seen{now, {kNone, kNone, kNone}, moves ? own_[i] : std::min(own_[i], 0.0F), moves};
     if (moves && step_[i].in_space() && near_core(evidence, i)) {
       const cv::Point3f p = back_project(camera, step_[i].then.px, step_[i].then.depth_m);
       const Eigen::Vector3d still = T_now_then.R() * Eigen::Vector3d(p.x, p.y, p.z) + T_now_then.t();
-      seen.velocity_mps = (seen.point_m - still.cast<float>()) / static_cast<float>(elapsed_s(1));
+      seen.velocity_mps = (now - to_point(still)) / static_cast<float>(elapsed_s(1));
     }
     to_forecast_.push_back(seen);
   }

@@ -8,6 +8,7 @@
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 
@@ -87,7 +88,7 @@ inline void DepthConsistencyFilter::judge_by_frame(const Evidence& evidence, con
     Opinion opinion;
     if (by_match() && match.found(i) && match.has_reference_point(i)) {
       const cv::Point3f& then = match.reference_points_m[i];
-      add_match(p, R.row(2).dot(Eigen::Vector3d(then.x, then.y, then.z)) + t.z(), opinion);
+      add_match(p, (R * Eigen::Vector3d(then.x, then.y, then.z)).z() + t.z(), opinion);
     }
     if (by_view() && parallax_fits(now, t)) add_view(R.transpose() * (now - t), opinion);
     if (opinion.vote() != Vote::Unknown) votes.cast(i, opinion.vote(), opinion.suspicion);
@@ -115,8 +116,7 @@ inline bool DepthConsistencyFilter::beside_edge(const cv::Point3f& now, double p
 }
 
 inline void DepthConsistencyFilter::add_view(const Eigen::Vector3d& point_m, Opinion& opinion) const {
-  const cv::Point3f there(static_cast<float>(point_m.x()), static_cast<float>(point_m.y()),
-                          static_cast<float>(point_m.z()));
+  const cv::Point3f there = to_point(point_m);
   double off = 0;
   const SeenThere seen = view_.look(
       there, Params::kPatch_px, limit(), [&](double z_m) { return deviation(z_m, point_m.z(), point_m.z()); },
@@ -150,7 +150,7 @@ inline void DepthConsistencyFilter::judge_by_keyframe(const Evidence& evidence,
   const Pose T_keyframe_world = inverse(keyframe.T_world_camera);
   const Pose T_keyframe_current = T_keyframe_world * evidence.frame().T_world_camera;
   const Eigen::Matrix3d R = T_keyframe_current.R();
-  const Eigen::Vector3d t = T_keyframe_current.t(), centre_m = -(R.transpose() * t);
+  const Eigen::Vector3d t = T_keyframe_current.t(), centre_m = inverse(T_keyframe_current).t();
   const bool use_matches = by_match() && learn_points(evidence, keyframe);
   if (by_view()) view_.from(keyframe, *evidence.frame().camera);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
@@ -170,9 +170,8 @@ inline void DepthConsistencyFilter::judge_by_keyframe(const Evidence& evidence,
 
 inline void DepthConsistencyFilter::add_map_point(const Pose& T_keyframe_world, const cv::Point3f& world_m,
                                                   double reprojected_m, Opinion& opinion) const {
-  const double optimised_m =
-      T_keyframe_world.R().row(2).dot(Eigen::Vector3d(world_m.x, world_m.y, world_m.z)) +
-      T_keyframe_world.t().z();
+  const double optimised_m = (T_keyframe_world.R() * Eigen::Vector3d(world_m.x, world_m.y, world_m.z)).z() +
+                             T_keyframe_world.t().z();
   if (!(optimised_m > 0) || !std::isfinite(optimised_m)) return;
   const double off = deviation(optimised_m, reprojected_m, optimised_m);
   opinion.add(std::abs(off) > limit() ? Vote::Dynamic : Vote::Static, off, limit());

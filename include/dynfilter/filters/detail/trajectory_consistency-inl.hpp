@@ -154,8 +154,9 @@ inline double TrajectoryConsistencyFilter::displacement_m(const RigidMotion& mot
                                                           const Evidence& evidence, std::size_t i) {
   const Pose& T = motion.T_current_reference;
   const cv::Point3f &then = match.reference_points_m[i], &now = evidence.points_m()[i];
-  return (T.R() * Eigen::Vector3d(then.x, then.y, then.z) + T.t() - Eigen::Vector3d(now.x, now.y, now.z))
-      .norm();
+  Eigen::Vector3d miss = T.R() * Eigen::Vector3d(then.x, then.y, then.z) + T.t();
+  miss -= Eigen::Vector3d(now.x, now.y, now.z);
+  return miss.norm();
 }
 
 }  // namespace dynfilter

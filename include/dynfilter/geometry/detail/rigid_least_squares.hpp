@@ -3,13 +3,15 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
-#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
+#include <functional>
 
 namespace dynfilter {
 
@@ -17,21 +19,10 @@ namespace detail {
 
 /// Normal equations of the left perturbation (translation, rotation), summed over packs of points.
 struct RigidNormal {
-  Eigen::Matrix3d tt, tr, rr;  ///< blocks of J^T W J
-  Eigen::Vector3d gt, gr;      ///< J^T W r
-  double cost = 0;             ///< sum w chi2
+  std::array<double, 36> matrix{};   ///< J^T W J
+  std::array<double, 6> gradient{};  ///< J^T W r
+  double cost = 0;                   ///< sum w chi2
   double weight_sum = 0;
-
-  Eigen::Matrix<double, 6, 6> matrix() const {
-    Eigen::Matrix<double, 6, 6> m;
-    m << tt, tr, tr.transpose(), rr;
-    return m;
-  }
-  Eigen::Matrix<double, 6, 1> gradient() const {
-    Eigen::Matrix<double, 6, 1> g;
-    g << gt, gr;
-    return g;
-  }
 };
 
 /// Lane-by-lane sums for RigidNormal, and their totals in the order kTT ... kWeight.
@@ -72,14 +63,16 @@ struct RigidSums {
     for (int k = 0; k < kCount; ++k) s[k] = sum[k].sum();
   }
   static RigidNormal normal_of(const double (&s)[kCount]) {
-    RigidNormal n;
-    n.tt << s[0], 0, s[1], 0, s[2], s[3], s[1], s[3], s[4];
-    n.tr = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(s + kTR);
-    n.rr << s[14], s[15], s[16], s[15], s[17], s[18], s[16], s[18], s[19];
-    n.gt << s[20], s[21], s[22];
-    n.gr << s[23], s[24], s[25];
-    n.cost = s[kCost], n.weight_sum = s[kWeight];
-    return n;
+    const double *tr = s + kTR, *rr = s + kRR;
+    return {{s[0],  0,     s[1],  tr[0], tr[1], tr[2],  //
+             0,     s[2],  s[3],  tr[3], tr[4], tr[5],  //
+             s[1],  s[3],  s[4],  tr[6], tr[7], tr[8],  //
+             tr[0], tr[3], tr[6], rr[0], rr[1], rr[2],  //
+             tr[1], tr[4], tr[7], rr[1], rr[3], rr[4],  //
+             tr[2], tr[5], tr[8], rr[2], rr[4], rr[5]},
+            {s[kGT], s[kGT + 1], s[kGT + 2], s[kGR], s[kGR + 1], s[kGR + 2]},
+            s[kCost],
+            s[kWeight]};
   }
 };
 
@@ -130,14 +123,17 @@ inline void refine_rigid(const RigidPoints& points, double scale, int iterations
   normal = RigidSums<Pack>::normal_of({});
   for (int i = 0; i < iterations; ++i) {
     normal = accumulate_rigid(points, scale * scale, count, T);
-    Eigen::Matrix<double, 6, 6> matrix = normal.matrix();
-    Eigen::Matrix<double, 6, 1> delta = -normal.gradient();
+    std::array<double, 36> matrix = normal.matrix;
+    std::array<double, 6> delta;
+    std::transform(normal.gradient.begin(), normal.gradient.end(), delta.begin(), std::negate<>());
     if (!(normal.weight_sum >= 2.5) || !solve_positive_definite(matrix.data(), delta.data(), 6)) return;
-    if (!delta.allFinite()) return;
-    const Eigen::Matrix3d turn = exp_so3(delta.tail<3>());
-    T.R = turn * T.R;
-    T.t = turn * T.t + delta.head<3>();
-    if (delta.squaredNorm() < 1e-18 || -normal.gradient().dot(delta) < until_sigmas * until_sigmas) return;
+    if (!all_finite(delta.data(), 6)) return;
+    const Eigen::Matrix3d turn = exp_so3({delta[3], delta[4], delta[5]});
+    T.R = times(turn, T.R);
+    T.t = turn * T.t + Eigen::Vector3d(delta[0], delta[1], delta[2]);
+    double length2 = 0, gain = 0;
+    for (std::size_t k = 0; k < 6; ++k) length2 += delta[k] * delta[k], gain -= normal.gradient[k] * delta[k];
+    if (length2 < 1e-18 || gain < until_sigmas * until_sigmas) return;
   }
 }
 

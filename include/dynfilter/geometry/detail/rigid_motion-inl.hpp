@@ -59,7 +59,7 @@ class RigidMotionSearch {
     has_best_ = false;
     best_score_ = 0;
     double advantage = 1;
-    if (prior && prior->R().allFinite() && prior->t().allFinite()) {
+    if (prior && all_finite(prior->rotation.data(), 9) && all_finite(prior->translation_m.data(), 3)) {
       Hypothesis candidate{prior->R(), prior->t()};
       // Narrow, because a wider reach favours a majority of movers.
       refine(candidate, 3, kLocalSize);
@@ -114,12 +114,11 @@ class RigidMotionSearch {
   }
 
   void finish(RigidMotion& result) const {
-    if (!best_.R.allFinite() || !best_.t.allFinite()) return;
+    if (!all_finite(best_.R.data(), 9) || !all_finite(best_.t.data(), 3)) return;
     result.T_current_reference = Pose::from(best_.R, best_.t);
     result.inliers = points_.inliers(best_, static_cast<float>(options_.inlier_chi2));
     result.sigma0 = normal_.weight_sum > 2 ? std::sqrt(normal_.cost / (3 * normal_.weight_sum - 6)) : 0;
-    const Eigen::Matrix<double, 6, 6> normal = normal_.matrix();
-    if (!invert_positive_definite(normal.data(), result.covariance.data(), 6)) {
+    if (!invert_positive_definite(normal_.matrix.data(), result.covariance.data(), 6)) {
       result.note = RigidMotionNote::Degenerate;
       return;
     }

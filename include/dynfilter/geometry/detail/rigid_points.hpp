@@ -13,6 +13,7 @@
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/sampling.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -185,22 +186,28 @@ struct RigidPoints {
     const double slack = std::sqrt(slack2);
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3;
-      if (std::abs((p[i] - p[j]).norm() - (c[i] - c[j]).norm()) > slack) return false;
+      const Eigen::Vector3d then = p[i] - p[j], now = c[i] - c[j];
+      if (std::abs(then.norm() - now.norm()) > slack) return false;
     }
     Eigen::Matrix3d P, C;
     if (!frame_of(p, P) || !frame_of(c, C)) return false;
-    T.R.noalias() = C * P.transpose();
-    T.t = (c[0] + c[1] + c[2] - T.R * (p[0] + p[1] + p[2])) / 3;
+    T.R = times(C, P.transpose());
+    const Eigen::Vector3d then = p[0] + p[1] + p[2];
+    T.t = c[0] + c[1] + c[2];
+    T.t -= T.R * then;
+    T.t /= 3;
     return true;
   }
 
   static bool frame_of(const Eigen::Vector3d (&p)[3], Eigen::Matrix3d& frame) {
-    const Eigen::Vector3d a = p[1] - p[0], n = a.cross(p[2] - p[0]);
-    const double length2 = a.squaredNorm(), area2 = n.squaredNorm();
-    if (!(area2 > 1e-6 * length2 * (p[2] - p[0]).squaredNorm()) || !(length2 > 1e-12)) return false;
-    frame.col(0) = a / std::sqrt(length2);
-    frame.col(2) = n / std::sqrt(area2);
-    frame.col(1) = frame.col(2).cross(frame.col(0));
+    Eigen::Vector3d x = p[1] - p[0];
+    const Eigen::Vector3d other = p[2] - p[0];
+    Eigen::Vector3d z = x.cross(other);
+    const double length2 = x.squaredNorm(), area2 = z.squaredNorm();
+    if (!(area2 > 1e-6 * length2 * other.squaredNorm()) || !(length2 > 1e-12)) return false;
+    x /= std::sqrt(length2);
+    z /= std::sqrt(area2);
+    frame = columns(x, z.cross(x), z);
     return true;
   }
 };

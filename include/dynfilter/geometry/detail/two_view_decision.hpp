@@ -55,7 +55,7 @@ class TwoViewDecision {
       : points_(points), options_(options), tau2_(tau2), scratch_(scratch) {
     if (camera == nullptr || !camera->valid()) return;
     const Eigen::Matrix3d K = camera_matrix(*camera);
-    calibration_ = {(points.T1() * K).inverse(), (points.T2() * K).inverse()};
+    calibration_ = {times(points.T1(), K).inverse(), times(points.T2(), K).inverse()};
     calibrated_ = true;
   }
 
@@ -158,7 +158,8 @@ class TwoViewDecision {
     out.epipole = least_against(moment, noise);
     double n = 0;
     for_plane(H, [&](const Eigen::Vector2d& q, const Eigen::Vector2d& d) {
-      const Eigen::Vector2d u = (out.epipole.head<2>() - out.epipole.z() * q).normalized();
+      const Eigen::Vector3d& e = out.epipole;
+      const Eigen::Vector2d u = Eigen::Vector2d(e.x() - e.z() * q.x(), e.y() - e.z() * q.y()).normalized();
       const double along = u.dot(d), across = u.x() * d.y() - u.y() * d.x();
       out.along2 += along * along, out.across2 += across * across, n += 1;
     });
@@ -180,7 +181,9 @@ class TwoViewDecision {
       }
     const Eigen::Matrix3d L_inv = L.inverse();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(times(times(L_inv, A), L_inv.transpose()));
-    return (L_inv.transpose() * solver.eigenvectors().col(0)).normalized();
+    const Eigen::Matrix3d back = L_inv.transpose();
+    const Eigen::Vector3d v = back * column(solver.eigenvectors(), 0);
+    return v.normalized();
   }
 
   /// Calls visit(H x1, x2 - H x1) for every seed of S.
@@ -199,7 +202,7 @@ class TwoViewDecision {
     const double window = std::sqrt(tau2_ * kTransferScale), near = 2.2 * window;
     // Across the lines: noise of both images.
     const double tight2 = std::min(tau2_, 9 * residuals.across2 / 2);
-    Eigen::Matrix3d mine = cross_matrix(residuals.epipole) * H;
+    Eigen::Matrix3d mine = times(cross_matrix(residuals.epipole), H);
     refine_within(H, window, 2 * tight2, mine);
     const double n = static_cast<double>(points_.count()), off = n - model.homography_inliers;
     const int all = parallax_support(mine, H, kAnywhere);
@@ -269,7 +272,8 @@ class TwoViewDecision {
     points_.visit(FundamentalError(F), [&](std::size_t i, float e) {
       if (e > tau2_) return;
       const Eigen::Vector2d q = mapped(H, points_.reference(i));
-      const double d2 = (points_.current(i) - q).squaredNorm();
+      const Eigen::Vector2d d = points_.current(i) - q;
+      const double d2 = d.squaredNorm();
       n += d2 > off2 && d2 <= reach * reach;
     });
     return n;
@@ -278,7 +282,7 @@ class TwoViewDecision {
   bool decide_rotation(const Eigen::Matrix3d* F, const Eigen::Matrix3d& H, TwoViewModel& model) {
     const Eigen::Matrix3d G = times(times(calibration_.K2_inv, H), calibration_.K1_inv.inverse());
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(G, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
+    Eigen::Matrix3d R = times(svd.matrixU(), svd.matrixV().transpose());
     if (R.determinant() < 0) R = -R;
     for (double cut : {64.0, 16.0, 4.0}) refine_rotation(points_, calibration_, cut * tau2_, 1, {320}, R);
     refine_rotation(points_, calibration_, 2 * tau2_, 2, {}, R);
@@ -304,7 +308,7 @@ class TwoViewDecision {
 
   /// True if half of the seeds have not moved.
   bool stood_still() const {
-    const Eigen::Matrix3d identity_px = points_.T2() * points_.T1().inverse();
+    const Eigen::Matrix3d identity_px = times(points_.T2(), points_.T1().inverse());
     return homography_inliers(identity_px) >= 0.5 * static_cast<double>(points_.count());
   }
 
@@ -346,19 +350,18 @@ class TwoViewDecision {
     if (V.determinant() < 0) V = -V;
     for (int k = 0; k < 2; ++k) {
       const double sign = k == 0 ? 1 : -1;
-      const Eigen::Vector3d v2 = V.col(1);
-      const Eigen::Vector3d u =
-          ((std::sqrt(std::max(0.0, a2)) * V.col(0) + sign * std::sqrt(std::max(0.0, b2)) * V.col(2)) /
-           std::sqrt(a2 + b2))
-              .normalized();
-      Eigen::Matrix3d U, W;
-      const Eigen::Vector3d Gv2 = G * v2, Gu = G * u;
-      U.col(0) = v2, U.col(1) = u, U.col(2) = v2.cross(u);
-      W.col(0) = Gv2, W.col(1) = Gu, W.col(2) = Gv2.cross(Gu);
+      const Eigen::Vector3d v2 = column(V, 1);
+      Eigen::Vector3d u = std::sqrt(std::max(0.0, a2)) * column(V, 0);
+      u += sign * std::sqrt(std::max(0.0, b2)) * column(V, 2);
+      u /= std::sqrt(a2 + b2);
+      u.normalize();
+      const Eigen::Vector3d Gv2 = G * v2, Gu = G * u, n = v2.cross(u);
+      const Eigen::Matrix3d U = columns(v2, u, n), W = columns(Gv2, Gu, Gv2.cross(Gu));
       const Eigen::JacobiSVD<Eigen::Matrix3d> nearest(times(W, U.transpose()),
                                                       Eigen::ComputeFullU | Eigen::ComputeFullV);
-      out[k].R = nearest.matrixU() * nearest.matrixV().transpose();
-      const Eigen::Vector3d t = (G - out[k].R) * v2.cross(u);
+      out[k].R = times(nearest.matrixU(), nearest.matrixV().transpose());
+      const Eigen::Matrix3d rest = G - out[k].R;
+      const Eigen::Vector3d t = rest * n;
       if (!(t.norm() > 1e-9) || out[k].R.determinant() < 0) return k;
       out[k].t = t.normalized();
     }
@@ -384,8 +387,9 @@ class TwoViewDecision {
                          TwoViewModel& model) {
     model.kind = kind;
     model.reason = reason;
-    const Eigen::Matrix3d px = times(times(points_.T2().inverse(), H), points_.T1());
-    model.H = to_array(px / px(2, 2));
+    Eigen::Matrix3d px = times(times(points_.T2().inverse(), H), points_.T1());
+    px /= px(2, 2);
+    model.H = to_array(px);
     model.inliers = homography_inliers(H);
     model.sigma_px = sigma_px(HomographyError(H), 1.3863 * 2 / kTransferScale);
   }

@@ -154,9 +154,7 @@ class TwoViewPoints {
   std::size_t padded() const { return x_.size(); }
 
   Eigen::Matrix3d normaliser(const Eigen::Vector2d& center) const {
-    Eigen::Matrix3d T;
-    T << scale_, 0, -scale_ * center.x(), 0, scale_, -scale_ * center.y(), 0, 0, 1;
-    return T;
+    return rows({scale_, 0, -scale_ * center.x(), 0, scale_, -scale_ * center.y(), 0, 0, 1});
   }
 
   void measure(Span<const cv::Point2f> reference, Span<const cv::Point2f> current) {
@@ -173,7 +171,8 @@ class TwoViewPoints {
       const auto i = static_cast<std::size_t>(match);
       const double dx = reference[i].x - center1_.x(), dy = reference[i].y - center1_.y();
       xx += dx * dx, xy += dx * dy, yy += dy * dy;
-      second += (Eigen::Vector2d(current[i].x, current[i].y) - center2_).squaredNorm();
+      const Eigen::Vector2d d = Eigen::Vector2d(current[i].x, current[i].y) - center2_;
+      second += d.squaredNorm();
     }
     minor_px_ = std::sqrt(std::max(0.0, (xx + yy - portable::hypot(xx - yy, 2 * xy)) / (2 * n)));
     const double rms = std::sqrt((xx + yy + second) / (2 * n));

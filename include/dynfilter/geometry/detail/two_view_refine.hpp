@@ -13,19 +13,13 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/detail/two_view_points.hpp>
 #include <dynfilter/geometry/epipolar_distance.hpp>
-#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
 #include <limits>
 
 namespace dynfilter::detail {
 
-using Vector9 = Eigen::Matrix<double, 9, 1>;
-using Matrix99 = Eigen::Matrix<double, 9, 9>;
-
-inline Vector9 row_major(const Eigen::Matrix3d& m) {
-  Vector9 v;
-  Eigen::Map<RowMatrix3d>(v.data()) = m;
-  return v;
-}
+/// Derivatives of the nine entries of a matrix, row-major, by up to eight parameters.
+using EntryDerivatives = std::array<Matrix9, 8>;
 
 inline Eigen::Matrix3d diagonal(double a, double b) {
   Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
@@ -36,36 +30,29 @@ inline Eigen::Matrix3d diagonal(double a, double b) {
 
 /// Normal equations in the nine entries of a matrix.
 /// Each parametrisation p of that matrix with D = d entries/dp solves (D^T A D) dp = -D^T g.
+/// In plain loops: as fixed-size Eigen expressions, the products need half a minute and 1.5 GB per file.
 struct EntryNormal {
-  Matrix99 A;
-  Vector9 g;
+  std::array<Matrix9, 9> A;  ///< symmetric
+  Matrix9 g;
 
-  template <int N>
-  bool step(const Eigen::Matrix<double, 9, N>& D, Eigen::Matrix<double, N, 1>& delta) const {
-    Eigen::Matrix<double, N, N> normal = congruent(D);
-    for (int c = 0; c < N; ++c) delta(c) = -dot(D.col(c).data(), g.data());
-    if (!solve_positive_definite(normal.data(), delta.data(), N)) return false;
-    return delta.allFinite();
+  /// dp for the first `n` parameters.
+  bool step(const EntryDerivatives& D, int n, std::array<double, 8>& delta) const {
+    double normal[64];
+    for (int c = 0; c < n; ++c) {
+      const Matrix9& derivative = D[static_cast<std::size_t>(c)];
+      Matrix9 column;
+      for (std::size_t r = 0; r < 9; ++r) column[r] = dot(A[r], derivative);
+      for (int r = 0; r < n; ++r) normal[c * n + r] = dot(D[static_cast<std::size_t>(r)], column);
+      delta[static_cast<std::size_t>(c)] = -dot(derivative, g);
+    }
+    return solve_positive_definite(normal, delta.data(), n) && all_finite(delta.data(), n);
   }
 
  private:
-  static double dot(const double* a, const double* b) {
+  static double dot(const Matrix9& a, const Matrix9& b) {
     double sum = 0;
-    for (int k = 0; k < 9; ++k) sum += a[k] * b[k];
+    for (std::size_t k = 0; k < 9; ++k) sum += a[k] * b[k];
     return sum;
-  }
-  /// D^T A D in plain loops.
-  /// As fixed-size Eigen expressions, these two products need half a minute and 1.5 GB per file.
-  template <int N>
-  Eigen::Matrix<double, N, N> congruent(const Eigen::Matrix<double, 9, N>& D) const {
-    Eigen::Matrix<double, N, N> result;
-    for (int c = 0; c < N; ++c) {
-      double column[9];
-      // A is symmetric.
-      for (int r = 0; r < 9; ++r) column[r] = dot(A.col(r).data(), D.col(c).data());
-      for (int r = 0; r < N; ++r) result(r, c) = dot(D.col(r).data(), column);
-    }
-    return result;
   }
 };
 
@@ -124,9 +111,9 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
   }
   double sums[6][6];
   for (int k = 0; k < 36; ++k) sums[k / 6][k % 6] = A[k / 6][k % 6].sum();
-  for (int r = 0; r < 9; ++r) {
-    for (int c = 0; c < 9; ++c) normal.A(r, c) = sums[kProduct[r / 3][c / 3]][kProduct[r % 3][c % 3]];
-    normal.g(r) = g[r / 3][r % 3].sum();
+  for (std::size_t r = 0; r < 9; ++r) {
+    for (std::size_t c = 0; c < 9; ++c) normal.A[r][c] = sums[kProduct[r / 3][c / 3]][kProduct[r % 3][c % 3]];
+    normal.g[r] = g[r / 3][r % 3].sum();
   }
   return used >= 8;
 }
@@ -134,6 +121,11 @@ inline bool accumulate_epipolar(const TwoViewPoints& points, const Eigen::Matrix
 /// Bounds of Tukey's weights per iteration, in units of tau^2.
 /// They shrink from the error of a sample of seven to slightly more than an inlier.
 constexpr std::array<double, 5> kWideToNarrow{16, 6, 6, 2.5, 2.5};
+
+/// d exp(w) / d w_k at 0.
+inline Eigen::Matrix3d generator(std::size_t k) {
+  return cross_matrix(Eigen::Vector3d::Unit(static_cast<Eigen::Index>(k)));
+}
 
 /// Minimises robust Sampson distances over the seven parameters of F = U diag(cos, sin, 0) V^T (Bartoli and
 /// Sturm, PAMI 2004).
@@ -147,18 +139,18 @@ inline void refine_fundamental(const TwoViewPoints& points, double tau2, Span<co
     const Eigen::Matrix3d S = diagonal(portable::cos(angle), portable::sin(angle)), Vt = V.transpose();
     F = times(times(U, S), Vt);
     if (!accumulate_epipolar(points, F, cut * tau2, selection, normal)) return;
-    Eigen::Matrix<double, 9, 7> D;
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Matrix3d turn = cross_matrix(Eigen::Vector3d::Unit(k));
-      D.col(k) = row_major(times(times(times(U, turn), S), Vt));
-      D.col(3 + k) = -row_major(times(times(times(U, S), turn), Vt));
+    EntryDerivatives D;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Eigen::Matrix3d turn = generator(k);
+      D[k] = to_array(times(times(times(U, turn), S), Vt));
+      D[3 + k] = to_array(times(times(times(U, S), turn.transpose()), Vt));
     }
-    D.col(6) = row_major(times(times(U, diagonal(-portable::sin(angle), portable::cos(angle))), Vt));
-    Eigen::Matrix<double, 7, 1> delta;
-    if (!normal.step(D, delta)) return;
-    U = times(U, exp_so3(delta.head<3>()));
-    V = times(V, exp_so3(delta.segment<3>(3)));
-    angle += delta(6);
+    D[6] = to_array(times(times(U, diagonal(-portable::sin(angle), portable::cos(angle))), Vt));
+    std::array<double, 8> delta;
+    if (!normal.step(D, 7, delta)) return;
+    U = times(U, exp_so3({delta[0], delta[1], delta[2]}));
+    V = times(V, exp_so3({delta[3], delta[4], delta[5]}));
+    angle += delta[6];
   }
   F = times(times(U, diagonal(portable::cos(angle), portable::sin(angle))), V.transpose());
 }
@@ -187,18 +179,20 @@ inline void refine_essential(const TwoViewPoints& points, const Calibration& K, 
   for (int i = 0; i < iterations; ++i) {
     if (!accumulate_epipolar(points, K.fundamental(e), cut2, selection, normal)) return;
     const Eigen::Vector3d b1 = e.t.unitOrthogonal(), b2 = e.t.cross(b1);
-    Eigen::Matrix<double, 9, 5> D;
-    auto column = [&](int c, const Eigen::Matrix3d& dE) {
-      D.col(c) = row_major(times(times(K.K2_inv.transpose(), dE), K.K1_inv));
+    EntryDerivatives D;
+    const auto of_entries = [&](const Eigen::Matrix3d& dE) {
+      return to_array(times(times(K.K2_inv.transpose(), dE), K.K1_inv));
     };
     const Eigen::Matrix3d tx = cross_matrix(e.t);
-    for (int k = 0; k < 3; ++k) column(k, times(times(tx, cross_matrix(Eigen::Vector3d::Unit(k))), e.R));
-    column(3, times(cross_matrix(b1), e.R));
-    column(4, times(cross_matrix(b2), e.R));
-    Eigen::Matrix<double, 5, 1> delta;
-    if (!normal.step(D, delta)) return;
-    e.R = times(exp_so3(delta.head<3>()), e.R);
-    e.t = (e.t + delta(3) * b1 + delta(4) * b2).normalized();
+    for (std::size_t k = 0; k < 3; ++k) D[k] = of_entries(times(times(tx, generator(k)), e.R));
+    D[3] = of_entries(times(cross_matrix(b1), e.R));
+    D[4] = of_entries(times(cross_matrix(b2), e.R));
+    std::array<double, 8> delta;
+    if (!normal.step(D, 5, delta)) return;
+    e.R = times(exp_so3({delta[0], delta[1], delta[2]}), e.R);
+    e.t += delta[3] * b1;
+    e.t += delta[4] * b2;
+    e.t.normalize();
   }
 }
 
@@ -236,16 +230,16 @@ inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix
   }
   double sums[4][6];
   for (int k = 0; k < 24; ++k) sums[k / 6][k % 6] = A[k / 6][k % 6].sum();
-  normal.A.setZero();
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) {
+  normal.A = {};
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (std::size_t c = 0; c < 3; ++c) {
       const int product = kProduct[r][c];
-      normal.A(r, c) = normal.A(3 + r, 3 + c) = sums[0][product];
-      normal.A(r, 6 + c) = normal.A(6 + c, r) = -sums[1][product];
-      normal.A(3 + r, 6 + c) = normal.A(6 + c, 3 + r) = -sums[2][product];
-      normal.A(6 + r, 6 + c) = sums[3][product];
+      normal.A[r][c] = normal.A[3 + r][3 + c] = sums[0][product];
+      normal.A[r][6 + c] = normal.A[6 + c][r] = -sums[1][product];
+      normal.A[3 + r][6 + c] = normal.A[6 + c][3 + r] = -sums[2][product];
+      normal.A[6 + r][6 + c] = sums[3][product];
     }
-    normal.g(r) = g[0][r].sum(), normal.g(3 + r) = g[1][r].sum(), normal.g(6 + r) = -g[2][r].sum();
+    normal.g[r] = g[0][r].sum(), normal.g[3 + r] = g[1][r].sum(), normal.g[6 + r] = -g[2][r].sum();
   }
   return used >= 4;
 }
@@ -254,11 +248,12 @@ inline bool accumulate_transfer(const TwoViewPoints& points, const Eigen::Matrix
 inline void refine_homography(const TwoViewPoints& points, double cut2, int iterations,
                               const Selection& selection, Eigen::Matrix3d& H) {
   EntryNormal normal;
-  const Eigen::Matrix<double, 9, 8> D = Matrix99::Identity().leftCols<8>();
+  EntryDerivatives D{};
+  for (std::size_t k = 0; k < 8; ++k) D[k][k] = 1;
   for (int i = 0; i < iterations; ++i) {
-    Eigen::Matrix<double, 8, 1> delta;
-    if (!accumulate_transfer(points, H, cut2, selection, normal) || !normal.step(D, delta)) return;
-    for (int k = 0; k < 8; ++k) H(k / 3, k % 3) += delta(k);
+    std::array<double, 8> delta;
+    if (!accumulate_transfer(points, H, cut2, selection, normal) || !normal.step(D, 8, delta)) return;
+    for (int k = 0; k < 8; ++k) H(k / 3, k % 3) += delta[static_cast<std::size_t>(k)];
   }
 }
 
@@ -269,13 +264,11 @@ inline void refine_rotation(const TwoViewPoints& points, const Calibration& K, d
   const Eigen::Matrix3d K2 = K.K2_inv.inverse();
   for (int i = 0; i < iterations; ++i) {
     if (!accumulate_transfer(points, times(times(K2, R), K.K1_inv), cut2, selection, normal)) return;
-    Eigen::Matrix<double, 9, 3> D;
-    for (int k = 0; k < 3; ++k) {
-      D.col(k) = row_major(times(times(K2, cross_matrix(Eigen::Vector3d::Unit(k))), times(R, K.K1_inv)));
-    }
-    Eigen::Vector3d delta;
-    if (!normal.step(D, delta)) return;
-    R = times(exp_so3(delta), R);
+    EntryDerivatives D;
+    for (std::size_t k = 0; k < 3; ++k) D[k] = to_array(times(times(K2, generator(k)), times(R, K.K1_inv)));
+    std::array<double, 8> delta;
+    if (!normal.step(D, 3, delta)) return;
+    R = times(exp_so3({delta[0], delta[1], delta[2]}), R);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/geometry/epipolar_distance.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
 #include <utility>
 
 namespace dynfilter::detail {
@@ -81,9 +82,9 @@ inline bool null_space_7x9(double (&A)[7][9], Eigen::Matrix3d& N1, Eigen::Matrix
     }
     for (int c = 0; c < 9; ++c) n[s][column[c]] = v[c];
   }
-  using Row = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  N1 = Eigen::Map<const Row>(n[0]).normalized();
-  N2 = Eigen::Map<const Row>(n[1]).normalized();
+  for (int c = 0; c < 9; ++c) N1(c / 3, c % 3) = n[0][c], N2(c / 3, c % 3) = n[1][c];
+  N1.normalize();
+  N2.normalize();
   return true;
 }
 
@@ -101,14 +102,20 @@ inline int solve_seven(const Eigen::Vector2d (&p1)[7], const Eigen::Vector2d (&p
   if (!null_space_7x9(A, a, b)) return 0;
   // det(a + x b) = det a + x tr(adj(a) b) + x^2 tr(adj(b) a) + x^3 det b
   auto mixed = [](const Eigen::Matrix3d& m, const Eigen::Matrix3d& n) {
-    return m.col(1).cross(m.col(2)).dot(n.col(0)) + m.col(2).cross(m.col(0)).dot(n.col(1)) +
-           m.col(0).cross(m.col(1)).dot(n.col(2));
+    const Eigen::Vector3d x = column(m, 0), y = column(m, 1), z = column(m, 2);
+    return y.cross(z).dot(column(n, 0)) + z.cross(x).dot(column(n, 1)) + x.cross(y).dot(column(n, 2));
   };
-  const double d3 = b.col(0).dot(b.col(1).cross(b.col(2))), d0 = a.col(0).dot(a.col(1).cross(a.col(2)));
+  const auto determinant = [](const Eigen::Matrix3d& m) {
+    return column(m, 0).dot(column(m, 1).cross(column(m, 2)));
+  };
+  const double d3 = determinant(b), d0 = determinant(a);
   double roots[3];
   const int n = real_cubic_roots(d3, mixed(b, a), mixed(a, b), d0, roots);
   int count = 0;
-  for (int i = 0; i < n; ++i) F[count++] = (a + roots[i] * b).normalized();
+  for (int i = 0; i < n; ++i, ++count) {
+    for (int k = 0; k < 9; ++k) F[count](k) = a(k) + roots[i] * b(k);
+    F[count].normalize();
+  }
   if (std::abs(d3) < 1e-12) F[count++] = b;
   return count;
 }
@@ -117,7 +124,8 @@ inline int solve_seven(const Eigen::Vector2d (&p1)[7], const Eigen::Vector2d (&p
 /// The points of a sample must be in front of both cameras, so (e' x x'_i) . (F x_i) has one sign.
 inline bool oriented(const Eigen::Matrix3d& F, const Eigen::Vector2d (&p1)[7],
                      const Eigen::Vector2d (&p2)[7]) {
-  Eigen::Vector3d e = F.col(0).cross(F.col(1)), e2 = F.col(1).cross(F.col(2)), e3 = F.col(2).cross(F.col(0));
+  const Eigen::Vector3d a = column(F, 0), b = column(F, 1), c = column(F, 2);
+  Eigen::Vector3d e = a.cross(b), e2 = b.cross(c), e3 = c.cross(a);
   if (e2.squaredNorm() > e.squaredNorm()) e = e2;
   if (e3.squaredNorm() > e.squaredNorm()) e = e3;
   double first = 0;
@@ -135,20 +143,23 @@ inline bool oriented(const Eigen::Matrix3d& F, const Eigen::Vector2d (&p1)[7],
 /// Takes 0.23 (-O2) and 0.14 (-O3) of the time of eight equations by Eigen's PartialPivLU.
 inline bool solve_four(const Eigen::Vector2d (&p1)[4], const Eigen::Vector2d (&p2)[4], Eigen::Matrix3d& H) {
   auto basis = [](const Eigen::Vector2d(&p)[4], Eigen::Matrix3d& B) {
-    for (int k = 0; k < 3; ++k) B.col(k) = lifted(p[k]);
+    B = columns(lifted(p[0]), lifted(p[1]), lifted(p[2]));
     const double det = B.determinant();
     if (!(std::abs(det) > 1e-4)) return false;
-    const Eigen::Vector3d weight = B.inverse() * lifted(p[3]);
-    if (!(weight.cwiseAbs().minCoeff() > 1e-3)) return false;
-    for (int k = 0; k < 3; ++k) B.col(k) *= weight(k);
+    const Eigen::Matrix3d B_inv = B.inverse();
+    const Eigen::Vector3d weight = B_inv * lifted(p[3]);
+    for (int k = 0; k < 3; ++k) {
+      if (!(std::abs(weight(k)) > 1e-3)) return false;
+      for (int r = 0; r < 3; ++r) B(r, k) *= weight(k);
+    }
     return true;
   };
   Eigen::Matrix3d A, B;
   if (!basis(p1, A) || !basis(p2, B)) return false;
-  H = B * A.inverse();
+  H = times(B, A.inverse());
   if (!(H.determinant() * H(2, 2) > 0)) return false;
   H /= H(2, 2);
-  return H.allFinite();
+  return all_finite(H.data(), 9);
 }
 
 }  // namespace dynfilter::detail

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -12,6 +11,7 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/motion/rigid_background.hpp>
 #include <dynfilter/motion/row_twist.hpp>
 #include <opencv2/core.hpp>
@@ -75,12 +75,13 @@ class BackgroundPoints {
   /// Squared residuals under a motion: in the image [px^2], and in depth in units of its variance.
   /// Both rows have stride() entries.
   void measure(const Pose& T_current_reference, float* image2_px2, float* depth2) const {
-    const Eigen::Matrix3f R = T_current_reference.R().cast<float>();
-    const Eigen::Vector3f t = T_current_reference.t().cast<float>();
+    const PointMotion T(T_current_reference);
     const auto fx = static_cast<float>(scene_->camera.fx_px), fy = static_cast<float>(scene_->camera.fy_px);
     for (std::size_t k = 0; k < stride_; k += Pack::kWidth) {
       const Pack x = pack(kX, k), y = pack(kY, k), z = pack(kZ, k);
-      const auto moved = [&](int row) { return R(row, 0) * x + (R(row, 1) * y + R(row, 2) * z) + t(row); };
+      const auto moved = [&](int row) {
+        return T.R[row][0] * x + (T.R[row][1] * y + T.R[row][2] * z) + T.t[row];
+      };
       const Pack qz = moved(2);
       const Pack u = fx * (moved(0) / qz - pack(kU, k)), v = fy * (moved(1) / qz - pack(kV, k));
       const Pack deeper = qz - pack(kDepth, k);

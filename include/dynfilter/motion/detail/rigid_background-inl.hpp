@@ -124,8 +124,7 @@ class RigidBackgroundSearch {
       const auto k = static_cast<std::size_t>(i);
       cv::Point3f& c = straight_m_[k];
       const double s = RowTwist::row(scene_->camera, scene_->pixels[k].y);
-      const Eigen::Vector3f q = twist_.straighten({c.x, c.y, c.z}, s).cast<float>();
-      c = {q.x(), q.y(), q.z()};
+      c = to_point(twist_.straighten({c.x, c.y, c.z}, s));
     }
     straight_.current_m = straight_m_;
     points_.follow(straight_);

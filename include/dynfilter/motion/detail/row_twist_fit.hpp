@@ -3,11 +3,13 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
-#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
+#include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
 #include <dynfilter/motion/row_twist.hpp>
 
@@ -23,8 +25,6 @@ struct RowTwistFit {
   static constexpr float kScale2 = 3;      ///< of the Cauchy weights: residuals in standard deviations
   static constexpr float kExplained2 = 9;  ///< three standard deviations
   static constexpr float kDepthWeight = 0.1F;  ///< depth is not taken at the time of a row
-  using Matrix9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
-  using Vector9 = Eigen::Matrix<double, 9, 1>;
 
   bool ok = false;
   Pose T;
@@ -37,56 +37,64 @@ struct RowTwistFit {
                         double twist_sigma_rad, double noise_px) {
     RowTwistFit fit;
     fit.T = start;
-    Matrix9 normal;
+    Normal normal;
     const double per_prior2 = 1 / (twist_sigma_rad * twist_sigma_rad);
     noise_px = std::min(kWide_px, noise_px);
     double sigma_px = kWide_px;
     for (int k = 0; k < kIterations; ++k) {
-      Vector9 step;
+      double step[9];
       fit.linearise(points, camera, sigma_px, normal, step);
-      normal.diagonal().tail<3>().array() += per_prior2;
-      step.tail<3>() += -per_prior2 * fit.twist.a_rad;
-      Matrix9 used = normal;
-      if (!solve_positive_definite(used.data(), step.data(), 9) || !step.allFinite()) return fit;
-      const Eigen::Matrix3d turn = exp_so3(step.segment<3>(3));
-      fit.T = Pose::from(turn * fit.T.R(), turn * fit.T.t() + step.head<3>());
-      fit.twist.a_rad += step.tail<3>();
-      if (sigma_px < kGoodEnough * noise_px && step.tail<6>().cwiseAbs().maxCoeff() < kGoodEnough_rad) break;
+      for (int a = 0; a < 3; ++a) {
+        normal[6 + a][6 + a] += per_prior2;
+        step[6 + a] += -per_prior2 * fit.twist.a_rad[a];
+      }
+      Normal used;
+      std::copy(normal[0], normal[0] + 81, used[0]);
+      if (!solve_positive_definite(used[0], step, 9) || !all_finite(step, 9)) return fit;
+      fit.T = Pose::from(exp_so3({step[3], step[4], step[5]}), {step[0], step[1], step[2]}) * fit.T;
+      fit.twist.a_rad += Eigen::Vector3d(step[6], step[7], step[8]);
+      const bool small = std::all_of(step + 3, step + 9,
+                                     [](double turn_rad) { return std::abs(turn_rad) < kGoodEnough_rad; });
+      if (sigma_px < kGoodEnough * noise_px && small) break;
       sigma_px = k + 2 < kIterations ? (sigma_px + noise_px) / 2 : noise_px;
     }
-    Matrix9 covariance;
-    if (!invert_positive_definite(normal.data(), covariance.data(), 9)) return fit;
-    fit.variance_rad2 = covariance.diagonal().tail<3>();
+    Normal covariance;
+    if (!invert_positive_definite(normal[0], covariance[0], 9)) return fit;
+    fit.variance_rad2 = {covariance[6][6], covariance[7][7], covariance[8][8]};
     fit.ok = true;
     return fit;
   }
 
  private:
+  using Normal = double[9][9];
   static constexpr double kGoodEnough = 1.5, kGoodEnough_rad = 2e-5;  ///< a hundredth of a pixel
 
   /// J^T W J and -J^T W r.
-  void linearise(const BackgroundPoints& points, const Camera& camera, double sigma_px, Matrix9& normal,
-                 Vector9& step) {
+  void linearise(const BackgroundPoints& points, const Camera& camera, double sigma_px, Normal& normal,
+                 double (&step)[9]) {
     const auto f = [&](double f_px) { return static_cast<float>(f_px / sigma_px); };
     call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
       sum_up<PackOf<lanes()>>(points, f(camera.fx_px), f(camera.fy_px), normal, step);
     });
   }
   template <class P>
-  DYNFILTER_AS_CALLER void sum_up(const BackgroundPoints& points, float fx, float fy, Matrix9& normal,
-                                  Vector9& step) {
+  DYNFILTER_AS_CALLER void sum_up(const BackgroundPoints& points, float fx, float fy, Normal& normal,
+                                  double (&step)[9]) {
     P sums[9][9], right[9], inside = 0, all = 0;
     for (int i = 0; i < 9; ++i) {
       right[i] = 0;
       for (int j = 0; j <= i; ++j) sums[i][j] = 0;
     }
-    const Eigen::Matrix3f R = T.R().cast<float>();
-    const Eigen::Vector3f t = T.t().cast<float>(), a = twist.a_rad.cast<float>();
+    const PointMotion motion(T);
+    const auto& R = motion.R;
+    const float a[3] = {static_cast<float>(twist.a_rad[0]), static_cast<float>(twist.a_rad[1]),
+                        static_cast<float>(twist.a_rad[2])};
     points.for_each_pack<P>([&](const BackgroundPoints::PointPack<P>& k) DYNFILTER_AS_CALLER {
       P q[3];
-      for (int r = 0; r < 3; ++r) q[r] = R(r, 0) * k.p[0] + (R(r, 1) * k.p[1] + R(r, 2) * k.p[2]) + t(r);
-      const P x = q[0] - k.s * (a(1) * q[2] - a(2) * q[1]), y = q[1] - k.s * (a(2) * q[0] - a(0) * q[2]),
-              z = q[2] - k.s * (a(0) * q[1] - a(1) * q[0]);
+      for (int r = 0; r < 3; ++r)
+        q[r] = R[r][0] * k.p[0] + (R[r][1] * k.p[1] + R[r][2] * k.p[2]) + motion.t[r];
+      const P x = q[0] - k.s * (a[1] * q[2] - a[2] * q[1]), y = q[1] - k.s * (a[2] * q[0] - a[0] * q[2]),
+              z = q[2] - k.s * (a[0] * q[1] - a[1] * q[0]);
       const P per_z = 1.0F / max(z, 1e-3F), u = x * per_z, v = y * per_z,
               wz = kDepthWeight / sqrt(k.depth_m2);
       const P residuals[3] = {fx * (u - k.u), fy * (v - k.v), wz * (z - k.z)};
@@ -111,8 +119,8 @@ struct RowTwistFit {
     });
     share = static_cast<double>(inside.sum() / std::max(1.0F, all.sum()));
     for (int i = 0; i < 9; ++i) {
-      step(i) = static_cast<double>(-right[i].sum());
-      for (int j = 0; j <= i; ++j) normal(i, j) = normal(j, i) = static_cast<double>(sums[i][j].sum());
+      step[i] = static_cast<double>(-right[i].sum());
+      for (int j = 0; j <= i; ++j) normal[i][j] = normal[j][i] = static_cast<double>(sums[i][j].sum());
     }
   }
 };

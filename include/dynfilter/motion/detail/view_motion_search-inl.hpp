@@ -7,7 +7,7 @@
 #include <cmath>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/geometry/small_solve.hpp>
+#include <dynfilter/geometry/small_matrix.hpp>
 
 namespace dynfilter {
 

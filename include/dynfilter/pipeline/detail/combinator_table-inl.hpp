@@ -20,9 +20,41 @@ namespace dynfilter {
 
 namespace detail {
 
+inline CombinatorCard combinator_card(const char* name, std::string form, const char* summary,
+                                      const char* dynamic) {
+  return {name, std::move(form), summary, dynamic, {}};
+}
 template <class S>
 CombinatorCard combinator_card(std::string form) {
-  return {S::kName, std::move(form), S::kSummary, S::kDynamic, {}};
+  return combinator_card(S::kName, std::move(form), S::kSummary, S::kDynamic);
+}
+
+/// `{ key: stage, ... }`
+inline std::string form_of_keys(const std::vector<std::string>& keys,
+                                const std::vector<std::string>& optional) {
+  std::string form;
+  for (const auto* names : {&keys, &optional})
+    for (const std::string& name : *names) form += (form.empty() ? "{ " : ", ") + name + ": stage";
+  return form + " }";
+}
+
+inline Stages one_stage(const YamlNode& value, const StageReader& reader) {
+  Stages stages;
+  stages.push_back(reader.stage(value));
+  return stages;
+}
+
+inline Stages stages_of_keys(const YamlNode& value, const StageReader& reader,
+                             const std::vector<std::string>& keys, const std::vector<std::string>& optional) {
+  Stages stages;
+  for (const YamlNode& node : StageReader::nodes(value, keys, optional)) stages.push_back(reader.stage(node));
+  return stages;
+}
+
+/// The stages after `of`.
+inline Stages members(const YamlNode& value, const StageReader& reader, bool list) {
+  const YamlNode of = StageReader::required(value, "of");
+  return list ? reader.stages(of) : one_stage(of, reader);
 }
 
 /// `name: [stage, ...]`
@@ -37,23 +69,16 @@ CombinatorEntry of_a_list() {
 template <class S>
 CombinatorEntry of_one() {
   return {combinator_card<S>("stage"), [](const YamlNode& value, const StageReader& reader) {
-            Stages children;
-            children.push_back(reader.stage(value));
-            return std::make_unique<S>(value.path(), std::move(children));
+            return std::make_unique<S>(value.path(), one_stage(value, reader));
           }};
 }
 
 /// `name: { key: stage, ... }`
 template <class S>
 CombinatorEntry of_keys(const std::vector<std::string>& keys, const std::vector<std::string>& optional = {}) {
-  std::string form;
-  for (const auto* names : {&keys, &optional})
-    for (const std::string& name : *names) form += (form.empty() ? "{ " : ", ") + name + ": stage";
-  return {combinator_card<S>(form + " }"), [=](const YamlNode& value, const StageReader& reader) {
-            Stages children;
-            for (const YamlNode& node : StageReader::nodes(value, keys, optional))
-              children.push_back(reader.stage(node));
-            return std::make_unique<S>(value.path(), std::move(children));
+  return {combinator_card<S>(form_of_keys(keys, optional)),
+          [=](const YamlNode& value, const StageReader& reader) {
+            return std::make_unique<S>(value.path(), stages_of_keys(value, reader, keys, optional));
           }};
 }
 
@@ -66,13 +91,7 @@ CombinatorEntry of_parameters(bool list = false) {
   entry.card.parameters = describe_parameters<typename S::Params>();
   entry.make = [list](const YamlNode& value, const StageReader& reader) {
     const auto params = read_parameters<typename S::Params>(value, {}, {"of"});
-    const YamlNode of = StageReader::required(value, "of");
-    Stages children;
-    if (list)
-      children = reader.stages(of);
-    else
-      children.push_back(reader.stage(of));
-    return std::make_unique<S>(value.path(), std::move(children), params);
+    return std::make_unique<S>(value.path(), members(value, reader, list), params);
   };
   return entry;
 }

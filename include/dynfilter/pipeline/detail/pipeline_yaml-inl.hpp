@@ -25,13 +25,13 @@ DYNFILTER_INLINE StagePtr read_call_point(const YamlNode& node, const Registry& 
 
 DYNFILTER_INLINE const AnyField* pipeline_field(const std::string& key) {
   for (const AnyField& field : PipelineParams::fields().all())
-    if (field.info.name == key) return &field;
+    if (key == field.name) return &field;
   return nullptr;
 }
 
 DYNFILTER_INLINE std::vector<std::string> pipeline_keys() {
   std::vector<std::string> keys{"name", "about"};
-  for (const AnyField& field : PipelineParams::fields().all()) keys.push_back(field.info.name);
+  for (const AnyField& field : PipelineParams::fields().all()) keys.emplace_back(field.name);
   for (const char* key :
        {"correspondence", "floor", "initialisation", "before_pose", "after_pose", "at_keyframe"})
     keys.emplace_back(key);

@@ -124,12 +124,12 @@ std::string read_prefixed(const YamlNode& root, const std::string& prefix, const
     const std::string name = key.substr(prefix.size());
     const dynfilter::detail::AnyFields& table = P::fields().all();
     const auto field =
-        std::find_if(table.begin(), table.end(), [&](const auto& f) { return f.info.name == name; });
+        std::find_if(table.begin(), table.end(), [&](const auto& f) { return f.name == name; });
     if (name == text_key) {
       text = value.text();
     } else if (field == table.end()) {
       std::vector<std::string> known{prefix + text_key};
-      for (const auto& f : table) known.push_back(prefix + f.info.name);
+      for (const auto& f : table) known.push_back(prefix + f.name);
       throw ConfigError("", unknown_name("key", key, known));
     } else {
       field->read(&p, value);

@@ -1,10 +1,38 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace dynfilter::detail {
+
+// Every kind of Eigen expression compiles 50 to 250 functions in each file that has it. So products, columns
+// and solvers are functions, and sums are made of few kinds.
+
+inline Eigen::Matrix3d times(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return a * b;
+}
+inline Eigen::Matrix3d rows(const std::array<double, 9>& row_major) {
+  Eigen::Matrix3d m;
+  for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = row_major[static_cast<std::size_t>(k)];
+  return m;
+}
+inline Eigen::Vector3d column(const Eigen::Matrix3d& m, int c) {
+  return {m(0, c), m(1, c), m(2, c)};
+}
+inline Eigen::Matrix3d columns(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  Eigen::Matrix3d m;
+  for (int r = 0; r < 3; ++r) m(r, 0) = a(r), m(r, 1) = b(r), m(r, 2) = c(r);
+  return m;
+}
+/// [v]x
+inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  return rows({0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0});
+}
 
 /// Solves A x = b by L D L^T for a symmetric positive definite A (n x n). Works in place: b becomes x, and A
 /// is overwritten. The storage order does not matter. False if a pivot is not positive relative to the
@@ -44,6 +72,13 @@ inline bool invert_positive_definite(const double* A, double* inverse, int n) {
     column[c] = 1;
     if (!solve_positive_definite(work, column, n)) return false;
   }
+  return true;
+}
+
+/// Eigen's allFinite() compiles about 150 functions per size.
+inline bool all_finite(const double* values, int n) {
+  for (int i = 0; i < n; ++i)
+    if (!std::isfinite(values[i])) return false;
   return true;
 }
 
