@@ -81,7 +81,7 @@ class FrameMatches {
 
  private:
   static FlowParams checked_once(FlowParams params);
-  static constexpr float kNear_px = 32;   ///< flow finds it without help: twice the width of its window
+  static constexpr int kNearWindows = 2;  ///< flow finds without help what is as near as two of its windows
   static constexpr double kFar_px = 120;  ///< a car at 8 m that comes nearer at 20 m/s, at 10 Hz
   static DescriptorMatchParams searching_far(DescriptorMatchParams params);
   /// True in one of four cells of 8 x 8 pixels.
@@ -319,6 +319,7 @@ inline std::vector<cv::Point2f> FrameMatches::starts_by(const MotionPrior& prior
   const std::vector<cv::Point2f>& undistorted = current_.undistorted_pixels();
   const std::vector<float>& depth_m = current_.depths_m();
   const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto near_px = static_cast<float>(kNearWindows * params_.flow.window_px);
   std::vector<cv::Point2f> starts(current_.size(), {nan, nan});
   for (std::size_t i = 0; i < starts.size(); ++i) {
     if (found.found[i] != 0) continue;
@@ -327,7 +328,7 @@ inline std::vector<cv::Point2f> FrameMatches::starts_by(const MotionPrior& prior
         R * Eigen::Vector3d((px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1);
     if (prior.has_translation && depth_m[i] > 0) p += T_reference_current.t() / depth_m[i];
     const cv::Point2f shift_px = project(camera, to_point(p)) - px;
-    if (shift_px.dot(shift_px) > kNear_px * kNear_px) starts[i] = current_.pixels()[i] + shift_px;
+    if (shift_px.dot(shift_px) > near_px * near_px) starts[i] = current_.pixels()[i] + shift_px;
   }
   return starts;
 }

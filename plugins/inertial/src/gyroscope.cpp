@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/inertial/gyroscope.hpp>
 #include <iterator>
+#include <map>
+#include <utility>
 
 namespace dynfilter {
 
@@ -67,7 +70,7 @@ Eigen::Vector3d Gyroscope::integral(double from_s, double to_s) const {
 
 std::optional<MotionPrior> Gyroscope::prior(double from_s, double to_s) const {
   const double begin_s = from_s + offset_s_, end_s = to_s + offset_s_, whole_s = end_s - begin_s;
-  if (!covers(begin_s, end_s)) return std::nullopt;
+  if (!axes_fit_ || !covers(begin_s, end_s)) return std::nullopt;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // R_now_reference
   double now_s = begin_s;
   for (std::size_t k = after(begin_s); now_s < end_s; ++k) {
@@ -95,15 +98,23 @@ void Gyroscope::observe(double from_s, double to_s, const Eigen::Matrix3d& R_cur
   if (++observed_ % kEvery == 0 && turns_.size() >= kFewest) calibrate();
 }
 
+std::vector<Gyroscope::Rates> Gyroscope::rates(double offset_s) const {
+  std::vector<Rates> rates;
+  for (const Turn& turn : turns_) {
+    const double begin_s = turn.from_s + offset_s, end_s = turn.to_s + offset_s, time_s = end_s - begin_s;
+    if (covers(begin_s, end_s))
+      rates.push_back(
+          {std::floor(begin_s / kBlock_s), integral(begin_s, end_s) / time_s, turn.rotation_rad / time_s});
+  }
+  return rates;
+}
+
 /// Cauchy's weights at the median residual make a wrong pose of the host harmless.
 Gyroscope::Fit Gyroscope::fit(double offset_s) const {
+  const std::vector<Rates> pairs = rates(offset_s);
+  if (pairs.size() < kFewest) return {};
   std::vector<Eigen::Vector3d> rates;
-  for (const Turn& turn : turns_) {
-    const double begin_s = turn.from_s + offset_s, end_s = turn.to_s + offset_s;
-    if (covers(begin_s, end_s))
-      rates.push_back((integral(begin_s, end_s) - turn.rotation_rad) / (end_s - begin_s));
-  }
-  if (rates.size() < kFewest) return {HUGE_VAL, bias_radps_};
+  for (const Rates& pair : pairs) rates.push_back(pair.sensor_radps - pair.observed_radps);
   Eigen::Vector3d bias;
   std::vector<double> axis(rates.size());
   for (int k = 0; k < 3; ++k) {
@@ -114,13 +125,46 @@ Gyroscope::Fit Gyroscope::fit(double offset_s) const {
   const double usual2 = median_in_place(axis) + 1e-12;
   double weights = 0, cost = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& rate : rates) {
-    const double miss2 = (rate - bias).squaredNorm(), weight = 1 / (1 + miss2 / (4 * usual2));
+  std::map<double, std::pair<double, Eigen::Vector3d>> blocks;  // weight and sum
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    const double miss2 = (rates[i] - bias).squaredNorm(), weight = 1 / (1 + miss2 / (4 * usual2));
     weights += weight;
-    sum += weight * rate;
+    sum += weight * rates[i];
     cost += weight * miss2;
+    auto& block = blocks.try_emplace(pairs[i].block, 0, Eigen::Vector3d::Zero()).first->second;
+    block.first += weight;
+    block.second += weight * rates[i];
   }
-  return {cost / weights, sum / weights};
+  Fit fit{cost / weights, sum / weights, HUGE_VAL};
+  if (blocks.size() < kFewestBlocks) return fit;
+  double spread2 = 0;
+  for (const auto& [start, block] : blocks)
+    spread2 += (block.second / block.first - fit.bias_radps).squaredNorm() / 3;
+  const auto n = static_cast<double>(blocks.size());
+  fit.bias_sigma2 = std::max(fit.cost / 3 / weights, spread2 / (n * (n - 1)));
+  return fit;
+}
+
+/// Against the orthogonal matrix that turns one into the other best (Schoenemann, Psychometrika 1966).
+bool Gyroscope::other_axes_fit() const {
+  const std::vector<Rates> pairs = rates(offset_s_);
+  if (pairs.size() < kFewest) return false;
+  const auto n = static_cast<double>(pairs.size());
+  Eigen::Vector3d sensor = Eigen::Vector3d::Zero(), observed = Eigen::Vector3d::Zero();
+  for (const Rates& pair : pairs) sensor += pair.sensor_radps / n, observed += pair.observed_radps / n;
+  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
+  double squares = 0, blocks = 0, last = HUGE_VAL;
+  for (const Rates& pair : pairs) {
+    const Eigen::Vector3d a = pair.sensor_radps - sensor, b = pair.observed_radps - observed;
+    products += a * b.transpose();
+    squares += a.squaredNorm() + b.squaredNorm();
+    if (pair.block != last) blocks += 1, last = pair.block;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> squared(products.transpose() * products,
+                                                               Eigen::EigenvaluesOnly);
+  const double best = squares - 2 * squared.eigenvalues().cwiseMax(0).cwiseSqrt().sum(),
+               own = squares - 2 * products.trace();
+  return 1.5 * blocks * std::log(own / std::max(best, 1e-9 * squares)) > kOtherAxes_nats;
 }
 
 void Gyroscope::calibrate() {
@@ -141,12 +185,15 @@ void Gyroscope::calibrate() {
       offset_sigma_s_ = std::max(kLeastOffset_s, sigma_s);
     }
   }
+  axes_fit_ = !other_axes_fit();
   const Fit fitted = fit(offset_s_);
-  if (!std::isfinite(fitted.cost)) return;
-  bias_radps_ = fitted.bias_radps;
+  const double first2 = options_.noise.first_bias_radps * options_.noise.first_bias_radps;
+  const double trust = std::isfinite(fitted.bias_sigma2) ? first2 / (first2 + fitted.bias_sigma2) : 0;
+  if (!(trust > 0)) return;
   const double window_s = std::abs(turns_.back().to_s - turns_.front().from_s);
-  bias_sigma_radps_ = std::sqrt(fitted.cost / n + options_.noise.bias_walk_radps2_rthz *
-                                                      options_.noise.bias_walk_radps2_rthz * window_s);
+  const double walk = options_.noise.bias_walk_radps2_rthz;
+  bias_radps_ = trust * fitted.bias_radps;
+  bias_sigma_radps_ = std::sqrt(trust * fitted.bias_sigma2 + walk * walk * window_s);
 }
 
 }  // namespace dynfilter

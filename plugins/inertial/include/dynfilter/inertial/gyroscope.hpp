@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <deque>
 #include <dynfilter/core/pose.hpp>
@@ -23,7 +24,9 @@ namespace dynfilter {
 /// Scaramuzza, "On-Manifold Preintegration", T-RO 2017, section VI). The covariance is that of the noise, of
 /// the bias, of the clock and of the scale, as a left perturbation of R_current_reference.
 /// Calibration, over the last 6 s: the clock's offset is where integrated and observed turns differ least. It
-/// is searched on a grid and refined by a parabola. The bias is what then remains of them on average.
+/// is searched on a grid and refined by a parabola. The bias is what then remains of them on average, weighed
+/// with what is known of a sensor's bias beforehand. Poses that follow one another share their errors. So the
+/// means of half seconds tell how good the average is.
 /// Cost: a few us a frame. Not for several threads at once.
 class Gyroscope {
  public:
@@ -52,6 +55,8 @@ class Gyroscope {
   /// By which stamps of samples are late against those of images [s], with its standard deviation.
   double offset_s() const { return offset_s_; }
   double offset_sigma_s() const { return offset_sigma_s_; }
+  /// False while other axes explain the poses far better than R_camera_body. prior() then says nothing.
+  bool axes_fit() const { return axes_fit_; }
 
  private:
   static constexpr double kScale = 0.01;           ///< error of the rate, of itself: MEMS data sheets
@@ -60,14 +65,22 @@ class Gyroscope {
   // Calibration.
   static constexpr double kWindow_s = 6, kStep_s = 0.005;
   static constexpr std::size_t kFewest = 15, kEvery = 5;  ///< observations
+  static constexpr double kBlock_s = 0.5;  ///< poses of one object for the background last as long
+  static constexpr std::size_t kFewestBlocks = 4;
+  static constexpr double kOtherAxes_nats = 2.3;  ///< ten to one
 
   struct Turn {  ///< observed, in the sensor's axes
     double from_s, to_s;
     Eigen::Vector3d rotation_rad;
   };
+  struct Rates {   ///< means of one turn [rad/s]
+    double block;  ///< number of its half second
+    Eigen::Vector3d sensor_radps, observed_radps;
+  };
   struct Fit {
-    double cost;  ///< mean squared residual [rad^2/s^2]
-    Eigen::Vector3d bias_radps;
+    double cost = HUGE_VAL;  ///< mean squared residual [rad^2/s^2]
+    Eigen::Vector3d bias_radps = Eigen::Vector3d::Zero();
+    double bias_sigma2 = HUGE_VAL;  ///< variance of an axis [rad^2/s^2], from the means of blocks
   };
 
   /// Whether samples cover the time, of the samples' clock.
@@ -75,7 +88,9 @@ class Gyroscope {
   std::size_t after(double stamp_s) const;  ///< index of the first sample after it
   Eigen::Vector3d rate(double stamp_s) const;
   Eigen::Vector3d integral(double from_s, double to_s) const;
+  std::vector<Rates> rates(double offset_s) const;
   Fit fit(double offset_s) const;
+  bool other_axes_fit() const;
   void calibrate();
 
   Options options_;
@@ -84,6 +99,7 @@ class Gyroscope {
   std::deque<Turn> turns_;
   Eigen::Vector3d bias_radps_ = Eigen::Vector3d::Zero();
   double bias_sigma_radps_, offset_s_ = 0, offset_sigma_s_ = kFirstOffset_s;
+  bool axes_fit_ = true;
   std::size_t observed_ = 0;
 };
 
