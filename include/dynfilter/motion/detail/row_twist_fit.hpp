@@ -45,12 +45,12 @@ struct RowTwistFit {
       double step[9];
       fit.linearise(points, camera, sigma_px, normal, step);
       for (int a = 0; a < 3; ++a) {
-        normal[6 + a][6 + a] += per_prior2;
+        normal[10 * (6 + a)] += per_prior2;
         step[6 + a] += -per_prior2 * fit.twist.a_rad[a];
       }
       Normal used;
-      std::copy(normal[0], normal[0] + 81, used[0]);
-      if (!solve_positive_definite(used[0], step, 9) || !all_finite(step, 9)) return fit;
+      std::copy(normal, normal + 81, used);
+      if (!solve_positive_definite(used, step, 9) || !all_finite(step, 9)) return fit;
       fit.T = Pose::from(exp_so3({step[3], step[4], step[5]}), {step[0], step[1], step[2]}) * fit.T;
       fit.twist.a_rad += Eigen::Vector3d(step[6], step[7], step[8]);
       const bool small = std::all_of(step + 3, step + 9,
@@ -59,14 +59,14 @@ struct RowTwistFit {
       sigma_px = k + 2 < kIterations ? (sigma_px + noise_px) / 2 : noise_px;
     }
     Normal covariance;
-    if (!invert_positive_definite(normal[0], covariance[0], 9)) return fit;
-    fit.variance_rad2 = {covariance[6][6], covariance[7][7], covariance[8][8]};
+    if (!invert_positive_definite(normal, covariance, 9)) return fit;
+    fit.variance_rad2 = {covariance[60], covariance[70], covariance[80]};
     fit.ok = true;
     return fit;
   }
 
  private:
-  using Normal = double[9][9];
+  using Normal = double[81];
   static constexpr double kGoodEnough = 1.5, kGoodEnough_rad = 2e-5;  ///< a hundredth of a pixel
 
   /// J^T W J and -J^T W r.
@@ -120,7 +120,8 @@ struct RowTwistFit {
     share = static_cast<double>(inside.sum() / std::max(1.0F, all.sum()));
     for (int i = 0; i < 9; ++i) {
       step[i] = static_cast<double>(-right[i].sum());
-      for (int j = 0; j <= i; ++j) normal[i][j] = normal[j][i] = static_cast<double>(sums[i][j].sum());
+      for (int j = 0; j <= i; ++j)
+        normal[9 * i + j] = normal[9 * j + i] = static_cast<double>(sums[i][j].sum());
     }
   }
 };
