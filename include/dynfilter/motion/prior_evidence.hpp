@@ -96,11 +96,12 @@ inline double PriorEvidence::distance2(const Pose& T_current_reference, double n
     for (int k = 0; k < 3; ++k) M[k][k] += ridge;
     for (; first < 3; ++first) eliminate(M, first);
   }
+  const double* const C = prior_.covariance.data();
   double miss2 = 0, allowed2 = noise_px * noise_px;
   for (int r = first; r < 6; ++r)
     for (int c = first; c < 6; ++c) {
       miss2 += d[r] * M[r][c] * d[c];
-      allowed2 += prior_.covariance[static_cast<std::size_t>(6 * r + c)] * M[c][r];
+      allowed2 += C[6 * r + c] * M[c][r];
     }
   return miss2 / allowed2;
 }
