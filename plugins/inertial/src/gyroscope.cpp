@@ -6,8 +6,6 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/inertial/gyroscope.hpp>
 #include <iterator>
-#include <map>
-#include <utility>
 
 namespace dynfilter {
 
@@ -112,7 +110,7 @@ std::vector<Gyroscope::Rates> Gyroscope::rates(double offset_s) const {
 /// Cauchy's weights at the median residual make a wrong pose of the host harmless.
 Gyroscope::Fit Gyroscope::fit(double offset_s) const {
   const std::vector<Rates> pairs = rates(offset_s);
-  if (pairs.size() < kFewest) return {};
+  if (pairs.size() < kFewest) return {HUGE_VAL, bias_radps_};
   std::vector<Eigen::Vector3d> rates;
   for (const Rates& pair : pairs) rates.push_back(pair.sensor_radps - pair.observed_radps);
   Eigen::Vector3d bias;
@@ -125,24 +123,13 @@ Gyroscope::Fit Gyroscope::fit(double offset_s) const {
   const double usual2 = median_in_place(axis) + 1e-12;
   double weights = 0, cost = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  std::map<double, std::pair<double, Eigen::Vector3d>> blocks;  // weight and sum
-  for (std::size_t i = 0; i < rates.size(); ++i) {
-    const double miss2 = (rates[i] - bias).squaredNorm(), weight = 1 / (1 + miss2 / (4 * usual2));
+  for (const Eigen::Vector3d& rate : rates) {
+    const double miss2 = (rate - bias).squaredNorm(), weight = 1 / (1 + miss2 / (4 * usual2));
     weights += weight;
-    sum += weight * rates[i];
+    sum += weight * rate;
     cost += weight * miss2;
-    auto& block = blocks.try_emplace(pairs[i].block, 0, Eigen::Vector3d::Zero()).first->second;
-    block.first += weight;
-    block.second += weight * rates[i];
   }
-  Fit fit{cost / weights, sum / weights, HUGE_VAL};
-  if (blocks.size() < kFewestBlocks) return fit;
-  double spread2 = 0;
-  for (const auto& [start, block] : blocks)
-    spread2 += (block.second / block.first - fit.bias_radps).squaredNorm() / 3;
-  const auto n = static_cast<double>(blocks.size());
-  fit.bias_sigma2 = std::max(fit.cost / 3 / weights, spread2 / (n * (n - 1)));
-  return fit;
+  return {cost / weights, sum / weights};
 }
 
 /// Against the orthogonal matrix that turns one into the other best (Schoenemann, Psychometrika 1966).
@@ -187,13 +174,11 @@ void Gyroscope::calibrate() {
   }
   axes_fit_ = !other_axes_fit();
   const Fit fitted = fit(offset_s_);
-  const double first2 = options_.noise.first_bias_radps * options_.noise.first_bias_radps;
-  const double trust = std::isfinite(fitted.bias_sigma2) ? first2 / (first2 + fitted.bias_sigma2) : 0;
-  if (!(trust > 0)) return;
+  if (!std::isfinite(fitted.cost)) return;
+  bias_radps_ = fitted.bias_radps;
   const double window_s = std::abs(turns_.back().to_s - turns_.front().from_s);
-  const double walk = options_.noise.bias_walk_radps2_rthz;
-  bias_radps_ = trust * fitted.bias_radps;
-  bias_sigma_radps_ = std::sqrt(trust * fitted.bias_sigma2 + walk * walk * window_s);
+  bias_sigma_radps_ = std::sqrt(fitted.cost / n + options_.noise.bias_walk_radps2_rthz *
+                                                      options_.noise.bias_walk_radps2_rthz * window_s);
 }
 
 }  // namespace dynfilter

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstddef>
 #include <deque>
 #include <dynfilter/core/pose.hpp>
@@ -24,9 +23,7 @@ namespace dynfilter {
 /// Scaramuzza, "On-Manifold Preintegration", T-RO 2017, section VI). The covariance is that of the noise, of
 /// the bias, of the clock and of the scale, as a left perturbation of R_current_reference.
 /// Calibration, over the last 6 s: the clock's offset is where integrated and observed turns differ least. It
-/// is searched on a grid and refined by a parabola. The bias is what then remains of them on average, weighed
-/// with what is known of a sensor's bias beforehand. Poses that follow one another share their errors. So the
-/// means of half seconds tell how good the average is.
+/// is searched on a grid and refined by a parabola. The bias is what then remains of them on average.
 /// Cost: a few us a frame. Not for several threads at once.
 class Gyroscope {
  public:
@@ -65,8 +62,7 @@ class Gyroscope {
   // Calibration.
   static constexpr double kWindow_s = 6, kStep_s = 0.005;
   static constexpr std::size_t kFewest = 15, kEvery = 5;  ///< observations
-  static constexpr double kBlock_s = 0.5;  ///< poses of one object for the background last as long
-  static constexpr std::size_t kFewestBlocks = 4;
+  static constexpr double kBlock_s = 0.5;         ///< errors of poses that follow one another are shared
   static constexpr double kOtherAxes_nats = 2.3;  ///< ten to one
 
   struct Turn {  ///< observed, in the sensor's axes
@@ -78,9 +74,8 @@ class Gyroscope {
     Eigen::Vector3d sensor_radps, observed_radps;
   };
   struct Fit {
-    double cost = HUGE_VAL;  ///< mean squared residual [rad^2/s^2]
-    Eigen::Vector3d bias_radps = Eigen::Vector3d::Zero();
-    double bias_sigma2 = HUGE_VAL;  ///< variance of an axis [rad^2/s^2], from the means of blocks
+    double cost;  ///< mean squared residual [rad^2/s^2]
+    Eigen::Vector3d bias_radps;
   };
 
   /// Whether samples cover the time, of the samples' clock.
