@@ -177,6 +177,23 @@ TEST_CASE("gyroscope: exchanged axes are found within a second, and then there i
   }
 }
 
+// A phone in a holder: with exact poses every degree is seen.
+TEST_CASE("gyroscope: a mounting that is a few degrees off still gives priors") {
+  for (const double off_deg : {1.0, 5.0, 15.0}) {
+    CAPTURE(off_deg);
+    const Eigen::Matrix3d off = exp_so3(off_deg * kDeg * Eigen::Vector3d(0.6, 0, 0.8));
+    Gyroscope gyroscope = mounted();
+    feed(
+        gyroscope, [&](double t) -> Eigen::Vector3d { return off * shaken(t); }, 4);
+    for (int k = 1; k < 100; ++k) {
+      const double from_s = k * kFrame_s, to_s = from_s + kFrame_s;
+      gyroscope.observe(from_s, to_s, turn(shaken, from_s, to_s));
+      CHECK(gyroscope.axes_fit());
+    }
+    CHECK(gyroscope.prior(2, 2 + kFrame_s));
+  }
+}
+
 TEST_CASE("gyroscope: where nothing turns the clock is not known, and stays as it was") {
   Gyroscope gyroscope = mounted();
   feed(gyroscope, [](double) { return Eigen::Vector3d::Zero().eval(); }, 4,

@@ -83,7 +83,7 @@ void MotionPriors::tracked(const std::optional<Pose>& T_world_camera) {
 std::string MotionPriors::summary() const {
   if (!gyroscope_) return "";
   if (!gyroscope_->axes_fit())
-    return "gyroscope: not used, because other axes fit the camera's turns far better; see sensor.yaml";
+    return "gyroscope: not used, other axes than the given ones fit the camera's turns far better";
   const Eigen::Vector3d bias = gyroscope_->bias_radps() * (180 / M_PI);
   return fmt::format("gyroscope: bias {:.2f} {:.2f} {:.2f} deg/s, clock {:.1f} ms late", bias.x(), bias.y(),
                      bias.z(), 1000 * gyroscope_->offset_s());

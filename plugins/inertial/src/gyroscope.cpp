@@ -132,7 +132,8 @@ Gyroscope::Fit Gyroscope::fit(double offset_s) const {
   return {cost / weights, sum / weights};
 }
 
-/// Against the orthogonal matrix that turns one into the other best (Schoenemann, Psychometrika 1966).
+/// Against the orthogonal matrix that turns one into the other best (Schoenemann, Psychometrika 1966), by the
+/// likelihood of the residuals.
 bool Gyroscope::other_axes_fit() const {
   const std::vector<Rates> pairs = rates(offset_s_);
   if (pairs.size() < kFewest) return false;
@@ -149,9 +150,10 @@ bool Gyroscope::other_axes_fit() const {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> squared(products.transpose() * products,
                                                                Eigen::EigenvaluesOnly);
-  const double best = squares - 2 * squared.eigenvalues().cwiseMax(0).cwiseSqrt().sum(),
-               own = squares - 2 * products.trace();
-  return 1.5 * blocks * std::log(own / std::max(best, 1e-9 * squares)) > kOtherAxes_nats;
+  const double in_best = squared.eigenvalues().cwiseMax(0).cwiseSqrt().sum(), in_own = products.trace();
+  if (in_own > kNearAxes * in_best) return false;
+  const double best = squares - 2 * in_best, own = squares - 2 * in_own;
+  return kAxes / 2.0 * blocks * std::log(own / std::max(best, kExact * squares)) > kOtherAxes_nats;
 }
 
 void Gyroscope::calibrate() {

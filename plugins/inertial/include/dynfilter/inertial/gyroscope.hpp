@@ -64,6 +64,9 @@ class Gyroscope {
   static constexpr std::size_t kFewest = 15, kEvery = 5;  ///< observations
   static constexpr double kBlock_s = 0.5;         ///< errors of poses that follow one another are shared
   static constexpr double kOtherAxes_nats = 2.3;  ///< ten to one
+  static constexpr double kNearAxes = 0.87;       ///< cos 30 deg: a mounting a few degrees off is still one
+  static constexpr double kExact = 1e-9;          ///< rounding of poses without noise
+  static constexpr int kAxes = 3;
 
   struct Turn {  ///< observed, in the sensor's axes
     double from_s, to_s;
