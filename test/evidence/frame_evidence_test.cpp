@@ -129,6 +129,73 @@ TEST_CASE("stereo: flow finds features that jump far where their descriptors are
   CHECK(found(false, descriptors) <= 0.3);  // RGB-D and one camera: as before
 }
 
+TEST_CASE("stereo: features without a column are searched in the right image") {
+  constexpr double kDisparity_px = 20.4, kBaseline_px_m = 40.8;  // a wall at 2 m
+  const cv::Size size(320, 120);
+  const test::WaveTexture texture(4);
+  std::vector<cv::KeyPoint> keypoints;
+  for (int y = 20; y < 100; y += 20)
+    for (int x = 60; x < 280; x += 20)
+      keypoints.emplace_back(cv::Point2f(static_cast<float>(x), static_cast<float>(y)), 31.0F);
+  std::vector<float> columns(keypoints.size(), -1.0F);
+  columns[3] = keypoints[3].pt.x - 10;  // the host's counts
+  FrameEvidence evidence;
+  evidence.set_history(1);
+  FrameView frame;
+  frame.keypoints = keypoints;
+  frame.camera = freiburg3_camera();
+  frame.camera->baseline_fx_px_m = kBaseline_px_m;
+  const auto deep = [&](const std::vector<float>& depths_m) {
+    return std::count_if(depths_m.begin(), depths_m.end(), [](float z) { return std::abs(z - 2) < 0.05F; });
+  };
+  const auto all = static_cast<std::ptrdiff_t>(keypoints.size());
+  for (const bool by_host : {true, false}) {
+    CAPTURE(by_host);
+    evidence.reset();
+    cv::Mat left, right;
+    for (int k = 0; k < 2; ++k) {
+      frame.id = k;
+      frame.right_u_px = by_host ? Span<const float>(columns) : Span<const float>();
+      left = texture.image(size, cv::Point2d(3 * k, 0)),
+      right = texture.image(size, cv::Point2d(3 * k + kDisparity_px, 0));
+      frame.grey = left, frame.right_grey = right;
+      evidence.begin(frame, CallPoint::BeforePose);
+      CHECK(evidence.input_notes().empty());
+      CHECK(is_stereo(evidence.frame()));
+      CHECK((evidence.inputs() & Input::Depth) == Input::Depth);
+      CHECK(deep(evidence.depths_m()) >= all - (by_host ? 2 : 1));
+      if (by_host) CHECK(evidence.depths_m()[3] == doctest::Approx(kBaseline_px_m / 10));
+      evidence.end(false);
+      left.setTo(0), right.setTo(0);  // the host's buffers
+    }
+  }
+}
+
+TEST_CASE("a right image that cannot be of this camera is not used, with a note") {
+  const std::vector<cv::KeyPoint> keypoints(1, cv::KeyPoint(150, 50, 31));
+  FrameEvidence evidence;
+  FrameView frame;
+  frame.keypoints = keypoints;
+  frame.camera = freiburg3_camera();
+  frame.camera->baseline_fx_px_m = 40;
+  frame.grey = test::WaveTexture(4).image(cv::Size(320, 120), {});
+  const auto notes = [&](const cv::Mat& right) {
+    frame.right_grey = right;
+    evidence.begin(frame, CallPoint::BeforePose);
+    CHECK(is_stereo(evidence.frame()) == evidence.input_notes().empty());
+    const std::vector<std::string> said = evidence.input_notes();
+    evidence.end(false);
+    return said;
+  };
+  const std::vector<std::string> wrong{"right_grey cannot be used: wrong size or type"};
+  CHECK(notes(frame.grey).empty());
+  CHECK(notes(frame.grey.colRange(0, 300)) == wrong);
+  CHECK(notes(cv::Mat(frame.grey.size(), CV_8UC3, cv::Scalar())) == wrong);
+  frame.camera->distortion[0] = 0.1;
+  CHECK(notes(frame.grey) ==
+        std::vector<std::string>{"right_grey cannot be used: the camera says that images are not rectified"});
+}
+
 TEST_CASE("what is kept does not depend on the host's buffers") {
   FrameEvidence evidence;
   evidence.set_history(1);

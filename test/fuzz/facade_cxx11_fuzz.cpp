@@ -68,7 +68,8 @@ facade::Frame facade_frame(const OwnedFrame& from, LentMemory& memory) {
   to.keypoints = from.keypoints, to.keypoints_undistorted = from.undistorted;
   to.descriptors = memory.image(from.descriptors);
   to.depth_m = from.depth_m, to.right_u_px = from.right_u_px;
-  to.grey = memory.image(from.grey), to.depth = memory.image(from.depth);
+  to.grey = memory.image(from.grey), to.right_grey = memory.image(from.right),
+  to.depth = memory.image(from.depth);
   to.depth_unit_m = from.depth_unit_m;
   to.has_camera = from.has_camera;
   const dynfilter::Camera& c = from.camera;
@@ -105,7 +106,7 @@ facade::Verdicts process(facade::DynFilter& filter, const OwnedFrame& from, faca
   facade::Verdicts verdicts;
   if (!filter.process(frame, point, verdicts)) fail("a frame can be judged", filter.error());
   frame.boxes.clear();
-  frame.grey = frame.depth = frame.mask = frame.descriptors = cv::Mat();
+  frame.grey = frame.right_grey = frame.depth = frame.mask = frame.descriptors = cv::Mat();
   overwrite(frame.keypoints, garbage), overwrite(frame.keypoints_undistorted, garbage);
   overwrite(frame.depth_m, garbage), overwrite(frame.right_u_px, garbage);
   overwrite(frame.map_point_ids, garbage), overwrite(frame.map_points_world_m, garbage);

@@ -92,6 +92,7 @@ void fill_images(Bytes& in, dynfilter_frame& f, LentMemory& m) {
   f.depth_stride_bytes = stride(in, w * depth_bytes);
   f.grey = image(in, m, f, 1, f.grey_stride_bytes), f.mask = image(in, m, f, 1, f.mask_stride_bytes);
   f.depth = image(in, m, f, depth_bytes, f.depth_stride_bytes);
+  f.right_grey = f.grey, f.right_grey_stride_bytes = f.grey_stride_bytes;  // no disparity
   f.depth_unit_m = in.flag() ? 0.001 : in.odd();
 }
 
@@ -161,7 +162,8 @@ void make_odd(Bytes& in, dynfilter_frame& f) {
       f.boxes = nullptr, f.box_count = in.take<std::size_t>();
       break;
     case 5:
-      f.width_px = f.height_px = INT32_MAX, f.grey = f.mask = nullptr, f.depth = nullptr, f.has_boxes = 0;
+      f.width_px = f.height_px = INT32_MAX, f.grey = f.right_grey = f.mask = nullptr, f.depth = nullptr,
+      f.has_boxes = 0;
       break;
     case 6:
       f.boxes_frame_id = f.mask_frame_id = in.take<std::int64_t>();

@@ -31,7 +31,7 @@ struct OwnedFrame {
   std::vector<std::int32_t> match_index;
   std::vector<dynfilter::Detection> boxes;
   std::vector<dynfilter::KeyframeView> keyframes;
-  cv::Mat descriptors, grey, depth, labels;
+  cv::Mat descriptors, grey, right, depth, labels;
   double depth_unit_m = 0.001;
   bool depth_handed_over = false;
   dynfilter::Camera camera;
@@ -48,7 +48,8 @@ struct OwnedFrame {
     v.id = id, v.timestamp_s = timestamp_s;
     v.keypoints = keypoints, v.keypoints_undistorted = undistorted;
     v.descriptors = descriptors, v.depth_m = depth_m, v.right_u_px = right_u_px;
-    v.grey = grey, v.depth = depth, v.depth_unit_m = depth_unit_m, v.depth_handed_over = depth_handed_over;
+    v.grey = grey, v.right_grey = right, v.depth = depth, v.depth_unit_m = depth_unit_m,
+    v.depth_handed_over = depth_handed_over;
     if (has_camera) v.camera = camera;
     v.T_world_camera = pose, v.pose_provenance = provenance;
     v.motion_prior = prior;
@@ -136,11 +137,19 @@ class Frames {
     const cv::Rect object(x, size_.height / 4, 8, size_.height / 2);
     f.depth(object).setTo(cv::Scalar(kNear_m * 1000));
     texture()(cv::Rect(10, 10, object.width, object.height)).copyTo(f.grey(object));
+    if (features_ % 2 == 1) f.right = seen_from_the_right(f.grey);
     f.labels = cv::Mat::zeros(size_, CV_8UC1);
     f.labels(object).setTo(cv::Scalar(15));
     f.boxes.push_back({cv::Rect2f(object), 0, "person", 0.9F, -1, cv::Mat()});
     f.boxes.push_back({cv::Rect2f(2, 2, 12, 9), 56, "chair", 0.5F, 3, has(1) ? f.labels : cv::Mat()});
     if (has(1)) f.boxes.push_back(striped_box());
+  }
+  static cv::Mat seen_from_the_right(const cv::Mat& grey) {
+    constexpr int kDisparity_px = 3;
+    cv::Mat right = grey.clone();
+    if (grey.cols > kDisparity_px)
+      grey.colRange(kDisparity_px, grey.cols).copyTo(right.colRange(0, grey.cols - kDisparity_px));
+    return right;
   }
   /// Half of the features in the box are on its mask.
   dynfilter::Detection striped_box() const {

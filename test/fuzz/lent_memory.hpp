@@ -128,6 +128,7 @@ class LentFrame {
     view_.depth_m = memory_.array(from.depth_m);
     view_.right_u_px = memory_.array(from.right_u_px);
     view_.grey = memory_.image(from.grey);
+    view_.right_grey = memory_.image(from.right_grey);
     view_.depth = from.depth_handed_over ? memory_.handed_over(from.depth) : memory_.image(from.depth);
     view_.map_point_ids = memory_.array(from.map_point_ids);
     view_.map_points_world_m = memory_.array(from.map_points_world_m);

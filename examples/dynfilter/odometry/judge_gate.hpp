@@ -39,6 +39,7 @@ class JudgeGate {
       view_.depth = frame.depth;
       view_.depth_unit_m = frame.depth_unit_m;
     }
+    if (sensor_ == Sensor::Stereo) view_.right_grey = frame.right;
     view_.camera = camera;
     if (sensor_ != Sensor::Stereo) view_.camera->baseline_fx_px_m = 0;
     view_.detections = inputs.detections;

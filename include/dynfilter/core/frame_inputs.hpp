@@ -34,9 +34,10 @@ inline void own_pixels(cv::Mat& image) {
   if (!image.empty() && !has_sole_owner(image)) image = image.clone();
 }
 
-/// True if depths come from the columns in the right image.
+/// True if depths come from the right image.
 inline bool is_stereo(const FrameView& frame) {
-  return !frame.right_u_px.empty() && frame.camera && frame.camera->baseline_fx_px_m > 0;
+  return !(frame.right_u_px.empty() && frame.right_grey.empty()) && frame.camera &&
+         frame.camera->baseline_fx_px_m > 0;
 }
 
 /// False for NaN, negative and infinite columns of FrameView::right_u_px.

@@ -88,6 +88,8 @@ struct FrameView {
   /// The disparity is the feature's undistorted column minus this one. NaN and negative: no match.
   /// Leave it empty for RGB-D, where a column would be computed from the depth.
   Span<const float> right_u_px;
+  /// Stereo, rectified, as large as `grey`. Features without a column are searched in it, or count as hidden.
+  cv::Mat right_grey;
 
   cv::Mat grey;             ///< CV_8UC1
   cv::Mat depth;            ///< CV_32FC1 or CV_16UC1, same size as `grey`; 0 and NaN: no depth

@@ -17,7 +17,7 @@ struct PastFrame {
   double timestamp_s = 0;
   std::vector<cv::KeyPoint> keypoints;
   std::vector<float> depth_m;  ///< one per keypoint, or empty
-  bool stereo = false;         ///< depth_m comes from the columns in the right image
+  bool stereo = false;         ///< depth_m comes from the right image
   cv::Mat descriptors;
   cv::Mat depth;  ///< CV_32FC1 or CV_16UC1, or empty
   double depth_unit_m = 1;

@@ -136,8 +136,11 @@ inline void FrameCleaner::drop_odd_arrays(FrameView& frame) {
 }
 
 inline void FrameCleaner::drop_odd_images(FrameView& frame) {
-  cv::Mat &grey = frame.grey, &depth = frame.depth;
+  cv::Mat &grey = frame.grey, &depth = frame.depth, &right = frame.right_grey;
   drop_input(!grey.empty() && grey.type() != CV_8UC1, "grey", grey);
+  drop_input(!right.empty() && (right.type() != CV_8UC1 || right.size() != grey.size()), "right_grey", right);
+  drop(!right.empty() && frame.camera && frame.camera->distorted(),
+       "right_grey cannot be used: the camera says that images are not rectified", right);
   drop_input(!depth.empty() && depth.type() != CV_16UC1 && depth.type() != CV_32FC1, "depth", depth);
   drop_input(!depth.empty() && !grey.empty() && depth.size() != grey.size(), "depth", depth);
   drop(!depth.empty() && !(frame.depth_unit_m > 0 && std::isfinite(frame.depth_unit_m)),

@@ -6,6 +6,7 @@
 #include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/needs.hpp>
+#include <dynfilter/correspondence/row_search.hpp>
 #include <dynfilter/evidence/clean_frame.hpp>
 #include <dynfilter/evidence/crowded_places.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
@@ -52,7 +53,7 @@ class CurrentFrame {
 
   /// Depths of the host, except on silhouettes of the depth image.
   void fill_depths();
-  /// From the columns in the right image, whatever `max_depth_m` says.
+  /// From the right image, whatever `max_depth_m` says.
   void fill_stereo_depths();
 
   double max_depth_m_, max_depth_edge_;
@@ -130,8 +131,12 @@ inline void CurrentFrame::fill_depths() {
 inline void CurrentFrame::fill_stereo_depths() {
   const std::vector<cv::Point2f>& undistorted = undistorted_pixels();
   depths_m_.resize(size());
-  for (std::size_t i = 0; i < size(); ++i)
-    depths_m_[i] = stereo_depth_m(undistorted[i].x, frame_.right_u_px[i], frame_.camera->baseline_fx_px_m);
+  const RowSearch search(frame_.grey, frame_.right_grey);
+  for (std::size_t i = 0; i < size(); ++i) {
+    float right_u_px = frame_.right_u_px.empty() ? DepthSampler::kNone : frame_.right_u_px[i];
+    if (!valid_right(right_u_px) && !frame_.right_grey.empty()) right_u_px = search.column(pixels_[i]);
+    depths_m_[i] = stereo_depth_m(undistorted[i].x, right_u_px, frame_.camera->baseline_fx_px_m);
+  }
   depths_ready_ = true;
 }
 

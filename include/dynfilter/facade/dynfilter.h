@@ -78,6 +78,8 @@ typedef struct dynfilter_frame {
   int32_t width_px, height_px; /* of the images, and of the camera without any */
   const uint8_t* grey;         /* 8 bits */
   size_t grey_stride_bytes;    /* 0: no padding */
+  const uint8_t* right_grey;   /* stereo: the rectified right image */
+  size_t right_grey_stride_bytes;
   const void* depth;
   size_t depth_stride_bytes;
   int32_t depth_type;  /* enum dynfilter_depth_type */

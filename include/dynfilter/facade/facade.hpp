@@ -73,6 +73,7 @@ struct Frame {
   std::vector<float> depth_m;                       ///< per keypoint; <= 0 or NaN: none
   std::vector<float> right_u_px;                    ///< stereo: column in the right image; < 0 or NaN: none
   cv::Mat grey;                                     ///< CV_8UC1
+  cv::Mat right_grey;                               ///< stereo: the rectified right image, CV_8UC1
   cv::Mat depth;                                    ///< CV_32FC1 or CV_16UC1, same size
   double depth_unit_m = 1;                          ///< metres per unit of `depth`
   bool has_camera = false;

@@ -17,9 +17,8 @@ namespace dynfilter {
 ///
 /// Odd data never throws: images of a new size, no depth, an empty pose, no features. Time that jumps back
 /// and a frame number that starts again reset the history. Wrong settings throw ConfigError when it is made.
-/// Reading and thinning cost less than 0.1 ms for 1000 features, beside the pipeline's own time. Copies of
-/// grey and depth for later call points add 0.12 ms for 640x480. A depth image that is handed over is not
-/// copied.
+/// Reading and thinning cost less than 0.1 ms for 1000 features, copies of images 0.12 ms for 640x480. A
+/// depth image that is handed over is not copied.
 class OrbSlam {
  public:
   /// Receives one line for the host's log, called from the thread of the call that has something to say.
@@ -56,6 +55,9 @@ class OrbSlam {
 
   /// What the next frame's sensors say of the camera's motion since the last one, e.g. a gyroscope.
   void set_motion_prior(const MotionPrior& prior) { motion_prior_ = prior; }
+
+  /// The next frame's right image, rectified, in which features without a column are searched. Copied.
+  void set_right_image(const cv::Mat& right_grey) { keep_copy(right_grey, right_grey_), right_given_ = true; }
 
   // ---- the call points
   /// Beside the extraction, in a thread of its own that ends before the next call: Pipeline::prepare().
@@ -180,8 +182,9 @@ class OrbSlam {
     note_restart(static_cast<std::int64_t>(frame.mnId));
     const bool handed_over = has_sole_owner(depth);
     keep_images(grey, std::move(depth));
+    if (!std::exchange(right_given_, false) || sensor_ != HostSensor::Stereo) right_grey_.release();
     FrameView view = reader_.read(frame, grey_, depth_, depth_unit_m_, sensor_ == HostSensor::Stereo);
-    view.depth_handed_over = handed_over;
+    view.right_grey = right_grey_, view.depth_handed_over = handed_over;
     view.motion_prior = std::exchange(motion_prior_, std::nullopt);
     take_pose(pose, map_exists, view);
     submit_to_detector(view);
@@ -194,10 +197,8 @@ class OrbSlam {
   /// For the later call points of the same frame, when the host may have freed its images.
   void keep_images(const cv::Mat& grey, cv::Mat&& depth) {
     keep_copy(grey, grey_);
-    if (has_sole_owner(depth))
-      depth_ = std::move(depth);
-    else
-      keep_copy(depth, depth_);
+    if (has_sole_owner(depth)) return void(depth_ = std::move(depth));
+    keep_copy(depth, depth_);
   }
 
   void take_pose(const orb_slam::HostPose& pose, bool map_exists, FrameView& view);
@@ -205,14 +206,13 @@ class OrbSlam {
 
   void note_restart(std::int64_t id);  ///< frame numbers that start again are another run
 
-  /// The same frame as before, thinned by now, with the host's pose. Of another frame the images are not
-  /// ours.
+  /// The same frame, thinned by now, with the host's pose. Of another frame the images are not ours.
   template <class Frame>
   FrameView view_of_known(const Frame& frame) {
     const bool known = last_id_ && *last_id_ == static_cast<std::int64_t>(frame.mnId);
     FrameView view = reader_.read(frame, known ? grey_ : cv::Mat(), known ? depth_ : cv::Mat(), depth_unit_m_,
                                   sensor_ == HostSensor::Stereo);
-    if (known) semantics_.add_to(view);
+    if (known) view.right_grey = right_grey_, semantics_.add_to(view);
     if (const std::optional<Pose> T_camera_world = orb_slam::camera_from_world(frame))
       view.T_world_camera = inverse(*T_camera_world), view.pose_provenance = PoseProvenance::Estimated;
     return view;
@@ -234,9 +234,9 @@ class OrbSlam {
   Verdict verdict_;
   std::vector<cv::KeyPoint> keypoints_;
   std::vector<float> weights_;
-  cv::Mat grey_, depth_;  ///< of the last frame
+  cv::Mat grey_, depth_, right_grey_;  ///< of the last frame
   cv::Mat detector_image_;
-  bool has_detector_image_ = false;  ///< for the next frame
+  bool has_detector_image_ = false, right_given_ = false;  ///< for the next frame
   double depth_unit_m_ = 1;
   std::optional<MotionPrior> motion_prior_;  ///< of the next frame
   std::optional<std::int64_t> last_id_;

@@ -366,6 +366,7 @@ class Pipeline:
         keyframes: Sequence[Keyframe] = ...,
         min_features: int = 0,
         motion_prior: Optional[MotionPrior] = None,
+        right_grey: Optional[Array] = None,
     ) -> Verdict: ...
     def after_pose(
         self,
@@ -395,6 +396,7 @@ class Pipeline:
         keyframes: Sequence[Keyframe] = ...,
         min_features: int = 0,
         motion_prior: Optional[MotionPrior] = None,
+        right_grey: Optional[Array] = None,
     ) -> Verdict: ...
     def at_keyframe(
         self,
@@ -424,6 +426,7 @@ class Pipeline:
         keyframes: Sequence[Keyframe] = ...,
         min_features: int = 0,
         motion_prior: Optional[MotionPrior] = None,
+        right_grey: Optional[Array] = None,
     ) -> Verdict: ...
     def reset(self) -> None: ...
     def update_pose(

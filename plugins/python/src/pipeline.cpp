@@ -92,7 +92,7 @@ struct FrameData {
 struct FrameArguments {
   py::handle keypoints, timestamp, frame_id, octaves, keypoints_undistorted, descriptors, depth_m, right_u_px,
       grey, depth, depth_unit_m, camera, pose, pose_kind, boxes, boxes_frame_id, mask, mask_frame_id, matches,
-      matches_frame_id, map_point_ids, map_points_m, keyframes, min_features, motion_prior;
+      matches_frame_id, map_point_ids, map_points_m, keyframes, min_features, motion_prior, right_grey;
 };
 
 class PyPipeline {
@@ -247,6 +247,9 @@ class PyPipeline {
           "depth_unit_m: needed for a uint16 depth image: 1/5000 for TUM, 0.001 for millimetres");
     if (!view.depth.empty() && !view.grey.empty() && view.depth.size() != view.grey.size())
       refuse("depth", "the size of `grey`", a.depth);
+    view.right_grey = data_.images.grey("right_grey", a.right_grey);
+    if (!view.right_grey.empty() && view.right_grey.size() != view.grey.size())
+      refuse("right_grey", "the size of `grey`", a.right_grey);
   }
 
   void fill_camera(const FrameArguments& a, CallPoint point) {
@@ -304,12 +307,13 @@ std::unique_ptr<PyVerdict> call(PyPipeline& self, py::handle keypoints, py::hand
                                 py::handle boxes_frame_id, py::handle mask, py::handle mask_frame_id,
                                 py::handle matches, py::handle matches_frame_id, py::handle map_point_ids,
                                 py::handle map_points_m, py::handle keyframes, py::handle min_features,
-                                py::handle motion_prior) {
+                                py::handle motion_prior, py::handle right_grey) {
   return self.process({keypoints,      timestamp,    frame_id,      octaves,      keypoints_undistorted,
                        descriptors,    depth_m,      right_u_px,    grey,         depth,
                        depth_unit_m,   camera,       pose,          pose_kind,    boxes,
                        boxes_frame_id, mask,         mask_frame_id, matches,      matches_frame_id,
-                       map_point_ids,  map_points_m, keyframes,     min_features, motion_prior},
+                       map_point_ids,  map_points_m, keyframes,     min_features, motion_prior,
+                       right_grey},
                       kPoint);
 }
 
@@ -322,6 +326,9 @@ constexpr const char* kCallDoc =
     "descriptors: (n, bytes) uint8. depth_m: (n,) float32 [m]; NaN, 0 and less: none.\n"
     "right_u_px: (n,) float32, stereo: column of the match in the rectified right image; NaN: none.\n"
     "grey: (height, width) uint8. depth: (height, width) float32 or uint16, in units of depth_unit_m [m].\n"
+    "right_grey: (height, width) uint8, stereo: the rectified right image, in which features without a "
+    "column "
+    "are searched.\n"
     "camera: Camera or (3, 3) matrix. pose: (4, 4) T_world_camera.\n"
     "pose_kind: \"predicted\" (default before the pose), \"estimated\" (default later) or \"refined\".\n"
     "motion_prior: MotionPrior of the camera since an earlier frame, from a gyroscope or wheels.\n"
@@ -349,7 +356,7 @@ void def_call(py::class_<PyPipeline>& type, const char* name) {
            py::arg("mask_frame_id") = none, py::arg("matches") = none, py::arg("matches_frame_id") = none,
            py::arg("map_point_ids") = none, py::arg("map_points_m") = none,
            py::arg("keyframes") = py::tuple(), py::arg("min_features") = 0, py::arg("motion_prior") = none,
-           kCallDoc);
+           py::arg("right_grey") = none, kCallDoc);
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ class PlacedImages {
 
 std::size_t image_bytes(const FrameView& frame) {
   const auto bytes = [](const cv::Mat& image) { return image.total() * image.elemSize(); };
-  std::size_t sum = bytes(frame.grey) + bytes(frame.depth);
+  std::size_t sum = bytes(frame.grey) + bytes(frame.right_grey) + bytes(frame.depth);
   if (frame.mask) sum += bytes(frame.mask->labels);
   if (frame.detections)
     for (const Detection& detection : frame.detections->detections) sum += bytes(detection.mask);

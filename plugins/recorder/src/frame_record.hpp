@@ -26,8 +26,9 @@ struct ImagePlace {
   }
 };
 
-/// Images of a frame, by number: grey, depth and labels, then the masks of boxes.
-inline constexpr std::uint32_t kGreySlot = 0, kDepthSlot = 1, kLabelSlot = 2, kFirstBoxSlot = 3;
+/// Images of a frame, by number: grey, depth, labels and the right one, then the masks of boxes.
+inline constexpr std::uint32_t kGreySlot = 0, kDepthSlot = 1, kLabelSlot = 2, kRightSlot = 3,
+                               kFirstBoxSlot = 4;
 
 template <class Archive, class P>
 void transfer_pose(Archive& archive, P& pose) {
@@ -82,6 +83,7 @@ void transfer_frame(Archive& archive, Frame& frame, Images& images) {
   archive.matrix(frame.descriptors);
   archive.array(frame.depth_m), archive.array(frame.right_u_px);
   images.transfer(archive, kGreySlot, frame.grey);
+  images.transfer(archive, kRightSlot, frame.right_grey);
   images.transfer(archive, kDepthSlot, frame.depth);
   archive.number(frame.depth_unit_m), archive.number(frame.depth_handed_over);
   transfer_optional(archive, frame.camera, [&](auto& camera) { transfer_camera(archive, camera); });

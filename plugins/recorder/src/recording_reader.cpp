@@ -24,7 +24,7 @@ FrameView RecordedFrame::view(std::vector<KeyframeView>& keyframes) const {
   view.keypoints = keypoints, view.keypoints_undistorted = keypoints_undistorted;
   view.descriptors = descriptors;
   view.depth_m = depth_m, view.right_u_px = right_u_px;
-  view.grey = grey, view.depth = depth;
+  view.grey = grey, view.right_grey = right_grey, view.depth = depth;
   view.depth_unit_m = depth_unit_m, view.depth_handed_over = depth_handed_over;
   view.camera = camera;
   view.T_world_camera = T_world_camera, view.pose_provenance = pose_provenance;

@@ -48,6 +48,8 @@ std::string fault_of(const dynfilter_frame& frame) {
   if (frame.has_boxes != 0 && frame.boxes == nullptr && frame.box_count > 0)
     return needs("boxes", "box_count");
   if (short_row(frame, frame.grey, frame.grey_stride_bytes, 1)) return stride("grey_stride_bytes");
+  if (short_row(frame, frame.right_grey, frame.right_grey_stride_bytes, 1))
+    return stride("right_grey_stride_bytes");
   if (short_row(frame, frame.depth, frame.depth_stride_bytes,
                 frame.depth_type == DYNFILTER_DEPTH_U16 ? 2 : 4))
     return stride("depth_stride_bytes");
@@ -138,6 +140,7 @@ void fill(const dynfilter_frame& from, Frame& to) {
   fill_geometry(from, to);
   fill_semantics(from, to);
   to.grey = image_of(from.grey, from.grey_stride_bytes, CV_8UC1, from);
+  to.right_grey = image_of(from.right_grey, from.right_grey_stride_bytes, CV_8UC1, from);
   to.depth_unit_m = from.depth_unit_m;
   to.depth =
       from.depth_type == DYNFILTER_DEPTH_U16   ? image_of(from.depth, from.depth_stride_bytes, CV_16UC1, from)

@@ -78,7 +78,7 @@ FrameView view_of(const Frame& frame, const std::vector<Detection>& detections) 
   view.descriptors = frame.descriptors;
   view.depth_m = frame.depth_m;
   view.right_u_px = frame.right_u_px;
-  view.grey = frame.grey;
+  view.grey = frame.grey, view.right_grey = frame.right_grey;
   view.depth = frame.depth;
   view.depth_unit_m = frame.depth_unit_m;
   if (frame.has_camera) view.camera = camera_of(frame.camera);

@@ -270,8 +270,10 @@ inline void BackgroundMotionFilter::measure(const Evidence& evidence, std::size_
   if (!judges_directions_ && !(valid_depth(then.depth_m) && valid_depth(seen.depth_m))) return;
   const StaticMiss miss = models_[static_cast<std::size_t>(gap - 1)].miss(then, seen);
   if (miss.axes == StaticMiss::Axes::None) return;
+  // What misses with a depth at one end of a track only has a wrong depth nine times out of ten.
+  if (misses != nullptr && miss.axes != StaticMiss::Axes::Space) return;
   out = {gap, then, miss.image_px, miss.axes, spread_of(spread, miss, gap)};
-  if (misses == nullptr || !out.in_space()) return;
+  if (misses == nullptr) return;
   misses->push_back({evidence.pixels()[i], seen.depth_m, miss.miss_px,
                      static_cast<float>(chained_noise_px(static_cast<std::size_t>(gap)))});
 }
@@ -496,6 +498,8 @@ inline void BackgroundMotionFilter::add_neighbours(const Evidence& evidence) {
 inline float BackgroundMotionFilter::mean_around(const Evidence& evidence, std::size_t i) const {
   const cv::Point2f& px = evidence.pixels()[i];
   const float depth_m = evidence.depths_m()[i];
+  // Its neighbours hide it from the right camera, so it lies on what is behind them.
+  if (std::isnan(depth_m) && !evidence.frame().right_grey.empty()) return 0;
   const float unseen = std::isnan(depth_m) ? kBlindReach : kUnseenReach;
   const float reach = static_cast<float>(params_.neighbour_px) * (seen_[i] != 0 ? 1 : unseen);
   NeighbourPlaces::Sum sum =

@@ -20,7 +20,7 @@
 namespace dynfilter::recorder {
 
 /// Of the format. Readers refuse every other one.
-inline constexpr std::uint32_t kVersion = 2;
+inline constexpr std::uint32_t kVersion = 3;
 
 /// A KeyframeView that owns its memory.
 struct RecordedKeyframe {
@@ -49,7 +49,7 @@ struct RecordedFrame {
   std::vector<cv::KeyPoint> keypoints, keypoints_undistorted;
   cv::Mat descriptors;
   std::vector<float> depth_m, right_u_px;
-  cv::Mat grey, depth;
+  cv::Mat grey, right_grey, depth;
   double depth_unit_m = 1;
   bool depth_handed_over = false;
   std::optional<Camera> camera;
