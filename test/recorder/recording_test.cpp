@@ -376,13 +376,13 @@ TEST_CASE("another version, another file and a folder are refused with one line"
   std::string error;
   write_bytes(file, std::string("dynfrec\n\x01\0\0\0\0\0\0\0", 16));
   frames_in(file.path, error);
-  CHECK(error == file.name() + ": is a recording of format 1, and this dynfilter reads format 2");
+  CHECK(error == file.name() + ": is a recording of format 1, and this dynfilter reads format 3");
   write_bytes(file, "%YAML:1.0\npipeline: {}\n");
   frames_in(file.path, error);
   CHECK(error == file.name() + ": is no recording of dynfilter");
   frames_in(file.folder.path(), error);
   CHECK(error == file.folder.path().string() + ": cannot be opened");
-  write_bytes(file, std::string("dynfrec\n\x02\0\0\0\0\0\0\0", 16));
+  write_bytes(file, std::string("dynfrec\n\x03\0\0\0\0\0\0\0", 16));
   frames_in(file.path, error);
   CHECK(error == file.name() + ": the recording ends before its first record");
 }

@@ -33,17 +33,16 @@ class RowSearch {
   float column(const cv::Point2f& px) const;
 
  private:
-  static constexpr int kWidth = 16, kHeight = 9;   ///< of a patch [px]; 16 bytes are compared at once
-  static constexpr int kLeft = 8, kAbove = 4;      ///< of them before its middle
-  static constexpr int kMost_px = 128;             ///< disparity: a limit of cost
-  static constexpr int kBack_px = 1;               ///< tolerance of the way back
+  static constexpr int kWidth = 16, kHeight = 9;  ///< of a patch [px]; 16 bytes are compared at once
+  static constexpr int kLeft = 8, kAbove = 4;     ///< of them before its middle
+  static constexpr int kMost_px = 128,
+                       kBack_px = 1;               ///< disparity, a limit of cost; tolerance of the way back
   static constexpr double kMostSigma_px = 0.25;    ///< of a disparity: DepthNoise assumes as much
   static constexpr double kMostUnexplained = 0.5;  ///< share of the patch's variance
 
   struct Patch {
     const std::uint8_t* first;
     std::size_t step;  ///< from row to row
-
     Patch at(std::ptrdiff_t columns) const { return {first + columns, step}; }
   };
   static Patch patch(const cv::Mat& image, int x, int y) {
@@ -81,9 +80,8 @@ inline float RowSearch::column(const cv::Point2f& px) const {
     const Part before = between(here, there.at(1));
     if (before.squares < part.squares) part = before, disparity_px = found - 1 + part.f;
   }
-  return part.sigma <= kMostSigma_px && part.unexplained <= kMostUnexplained
-             ? static_cast<float>(px.x - disparity_px)
-             : kNone;
+  if (part.sigma > kMostSigma_px || part.unexplained > kMostUnexplained) return kNone;
+  return static_cast<float>(px.x - disparity_px);
 }
 
 inline int RowSearch::difference(Patch a, Patch b) {
@@ -122,8 +120,8 @@ inline RowSearch::Part RowSearch::between(Patch l, Patch r) {
     }
   const double LL = ll - l1 * (l1 / kCount), UU = uu - u1 * (u1 / kCount), WW = ww - w1 * (w1 / kCount),
                UW = uw - u1 * (w1 / kCount);
-  if (!(WW > 0)) return {};
   Part part;
+  if (!(WW > 0)) return part;
   part.f = std::clamp(UW / WW, 0.0, 1.0);
   part.squares = std::max(0.0, UU - part.f * (2 * UW - part.f * WW));
   part.sigma = std::sqrt(part.squares / (kCount - 2) / WW);

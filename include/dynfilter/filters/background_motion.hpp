@@ -45,35 +45,26 @@ struct BackgroundMotionParams {
 
 /// Features that do not follow the background. The default rejector. It needs no detector.
 ///
-/// Formula:  the background's motion is chosen among several (motion/rigid_background.hpp). Prior suspects
-///           take part once the camera's motion is known. Each feature's residual against it in (u, v, depth)
-///           gives log-odds of motion (motion/moving_odds.hpp), over one frame and over its track of up to
-///           0.2 s. A prior suspect has a larger prior. The larger log-odds count, but a miss of the last
-///           frame that the track undoes does not. In a patch over two surfaces their shift against each
-///           other is added to the noise (motion/patch_relief.hpp). The noise is measured in every frame and
-///           for both gaps: the differences between neighbours (geometry/neighbour_noise.hpp), times a ratio
-///           for errors that neighbours share (calibration, clock, blur). The ratio is the median residual
-///           of the features that follow the background, at most 1.5 times what is usual for this camera. A
-///           feature without a match, in a place that an earlier view saw through, has the log-odds of
-///           motion/free_space.hpp. With stereo, one where a mover was bound to be has the evidence of
-///           motion/mover_forecast.hpp. Belief = odds + memory * belief in the last frame, plus the mean over
-///           neighbours at a similar depth. Dynamic above the log-odds against motion in this frame, if a
-///           core is near: a feature with evidence of motion among others with evidence of motion. A prior
-///           suspect needs no core.
-/// Votes:    with a confidence, the probability that the chosen motion is the background's. It weighs what
-///           later frames take over. Below 1/3 every vote is Unknown: nothing is rejected against a
-///           background that may be a mover. Stereo: a feature with one depth is judged by its place in the
-///           image, one without by the line on which it may lie (motion/static_miss.hpp).
+/// Formula:  the background's motion is chosen among several (motion/rigid_background.hpp). Each feature's
+///           residual against it in (u, v, depth) gives log-odds of motion (motion/moving_odds.hpp), over one
+///           frame and over its track of up to 0.2 s. The larger count, but a miss that the track undoes does
+///           not. In a patch over two surfaces their shift against each other is added to the noise
+///           (motion/patch_relief.hpp), which is measured in every frame. Features without a match have those
+///           of motion/free_space.hpp or, with stereo, motion/mover_forecast.hpp. Belief = odds + memory *
+///           belief in the last frame, plus the mean over neighbours at a similar depth. Dynamic above the
+///           log-odds against motion in this frame, if a core is near: a feature with evidence of motion
+///           among others with such evidence. A prior suspect has a larger prior and needs no core.
+/// Votes:    with a confidence, the probability that the chosen motion is the background's. Below 1/3 every
+///           vote is Unknown. Stereo: a feature with one depth is judged by its place in the image, one
+///           without by the line on which it may lie (motion/static_miss.hpp).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (one more candidate), a motion prior.
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
-///           features without evidence of their own or of neighbours; on features that move alone, which are
-///           mismatches.
+///           features without evidence of their own or of neighbours; on features that move alone.
 /// Blind to: motion within the noise over 0.2 s; motion at an occluding edge as small as the shift of its two
-///           surfaces; movers without matches at places that were hidden or that
-///           they still cover; movers with fewer than three features; everything, if a
-///           mover is taken for the background. The report names the choice and the number of candidates.
-/// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. The pipeline
-///           keeps 12 frames. Cost: see the card.
+///           surfaces; movers without matches at places that were hidden or that they cover; movers of
+///           fewer than three features; everything, if a mover is taken for the background.
+/// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. 12 frames are
+///           kept. Cost: see the card.
 class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> {
  public:
   using Params = BackgroundMotionParams;
@@ -180,8 +171,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
     StaticMiss::Axes axes = StaticMiss::Axes::None;
     MatchSpread spread;
     bool in_space() const { return axes == StaticMiss::Axes::Space; }
-    /// Says for standing still, too. A mover that keeps to its epipolar line, as most on a road, does not
-    /// miss the line.
+    /// Says for standing still, too. Movers on a road keep to their epipolar line.
     bool can_show_rest() const { return axes == StaticMiss::Axes::Space || axes == StaticMiss::Axes::Image; }
   };
   void measure_misses(const Evidence& evidence, const Match& match);
@@ -214,8 +204,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   float odds_with_relief(const Evidence& evidence, std::size_t i, double relief_per_m,
                          const MovingOdds& odds) const;
   double relief_per_m(const Evidence& evidence, std::size_t i) const;
-  /// A mover misses more over its track than over the last frame. A miss that is undone is an error of the
-  /// last frame's match.
+  /// An error of the last frame's match: a mover misses more over its track.
   bool is_undone(std::size_t i) const {
     return step_[i].in_space() && track_[i].in_space() && track_[i].image_px < step_[i].image_px;
   }

@@ -20,11 +20,10 @@ namespace dynfilter {
 
 /// The evidence of the last frame at the places where its surfaces are now: what moved goes on as it did.
 ///
-/// A car at 8 m, seen at 10 Hz, jumps 40 px and grows by a fifth. Most of its features match nothing and have
-/// no evidence of their own, but they lie where the car was bound to be. Each feature with a depth is carried
-/// on by the camera's motion, a mover also by the velocity of its object. That is the median of the measured
-/// ones in its cell of space, else of those that were forecast there. So a car is followed through frames in
-/// which nothing of it matches. O(n log n), about 50 us for 1000 features.
+/// A car at 8 m, seen at 10 Hz, jumps 40 px and grows by a fifth. Most of its features match nothing, but lie
+/// where the car was bound to be. Each feature with a depth is carried on by the camera's motion, a mover by
+/// the velocity of its object, too. It is the median of those measured in its cell of space, else of those
+/// that were forecast there. O(n log n), about 50 us for 1000 features.
 class MoverForecast {
  public:
   /// A feature of this frame. Points and velocities are in this camera's frame.
