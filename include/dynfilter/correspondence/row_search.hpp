@@ -54,8 +54,7 @@ class RowSearch {
   struct Part {
     double f = 0, squares = std::numeric_limits<double>::infinity(), sigma = squares, unexplained = squares;
   };
-  /// Between the disparities b and b + 1, of the patches l and r at b.
-  static Part between(Patch l, Patch r);
+  static Part between(Patch l, Patch r);  ///< the disparities b and b + 1, of the patches at b
 
   const cv::Mat &left_, &right_;
   int brighter_;  ///< the left image, on average
@@ -93,10 +92,9 @@ inline int RowSearch::difference(Patch a, Patch b) {
 
 inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, int most) {
   std::array<std::uint8_t, kWidth * kHeight> copy;
+  std::uint8_t* next = copy.data();
   for (int row = 0; row < kHeight; ++row, from.first += from.step)
-    for (int k = 0; k < kWidth; ++k)
-      copy[static_cast<std::size_t>(row * kWidth + k)] =
-          cv::saturate_cast<std::uint8_t>(from.first[k] - darker);
+    for (int k = 0; k < kWidth; ++k) *next++ = cv::saturate_cast<std::uint8_t>(from.first[k] - darker);
   from = {copy.data(), kWidth};
   int best = 0, least = std::numeric_limits<int>::max();
   const auto compare = [&](int step) {
