@@ -150,7 +150,7 @@ TEST_CASE("replay: what is no recording, of another version or damaged is refuse
   std::string other = bytes;
   other[8] = 7;
   recording.write(other);
-  check_refused(replay, "run.dfr: is a recording of format 7, and this dynfilter reads format 2");
+  check_refused(replay, "run.dfr: is a recording of format 7, and this dynfilter reads format 3");
   recording.write("timestamp x y z\n");
   check_refused(replay, "run.dfr: is no recording of dynfilter");
   recording.write(bytes.substr(0, 20));
