@@ -156,7 +156,7 @@ TEST_CASE("stereo: features without a column are searched in the right image") {
     for (int k = 0; k < 2; ++k) {
       frame.id = k;
       frame.right_u_px = by_host ? Span<const float>(columns) : Span<const float>();
-      left = texture.image(size, cv::Point2d(3 * k, 0)),
+      left = texture.image(size, cv::Point2d(3 * k, 0));
       right = texture.image(size, cv::Point2d(3 * k + kDisparity_px, 0));
       frame.grey = left, frame.right_grey = right;
       evidence.begin(frame, CallPoint::BeforePose);

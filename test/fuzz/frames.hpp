@@ -48,8 +48,8 @@ struct OwnedFrame {
     v.id = id, v.timestamp_s = timestamp_s;
     v.keypoints = keypoints, v.keypoints_undistorted = undistorted;
     v.descriptors = descriptors, v.depth_m = depth_m, v.right_u_px = right_u_px;
-    v.grey = grey, v.right_grey = right, v.depth = depth, v.depth_unit_m = depth_unit_m,
-    v.depth_handed_over = depth_handed_over;
+    v.grey = grey, v.right_grey = right;
+    v.depth = depth, v.depth_unit_m = depth_unit_m, v.depth_handed_over = depth_handed_over;
     if (has_camera) v.camera = camera;
     v.T_world_camera = pose, v.pose_provenance = provenance;
     v.motion_prior = prior;
