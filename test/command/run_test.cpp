@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <string>
 
 #include "run_command.hpp"
 #include "walking.hpp"
@@ -111,6 +112,17 @@ TEST_CASE("same input, same verdicts: twice, and with one and two threads") {
     if (first.empty()) first = verdicts;
     CHECK(first == verdicts);
   }
+}
+
+// With the depths of descriptor matches only, 0.82 of the static features were kept.
+TEST_CASE("stereo: people who walk in a room are found, and the room is kept") {
+  const fs::path folder = Walking::shared().root() / "stereo_room";
+  REQUIRE(run_dynfilter("synth walking_xyz '" + folder.string() + "' --frames 25 --seed 22").exit_code == 0);
+  const CommandResult run =
+      run_dynfilter("run '" + folder.string() + "' --sensor stereo --no-detections --no-masks --json");
+  REQUIRE(run.exit_code == 0);
+  CHECK(std::stod(value_of(run.out, "recall")) >= 0.95);
+  CHECK(std::stod(value_of(run.out, "static_kept")) >= 0.90);
 }
 
 TEST_CASE("oracle rejects what moves; start, frames and reverse choose what is played") {

@@ -27,6 +27,7 @@ namespace {
 
 constexpr int kMono = 0, kStereo = 1, kRgbd = 2;
 constexpr int kFrames = 6;
+constexpr int kWithoutRight = 3;  ///< the frame without a right image
 
 class Folder : public dynfilter_test::SettingsFolder {
  public:
@@ -92,6 +93,7 @@ Played play(OrbSlam& filter, int sensor) {
     if (k == 4) filter.reset();
     filter.set_detections(from.boxes);
     filter.set_mask(from.labels);
+    if (k != kWithoutRight) filter.set_right_image(from.grey);  // only a stereo host's is used
     Frame frame;
     fill(frame, from, sensor);
     const auto call = [&](const auto& judge) {
@@ -141,6 +143,9 @@ void check_round_trip(int sensor, const char* preset) {
     CHECK(view.size() == host.features[k]);  // thinned by the verdicts before
     CHECK(view.depth.empty() == (sensor != kRgbd));
     CHECK(view.right_u_px.empty() == (sensor != kStereo));
+    const bool right = sensor == kStereo && view.id != kWithoutRight;
+    CHECK(view.right_grey.empty() == !right);
+    if (right) CHECK(cv::norm(view.right_grey, view.grey, cv::NORM_INF) == 0);
     CHECK((view.mask && view.detections && view.camera));
     CHECK(!recorder::difference(*event->verdict, host.verdicts[k]).any());
     CHECK(!recorder::difference(*event->verdict, pipeline.process(view, event->point, event->limits)).any());
