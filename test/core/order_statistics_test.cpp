@@ -33,7 +33,7 @@ TEST_CASE("averaged median: the middle value, or the mean of the two middle ones
   CHECK(averaged_median_in_place(many) == 49.5);
 }
 
-TEST_CASE("selection: the place that sorting gives, whatever the values") {
+TEST_CASE("selection and sort: what std::sort gives, whatever the values") {
   std::uint32_t state = 1;
   const auto next = [&state] { return (state = state * 1664525U + 1013904223U) >> 8; };
   for (const std::uint32_t kinds : {1U, 2U, 7U, 1000000U})  // many equal ones, all equal
@@ -51,6 +51,9 @@ TEST_CASE("selection: the place that sorting gives, whatever the values") {
           CHECK(select_in_place(copy.data(), count, at) == sorted[at]);
           std::sort(copy.begin(), copy.end());
           CHECK(copy == sorted);  // no value was lost
+          std::vector<float> in_order = values;
+          sort_in_place(in_order.data(), count);
+          CHECK(in_order == sorted);
         }
       }
   std::vector<float> nothing(100, std::nanf(""));
