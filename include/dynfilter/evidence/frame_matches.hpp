@@ -50,28 +50,81 @@ class FrameMatches {
   History& history() { return history_; }
 
   /// Stores the frame that begins. False if it is there already, from an earlier call point.
-  bool begin();
+  bool begin() {
+    const std::int64_t id = current_.frame().id;
+    if (std::exchange(last_begun_id_, id) != id) steps_shared_ = std::exchange(last_asked_for_, false);
+    correspondence_ms_ = 0;
+    prepared_in_vain_ = false;
+    note_.clear();
+    detail::free_slots(matches_);
+    detail::free_slots(matched_features_);
+    return keep(history_.current(id));
+  }
   /// The pyramid of the next frame, and the flow that needs no features. See Pipeline::prepare().
-  void prepare(const cv::Mat& grey, double timestamp_s);
+  void prepare(const cv::Mat& grey, double timestamp_s) {
+    prepared_s_ = timestamp_s;
+    if (params_.source != CorrespondenceSource::Auto && params_.source != CorrespondenceSource::Flow) return;
+    flow_.build(grey, prepared_);
+    if (last_asked_for_ && history_.newest() != nullptr) flow_.prepare(prepared_, history_.newest()->pyramid);
+  }
   bool prepared_in_vain() const { return prepared_in_vain_; }  ///< another image or stamp than the frame's
-  void reset();
-  const Match& match(const Reference& reference);  ///< see Evidence::match()
+  void reset() {
+    history_.clear();
+    prepared_.clear();
+    steps_shared_ = last_asked_for_ = true;
+  }
+  /// See Evidence::match().
+  const Match& match(const Reference& reference) {
+    const StoredFrame* stored = resolve(reference);
+    last_asked_for_ = last_asked_for_ || stored == resolve(Reference());
+    return match_stored(stored);
+  }
   /// See Evidence::match_with().
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
 
   /// See Evidence::matched_features().
-  const MatchedFeatures& matched_features(const Match& match, double max_offset_px);
+  const MatchedFeatures& matched_features(const Match& match, double max_offset_px) {
+    for (const MatchedFeatures& known : matched_features_)
+      if (known.valid && known.is_of(match, max_offset_px)) return known;
+    MatchedFeatures& matched = detail::next_slot(matched_features_);
+    matched.assign(current_.frame(), match, max_offset_px);
+    return matched;
+  }
 
   /// The match with the last frame for late results. It is that of the stages if they compute one, otherwise
   /// a sparse one at a sixth of the cost.
-  const Match& step_match();
+  const Match& step_match() {
+    const StoredFrame* last = resolve(Reference());
+    if (steps_shared_ || !uses_flow() || is_matched(last)) return match_stored(last);
+    sparse_px_ = current_.pixels();
+    for (cv::Point2f& px : sparse_px_)
+      if (!in_sparse_cell(px)) px.x = px.y = std::numeric_limits<float>::quiet_NaN();
+    fill_match(last, step_, [&](Correspondences& out) {
+      step_flow_.track(history_.find(current_.frame().id)->pyramid, last->pyramid, sparse_px_, {}, out);
+    });
+    return step_;
+  }
   /// A match with the last frame costs nothing more, because there is one, or no such frame.
-  bool has_step() const;
+  bool has_step() const {
+    const StoredFrame* last = resolve(Reference());
+    return last == nullptr || is_matched(last);
+  }
 
   /// Of the match with the last frame. Null: nobody asked for that match.
-  const std::vector<MatchSpread>* spread() const;
+  const std::vector<MatchSpread>* spread() const {
+    const StoredFrame* last = resolve(Reference());
+    for (const Match& match : matches_)
+      if (match.valid && last != nullptr && match.reference == last) return &match.correspondences.spread;
+    return nullptr;
+  }
   /// The frame's prior on the camera's motion, if it begins at `reference`. Null: there is none.
-  const MotionPrior* motion_prior(const PastFrame* reference) const;
+  const MotionPrior* motion_prior(const PastFrame* reference) const {
+    const std::optional<MotionPrior>& prior = current_.frame().motion_prior;
+    if (!prior || reference == nullptr) return nullptr;
+    const std::int64_t from = prior->reference_frame_id;
+    const bool same = from >= 0 ? from == reference->id : reference == history_.before(1);
+    return same ? &*prior : nullptr;
+  }
 
   /// Time for matches of this frame [ms]; 0 without a clock.
   double correspondence_ms() const { return correspondence_ms_; }
@@ -80,53 +133,241 @@ class FrameMatches {
   std::string take_note() { return std::exchange(note_, {}); }
 
  private:
-  static FlowParams checked_once(FlowParams params);
+  static FlowParams checked_once(FlowParams params) {
+    if (params.check == FlowCheck::ForwardBackward) params.check = FlowCheck::Residual;
+    return params;
+  }
   static constexpr int kNearWindows = 2;  ///< flow finds without help what is as near as two of its windows
   static constexpr double kFar_px = 120;  ///< a car at 8 m that comes nearer at 20 m/s, at 10 Hz
-  static DescriptorMatchParams searching_far(DescriptorMatchParams params);
+  static DescriptorMatchParams searching_far(DescriptorMatchParams params) {
+    params.search_radius_px = std::max(params.search_radius_px, kFar_px);
+    return params;
+  }
   /// True in one of four cells of 8 x 8 pixels.
   /// Selecting by position makes the result independent of the features' order.
   static bool in_sparse_cell(const cv::Point2f& px) {
     return std::fmod(std::floor(px.x / 8) + 2 * std::floor(px.y / 8), 4.0F) == 0;
   }
 
-  const StoredFrame* resolve(const Reference& reference) const;
-  bool uses_host_matches() const;
-  bool uses_flow() const;
-  bool is_matched(const StoredFrame* stored) const;
-  const Match& match_stored(const StoredFrame* stored);
+  const StoredFrame* resolve(const Reference& reference) const {
+    if (uses_host_matches()) return history_.find(current_.frame().matches->reference_frame_id);
+    return reference.keyframe ? history_.keyframe() : history_.before(reference.gap_frames);
+  }
+  bool uses_host_matches() const {
+    if (!current_.frame().matches) return false;
+    return params_.source == CorrespondenceSource::Auto || params_.source == CorrespondenceSource::Host;
+  }
+  bool uses_flow() const {
+    const FrameView& frame = current_.frame();
+    return params_.source == CorrespondenceSource::Flow ||
+           (params_.source == CorrespondenceSource::Auto && !frame.matches && !frame.grey.empty());
+  }
+  bool is_matched(const StoredFrame* stored) const {
+    return std::any_of(matches_.begin(), matches_.end(),
+                       [stored](const Match& match) { return match.valid && match.reference == stored; });
+  }
+  const Match& match_stored(const StoredFrame* stored) {
+    for (const Match& known : matches_)
+      if (known.valid && known.reference == stored) return known;
+    current_.depths_m();  // before the flow evicts the depth image from the cache
+    Match& match = detail::next_slot(matches_);
+    fill_match(stored, match, [&](Correspondences& out) { correspond(*stored, out); });
+    return match;
+  }
 
   // The host's matches refer to one frame.
   // Late boxes need another frame, which uses flow or descriptors instead.
-  void correspond(const StoredFrame& stored, Correspondences& out);
+  void correspond(const StoredFrame& stored, Correspondences& out) {
+    const FrameView& frame = current_.frame();
+    if (uses_host_matches() && frame.matches->reference_frame_id == stored.id)
+      host_matches(stored, out);
+    else if (uses_flow()) {
+      flow_.track(history_.find(frame.id)->pyramid, stored.pyramid, current_.pixels(), starts(stored), out);
+      find_by_prior(stored, out);
+    } else
+      descriptor_matches(stored, out);
+  }
 
   /// Where descriptors are found: flow does not search as far as features jump on a street at 10 Hz. Empty
   /// without stereo.
-  Span<const cv::Point2f> starts(const StoredFrame& stored);
+  Span<const cv::Point2f> starts(const StoredFrame& stored) {
+    const FrameView& frame = current_.frame();
+    if (!is_stereo(frame)) return {};
+    far_descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {},
+                           far_);
+    return far_.reference_px;  // NaN where nothing was found
+  }
   /// Flow of features without a match, from where the prior on the camera's motion expects them.
-  void find_by_prior(const StoredFrame& stored, Correspondences& out);
+  void find_by_prior(const StoredFrame& stored, Correspondences& out) {
+    const MotionPrior* prior = motion_prior(&stored);
+    if (prior == nullptr || !current_.frame().camera) return;
+    const std::vector<cv::Point2f> starts = starts_by(*prior, *current_.frame().camera, out);
+    std::vector<cv::Point2f> lost_px = current_.pixels();
+    bool any = false;
+    for (std::size_t i = 0; i < lost_px.size(); ++i) {
+      if (std::isnan(starts[i].x)) lost_px[i] = starts[i];
+      any = any || !std::isnan(starts[i].x);
+    }
+    if (!any) return;
+    flow_.track(history_.find(current_.frame().id)->pyramid, stored.pyramid, lost_px, starts, far_);
+    for (std::size_t i = 0; i < lost_px.size(); ++i) {
+      if (far_.found[i] == 0) continue;
+      out.set(i, far_.reference_px[i]);
+      out.spread[i] = far_.spread[i];
+    }
+  }
   std::vector<cv::Point2f> starts_by(const MotionPrior& prior, const Camera& camera,
-                                     const Correspondences& found);
-  void descriptor_matches(const StoredFrame& stored, Correspondences& out);
-  void host_matches(const StoredFrame& stored, Correspondences& out);
+                                     const Correspondences& found) {
+    const Pose T_reference_current = inverse(prior.T_current_reference);
+    const Eigen::Matrix3d R = T_reference_current.R();
+    const std::vector<cv::Point2f>& undistorted = current_.undistorted_pixels();
+    const std::vector<float>& depth_m = current_.depths_m();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const auto near_px = static_cast<float>(kNearWindows * params_.flow.window_px);
+    std::vector<cv::Point2f> starts(current_.size(), {nan, nan});
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      if (found.found[i] != 0) continue;
+      const cv::Point2f& px = undistorted[i];
+      Eigen::Vector3d p =
+          R * Eigen::Vector3d((px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1);
+      if (prior.has_translation && depth_m[i] > 0) p += T_reference_current.t() / depth_m[i];
+      const cv::Point2f shift_px = project(camera, to_point(p)) - px;
+      if (shift_px.dot(shift_px) > near_px * near_px) starts[i] = current_.pixels()[i] + shift_px;
+    }
+    return starts;
+  }
+  void descriptor_matches(const StoredFrame& stored, Correspondences& out) {
+    const FrameView& frame = current_.frame();
+    descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {}, out);
+    if (descriptors_.crowded() > 0)
+      note_ = std::to_string(descriptors_.crowded()) + " features have more than " +
+              std::to_string(limits::kMaxWindow) + " candidates: not matched";
+  }
+  void host_matches(const StoredFrame& stored, Correspondences& out) {
+    const std::size_t nowhere =
+        correspondences_from_host(*current_.frame().matches, stored.keypoints, current_.size(), out);
+    if (nowhere > 0)
+      note_ = std::to_string(nowhere) + " matches lead to features that frame " + std::to_string(stored.id) +
+              " does not have";
+    for (std::size_t i = 0; i < current_.size(); ++i)
+      if (std::isnan(current_.pixels()[i].x)) out.drop(i);
+  }
 
   template <class Correspond>
-  void fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond);
+  void fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond) {
+    const double start_ms = now_ms();
+    match.reference = stored;
+    match.correspondences.reset(current_.size());
+    if (stored != nullptr) correspond(match.correspondences);
+    fill_reference_geometry(match);
+    correspondence_ms_ += now_ms() - start_ms;
+  }
   double now_ms() const { return now_ms_ != nullptr ? now_ms_() : 0; }
 
-  void fill_reference_geometry(Match& match);
-  void fill_stereo_depths(Match& match);
+  void fill_reference_geometry(Match& match) {
+    const std::size_t n = current_.size();
+    const auto& px = match.correspondences.reference_px;
+    const Camera camera = match.reference != nullptr ? match.reference->camera.value_or(Camera()) : Camera();
+    match.reference_undistorted_px.resize(n);
+    undistort_points(camera, px, match.reference_undistorted_px);
+    match.reference_depth_m.assign(n, DepthSampler::kNone);
+    if (match.reference != nullptr && match.reference->stereo) {
+      fill_stereo_depths(match);
+    } else if (match.reference != nullptr) {
+      const PastFrame& stored = *match.reference;
+      const DepthSampler image(stored.depth, stored.depth_unit_m, DepthSampler::kMaxDepthEdge);
+      image.at_all(px, [&](std::size_t i, float in_image) {
+        if (match.correspondences.found[i] == 0) return;
+        const auto index = static_cast<std::size_t>(match.correspondences.reference_index[i]);
+        const bool by_feature =
+            match.correspondences.reference_index[i] >= 0 && index < stored.depth_m.size();
+        match.reference_depth_m[i] =
+            depth_within(by_feature ? stored.depth_m[index] : in_image, params_.max_depth_m);
+      });
+    }
+    fill_slopes(match);
+    match.reference_points_m.resize(n);
+    back_project(camera, match.reference_undistorted_px, match.reference_depth_m, match.reference_points_m);
+  }
+  void fill_stereo_depths(Match& match) {
+    const PastFrame& stored = *match.reference;
+    reference_features_.find(match, MatchedFeatures::kMaxOffsetPx);
+    for (std::size_t i = 0; i < current_.size(); ++i) {
+      const auto index = static_cast<std::size_t>(reference_features_.index(i));
+      if (reference_features_.index(i) >= 0 && index < stored.depth_m.size())
+        match.reference_depth_m[i] = stored.depth_m[index];
+    }
+  }
   /// The slope of the surface along the edges on which matches slide, in this frame's depth image.
-  void fill_slopes(Match& match) const;
+  void fill_slopes(Match& match) const {
+    constexpr float kReach_px = 6, kAnyEdge = 1e9F;
+    const FrameView& frame = current_.frame();
+    if (frame.depth.empty()) return;
+    const DepthSampler depth(frame.depth, frame.depth_unit_m, static_cast<double>(kAnyEdge));
+    for (std::size_t i = 0; i < current_.size(); ++i) {
+      MatchSpread& spread = match.correspondences.spread[i];
+      if (!match.found(i) || !spread.slides()) continue;
+      const cv::Point2f& px = current_.pixels()[i];
+      const float rise_m = depth.at(px + kReach_px * spread.edge) - depth.at(px - kReach_px * spread.edge);
+      if (std::isfinite(rise_m)) spread.depth_per_px = rise_m / (2 * kReach_px);
+    }
+  }
 
   /// Makes deep copies, because hosts reuse buffers. The pyramid is the copy of the grey image.
-  bool keep(StoredFrame& stored);
-  void build_pyramid(ImagePyramid& pyramid);
-  bool is_prepared() const;
+  bool keep(StoredFrame& stored) {
+    const FrameView& frame = current_.frame();
+    const bool seen_before = !stored.pyramid.empty();
+    stored.timestamp_s = frame.timestamp_s;
+    stored.keypoints.assign(frame.keypoints.begin(), frame.keypoints.end());
+    if (is_stereo(frame))
+      stored.depth_m = current_.depths_m();
+    else
+      stored.depth_m.assign(frame.depth_m.begin(), frame.depth_m.end());
+    stored.stereo = is_stereo(frame);
+    stored.camera = frame.camera;
+    if (frame.pose_provenance != PoseProvenance::None) {
+      stored.T_world_camera = frame.T_world_camera;
+      stored.pose_provenance = frame.pose_provenance;
+    }
+    frame.descriptors.copyTo(stored.descriptors);
+    if (seen_before) return false;
+    const double start_ms = now_ms();
+    build_pyramid(stored.pyramid);
+    correspondence_ms_ += now_ms() - start_ms;
+    keep_depth(stored.depth);
+    stored.depth_unit_m = frame.depth_unit_m;
+    return true;
+  }
+  void build_pyramid(ImagePyramid& pyramid) {
+    prepared_in_vain_ = !prepared_.empty() && !is_prepared();
+    if (is_prepared()) {
+      pyramid.swap(prepared_);
+    } else {
+      flow_.forget_prepared();
+      if (uses_flow()) flow_.build(current_.frame().grey, pyramid);
+    }
+    prepared_.clear();
+  }
+  bool is_prepared() const {
+    const FrameView& frame = current_.frame();
+    if (!uses_flow() || prepared_.size() != frame.grey.size() || prepared_s_ != frame.timestamp_s)
+      return false;
+    const cv::Mat prepared = prepared_.image();
+    for (int y = 0; y < prepared.rows; ++y)
+      if (std::memcmp(prepared.ptr(y), frame.grey.ptr(y), static_cast<std::size_t>(prepared.cols)) != 0)
+        return false;
+    return true;
+  }
 
   /// Writes into the slot's image only if nothing else refers to it.
   /// The host may still hold an image that it handed over.
-  void keep_depth(cv::Mat& stored) const;
+  void keep_depth(cv::Mat& stored) const {
+    const FrameView& frame = current_.frame();
+    if (frame.depth_handed_over && frame.depth.u != nullptr)
+      stored = frame.depth;
+    else
+      keep_copy(frame.depth, stored);
+  }
 
   const CorrespondenceParams& params_;
   CurrentFrame& current_;
@@ -149,307 +390,7 @@ class FrameMatches {
   bool last_asked_for_ = true, steps_shared_ = true;  ///< true if stages match with the last frame
 };
 
-inline bool FrameMatches::begin() {
-  const std::int64_t id = current_.frame().id;
-  if (std::exchange(last_begun_id_, id) != id) steps_shared_ = std::exchange(last_asked_for_, false);
-  correspondence_ms_ = 0;
-  prepared_in_vain_ = false;
-  note_.clear();
-  detail::free_slots(matches_);
-  detail::free_slots(matched_features_);
-  return keep(history_.current(id));
-}
-
-inline void FrameMatches::prepare(const cv::Mat& grey, double timestamp_s) {
-  prepared_s_ = timestamp_s;
-  if (params_.source != CorrespondenceSource::Auto && params_.source != CorrespondenceSource::Flow) return;
-  flow_.build(grey, prepared_);
-  if (last_asked_for_ && history_.newest() != nullptr) flow_.prepare(prepared_, history_.newest()->pyramid);
-}
-
-inline void FrameMatches::build_pyramid(ImagePyramid& pyramid) {
-  prepared_in_vain_ = !prepared_.empty() && !is_prepared();
-  if (is_prepared()) {
-    pyramid.swap(prepared_);
-  } else {
-    flow_.forget_prepared();
-    if (uses_flow()) flow_.build(current_.frame().grey, pyramid);
-  }
-  prepared_.clear();
-}
-
 /// The host hands over the very pixels, perhaps as a copy.
-inline bool FrameMatches::is_prepared() const {
-  const FrameView& frame = current_.frame();
-  if (!uses_flow() || prepared_.size() != frame.grey.size() || prepared_s_ != frame.timestamp_s) return false;
-  const cv::Mat prepared = prepared_.image();
-  for (int y = 0; y < prepared.rows; ++y)
-    if (std::memcmp(prepared.ptr(y), frame.grey.ptr(y), static_cast<std::size_t>(prepared.cols)) != 0)
-      return false;
-  return true;
-}
-
-inline void FrameMatches::reset() {
-  history_.clear();
-  prepared_.clear();
-  steps_shared_ = last_asked_for_ = true;
-}
-
-inline const Match& FrameMatches::match(const Reference& reference) {
-  const StoredFrame* stored = resolve(reference);
-  last_asked_for_ = last_asked_for_ || stored == resolve(Reference());
-  return match_stored(stored);
-}
-
-inline const MatchedFeatures& FrameMatches::matched_features(const Match& match, double max_offset_px) {
-  for (const MatchedFeatures& known : matched_features_)
-    if (known.valid && known.is_of(match, max_offset_px)) return known;
-  MatchedFeatures& matched = detail::next_slot(matched_features_);
-  matched.assign(current_.frame(), match, max_offset_px);
-  return matched;
-}
-
-inline const Match& FrameMatches::step_match() {
-  const StoredFrame* last = resolve(Reference());
-  if (steps_shared_ || !uses_flow() || is_matched(last)) return match_stored(last);
-  sparse_px_ = current_.pixels();
-  for (cv::Point2f& px : sparse_px_)
-    if (!in_sparse_cell(px)) px.x = px.y = std::numeric_limits<float>::quiet_NaN();
-  fill_match(last, step_, [&](Correspondences& out) {
-    step_flow_.track(history_.find(current_.frame().id)->pyramid, last->pyramid, sparse_px_, {}, out);
-  });
-  return step_;
-}
-
-inline bool FrameMatches::has_step() const {
-  const StoredFrame* last = resolve(Reference());
-  return last == nullptr || is_matched(last);
-}
-
-inline const std::vector<MatchSpread>* FrameMatches::spread() const {
-  const StoredFrame* last = resolve(Reference());
-  for (const Match& match : matches_)
-    if (match.valid && last != nullptr && match.reference == last) return &match.correspondences.spread;
-  return nullptr;
-}
-
-inline FlowParams FrameMatches::checked_once(FlowParams params) {
-  if (params.check == FlowCheck::ForwardBackward) params.check = FlowCheck::Residual;
-  return params;
-}
-
-inline const StoredFrame* FrameMatches::resolve(const Reference& reference) const {
-  if (uses_host_matches()) return history_.find(current_.frame().matches->reference_frame_id);
-  return reference.keyframe ? history_.keyframe() : history_.before(reference.gap_frames);
-}
-
-inline bool FrameMatches::uses_host_matches() const {
-  if (!current_.frame().matches) return false;
-  return params_.source == CorrespondenceSource::Auto || params_.source == CorrespondenceSource::Host;
-}
-
-inline bool FrameMatches::uses_flow() const {
-  const FrameView& frame = current_.frame();
-  return params_.source == CorrespondenceSource::Flow ||
-         (params_.source == CorrespondenceSource::Auto && !frame.matches && !frame.grey.empty());
-}
-
-inline bool FrameMatches::is_matched(const StoredFrame* stored) const {
-  return std::any_of(matches_.begin(), matches_.end(),
-                     [stored](const Match& match) { return match.valid && match.reference == stored; });
-}
-
-inline const Match& FrameMatches::match_stored(const StoredFrame* stored) {
-  for (const Match& known : matches_)
-    if (known.valid && known.reference == stored) return known;
-  current_.depths_m();  // before the flow evicts the depth image from the cache
-  Match& match = detail::next_slot(matches_);
-  fill_match(stored, match, [&](Correspondences& out) { correspond(*stored, out); });
-  return match;
-}
-
-inline void FrameMatches::correspond(const StoredFrame& stored, Correspondences& out) {
-  const FrameView& frame = current_.frame();
-  if (uses_host_matches() && frame.matches->reference_frame_id == stored.id)
-    host_matches(stored, out);
-  else if (uses_flow()) {
-    flow_.track(history_.find(frame.id)->pyramid, stored.pyramid, current_.pixels(), starts(stored), out);
-    find_by_prior(stored, out);
-  } else
-    descriptor_matches(stored, out);
-}
-
-inline DescriptorMatchParams FrameMatches::searching_far(DescriptorMatchParams params) {
-  params.search_radius_px = std::max(params.search_radius_px, kFar_px);
-  return params;
-}
-
-inline Span<const cv::Point2f> FrameMatches::starts(const StoredFrame& stored) {
-  const FrameView& frame = current_.frame();
-  if (!is_stereo(frame)) return {};
-  far_descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {},
-                         far_);
-  return far_.reference_px;  // NaN where nothing was found
-}
-
-inline void FrameMatches::find_by_prior(const StoredFrame& stored, Correspondences& out) {
-  const MotionPrior* prior = motion_prior(&stored);
-  if (prior == nullptr || !current_.frame().camera) return;
-  const std::vector<cv::Point2f> starts = starts_by(*prior, *current_.frame().camera, out);
-  std::vector<cv::Point2f> lost_px = current_.pixels();
-  bool any = false;
-  for (std::size_t i = 0; i < lost_px.size(); ++i) {
-    if (std::isnan(starts[i].x)) lost_px[i] = starts[i];
-    any = any || !std::isnan(starts[i].x);
-  }
-  if (!any) return;
-  flow_.track(history_.find(current_.frame().id)->pyramid, stored.pyramid, lost_px, starts, far_);
-  for (std::size_t i = 0; i < lost_px.size(); ++i) {
-    if (far_.found[i] == 0) continue;
-    out.set(i, far_.reference_px[i]);
-    out.spread[i] = far_.spread[i];
-  }
-}
-
 /// Without depth or a translation, those of points far away. NaN: it has a match, or is expected near.
-inline std::vector<cv::Point2f> FrameMatches::starts_by(const MotionPrior& prior, const Camera& camera,
-                                                        const Correspondences& found) {
-  const Pose T_reference_current = inverse(prior.T_current_reference);
-  const Eigen::Matrix3d R = T_reference_current.R();
-  const std::vector<cv::Point2f>& undistorted = current_.undistorted_pixels();
-  const std::vector<float>& depth_m = current_.depths_m();
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  const auto near_px = static_cast<float>(kNearWindows * params_.flow.window_px);
-  std::vector<cv::Point2f> starts(current_.size(), {nan, nan});
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    if (found.found[i] != 0) continue;
-    const cv::Point2f& px = undistorted[i];
-    Eigen::Vector3d p =
-        R * Eigen::Vector3d((px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1);
-    if (prior.has_translation && depth_m[i] > 0) p += T_reference_current.t() / depth_m[i];
-    const cv::Point2f shift_px = project(camera, to_point(p)) - px;
-    if (shift_px.dot(shift_px) > near_px * near_px) starts[i] = current_.pixels()[i] + shift_px;
-  }
-  return starts;
-}
-
-inline const MotionPrior* FrameMatches::motion_prior(const PastFrame* reference) const {
-  const std::optional<MotionPrior>& prior = current_.frame().motion_prior;
-  if (!prior || reference == nullptr) return nullptr;
-  const std::int64_t from = prior->reference_frame_id;
-  const bool same = from >= 0 ? from == reference->id : reference == history_.before(1);
-  return same ? &*prior : nullptr;
-}
-
-inline void FrameMatches::descriptor_matches(const StoredFrame& stored, Correspondences& out) {
-  const FrameView& frame = current_.frame();
-  descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {}, out);
-  if (descriptors_.crowded() > 0)
-    note_ = std::to_string(descriptors_.crowded()) + " features have more than " +
-            std::to_string(limits::kMaxWindow) + " candidates: not matched";
-}
-
-inline void FrameMatches::host_matches(const StoredFrame& stored, Correspondences& out) {
-  const std::size_t nowhere =
-      correspondences_from_host(*current_.frame().matches, stored.keypoints, current_.size(), out);
-  if (nowhere > 0)
-    note_ = std::to_string(nowhere) + " matches lead to features that frame " + std::to_string(stored.id) +
-            " does not have";
-  for (std::size_t i = 0; i < current_.size(); ++i)
-    if (std::isnan(current_.pixels()[i].x)) out.drop(i);
-}
-
-template <class Correspond>
-void FrameMatches::fill_match(const StoredFrame* stored, Match& match, const Correspond& correspond) {
-  const double start_ms = now_ms();
-  match.reference = stored;
-  match.correspondences.reset(current_.size());
-  if (stored != nullptr) correspond(match.correspondences);
-  fill_reference_geometry(match);
-  correspondence_ms_ += now_ms() - start_ms;
-}
-
-inline void FrameMatches::fill_reference_geometry(Match& match) {
-  const std::size_t n = current_.size();
-  const auto& px = match.correspondences.reference_px;
-  const Camera camera = match.reference != nullptr ? match.reference->camera.value_or(Camera()) : Camera();
-  match.reference_undistorted_px.resize(n);
-  undistort_points(camera, px, match.reference_undistorted_px);
-  match.reference_depth_m.assign(n, DepthSampler::kNone);
-  if (match.reference != nullptr && match.reference->stereo) {
-    fill_stereo_depths(match);
-  } else if (match.reference != nullptr) {
-    const PastFrame& stored = *match.reference;
-    const DepthSampler image(stored.depth, stored.depth_unit_m, DepthSampler::kMaxDepthEdge);
-    image.at_all(px, [&](std::size_t i, float in_image) {
-      if (match.correspondences.found[i] == 0) return;
-      const auto index = static_cast<std::size_t>(match.correspondences.reference_index[i]);
-      const bool by_feature = match.correspondences.reference_index[i] >= 0 && index < stored.depth_m.size();
-      match.reference_depth_m[i] =
-          depth_within(by_feature ? stored.depth_m[index] : in_image, params_.max_depth_m);
-    });
-  }
-  fill_slopes(match);
-  match.reference_points_m.resize(n);
-  back_project(camera, match.reference_undistorted_px, match.reference_depth_m, match.reference_points_m);
-}
-
-inline void FrameMatches::fill_slopes(Match& match) const {
-  constexpr float kReach_px = 6, kAnyEdge = 1e9F;
-  const FrameView& frame = current_.frame();
-  if (frame.depth.empty()) return;
-  const DepthSampler depth(frame.depth, frame.depth_unit_m, static_cast<double>(kAnyEdge));
-  for (std::size_t i = 0; i < current_.size(); ++i) {
-    MatchSpread& spread = match.correspondences.spread[i];
-    if (!match.found(i) || !spread.slides()) continue;
-    const cv::Point2f& px = current_.pixels()[i];
-    const float rise_m = depth.at(px + kReach_px * spread.edge) - depth.at(px - kReach_px * spread.edge);
-    if (std::isfinite(rise_m)) spread.depth_per_px = rise_m / (2 * kReach_px);
-  }
-}
-
 /// There is no depth image: the depth is that of the reference frame's feature.
-inline void FrameMatches::fill_stereo_depths(Match& match) {
-  const PastFrame& stored = *match.reference;
-  reference_features_.find(match, MatchedFeatures::kMaxOffsetPx);
-  for (std::size_t i = 0; i < current_.size(); ++i) {
-    const auto index = static_cast<std::size_t>(reference_features_.index(i));
-    if (reference_features_.index(i) >= 0 && index < stored.depth_m.size())
-      match.reference_depth_m[i] = stored.depth_m[index];
-  }
-}
-
-inline bool FrameMatches::keep(StoredFrame& stored) {
-  const FrameView& frame = current_.frame();
-  const bool seen_before = !stored.pyramid.empty();
-  stored.timestamp_s = frame.timestamp_s;
-  stored.keypoints.assign(frame.keypoints.begin(), frame.keypoints.end());
-  if (is_stereo(frame))
-    stored.depth_m = current_.depths_m();
-  else
-    stored.depth_m.assign(frame.depth_m.begin(), frame.depth_m.end());
-  stored.stereo = is_stereo(frame);
-  stored.camera = frame.camera;
-  if (frame.pose_provenance != PoseProvenance::None) {
-    stored.T_world_camera = frame.T_world_camera;
-    stored.pose_provenance = frame.pose_provenance;
-  }
-  frame.descriptors.copyTo(stored.descriptors);
-  if (seen_before) return false;
-  const double start_ms = now_ms();
-  build_pyramid(stored.pyramid);
-  correspondence_ms_ += now_ms() - start_ms;
-  keep_depth(stored.depth);
-  stored.depth_unit_m = frame.depth_unit_m;
-  return true;
-}
-
-inline void FrameMatches::keep_depth(cv::Mat& stored) const {
-  const FrameView& frame = current_.frame();
-  if (frame.depth_handed_over && frame.depth.u != nullptr)
-    stored = frame.depth;
-  else
-    keep_copy(frame.depth, stored);
-}
-
 }  // namespace dynfilter

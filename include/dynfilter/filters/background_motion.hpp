@@ -7,9 +7,9 @@
 #include <dynfilter/core/filter.hpp>
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
+#include <dynfilter/filters/detail/judged_frame.hpp>
 #include <dynfilter/filters/detail/miss_noise.hpp>
 #include <dynfilter/filters/detail/neighbour_votes.hpp>
-#include <dynfilter/filters/detail/track_memory.hpp>
 #include <dynfilter/filters/detail/track_misses.hpp>
 #include <dynfilter/motion/camera_path.hpp>
 #include <dynfilter/motion/free_space.hpp>

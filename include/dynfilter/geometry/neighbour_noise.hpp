@@ -46,12 +46,31 @@ class NeighbourNoise {
 
   /// The noise in units of `predicted_px`: 1 where the prediction is right. None with fewer than kMinPairs
   /// pairs. Does not depend on the order of the misses.
-  std::optional<double> scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two);
+  std::optional<double> scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two) {
+    places_.clear();
+    for (const Miss& miss : misses) places_.push_back(miss.place_px);
+    grid_.build_for_nearest(Span<const cv::Point2f>(places_), reach_px / 2);
+    by_place_.clear();
+    for (const std::int32_t i : grid_.entries()) by_place_.push_back(misses[static_cast<std::size_t>(i)]);
+    differences_.clear();
+    for (const Miss& miss : by_place_)
+      if (const Miss* other = nearest(miss, reach_px)) compare(miss, *other);
+    if (differences_.size() < kMinPairs) return std::nullopt;
+    return std::sqrt(static_cast<double>(median_in_place(differences_)) / median_chi2(axes));
+  }
 
   /// The same with what neighbours share (calibration, clock, blur): the median miss, within [1, kMostShared]
   /// times scale(). As long as less than half of the misses are those of movers it measures the static ones;
   /// beyond that the bound holds.
-  std::optional<double> whole_scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two);
+  std::optional<double> whole_scale(Span<const Miss> misses, float reach_px, MissAxes axes = MissAxes::Two) {
+    const std::optional<double> unshared = scale(misses, reach_px, axes);
+    if (!unshared) return std::nullopt;
+    differences_.clear();
+    for (const Miss& miss : misses)
+      differences_.push_back(miss.miss_px.dot(miss.miss_px) / (miss.predicted_px * miss.predicted_px));
+    const double whole = std::sqrt(static_cast<double>(median_in_place(differences_)) / median_chi2(axes));
+    return std::clamp(whole, *unshared, kMostShared * *unshared);
+  }
 
  private:
   static constexpr float kMinApart_px = 3;       ///< nearer ones are nearly the same patch
@@ -61,7 +80,25 @@ class NeighbourNoise {
   static double median_chi2(MissAxes axes) { return axes == MissAxes::One ? 0.4549 : 2 * portable::log(2.0); }
 
   /// The nearest neighbour on the same surface; null: none.
-  const Miss* nearest(const Miss& miss, float reach_px) const;
+  const Miss* nearest(const Miss& miss, float reach_px) const {
+    const float limit_m = kSameSurface * miss.depth_m;
+    const Miss* best = nullptr;
+    float best2 = reach_px * reach_px;
+    const auto reach = [&] { return std::sqrt(static_cast<double>(best2)) * kRounding; };
+    grid_.ranges_outwards(miss.place_px, reach(), [&](std::size_t begin, std::size_t end) {
+      for (const Miss* other = by_place_.data() + begin; other != by_place_.data() + end; ++other) {
+        const cv::Point2f apart = other->place_px - miss.place_px;
+        const float apart2 = apart.dot(apart);
+        if (apart2 > best2 || apart2 < kMinApart_px * kMinApart_px) continue;
+        if (std::abs(other->depth_m - miss.depth_m) > limit_m) continue;
+        if (apart2 == best2 && best != nullptr && !before(*other, *best)) continue;
+        best2 = apart2;
+        best = other;
+      }
+      return reach();
+    });
+    return best;
+  }
   /// By place, so that the order of the points does not matter.
   static bool before(const Miss& a, const Miss& b) {
     return a.place_px.y != b.place_px.y ? a.place_px.y < b.place_px.y : a.place_px.x < b.place_px.x;
@@ -76,49 +113,5 @@ class NeighbourNoise {
   std::vector<cv::Point2f> places_;
   std::vector<float> differences_;
 };
-
-inline std::optional<double> NeighbourNoise::scale(Span<const Miss> misses, float reach_px, MissAxes axes) {
-  places_.clear();
-  for (const Miss& miss : misses) places_.push_back(miss.place_px);
-  grid_.build_for_nearest(Span<const cv::Point2f>(places_), reach_px / 2);
-  by_place_.clear();
-  for (const std::int32_t i : grid_.entries()) by_place_.push_back(misses[static_cast<std::size_t>(i)]);
-  differences_.clear();
-  for (const Miss& miss : by_place_)
-    if (const Miss* other = nearest(miss, reach_px)) compare(miss, *other);
-  if (differences_.size() < kMinPairs) return std::nullopt;
-  return std::sqrt(static_cast<double>(median_in_place(differences_)) / median_chi2(axes));
-}
-
-inline std::optional<double> NeighbourNoise::whole_scale(Span<const Miss> misses, float reach_px,
-                                                         MissAxes axes) {
-  const std::optional<double> unshared = scale(misses, reach_px, axes);
-  if (!unshared) return std::nullopt;
-  differences_.clear();
-  for (const Miss& miss : misses)
-    differences_.push_back(miss.miss_px.dot(miss.miss_px) / (miss.predicted_px * miss.predicted_px));
-  const double whole = std::sqrt(static_cast<double>(median_in_place(differences_)) / median_chi2(axes));
-  return std::clamp(whole, *unshared, kMostShared * *unshared);
-}
-
-inline const Miss* NeighbourNoise::nearest(const Miss& miss, float reach_px) const {
-  const float limit_m = kSameSurface * miss.depth_m;
-  const Miss* best = nullptr;
-  float best2 = reach_px * reach_px;
-  const auto reach = [&] { return std::sqrt(static_cast<double>(best2)) * kRounding; };
-  grid_.ranges_outwards(miss.place_px, reach(), [&](std::size_t begin, std::size_t end) {
-    for (const Miss* other = by_place_.data() + begin; other != by_place_.data() + end; ++other) {
-      const cv::Point2f apart = other->place_px - miss.place_px;
-      const float apart2 = apart.dot(apart);
-      if (apart2 > best2 || apart2 < kMinApart_px * kMinApart_px) continue;
-      if (std::abs(other->depth_m - miss.depth_m) > limit_m) continue;
-      if (apart2 == best2 && best != nullptr && !before(*other, *best)) continue;
-      best2 = apart2;
-      best = other;
-    }
-    return reach();
-  });
-  return best;
-}
 
 }  // namespace dynfilter

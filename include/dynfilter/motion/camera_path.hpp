@@ -30,6 +30,7 @@ class CameraPath {
     forget_motion();
     frames_.clear();
   }
+  /// Frames and their times stay.
   void forget_motion() {
     poses_.clear();
     steps_.clear();
@@ -40,15 +41,19 @@ class CameraPath {
     frames_.insert(frames_.begin(), {frame.timestamp_s, frame.id});
     if (frames_.size() > kMaxFrames + 1) frames_.pop_back();
   }
+  /// The motion of the frame that began, against the last one whose motion is known.
   void add(const Pose& T_current_reference, const Step& step);
   /// The chain of sure steps, each from the frame before, goes on or ends.
   void chain(bool sure) { unbroken_ = sure ? unbroken_ + 1 : 0; }
 
   /// Steps whose motion is known.
   std::size_t steps() const { return poses_.empty() ? 0 : poses_.size() - 1; }
-  std::size_t unbroken() const { return unbroken_; }
+  std::size_t unbroken() const { return unbroken_; }  ///< length of the chain
+  /// True for the frame before the current one.
   bool is_last_frame(std::int64_t id) const { return frames_.size() > 1 && id == frames_[1].id; }
+  /// Requires a gap that was passed.
   std::int64_t frame_id(std::size_t gap) const { return frames_[gap].id; }
+  /// Over a gap, as if at 30 Hz where stamps do not increase.
   double elapsed_s(std::size_t gap) const {
     const double elapsed = gap < frames_.size() ? frames_[0].stamp_s - frames_[gap].stamp_s : 0;
     return elapsed > 0 ? elapsed : static_cast<double>(gap) * kUnknownStep_s;

@@ -27,13 +27,41 @@ class NearestDepth {
 
   /// The nearest depth [m] within `radius_px` of a pixel, in rows and columns. None if it is `beyond_m` or
   /// nearer, if the window leaves the image, or if less than half of it has a depth.
-  std::optional<float> around(const cv::Point2f& px, int radius_px, float beyond_m) const;
+  std::optional<float> around(const cv::Point2f& px, int radius_px, float beyond_m) const {
+    const auto inside = [&](float at, int size) {
+      return at >= static_cast<float>(radius_px) && at <= static_cast<float>(size - 1 - radius_px);
+    };
+    if (depth_.empty() || !inside(px.x, depth_.cols) || !inside(px.y, depth_.rows)) return std::nullopt;
+    const cv::Point centre(cvRound(px.x), cvRound(px.y));
+    return depth_.type() == CV_32FC1 ? of_window<float>(centre, radius_px, beyond_m)
+                                     : of_window<std::uint16_t>(centre, radius_px, beyond_m);
+  }
 
  private:
   /// Most windows hold the point's own surface: the middle row is read first, and the first depth that is not
   /// beyond ends the search.
   template <class T>
-  std::optional<float> of_window(const cv::Point& centre, int radius_px, float beyond_m) const;
+  std::optional<float> of_window(const cv::Point& centre, int radius_px, float beyond_m) const {
+    float nearest_m = std::numeric_limits<float>::infinity();
+    int known = 0;
+    const auto free_row = [&](int y) {
+      const T* row = depth_.ptr<T>(y) + centre.x;
+      for (int dx = -radius_px; dx <= radius_px; ++dx) {
+        const float z_m = static_cast<float>(row[dx]) * unit_m_;
+        if (!valid_depth(z_m)) continue;
+        if (z_m <= beyond_m) return false;
+        nearest_m = std::min(nearest_m, z_m);
+        ++known;
+      }
+      return true;
+    };
+    if (!free_row(centre.y)) return std::nullopt;
+    for (int dy = 1; dy <= radius_px; ++dy)
+      if (!free_row(centre.y - dy) || !free_row(centre.y + dy)) return std::nullopt;
+    const int side = 2 * radius_px + 1;
+    if (known < kLeastKnown * side * side) return std::nullopt;
+    return nearest_m;
+  }
 
   cv::Mat depth_;
   float unit_m_;
@@ -71,7 +99,19 @@ class FreeSpaceView {
         prior_(portable::log(model.moving_share / (1 - model.moving_share))) {}
 
   /// Of a point in the current camera's frame [m]. 0: the view says nothing.
-  double odds(const cv::Point3f& point_m) const;
+  double odds(const cv::Point3f& point_m) const {
+    if (!valid_depth(point_m.z)) return 0;
+    const Eigen::Vector3d far = R_ * Eigen::Vector3d(point_m.x, point_m.y, point_m.z), p = far + t_;
+    if (!(p.z() > 0) || !(far.z() > 0)) return 0;
+    const cv::Point2f px = pixel(p);
+    const double here_m = model_.depth_noise.sigma_m(point_m.z);
+    const cv::Point2f parallax_px = px - pixel(far);
+    const double along_px = portable::hypot(parallax_px.x, parallax_px.y) * here_m / point_m.z;
+    const double radius_px = kReach * portable::hypot(model_.sigma_px, along_px) + kSilhouette_px;
+    if (!(radius_px <= kMostRadius_px)) return 0;
+    const auto there_m = depth_.around(px, static_cast<int>(std::ceil(radius_px)), static_cast<float>(p.z()));
+    return there_m ? std::max(0.0, odds_of(*there_m - p.z(), here_m, *there_m)) : 0;
+  }
 
  private:
   static constexpr double kReach = 3;           ///< standard deviations of a place
@@ -100,52 +140,5 @@ class FreeSpaceView {
   Model model_;
   double prior_;
 };
-
-inline std::optional<float> NearestDepth::around(const cv::Point2f& px, int radius_px, float beyond_m) const {
-  const auto inside = [&](float at, int size) {
-    return at >= static_cast<float>(radius_px) && at <= static_cast<float>(size - 1 - radius_px);
-  };
-  if (depth_.empty() || !inside(px.x, depth_.cols) || !inside(px.y, depth_.rows)) return std::nullopt;
-  const cv::Point centre(cvRound(px.x), cvRound(px.y));
-  return depth_.type() == CV_32FC1 ? of_window<float>(centre, radius_px, beyond_m)
-                                   : of_window<std::uint16_t>(centre, radius_px, beyond_m);
-}
-
-template <class T>
-std::optional<float> NearestDepth::of_window(const cv::Point& centre, int radius_px, float beyond_m) const {
-  float nearest_m = std::numeric_limits<float>::infinity();
-  int known = 0;
-  const auto free_row = [&](int y) {
-    const T* row = depth_.ptr<T>(y) + centre.x;
-    for (int dx = -radius_px; dx <= radius_px; ++dx) {
-      const float z_m = static_cast<float>(row[dx]) * unit_m_;
-      if (!valid_depth(z_m)) continue;
-      if (z_m <= beyond_m) return false;
-      nearest_m = std::min(nearest_m, z_m);
-      ++known;
-    }
-    return true;
-  };
-  if (!free_row(centre.y)) return std::nullopt;
-  for (int dy = 1; dy <= radius_px; ++dy)
-    if (!free_row(centre.y - dy) || !free_row(centre.y + dy)) return std::nullopt;
-  const int side = 2 * radius_px + 1;
-  if (known < kLeastKnown * side * side) return std::nullopt;
-  return nearest_m;
-}
-
-inline double FreeSpaceView::odds(const cv::Point3f& point_m) const {
-  if (!valid_depth(point_m.z)) return 0;
-  const Eigen::Vector3d far = R_ * Eigen::Vector3d(point_m.x, point_m.y, point_m.z), p = far + t_;
-  if (!(p.z() > 0) || !(far.z() > 0)) return 0;
-  const cv::Point2f px = pixel(p);
-  const double here_m = model_.depth_noise.sigma_m(point_m.z);
-  const cv::Point2f parallax_px = px - pixel(far);
-  const double along_px = portable::hypot(parallax_px.x, parallax_px.y) * here_m / point_m.z;
-  const double radius_px = kReach * portable::hypot(model_.sigma_px, along_px) + kSilhouette_px;
-  if (!(radius_px <= kMostRadius_px)) return 0;
-  const auto there_m = depth_.around(px, static_cast<int>(std::ceil(radius_px)), static_cast<float>(p.z()));
-  return there_m ? std::max(0.0, odds_of(*there_m - p.z(), here_m, *there_m)) : 0;
-}
 
 }  // namespace dynfilter

@@ -32,7 +32,20 @@ class PatchRelief {
 
   /// Relief [1/m] of the patch around a pixel with the depth `depth_m`, which has the noise `sigma_m`.
   /// 0 where it is within the noise, and where depths are missing. Reads 16 pixels.
-  double per_m(const cv::Point2f& px, double depth_m, double sigma_m) const;
+  double per_m(const cv::Point2f& px, double depth_m, double sigma_m) const {
+    const auto in_image = [](float at, int size) { return at >= 0 && at < static_cast<float>(size); };
+    if (!valid_depth(depth_m) || !in_image(px.x, depth_.cols) || !in_image(px.y, depth_.rows)) return 0;
+    const int x = cvRound(px.x), y = cvRound(px.y);
+    double most = 0;
+    for (const int r : {kNear_px, kFar_px})
+      for (const auto& [dx, dy] : {std::pair{r, 0}, {0, r}, {r, r}, {r, -r}}) {
+        const double a_m = depth_at(x - dx, y - dy), b_m = depth_at(x + dx, y + dy);
+        if (valid_depth(a_m) && valid_depth(b_m))
+          most = std::max(most, std::abs(1 / a_m + 1 / b_m - 2 / depth_m));
+      }
+    const double noise_per_m = std::sqrt(kTerms2) * sigma_m / (depth_m * depth_m);
+    return most > kSigmas * noise_per_m ? most : 0;
+  }
 
  private:
   static constexpr double kSigmas = 3;  ///< a plane exceeds them in one of 370 sums
@@ -46,21 +59,6 @@ class PatchRelief {
   cv::Mat depth_;
   double unit_m_;
 };
-
-inline double PatchRelief::per_m(const cv::Point2f& px, double depth_m, double sigma_m) const {
-  const auto in_image = [](float at, int size) { return at >= 0 && at < static_cast<float>(size); };
-  if (!valid_depth(depth_m) || !in_image(px.x, depth_.cols) || !in_image(px.y, depth_.rows)) return 0;
-  const int x = cvRound(px.x), y = cvRound(px.y);
-  double most = 0;
-  for (const int r : {kNear_px, kFar_px})
-    for (const auto& [dx, dy] : {std::pair{r, 0}, {0, r}, {r, r}, {r, -r}}) {
-      const double a_m = depth_at(x - dx, y - dy), b_m = depth_at(x + dx, y + dy);
-      if (valid_depth(a_m) && valid_depth(b_m))
-        most = std::max(most, std::abs(1 / a_m + 1 / b_m - 2 / depth_m));
-    }
-  const double noise_per_m = std::sqrt(kTerms2) * sigma_m / (depth_m * depth_m);
-  return most > kSigmas * noise_per_m ? most : 0;
-}
 
 /// Shift in the image [px] of a static point at `px` (undistorted, current frame) when its inverse depth
 /// changes by `relief_per_m`. To first order it is f |t_xy - x t_z| relief.

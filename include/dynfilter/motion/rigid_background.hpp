@@ -1,56 +1,28 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-#include <dynfilter/core/camera.hpp>
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <dynfilter/core/point_grid.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
-#include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/motion/background_scene.hpp>
+#include <dynfilter/motion/detail/background_points.hpp>
+#include <dynfilter/motion/detail/motion_proposals.hpp>
+#include <dynfilter/motion/detail/motion_selection.hpp>
+#include <dynfilter/motion/detail/row_twist_fit.hpp>
+#include <dynfilter/motion/prior_evidence.hpp>
 #include <dynfilter/motion/row_twist.hpp>
-#include <memory>
-#include <opencv2/core/types.hpp>
-#include <optional>
+#include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {
-
-namespace detail {
-class RigidBackgroundSearch;
-}
-
-/// What a background motion is estimated from. One entry per feature in every span but `seeds`.
-struct RigidBackgroundScene {
-  static constexpr float kMobile = 0.5F;  ///< mobility from which on a point counts as having moved
-
-  Camera camera;
-  Span<const cv::Point3f> reference_m, current_m;  ///< in the camera frames; z not finite: no point
-  Span<const cv::Point2f> pixels;                  ///< current positions of the features
-  Span<const float> static_belief;                 ///< [0, 1] from earlier frames; 0.5: unknown
-  Span<const float> mobility;                      ///< [0, 1] moved recently; empty: none did
-  Span<const int> seeds;                           ///< features that may be used, ascending
-  std::optional<Pose> expected;                    ///< T_current_reference of a camera with constant velocity
-  double elapsed_s = 0;                            ///< since the reference; 0: not known
-  std::optional<Eigen::Vector3d> last_turn_radps;  ///< rate of turn of T_current_reference in the last step
-  std::optional<Pose> predicted;                   ///< T_current_reference of the host
-  std::optional<MotionPrior> prior;                ///< from sensors beside the camera
-  double prior_wrong = 0;                          ///< probability; from 0.5 on it is compared only
-  DepthNoise depth_noise{};                        ///< of the sensor
-  /// Whole error of a static match over the noise that neighbours do not share.
-  double noise_ratio = 1.5;
-};
-
-/// One rigid motion that some of the points follow.
-struct MotionProposal {
-  /// Where the proposal comes from.
-  enum class From { Expected, Predicted, Support };
-  From from = From::Support;
-  RigidMotion motion;
-  double sigma_px = 0;  ///< noise that it was fitted with
-  double area = 0;      ///< share of the visible surface that it explains best
-  double order = 0.5;   ///< share of the neighbouring points of other motions that are nearer
-  double score = 0;     ///< log-probability of being the background, up to a constant
-};
 
 /// The motion of the background between two frames, when most points may lie on movers.
 ///
@@ -76,38 +48,368 @@ class RigidBackgroundEstimator {
  public:
   static constexpr float kMobile = RigidBackgroundScene::kMobile;
 
-  RigidBackgroundEstimator();
-  RigidBackgroundEstimator(RigidBackgroundEstimator&&) noexcept;
-  RigidBackgroundEstimator& operator=(RigidBackgroundEstimator&&) noexcept;
-  ~RigidBackgroundEstimator();
-
   /// `ok` is false if no motion explains enough points. Unusual data never throws.
-  RigidMotion estimate(const RigidBackgroundScene& scene);
+  RigidMotion estimate(const RigidBackgroundScene& scene) {
+    straight_ = scene;
+    scene_ = &straight_;
+    const RigidMotion motion = estimate_of_scene();
+    scene_ = nullptr;
+    return motion;
+  }
 
-  const std::vector<MotionProposal>& proposals() const;  ///< all that were compared in the last frame
+  /// All that were compared in the last frame.
+  const std::vector<MotionProposal>& proposals() const { return search_.all(); }
   /// Index of the background's motion among the proposals.
-  std::size_t chosen() const;
+  std::size_t chosen() const { return chosen_; }
   /// Probability that the chosen motion is the background's, given that one of the selected ones is.
-  double confidence() const;
+  double confidence() const { return confidence_; }
   /// Points that the estimate is based on.
-  std::size_t points() const;
+  std::size_t points() const { return points_.size(); }
   /// Noise of this frame's matches that neighbours do not share [px per axis].
-  double match_noise_px() const;
+  double match_noise_px() const { return search_.match_noise_px(); }
   /// Error of this frame's depths in units of the sensor's noise model, at least 1.
-  double depth_factor() const;
+  double depth_factor() const { return search_.depth_factor(); }
   /// Of the current frame against the reference: the motion holds for points that it has straightened.
-  const RowTwist& row_twist() const;
+  const RowTwist& row_twist() const { return twist_; }
   /// Squared distance of the chosen motion from the prior (prior_evidence.hpp); 0 without one.
-  double prior_distance2() const;
+  double prior_distance2() const { return prior_distance2_.empty() ? 0 : prior_distance2_[chosen_slot_]; }
   /// Forgets how smoothly the camera moves.
-  void reset();
+  void reset() {
+    usual_miss_px_ = kUnknownMiss_px;
+    confidence_ = 1;
+    readout_ = {};
+  }
 
  private:
-  std::unique_ptr<detail::RigidBackgroundSearch> search_;
+  using Points = detail::BackgroundPoints;
+  static constexpr double kFit_px = 0.3;            ///< least width of a fit
+  static constexpr float kExplained = 0.1F;         ///< fit from which on a point is explained: 3 fit widths
+  static constexpr float kPrice_nats = 15;          ///< of six parameters; fitted, see the filter's card
+  static constexpr float kFirstPrice_nats = 8;      ///< in the first frame, where several motions are likely
+  static constexpr double kLeastCorrelation = 0.1;  ///< of the errors within a patch
+  static constexpr double kDistinct = 2;            ///< of the noise: motions that differ by more
+  static constexpr double kNeighbour_px = 50;       ///< distance of points whose depths are compared
+  static constexpr float kDepthStep = 1.08F;        ///< a point farther by this factor is behind
+  static constexpr double kUnknownMiss_px = 3;      ///< usual distance from the expected motion, at first
+  static constexpr double kLeastMiss_px = 0.15;
+  static constexpr double kMostMiss_px = 20;   ///< a point's distance between motions, cut off
+  static constexpr double kShare = 0.1;        ///< weight of how many points a motion explains ...
+  static constexpr double kShareAlways = 0.5;  ///< ... and of it, where the motion is as expected
+  static constexpr double kDepthCap_m = 4;     ///< farther, depths are too inexact to tell motions apart
+
+  RigidMotion estimate_of_scene() {
+    chosen_ = 0;
+    prior_distance2_.clear();
+    points_.sample(*scene_);
+    RigidMotion most = search_.follow_most(*scene_, points_);
+    const Rows rows = fit_rows(most);
+    twist_ = rows.believed ? rows.fit.twist : RowTwist();
+    if (rows.believed) {
+      most.T_current_reference = rows.fit.T;
+      straighten();
+      search_.measure_noise(most);
+    }
+    search_.search(most);
+    if (proposals().empty()) return {};
+    select();
+    assign();
+    choose();
+    if (!explains_enough(chosen_slot_)) return {};
+    const RigidMotion motion = refine_background();
+    if (motion.ok && scene_->expected) learn_smoothness(motion.T_current_reference);
+    if (motion.ok && rows.fit.ok && scene_->last_turn_radps) learn_readout(rows);
+    return motion;
+  }
+
+  // ---- rows that are times
+  struct Rows {
+    double change_radps = 0, sigma_rad = 0;  ///< of the rate of turn against the last step; of the twist
+    detail::RowTwistFit fit;                 ///< not `ok`: rows as good as at once
+    bool believed = false;                   ///< no mover was fitted
+  };
+  static constexpr double kLeastTwist_px = 0.1;  ///< from the upper to the lower edge: nothing shows less
+  static constexpr double kTwistShare = 0.9;     ///< of the points, while it is not known that rows are times
+  static constexpr double kLearnShare = 0.7;     ///< of the points: fewer have no say in the readout
+
+  /// A twist can bend a motion until it explains movers, too. So it is believed where the camera's rows are
+  /// known to be times. While nothing is known of them, it must explain nearly all points.
+  Rows fit_rows(const RigidMotion& most) const {
+    Rows rows;
+    if (!most.ok || !(scene_->elapsed_s > 0)) return rows;
+    Eigen::Vector3d change = rotation_vector(most.T_current_reference.R()) / scene_->elapsed_s;
+    if (scene_->last_turn_radps) change -= *scene_->last_turn_radps;
+    rows.change_radps = change.norm();
+    rows.sigma_rad = readout_.sigma_rad(rows.change_radps);
+    if (scene_->camera.fy_px * rows.sigma_rad < kLeastTwist_px) return rows;
+    rows.fit = detail::RowTwistFit::of(points_, scene_->camera, most.T_current_reference, rows.sigma_rad,
+                                       search_.noise_px());
+    rows.believed =
+        rows.fit.ok && (readout_.rolls() || (readout_.may_roll() && rows.fit.share >= kTwistShare));
+    return rows;
+  }
+  /// Puts the current points where one instant would show them.
+  void straighten() {
+    straight_m_.assign(scene_->current_m.begin(), scene_->current_m.end());
+    for (const int i : points_.features()) {
+      const auto k = static_cast<std::size_t>(i);
+      cv::Point3f& c = straight_m_[k];
+      const double s = RowTwist::row(scene_->camera, scene_->pixels[k].y);
+      c = to_point(twist_.straighten({c.x, c.y, c.z}, s));
+    }
+    straight_.current_m = straight_m_;
+    points_.follow(straight_);
+  }
+  void learn_readout(const Rows& rows) {
+    if (rows.fit.share < kLearnShare) return;
+    readout_.learn(rows.change_radps, rows.sigma_rad, rows.fit.twist.a_rad, rows.fit.variance_rad2);
+  }
+
+  // ---- which motions are needed
+  void select() {
+    weigh_points();
+    prices_.assign(proposals().size(), scene_->expected ? kPrice_nats : kFirstPrice_nats);
+    selected_ = selection_.select({proposals().size(), points(), points_.stride(), search_.image2_px2(),
+                                   search_.depth2(), weights_, prices_, search_.noise_px()});
+    noise_px_ = selection_.noise_px();
+  }
+  /// Points of two by two cells share a part of their errors: Kish's effective number of them counts. In the
+  /// first frame nothing is known of that part, so it is taken for all.
+  void weigh_points() {
+    const auto patch = [&](std::size_t k) {
+      const std::size_t cell = points_.cell(k);
+      return cell / Points::kColumns / 2 * (Points::kColumns / 2) + cell % Points::kColumns / 2;
+    };
+    std::array<int, Points::kCells / 4> held{};
+    for (std::size_t k = 0; k < points(); ++k) ++held[patch(k)];
+    const double whole2 = scene_->noise_ratio * scene_->noise_ratio;
+    const double correlation = scene_->expected ? std::max(kLeastCorrelation, 1 - 1 / whole2) : 1;
+    weights_.clear();
+    for (std::size_t k = 0; k < points(); ++k)
+      weights_.push_back(static_cast<float>(1 / (1 + (held[patch(k)] - 1) * correlation)));
+  }
+
+  /// Each point belongs to the selected motion that explains it best. Slots are indices into selected_.
+  void assign() {
+    const std::size_t n = points();
+    const double fit_px = std::max(kFit_px, 2 * noise_px_);
+    const auto per_fit2 = static_cast<float>(1 / (fit_px * fit_px));
+    owner_.assign(n, 0);
+    best_fit_.assign(n, 0);
+    for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
+      const std::size_t row = selected_[slot] * points_.stride();
+      const float *image2 = search_.image2_px2().data() + row, *depth2 = search_.depth2().data() + row;
+      for (std::size_t k = 0; k < n; ++k) {
+        const float fit = 1 / (1 + (image2[k] * per_fit2 + depth2[k]));
+        owner_[k] = fit > best_fit_[k] ? static_cast<std::uint32_t>(slot) : owner_[k];
+        best_fit_[k] = fit > best_fit_[k] ? fit : best_fit_[k];
+      }
+    }
+    explained_.assign(selected_.size(), 0);
+    for (std::size_t k = 0; k < n; ++k) explained_[owner_[k]] += best_fit_[k] >= kExplained ? 1 : 0;
+  }
+  /// Neither a few points are the background, however near to the expected motion, nor points of which the
+  /// motion explains none well.
+  bool explains_enough(std::size_t slot) const {
+    return explained_[slot] >= detail::MotionProposals::kMinShare * static_cast<double>(points());
+  }
+  MotionProposal& proposal(std::size_t slot) { return search_.all()[selected_[slot]]; }
+  const Pose& motion_of(std::size_t slot) const {
+    return proposals()[selected_[slot]].motion.T_current_reference;
+  }
+
+  // ---- which of them is the background
+  void choose() {
+    project_points();
+    measure_areas();
+    measure_orders();
+    for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
+      MotionProposal& p = proposal(slot);
+      p.score = portable::log(p.area + 1e-6) + p.order;
+      if (scene_->expected) {
+        const double d =
+            distance_px(slot, slot, places_[slot], expected_) / std::max(kLeastMiss_px, 2 * usual_miss_px_);
+        p.score -= portable::log1p(d * d);
+        p.score += kShare * log_odds_of_share(slot) * (kShareAlways + d * d) / (1 + d * d);
+      }
+    }
+    if (scene_->prior) weigh_prior();
+    chosen_slot_ = 0;
+    for (std::size_t slot = 1; slot < selected_.size(); ++slot)
+      if (rank(chosen_slot_) < rank(slot)) chosen_slot_ = slot;
+    chosen_ = selected_[chosen_slot_];
+    measure_confidence();
+  }
+  /// Over the points that each motion explains.
+  void weigh_prior() {
+    const double noise_px = std::max(kLeastMiss_px, 2 * noise_px_);
+    prior_distance2_.assign(selected_.size(), 0);
+    for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
+      PriorEvidence evidence(*scene_->prior, scene_->camera);
+      for (std::size_t k = 0; k < points(); ++k)
+        if (owner_[k] == slot && best_fit_[k] >= kExplained) evidence.add(points_.current_m(k));
+      prior_distance2_[slot] = evidence.distance2(motion_of(slot), noise_px);
+      if (search_.uses_prior())
+        proposal(slot).score += PriorEvidence::log_likelihood(prior_distance2_[slot], scene_->prior_wrong);
+    }
+  }
+  double log_odds_of_share(std::size_t slot) const {
+    const double share = (explained_[slot] + 0.5) / (static_cast<double>(points()) + 1);
+    return portable::log(share / (1 - share));
+  }
+  std::pair<bool, double> rank(std::size_t slot) { return {explains_enough(slot), proposal(slot).score}; }
+  /// Motions that the noise cannot distinguish from the chosen one do not count against it.
+  void measure_confidence() {
+    double against = 0;
+    for (std::size_t slot = 0; slot < selected_.size(); ++slot)
+      if (explains_enough(slot) && distinct(slot, chosen_slot_))
+        against += portable::exp(proposal(slot).score - proposal(chosen_slot_).score);
+    confidence_ = 1 / (1 + against);
+  }
+
+  void measure_areas() {
+    areas_.assign(selected_.size(), {});
+    std::array<double, Points::kCells> all{};
+    for (std::size_t k = 0; k < points(); ++k) {
+      const double w = weight(k);
+      all[points_.cell(k)] += w;
+      areas_[owner_[k]][points_.cell(k)] += w * static_cast<double>(best_fit_[k]);
+    }
+    const double total = area_of(all);
+    for (std::size_t slot = 0; slot < selected_.size(); ++slot)
+      proposal(slot).area = total > 0 ? area_of(areas_[slot]) / total : 0;
+  }
+  /// The square root of a cell's sum is its surface, which grows with the square of the depth.
+  static double area_of(const std::array<double, Points::kCells>& cells) {
+    double area = 0;
+    for (const double w : cells) area += std::sqrt(w);
+    return area;
+  }
+  double weight(std::size_t k) const {
+    const double z_m = std::min(kDepthCap_m, static_cast<double>(points_.depth_m(k))), z2_m2 = z_m * z_m;
+    return static_cast<double>(points_.static_belief(k)) * z2_m2 * z2_m2;
+  }
+
+  /// Points come farthest first: of a pair, only the first can be behind.
+  void measure_orders() {
+    if (selected_.size() < 2) return;
+    find_distinct_motions();
+    pixels_.clear();
+    for (std::size_t k = 0; k < points(); ++k) pixels_.push_back(points_.pixel(k));
+    grid_.build(Span<const cv::Point2f>(pixels_), static_cast<float>(kNeighbour_px));
+    behind_.assign(selected_.size(), 1);
+    front_.assign(selected_.size(), 1);
+    for (std::size_t k = 0; k < points(); ++k)
+      grid_.around(pixels_[k], static_cast<float>(kNeighbour_px), [&](std::int32_t j) {
+        const auto other = static_cast<std::size_t>(j);
+        if (other <= k || !distinct(owner_[k], owner_[other]) ||
+            !(points_.depth_m(k) > kDepthStep * points_.depth_m(other)) || !are_neighbours(k, other))
+          return;
+        ++behind_[owner_[k]];
+        ++front_[owner_[other]];
+      });
+    for (std::size_t slot = 0; slot < selected_.size(); ++slot)
+      proposal(slot).order = static_cast<double>(behind_[slot]) / (behind_[slot] + front_[slot]);
+  }
+  bool are_neighbours(std::size_t a, std::size_t b) const {
+    const cv::Point2f apart = pixels_[a] - pixels_[b];
+    const double x = apart.x, y = apart.y;
+    return x * x + y * y <= kNeighbour_px * kNeighbour_px;
+  }
+
+  // ---- distances between motions
+  /// A point under a motion, on the image plane at unit focal length.
+  struct Place {
+    double x, y;
+  };
+  using Places = std::vector<Place>;
+
+  void project_points() {
+    if (places_.size() < selected_.size()) places_.resize(selected_.size());
+    for (std::size_t slot = 0; slot < selected_.size(); ++slot) project(motion_of(slot), places_[slot]);
+    if (scene_->expected) project(*scene_->expected, expected_);
+  }
+  void project(const Pose& T, Places& out) const {
+    const Eigen::Matrix3d R = T.R();
+    const Eigen::Vector3d t = T.t();
+    out.resize(points());
+    for (std::size_t k = 0; k < points(); ++k) {
+      const cv::Point3f& p = points_.reference_m(k);
+      const Eigen::Vector3d q = R * Eigen::Vector3d(p.x, p.y, p.z) + t;
+      out[k] = {q.x() / q.z(), q.y() / q.z()};
+    }
+  }
+  /// Mean distance of two motions in the image over the points of the slots a and b [px], at most 20.
+  /// Elsewhere a motion is extrapolated: a few far points do not determine how near ones would move.
+  double distance_px(std::size_t a, std::size_t b, const Places& A, const Places& B) const {
+    double sum = 0;
+    int n = 0;
+    for (std::size_t k = 0; k < points(); ++k) {
+      if (owner_[k] != a && owner_[k] != b) continue;
+      const double x = A[k].x - B[k].x, y = A[k].y - B[k].y;
+      const double miss_px = scene_->camera.fx_px * std::sqrt(x * x + y * y);
+      sum += miss_px < kMostMiss_px ? miss_px : kMostMiss_px;
+      ++n;
+    }
+    return n > 0 ? sum / n : 0;
+  }
+  /// Motions that differ by no more than the noise share their points by chance, so their depth order means
+  /// nothing.
+  void find_distinct_motions() {
+    const std::size_t n = selected_.size();
+    distinct_.assign(n * n, 0);
+    for (std::size_t a = 0; a < n; ++a)
+      for (std::size_t b = a + 1; b < n; ++b)
+        distinct_[a * n + b] = distinct_[b * n + a] =
+            distance_px(a, b, places_[a], places_[b]) > kDistinct * noise_px_ ? 1 : 0;
+  }
+  bool distinct(std::size_t a, std::size_t b) const {
+    return selected_.size() > 1 && distinct_[a * selected_.size() + b] != 0;
+  }
+
+  void learn_smoothness(const Pose& T) {
+    constexpr double kRate = 0.2, kMost_px = 6;
+    project(T, places_[chosen_slot_]);
+    const double miss_px = distance_px(chosen_slot_, chosen_slot_, places_[chosen_slot_], expected_);
+    usual_miss_px_ += kRate * (std::min(kMost_px, miss_px) - usual_miss_px_);
+  }
+
+  /// On the points of the background's motion and of those that the noise cannot distinguish from it, as
+  /// narrowly as the noise allows.
+  RigidMotion refine_background() {
+    features_.clear();
+    for (std::size_t k = 0; k < points(); ++k)
+      if (owner_[k] == chosen_slot_ || !distinct(owner_[k], chosen_slot_))
+        features_.push_back(points_.features()[k]);
+    const double sigma_px = std::max(detail::MotionProposals::kLeastRefined_px, noise_px_);
+    const RigidMotion motion = search_.refine(features_, sigma_px, motion_of(chosen_slot_));
+    return motion.ok ? motion : proposals()[chosen_].motion;
+  }
+
+  const RigidBackgroundScene* scene_ = nullptr;  ///< during estimate() only
+  RigidBackgroundScene straight_;                ///< the scene, its points straightened
+  std::vector<cv::Point3f> straight_m_;
+  RowReadout readout_;
+  RowTwist twist_;
+  Points points_;
+  detail::MotionProposals search_;
+  MotionSelection selection_;
+  std::vector<float> weights_, prices_;
+  std::vector<std::size_t> selected_;                      ///< indices of proposals
+  std::vector<std::uint32_t> owner_;                       ///< slot per point
+  std::vector<float> best_fit_;                            ///< per point, by its owner
+  std::vector<double> prior_distance2_;                    ///< per slot, with a prior
+  std::vector<int> explained_;                             ///< points per slot
+  std::vector<std::array<double, Points::kCells>> areas_;  ///< per slot
+  std::vector<Places> places_;                             ///< of the points, per slot
+  Places expected_;                                        ///< of the points under the expected motion
+  std::vector<char> distinct_;                             ///< slots x slots
+  std::vector<int> behind_, front_;                        ///< per slot
+  std::vector<cv::Point2f> pixels_;
+  std::vector<int> features_;
+  PointGrid grid_;
+  std::size_t chosen_ = 0, chosen_slot_ = 0;
+  double noise_px_ = 0;
+  double usual_miss_px_ = kUnknownMiss_px, confidence_ = 1;
 };
 
 }  // namespace dynfilter
-
-#ifdef DYNFILTER_HEADER_ONLY
-#include <dynfilter/motion/detail/rigid_background-inl.hpp>
-#endif

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <dynfilter/core/frame_inputs.hpp>
+#include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/motion/neighbour_field.hpp>
+#include <utility>
+#include <vector>
 
 namespace dynfilter::detail {
 
@@ -28,6 +33,72 @@ struct JudgedFrame {
     return static_cast<float>(std::sqrt(least_m * least_m + noise_m * noise_m));
   }
   static constexpr double kReachSigmas = 3;  ///< of two depths' noise
+};
+
+/// What was believed of each track, carried from frame to frame: the log-odds of motion, and mobility. It is 1
+/// for a track that moved and falls slowly, because a mover that stops is not yet background.
+class TrackMemory {
+ public:
+  static constexpr double kMobility_s = 2;  ///< time constant of having moved
+
+  void clear() {
+    belief_.clear();
+    mobility_.clear();
+    places_.clear();
+  }
+  /// Carries what is known to the tracks of this frame. `weight` of the last beliefs, [0, 1]: what was judged
+  /// against a background that may be the wrong one must not decide the next choice.
+  void recall(const JudgedFrame& frame, float weight) {
+    std::swap(last_mobility_, mobility_);
+    const std::size_t n = frame.size();
+    remembered_.assign(n, 0);
+    static_belief_.resize(n);
+    mobility_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto from = static_cast<std::size_t>(frame.tracks.previous(i));
+      const bool known = frame.tracks.previous(i) >= 0 && from < belief_.size();
+      if (known) remembered_[i] = belief_[from];
+      mobility_[i] = known ? last_mobility_[from] : mobility_around(frame, i);
+      const float still = 1 - mobility_[i];
+      static_belief_[i] = still * still / (1 + portable::exp(weight * remembered_[i] / 2));
+    }
+  }
+  /// Keeps the log-odds of motion of this frame's features, and the features' places. Leaves buffers in both.
+  void learn(std::vector<float>& belief, NeighbourPlaces& places, float weight, double elapsed_s) {
+    std::swap(belief_, belief);
+    std::swap(places_, places);
+    const auto kept = static_cast<float>(portable::exp(-elapsed_s / kMobility_s));
+    for (std::size_t i = 0; i < belief_.size(); ++i) {
+      const float now = belief_[i] > 0 ? weight * (1 - portable::exp(-belief_[i])) : 0.0F;
+      mobility_[i] = std::max(kept * mobility_[i], now);
+    }
+    places_.lay_out(
+        moved_, [&](std::size_t i) { return mobility_[i]; }, [](std::size_t) { return 1.0F; });
+  }
+
+  float remembered(std::size_t i) const { return remembered_[i]; }
+  const std::vector<float>& static_belief() const { return static_belief_; }  ///< probability, as a weight
+  const std::vector<float>& mobility() const { return mobility_; }
+
+ private:
+  static constexpr float kReach = 1.2F;  ///< of a neighbourhood, for features that appear
+
+  /// A feature without a past takes that of the features around the place where it was.
+  float mobility_around(const JudgedFrame& frame, std::size_t i) const {
+    const Match& match = frame.match;
+    const bool found = match.reference != nullptr && match.found(i);
+    const float depth_m =
+        found && match.has_reference_point(i) ? match.reference_points_m[i].z : frame.depth_m(i);
+    const NeighbourPlaces::Sum sum = places_.around(
+        moved_, found ? match.correspondences.reference_px[i] : frame.evidence.pixels()[i], depth_m,
+        kReach * static_cast<float>(frame.neighbour_px), frame.reach_m(frame.neighbour_m, depth_m));
+    return sum.weights > 0 ? sum.values / sum.weights : 0;
+  }
+
+  std::vector<float> belief_, mobility_, last_mobility_;  ///< of the last frame's features, then this one's
+  std::vector<float> remembered_, static_belief_;         ///< of this frame's features
+  NeighbourPlaces places_;                                ///< of the last frame's features
+  NeighbourPlaces::Field moved_;                          ///< mobility there
 };
 
 }  // namespace dynfilter::detail

@@ -6,7 +6,7 @@
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/filters/detail/track_misses.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
-#include <dynfilter/motion/rigid_background.hpp>
+#include <dynfilter/motion/background_scene.hpp>
 #include <vector>
 
 namespace dynfilter::detail {

@@ -12,7 +12,7 @@
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
-#include <dynfilter/motion/rigid_background.hpp>
+#include <dynfilter/motion/background_scene.hpp>
 #include <dynfilter/motion/row_twist.hpp>
 #include <opencv2/core.hpp>
 #include <tuple>

@@ -10,8 +10,8 @@
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_misses.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
+#include <dynfilter/motion/background_scene.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
-#include <dynfilter/motion/rigid_background.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
 #include <vector>
