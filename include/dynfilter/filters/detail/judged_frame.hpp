@@ -35,8 +35,8 @@ struct JudgedFrame {
   static constexpr double kReachSigmas = 3;  ///< of two depths' noise
 };
 
-/// What was believed of each track, carried from frame to frame: the log-odds of motion, and mobility. It is 1
-/// for a track that moved and falls slowly, because a mover that stops is not yet background.
+/// What was believed of each track, carried from frame to frame: the log-odds of motion, and mobility. It is
+/// 1 for a track that moved and falls slowly, because a mover that stops is not yet background.
 class TrackMemory {
  public:
   static constexpr double kMobility_s = 2;  ///< time constant of having moved
