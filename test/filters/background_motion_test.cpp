@@ -330,6 +330,30 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("background_motion: a depth before or now is enough to be judged in the image") {
+  Player player;
+  const ExactScene scene = noisy(testing::preset(Preset::General));
+  int holes = 0, rest = 0, movers = 0, found = 0;
+  for (int k = 0; k <= 8; ++k) {
+    const ExactFrame frame = scene.frame(k);
+    player.show(frame, [k](ExactFrame& f) {  // every fourth feature has no depth in every other frame
+      for (std::size_t i = 0; i < f.size(); ++i)
+        if (f.point[i] % 4 == 0 && k % 2 == 0) f.depth_m[i] = kNan;
+    });
+    if (k != 8) continue;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      if (frame.point[i] % 4 != 0 || frame.reference_index[i] < 0) continue;
+      (frame.label[i] != 0 ? movers : holes) += 1;
+      if (frame.label[i] != 0) found += player.votes[i] == Vote::Dynamic ? 1 : 0;
+      if (frame.label[i] == 0) rest += player.votes[i] == Vote::Static ? 1 : 0;
+    }
+  }
+  CHECK(holes >= 30);
+  CHECK(movers >= 10);
+  CHECK(rest >= 0.95 * holes);  // Unknown, if nothing but neighbours told
+  CHECK(found >= 0.95 * movers);
+}
+
 TEST_CASE("background_motion: the first frame, no depth, no match, too few features: unknown") {
   const auto all_unknown = [](const ExactScene& scene, int frame) {
     Player player;

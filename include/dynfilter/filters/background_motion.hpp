@@ -47,8 +47,8 @@ struct BackgroundMotionParams {
 ///           log-odds against motion in this frame, if a core is near: a feature with evidence of motion
 ///           among others with such evidence. A prior suspect has a larger prior and needs no core.
 /// Votes:    with a confidence, the probability that the chosen motion is the background's. Below 1/3 every
-///           vote is Unknown. Stereo: a feature with one depth is judged by its place in the image, one
-///           without by the line on which it may lie (motion/static_miss.hpp).
+///           vote is Unknown. A feature with one depth is judged by its place in the image. With stereo one
+///           without is judged by the line on which it may lie (motion/static_miss.hpp).
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (one more candidate), a motion prior.
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone.

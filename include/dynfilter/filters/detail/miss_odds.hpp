@@ -16,6 +16,9 @@ namespace dynfilter::detail {
 class MissOdds {
  public:
   static constexpr float kLeast = -3, kMost = 6;  ///< of one frame [nats]
+  /// The same with a depth in one of the frames only. Structured light has holes beside outlines, and the
+  /// depth before or after is then often that of the other surface.
+  static constexpr float kMostOfOneDepth = 1.3F;
 
   /// All must outlive this. `depths`: noise of the frame's depths as measured.
   MissOdds(const JudgedFrame& frame, const CameraPath& path, const TrackMisses& misses,
@@ -61,7 +64,8 @@ class MissOdds {
     if (in.depth_axis) in.sigma_depth_m = depths_.sigma_m(static_cast<double>(measured.now.depth_m));
     in.px_per_m = static_cast<double>(miss.px_per_m);
     in.elapsed_s = path_.elapsed_s(gap);
-    return std::clamp(static_cast<float>(odds(in)), kLeast, kMost);
+    const bool one_depth = !frame_.stereo && miss.axes == StaticMiss::Axes::Image;
+    return std::clamp(static_cast<float>(odds(in)), kLeast, one_depth ? kMostOfOneDepth : kMost);
   }
   /// The part of the odds' input that is measured in the image. `shift_px`: of the patch's two surfaces.
   MovingOddsInput in_image(const Measured& measured, const StaticMiss& miss, double shift_px) const {

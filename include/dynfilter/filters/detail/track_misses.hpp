@@ -75,7 +75,7 @@ class TrackMisses {
   Measured measured(const JudgedFrame& frame, const CameraPath& path, std::size_t i, int gap,
                     const SeenPoint& then, const MatchSpread& spread) const {
     const SeenPoint now = straightened(frame, path, i, gap);
-    if (!frame.stereo && !(valid_depth(then.depth_m) && valid_depth(now.depth_m))) return {};
+    if (!frame.stereo && !valid_depth(then.depth_m) && !valid_depth(now.depth_m)) return {};
     const StaticMiss miss = model(gap).miss(then, now);
     if (miss.axes == StaticMiss::Axes::None) return {};
     return {gap, then, now, miss, spread_of(spread, miss, path.noise_px(static_cast<std::size_t>(gap)))};
