@@ -47,8 +47,8 @@ struct BackgroundMotionParams {
 ///           log-odds against motion in this frame, if a core is near: a feature with evidence of motion
 ///           among others with such evidence. A prior suspect has a larger prior and needs no core.
 /// Votes:    with a confidence, the probability that the chosen motion is the background's. Below 1/3 every
-///           vote is Unknown. A feature with one depth is judged by its place in the image. With stereo one
-///           without is judged by the line on which it may lie (motion/static_miss.hpp).
+///           vote is Unknown. A feature with one depth is judged by its place in the image, one without by
+///           the line on which it may lie (motion/static_miss.hpp). With stereo the line never says Static.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (one more candidate), a motion prior.
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone.
@@ -75,7 +75,6 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
 
  private:
   static constexpr TrackOptions kTracks{static_cast<int>(CameraPath::kMaxFrames), 3.0, true};
-  static constexpr float kLeastLineOdds = -1;                  ///< a mover may keep to its epipolar line
   static constexpr float kLeastBelief = -4, kMostBelief = 10;  ///< [nats]
   static constexpr double kDepthFactor = 2;  ///< the depth camera's noise against the model's, at least
   /// What features without evidence must exceed [nats]. Without a depth they may lie on another surface than

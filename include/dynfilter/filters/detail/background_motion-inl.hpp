@@ -183,11 +183,11 @@ inline void BackgroundMotionFilter::weigh(const detail::JudgedFrame& frame, cons
     const bool matched = step.gap > 0 || track.gap > 0;
     float now = matched ? odds_of_match(i, frame.evidence.prior(i) ? odds_of_suspect : odds)
                         : space_odds(frame.evidence.points_m()[i]);
-    const bool can_show_rest = step.can_show_rest() || track.can_show_rest();
+    // Movers on a road keep to their epipolar line.
+    const bool can_show_rest = matched && (track.in_space() || !step.on_line() || !frame.stereo);
     const float expected = can_show_rest ? 0 : forecast(frame, i);
     if (expected > 0 && !(now > expected)) now = expected;
-    if (now <= 0 && matched && !can_show_rest)
-      own = std::max(own + std::max(now, kLeastLineOdds), kLeastBelief);
+    if (now <= 0 && matched && !can_show_rest) own = std::max(own + now, kLeastBelief);
     if (std::isnan(now) || (now <= 0 && !can_show_rest)) continue;
     odds_.seen[i] = 1;
     own = std::clamp(own + now, kLeastBelief, kMostBelief);

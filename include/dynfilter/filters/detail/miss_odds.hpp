@@ -16,9 +16,10 @@ namespace dynfilter::detail {
 class MissOdds {
  public:
   static constexpr float kLeast = -3, kMost = 6;  ///< of one frame [nats]
-  /// The same with a depth in one of the frames only. Structured light has holes beside outlines, and the
-  /// depth before or after is then often that of the other surface.
-  static constexpr float kMostOfOneDepth = 1.3F;
+  /// The same at a hole of structured light. It lies beside an outline: the depth before or after may be that
+  /// of the other surface, and the patch shows both.
+  static constexpr float kMostAtHole = 1.3F;
+  static constexpr float kLeastOnLine = -1;  ///< a mover may keep to its epipolar line
 
   /// All must outlive this. `depths`: noise of the frame's depths as measured.
   MissOdds(const JudgedFrame& frame, const CameraPath& path, const TrackMisses& misses,
@@ -64,8 +65,9 @@ class MissOdds {
     if (in.depth_axis) in.sigma_depth_m = depths_.sigma_m(static_cast<double>(measured.now.depth_m));
     in.px_per_m = static_cast<double>(miss.px_per_m);
     in.elapsed_s = path_.elapsed_s(gap);
-    const bool one_depth = !frame_.stereo && miss.axes == StaticMiss::Axes::Image;
-    return std::clamp(static_cast<float>(odds(in)), kLeast, one_depth ? kMostOfOneDepth : kMost);
+    const bool at_hole = !frame_.stereo && !measured.in_space();
+    return std::clamp(static_cast<float>(odds(in)), measured.on_line() ? kLeastOnLine : kLeast,
+                      at_hole ? kMostAtHole : kMost);
   }
   /// The part of the odds' input that is measured in the image. `shift_px`: of the patch's two surfaces.
   MovingOddsInput in_image(const Measured& measured, const StaticMiss& miss, double shift_px) const {

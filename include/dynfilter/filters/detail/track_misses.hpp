@@ -23,8 +23,7 @@ class TrackMisses {
     StaticMiss miss;
     MatchSpread spread;
     bool in_space() const { return miss.axes == StaticMiss::Axes::Space; }
-    /// Says for standing still, too. Movers on a road keep to their epipolar line.
-    bool can_show_rest() const { return in_space() || miss.axes == StaticMiss::Axes::Image; }
+    bool on_line() const { return miss.axes == StaticMiss::Axes::Line; }
   };
 
   /// `depths`: noise of the frame's depths as measured.
@@ -75,7 +74,6 @@ class TrackMisses {
   Measured measured(const JudgedFrame& frame, const CameraPath& path, std::size_t i, int gap,
                     const SeenPoint& then, const MatchSpread& spread) const {
     const SeenPoint now = straightened(frame, path, i, gap);
-    if (!frame.stereo && !valid_depth(then.depth_m) && !valid_depth(now.depth_m)) return {};
     const StaticMiss miss = model(gap).miss(then, now);
     if (miss.axes == StaticMiss::Axes::None) return {};
     return {gap, then, now, miss, spread_of(spread, miss, path.noise_px(static_cast<std::size_t>(gap)))};
