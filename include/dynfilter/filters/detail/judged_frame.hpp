@@ -21,7 +21,7 @@ struct JudgedFrame {
   const FeatureTracks& tracks;
   const Camera& camera;
   DepthNoise sensor;                 ///< of the frame's depths
-  bool stereo;                       ///< then features without depth have evidence of their own, too
+  bool stereo;                       ///< its depths are as noisy as their disparities
   double neighbour_px, neighbour_m;  ///< of a neighbourhood: radius, and largest difference in depth
 
   std::size_t size() const { return evidence.size(); }

@@ -76,7 +76,7 @@ class TrackMisses {
     const SeenPoint now = straightened(frame, path, i, gap);
     const StaticMiss miss = model(gap).miss(then, now);
     if (miss.axes == StaticMiss::Axes::None) return {};
-    return {gap, then, now, miss, spread_of(spread, miss, path.noise_px(static_cast<std::size_t>(gap)))};
+    return {gap, then, now, miss, spread_of(spread, miss, path, gap)};
   }
   /// As all rows would have been seen at once, against the frame `gap` frames back.
   static SeenPoint straightened(const JudgedFrame& frame, const CameraPath& path, std::size_t i, int gap) {
@@ -91,11 +91,12 @@ class TrackMisses {
             static_cast<float>(seen.depth_m * q.z())};
   }
   /// A long slide along an edge misses across it, too: the edge's direction is not exact.
-  static MatchSpread spread_of(const MatchSpread& spread, const StaticMiss& miss, double noise_px) {
+  static MatchSpread spread_of(const MatchSpread& spread, const StaticMiss& miss, const CameraPath& path,
+                               int gap) {
     MatchSpread out = spread;
     if (!spread.slides()) return out;
-    const float off =
-        MatchSpread::kEdgeTurn_rad * miss.miss_px.dot(spread.edge) / static_cast<float>(noise_px);
+    const float off = MatchSpread::kEdgeTurn_rad * miss.miss_px.dot(spread.edge) /
+                      static_cast<float>(path.noise_px(static_cast<std::size_t>(gap)));
     out.across += off * off;
     out.along = std::max(out.along, out.across);
     return out;
