@@ -171,6 +171,45 @@ TEST_CASE("stereo: features without a column are searched in the right image") {
   }
 }
 
+TEST_CASE(
+    "stereo: a match that ends at none of the reference's features has a depth there, from its images") {
+  constexpr double kDisparity_px = 20.4, kBaseline_px_m = 40.8;  // a wall at 2 m
+  const cv::Size size(320, 120);
+  const test::WaveTexture texture(4);
+  FrameEvidence evidence;
+  evidence.set_history(1);
+  FrameView frame;
+  frame.camera = freiburg3_camera();
+  frame.camera->baseline_fx_px_m = kBaseline_px_m;
+  for (const bool keeps_right : {true, false}) {
+    CAPTURE(keeps_right);
+    evidence.reset();
+    std::vector<cv::KeyPoint> keypoints;
+    std::vector<float> columns;
+    for (int k = 0; k < 2; ++k) {
+      keypoints.clear(), columns.clear();
+      for (int y = 20; y < 100; y += 20)
+        for (int x = 60 + 10 * k; x < 280; x += 20) {  // the first frame's are halfway between
+          keypoints.emplace_back(cv::Point2f(static_cast<float>(x), static_cast<float>(y)), 31.0F);
+          columns.push_back(static_cast<float>(x - kDisparity_px));
+        }
+      frame.id = k, frame.keypoints = keypoints, frame.right_u_px = columns;
+      frame.grey = texture.image(size, cv::Point2d(2 * k, 0));
+      frame.right_grey = keeps_right ? texture.image(size, cv::Point2d(2 * k + kDisparity_px, 0)) : cv::Mat();
+      evidence.begin(frame, CallPoint::BeforePose);
+      if (k == 0) evidence.end(false);
+    }
+    const Match& match = evidence.match({});
+    std::ptrdiff_t found = 0, deep = 0;
+    for (std::size_t i = 0; i < keypoints.size(); ++i)
+      if (match.found(i)) ++found, deep += std::abs(match.reference_depth_m[i] - 2) < 0.05F ? 1 : 0;
+    CHECK(found > 35);
+    CHECK(deep >= (keeps_right ? found - 2 : 0));
+    CHECK(deep <= (keeps_right ? found : 0));
+    evidence.end(false);
+  }
+}
+
 TEST_CASE("a right image that cannot be of this camera is not used, with a note") {
   const std::vector<cv::KeyPoint> keypoints(1, cv::KeyPoint(150, 50, 31));
   FrameEvidence evidence;

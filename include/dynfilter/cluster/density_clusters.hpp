@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <dynfilter/cluster/cell_grid.hpp>
 #include <dynfilter/cluster/clusters.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>

@@ -63,9 +63,7 @@ inline bool is_settings_key(std::string_view key) {
 /// - `key:value` without a blank, if the key has only letters, digits, `_`, `.` and `-` and begins with no
 ///   digit, no other `:` in its line has a blank after it, and no brackets are around it;
 /// - tags `!!opencv-...` before a map, which are ignored;
-/// - tabs between values, though not in the indentation;
-/// - `\'` in double quotes;
-/// - comments of any encoding.
+/// - tabs between values, though not in the indentation, `\'` in double quotes, comments of any encoding.
 class YamlText {
  public:
   /// Settings files have a few kilobytes. The shortest value takes two bytes of text and 100 bytes of memory.

@@ -3,14 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/correspondence/correspondences.hpp>
 #include <limits>
 #include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter {

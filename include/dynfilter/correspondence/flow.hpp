@@ -3,9 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
@@ -42,10 +40,9 @@ class FlowTracker {
   }
   void forget_prepared() { guided_.forget_prepared(); }  ///< the pyramids have changed
 
-  /// `current_px` are distorted pixels.
-  /// `guess` is the expected position of each point in the reference frame, NaN if unknown.
-  /// An empty `guess` means no motion. Points that are NaN, outside the image or fail the check are not
-  /// found. Images of different size find nothing. Cost: see docs/reference/results.md.
+  /// `current_px` are distorted pixels. `guess` is the expected position of each point in the reference
+  /// frame, NaN if unknown. An empty `guess` means no motion. Points that are NaN, outside the image or fail
+  /// the check are not found. Images of different size find nothing. Cost: see docs/reference/results.md.
   void track(const ImagePyramid& current, const ImagePyramid& reference, Span<const cv::Point2f> current_px,
              Span<const cv::Point2f> guess, Correspondences& out);
 

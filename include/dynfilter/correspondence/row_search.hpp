@@ -29,14 +29,14 @@ class RowSearch {
         right_(right),
         brighter_(right.empty() ? 0 : cvRound(cv::mean(left)[0] - cv::mean(right)[0])) {}
 
-  /// Column in the right image of the point at `px` in the left one. NaN: none.
-  float column(const cv::Point2f& px) const;
+  static constexpr int kMost_px = 128;  ///< disparity, a limit of cost
+  /// Column in the right image of the point at `px` in the left one, less than `most_px` away. NaN: none.
+  float column(const cv::Point2f& px, int most_px = kMost_px) const;
 
  private:
-  static constexpr int kWidth = 16, kHeight = 9;  ///< of a patch [px]; 16 bytes are compared at once
-  static constexpr int kLeft = 8, kAbove = 4;     ///< of them before its middle
-  static constexpr int kMost_px = 128,
-                       kBack_px = 1;               ///< disparity, a limit of cost; tolerance of the way back
+  static constexpr int kWidth = 16, kHeight = 9;   ///< of a patch [px]; 16 bytes are compared at once
+  static constexpr int kLeft = 8, kAbove = 4;      ///< of them before its middle
+  static constexpr int kBack_px = 1;               ///< tolerance of the way back
   static constexpr double kMostSigma_px = 0.25;    ///< of a disparity: DepthNoise assumes as much
   static constexpr double kMostUnexplained = 0.5;  ///< share of the patch's variance
 
@@ -60,18 +60,18 @@ class RowSearch {
   int brighter_;  ///< the left image, on average
 };
 
-inline float RowSearch::column(const cv::Point2f& px) const {
+inline float RowSearch::column(const cv::Point2f& px, int most_px) const {
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   const int last = left_.cols - (kWidth - kLeft);  // column of a patch
   if (!(px.x > kLeft && px.x < static_cast<float>(last) && px.y > kAbove)) return kNone;
   const int x = cvRound(px.x), y = cvRound(px.y);
-  const int most = std::min(kMost_px, x - kLeft - 1);  // R(x - b - 1) is in the image
+  const int most = std::min({kMost_px, most_px, x - kLeft - 1});  // R(x - b - 1) is in the image
   if (x > last || y < kAbove || y + kHeight - kAbove > left_.rows || most < 1) return kNone;
   const Patch here = patch(left_, x, y);
   const int found = nearest(here, brighter_, patch(right_, x, y), -1, most);
   const Patch there = patch(right_, x - found, y);
-  const int back =
-      nearest(there, -brighter_, patch(left_, x - found, y), 1, std::min(kMost_px, last - (x - found)));
+  const int back = nearest(there, -brighter_, patch(left_, x - found, y), 1,
+                           std::min({kMost_px, most_px, last - (x - found)}));
   if (found == most || std::abs(back - found) > kBack_px) return kNone;
   Part part = between(here, there);
   double disparity_px = found + part.f;

@@ -80,6 +80,8 @@ class FrameEvidence final : public Evidence {
   Span<const std::uint8_t> called_dynamic() const override { return earlier_votes_.called_dynamic(); }
 
   const Match& match(const Reference& reference) const override;
+  const Match& second_look(const Match& match, const Pose& T_current_reference,
+                           Span<const std::uint8_t> doubted) const override;
   const Match& match_with(std::int64_t frame_id) const override;
   const MatchedFeatures& matched_features(
       const Match& match, double max_offset_px = MatchedFeatures::kMaxOffsetPx) const override;

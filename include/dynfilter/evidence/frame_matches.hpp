@@ -16,6 +16,8 @@
 #include <dynfilter/correspondence/descriptor_match.hpp>
 #include <dynfilter/correspondence/flow.hpp>
 #include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/correspondence/patch_residual.hpp>
+#include <dynfilter/correspondence/row_search.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/feature_tracks.hpp>
 #include <dynfilter/evidence/history.hpp>
@@ -44,7 +46,8 @@ class FrameMatches {
         flow_(params.flow, params.threads),
         step_flow_(checked_once(params.flow), params.threads),
         descriptors_(params.descriptors),
-        far_descriptors_(searching_far(params.descriptors)) {}
+        far_descriptors_(searching_far(params.descriptors)),
+        unlike_(params.flow.window_px) {}
 
   const History& history() const { return history_; }  ///< the earlier frames that are kept
   History& history() { return history_; }
@@ -81,6 +84,24 @@ class FrameMatches {
   }
   /// See Evidence::match_with().
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
+
+  /// See Evidence::second_look().
+  const Match& second_look(const Match& match, const Pose& T_current_reference,
+                           Span<const std::uint8_t> doubted) {
+    const StoredFrame *now = history_.find(current_.frame().id), &then = stored(match);
+    if (now->pyramid.empty() || then.pyramid.empty() || !current_.frame().camera) return match;
+    const std::vector<cv::Point2f> places =
+        places_in_reference(T_current_reference, true,
+                            [&](std::size_t i) { return doubted[i] != 0 && current_.depths_m()[i] > 0; });
+    track_from(places, then);
+    second_ = match;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (far_.found[i] != 0 && !is_static_match(match, i, places[i], *now, then)) far_.drop(i);
+      if (far_.found[i] != 0) adopt(i, second_.correspondences);
+    }
+    fill_reference_geometry(second_, far_.found);
+    return second_;
+  }
 
   /// See Evidence::matched_features().
   const MatchedFeatures& matched_features(const Match& match, double max_offset_px) {
@@ -138,7 +159,9 @@ class FrameMatches {
     return params;
   }
   static constexpr int kNearWindows = 2;  ///< flow finds without help what is as near as two of its windows
-  static constexpr double kFar_px = 120;  ///< a car at 8 m that comes nearer at 20 m/s, at 10 Hz
+  static constexpr double kMostRecession = 2;  ///< of a distance from frame to frame
+  static constexpr float kStaticReach_px = 2;  ///< of a match from the place of a static one
+  static constexpr double kFar_px = 120;       ///< a car at 8 m that comes nearer at 20 m/s, at 10 Hz
   static DescriptorMatchParams searching_far(DescriptorMatchParams params) {
     params.search_radius_px = std::max(params.search_radius_px, kFar_px);
     return params;
@@ -149,6 +172,8 @@ class FrameMatches {
     return std::fmod(std::floor(px.x / 8) + 2 * std::floor(px.y / 8), 4.0F) == 0;
   }
 
+  /// The frame that a match refers to: all of them are in history_.
+  static const StoredFrame& stored(const Match& m) { return static_cast<const StoredFrame&>(*m.reference); }
   const StoredFrame* resolve(const Reference& reference) const {
     if (uses_host_matches()) return history_.find(current_.frame().matches->reference_frame_id);
     return reference.keyframe ? history_.keyframe() : history_.before(reference.gap_frames);
@@ -201,40 +226,56 @@ class FrameMatches {
   void find_by_prior(const StoredFrame& stored, Correspondences& out) {
     const MotionPrior* prior = motion_prior(&stored);
     if (prior == nullptr || !current_.frame().camera) return;
-    const std::vector<cv::Point2f> starts = starts_by(*prior, *current_.frame().camera, out);
-    std::vector<cv::Point2f> lost_px = current_.pixels();
-    bool any = false;
-    for (std::size_t i = 0; i < lost_px.size(); ++i) {
-      if (std::isnan(starts[i].x)) lost_px[i] = starts[i];
-      any = any || !std::isnan(starts[i].x);
-    }
-    if (!any) return;
-    flow_.track(history_.find(current_.frame().id)->pyramid, stored.pyramid, lost_px, starts, far_);
-    for (std::size_t i = 0; i < lost_px.size(); ++i) {
-      if (far_.found[i] == 0) continue;
-      out.set(i, far_.reference_px[i]);
-      out.spread[i] = far_.spread[i];
-    }
+    std::vector<cv::Point2f> starts = places_in_reference(prior->T_current_reference, prior->has_translation,
+                                                          [&](std::size_t i) { return out.found[i] == 0; });
+    const double near_px = kNearWindows * params_.flow.window_px;
+    for (std::size_t i = 0; i < starts.size(); ++i)
+      if (!(cv::norm(starts[i] - current_.pixels()[i]) > near_px)) starts[i].x = std::nanf("");
+    track_from(starts, stored);
+    for (std::size_t i = 0; i < starts.size(); ++i)
+      if (far_.found[i] != 0) adopt(i, out);
   }
-  std::vector<cv::Point2f> starts_by(const MotionPrior& prior, const Camera& camera,
-                                     const Correspondences& found) {
-    const Pose T_reference_current = inverse(prior.T_current_reference);
+  void adopt(std::size_t i, Correspondences& out) const {
+    out.set(i, far_.reference_px[i]);
+    out.spread[i] = far_.spread[i];
+  }
+  /// Places in the reference frame of those features that are `wanted(i)`, if they do not move. NaN: of the
+  /// others. Without a translation, or a depth, only the rotation is known.
+  template <class Wanted>
+  std::vector<cv::Point2f> places_in_reference(const Pose& T_current_reference, bool has_translation,
+                                               const Wanted& wanted) {
+    const Camera& camera = *current_.frame().camera;
+    const Pose T_reference_current = inverse(T_current_reference);
     const Eigen::Matrix3d R = T_reference_current.R();
     const std::vector<cv::Point2f>& undistorted = current_.undistorted_pixels();
     const std::vector<float>& depth_m = current_.depths_m();
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    const auto near_px = static_cast<float>(kNearWindows * params_.flow.window_px);
-    std::vector<cv::Point2f> starts(current_.size(), {nan, nan});
-    for (std::size_t i = 0; i < starts.size(); ++i) {
-      if (found.found[i] != 0) continue;
+    std::vector<cv::Point2f> places(current_.size(), {nan, nan});
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (!wanted(i)) continue;
       const cv::Point2f& px = undistorted[i];
       Eigen::Vector3d p =
           R * Eigen::Vector3d((px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1);
-      if (prior.has_translation && depth_m[i] > 0) p += T_reference_current.t() / depth_m[i];
-      const cv::Point2f shift_px = project(camera, to_point(p)) - px;
-      if (shift_px.dot(shift_px) > near_px * near_px) starts[i] = current_.pixels()[i] + shift_px;
+      if (has_translation && depth_m[i] > 0) p += T_reference_current.t() / depth_m[i];
+      places[i] = current_.pixels()[i] + project(camera, to_point(p)) - px;
     }
-    return starts;
+    return places;
+  }
+  /// Into far_: flow of the features that have a place to start from.
+  void track_from(const std::vector<cv::Point2f>& places, const StoredFrame& stored) {
+    sparse_px_ = current_.pixels();
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (std::isnan(places[i].x)) sparse_px_[i] = places[i];
+    flow_.track(history_.find(current_.frame().id)->pyramid, stored.pyramid, sparse_px_, places, far_);
+  }
+  /// What is in far_ is where a static feature is, and looks no less like it than what `match` has.
+  bool is_static_match(const Match& match, std::size_t i, const cv::Point2f& place, const StoredFrame& now,
+                       const StoredFrame& then) {
+    const cv::Point2f &px = current_.pixels()[i], &found = far_.reference_px[i], off = found - place;
+    if (!(off.dot(off) <= kStaticReach_px * kStaticReach_px)) return false;
+    if (!match.found(i)) return true;
+    const cv::Mat a = now.pyramid.image(), b = then.pyramid.image();
+    return unlike_(a, px, b, found) <= unlike_(a, px, b, match.correspondences.reference_px[i]);
   }
   void descriptor_matches(const StoredFrame& stored, Correspondences& out) {
     const FrameView& frame = current_.frame();
@@ -259,25 +300,26 @@ class FrameMatches {
     match.reference = stored;
     match.correspondences.reset(current_.size());
     if (stored != nullptr) correspond(match.correspondences);
-    fill_reference_geometry(match);
+    match.reference_depth_m.assign(current_.size(), DepthSampler::kNone);
+    fill_reference_geometry(match, match.correspondences.found);
     correspondence_ms_ += now_ms() - start_ms;
   }
   double now_ms() const { return now_ms_ != nullptr ? now_ms_() : 0; }
 
-  void fill_reference_geometry(Match& match) {
+  /// Of the features in `changed`. The depths of the others stay.
+  void fill_reference_geometry(Match& match, const std::vector<std::uint8_t>& changed) {
     const std::size_t n = current_.size();
     const auto& px = match.correspondences.reference_px;
     const Camera camera = match.reference != nullptr ? match.reference->camera.value_or(Camera()) : Camera();
     match.reference_undistorted_px.resize(n);
     undistort_points(camera, px, match.reference_undistorted_px);
-    match.reference_depth_m.assign(n, DepthSampler::kNone);
     if (match.reference != nullptr && match.reference->stereo) {
-      fill_stereo_depths(match);
+      fill_stereo_depths(match, changed);
     } else if (match.reference != nullptr) {
       const PastFrame& stored = *match.reference;
       const DepthSampler image(stored.depth, stored.depth_unit_m, DepthSampler::kMaxDepthEdge);
       image.at_all(px, [&](std::size_t i, float in_image) {
-        if (match.correspondences.found[i] == 0) return;
+        if (changed[i] == 0) return;
         const auto index = static_cast<std::size_t>(match.correspondences.reference_index[i]);
         const bool by_feature =
             match.correspondences.reference_index[i] >= 0 && index < stored.depth_m.size();
@@ -289,13 +331,24 @@ class FrameMatches {
     match.reference_points_m.resize(n);
     back_project(camera, match.reference_undistorted_px, match.reference_depth_m, match.reference_points_m);
   }
-  void fill_stereo_depths(Match& match) {
-    const PastFrame& stored = *match.reference;
+  /// Of the reference frame's own features, else found in its right image.
+  void fill_stereo_depths(Match& match, const std::vector<std::uint8_t>& changed) {
+    const StoredFrame& then = stored(match);
+    const cv::Mat left = then.right_grey.empty() ? cv::Mat() : then.pyramid.image();
+    const RowSearch search(left, left.empty() ? left : then.right_grey);
     reference_features_.find(match, MatchedFeatures::kMaxOffsetPx);
     for (std::size_t i = 0; i < current_.size(); ++i) {
+      if (changed[i] == 0) continue;
       const auto index = static_cast<std::size_t>(reference_features_.index(i));
-      if (reference_features_.index(i) >= 0 && index < stored.depth_m.size())
-        match.reference_depth_m[i] = stored.depth_m[index];
+      float& depth_m = match.reference_depth_m[i];
+      if (reference_features_.index(i) >= 0 && index < then.depth_m.size()) {
+        depth_m = then.depth_m[index];
+      } else if (!left.empty()) {
+        const double bf_px_m = then.camera->baseline_fx_px_m, now_px = bf_px_m / current_.depths_m()[i];
+        const double most_px = std::min<double>(RowSearch::kMost_px, kMostRecession * now_px);
+        const float right_px = search.column(match.correspondences.reference_px[i], cvCeil(most_px));
+        depth_m = stereo_depth_m(match.reference_undistorted_px[i].x, right_px, bf_px_m);
+      }
     }
   }
   /// The slope of the surface along the edges on which matches slide, in this frame's depth image.
@@ -335,6 +388,7 @@ class FrameMatches {
     build_pyramid(stored.pyramid);
     correspondence_ms_ += now_ms() - start_ms;
     keep_depth(stored.depth);
+    keep_copy(stored.stereo ? frame.right_grey : cv::Mat(), stored.right_grey);
     stored.depth_unit_m = frame.depth_unit_m;
     return true;
   }
@@ -378,8 +432,9 @@ class FrameMatches {
   std::list<Match> matches_;
   std::list<MatchedFeatures> matched_features_;
   MatchedFeatures reference_features_;  ///< scratch
-  Match step_;
+  Match step_, second_;
   std::vector<cv::Point2f> sparse_px_;
+  PatchResidual unlike_;
   std::string note_;
   ImagePyramid prepared_;
   double prepared_s_ = 0;  ///< stamp

@@ -7,6 +7,7 @@
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <memory>
+#include <opencv2/core/mat.hpp>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@ namespace dynfilter {
 /// A past frame with the image pyramid that flow is tracked on.
 struct StoredFrame : PastFrame {
   ImagePyramid pyramid;  ///< empty unless flow is used
+  cv::Mat right_grey;    ///< of a stereo camera, or empty
 };
 
 /// The last frames of one camera stream, and the last keyframe.

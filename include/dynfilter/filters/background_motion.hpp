@@ -80,6 +80,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// What features without evidence must exceed [nats]. Without a depth they may lie on another surface than
   /// their neighbours.
   static constexpr float kUnseenLimit = 0, kSuspectLimit = -0.1F, kBlindLimit = 0.6F;
+  static constexpr double kDoubtedSigmas = 3;  ///< a miss beyond is looked at twice
   static constexpr int kMinSeeds = 30;
   static constexpr std::size_t kEnoughFirm = 100;      ///< matches that tell of the background's motion
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
@@ -94,7 +95,9 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
     double least_confidence = kLeastConfidence;
   };
 
-  void judge(const detail::JudgedFrame& frame, Votes& votes);
+  void judge(const detail::JudgedFrame& seen, Votes& votes);
+  /// Most of what seems to move where features jump far, as with stereo on a street, are mismatches.
+  const Match& look_again(const detail::JudgedFrame& frame);
   Choice follow_background(const detail::JudgedFrame& frame, Votes& votes);
   RigidBackgroundScene scene_of(const detail::JudgedFrame& frame);
   void collect_seeds(const detail::JudgedFrame& frame);

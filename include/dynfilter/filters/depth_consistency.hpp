@@ -62,9 +62,8 @@ struct DepthConsistencyParams {
 ///           correspondences (for match, and to fit the motion); covisible keyframes with poses.
 /// Abstains: without depth, beyond 6 m, on silhouettes,
 ///           where the place was occluded or out of view, and without a motion.
-/// Blind to: motion across the line of sight (match);
-///           motion inside the outline of a large mover (view).
-///           Motion below the threshold, which is 0.36 m at 3 m for 12 %.
+/// Blind to: motion across the line of sight (match), inside the outline of a large mover (view), and below
+///           the threshold, which is 0.36 m at 3 m for 12 %.
 /// State:    none; the pipeline keeps gap_frames frames.
 /// Cost:     about 0.1 ms for 1000 features, with motion, without flow.
 class DepthConsistencyFilter final : public ParametricFilter<DepthConsistencyFilter, DepthConsistencyParams> {

@@ -43,8 +43,7 @@ struct FlowConsistencyParams {
 /// Abstains: on features without a track whose neighbours do not move, with fewer than 12 tracks,
 ///           and if the tracks cover less than 5 of 72 cells of the image.
 /// Blind to: movers along their epipolar line that seem no nearer than that, without `ground` or where the
-///           ground is not seen;
-///           a mover that covers more of the image than the background does.
+///           ground is not seen; a mover that covers more of the image than the background does.
 /// State:    own tracks over up to 30 frames and their evidence; the last motion and ground. The pipeline
 ///           keeps one earlier frame.
 /// Cost:     about 1.1 ms for 320 features, 3.3 ms for 1280, without flow.

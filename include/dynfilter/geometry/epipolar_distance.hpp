@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <dynfilter/core/camera.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/geometry/small_matrix.hpp>
 #include <opencv2/core.hpp>
 

@@ -4,7 +4,6 @@
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 
 namespace dynfilter {
 

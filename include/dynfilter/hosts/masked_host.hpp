@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <dynfilter/config/registry.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/hosts/draw_verdict.hpp>
@@ -15,7 +14,6 @@
 #include <dynfilter/pipeline/pipeline.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>
 #include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>

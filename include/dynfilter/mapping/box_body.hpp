@@ -43,7 +43,6 @@ class DepthJump {
 /// of the body. The farther side is then split again, until a part fills the middle or no split is left. In
 /// the latter case, the body is the whole first nearer side.
 ///
-/// semantic/box_masks.hpp computes tighter masks.
 /// A missed pixel remains in the map as a ghost, so this class includes all that may be the body.
 ///
 /// Blind to: objects that touch the body without a jump, and a person behind it.

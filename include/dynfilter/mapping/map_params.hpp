@@ -5,7 +5,6 @@
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_inputs.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <string>
 #include <vector>
 

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/mapping/depth_cut.hpp>
 #include <dynfilter/mapping/depth_points.hpp>

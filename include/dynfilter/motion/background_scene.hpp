@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
-#include <dynfilter/motion/row_twist.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
-#include <vector>
 
 namespace dynfilter {
 

@@ -43,8 +43,7 @@ struct GroundView {
 ///   sigmas = limit + log(ratio of the group's lowest tenth / 1.2 / (1 + 1 / n)) / 0.15.
 ///   Only for upright groups whose lower end is in the image. If the group was static and hovered by
 ///   occlusion, the ground between its lower end and the place where it would stand is hidden. So ground must
-///   be
-///   seen there, or the group be large with nothing nearer in front of it.
+///   be seen there, or the group be large with nothing nearer in front of it.
 /// Blind to: slopes whose ground is seen (a hill's near side); movers above the horizon.
 /// Cost: 0.1 ms for 1000 points, without finding the ground (0.2 ms).
 class GroundContact {

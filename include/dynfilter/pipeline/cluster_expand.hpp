@@ -10,8 +10,6 @@
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/detail/neighbour_counts.hpp>
 #include <opencv2/core.hpp>
-#include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {

@@ -8,8 +8,6 @@
 #include <dynfilter/pipeline/combinator.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {

@@ -9,8 +9,6 @@
 #include <dynfilter/evidence/semantic_input.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <dynfilter/pipeline/detail/object_regions.hpp>
-#include <string>
-#include <utility>
 #include <vector>
 
 namespace dynfilter {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/evidence/frame_evidence.hpp>

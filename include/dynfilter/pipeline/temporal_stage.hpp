@@ -9,7 +9,6 @@
 #include <dynfilter/evidence/frame_evidence.hpp>
 #include <dynfilter/pipeline/combinator.hpp>
 #include <iterator>
-#include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>

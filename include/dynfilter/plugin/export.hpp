@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstring>
 #include <dynfilter/config/registry.hpp>
 #include <dynfilter/plugin/abi.hpp>
 #include <dynfilter/semantic/provider_registry.hpp>

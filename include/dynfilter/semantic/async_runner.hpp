@@ -4,8 +4,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <dynfilter/config/numbers.hpp>
-#include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <dynfilter/semantic/runner.hpp>
 #include <dynfilter/semantic/simulated_runner.hpp>
@@ -27,10 +25,8 @@ namespace dynfilter {
 /// killed. To be able to kill a provider, run it in a process (detectors/process_provider.hpp). The
 /// destructor waits up to `shutdown_s` and then abandons the provider. A provider abandoned at the end of
 /// main() must not use static objects.
-///
-/// The provider's thread uses and deletes it.
-/// cv::setNumThreads is not changed, because it applies to the whole process.
-/// A network's own threads therefore compete with the tracker unless it runs in another process.
+/// The provider's thread uses and deletes it. cv::setNumThreads is not changed, because it applies to the
+/// whole process. A network's own threads compete with the tracker unless it runs in another process.
 class AsyncRunner final : public SemanticRunner {
  public:
   using Clock = std::function<double()>;  ///< seconds, monotonic

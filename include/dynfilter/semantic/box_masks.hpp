@@ -8,7 +8,6 @@
 #include <dynfilter/cluster/depth_split.hpp>
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/semantic/provider.hpp>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <dynfilter/core/error.hpp>
 #include <dynfilter/semantic/provider.hpp>
 #include <memory>
 #include <string>

@@ -252,6 +252,11 @@ DYNFILTER_INLINE const std::vector<cv::Point3f>& FrameEvidence::points_m() const
 DYNFILTER_INLINE const Match& FrameEvidence::match(const Reference& reference) const {
   return owners_->matches.match(reference);
 }
+DYNFILTER_INLINE const Match& FrameEvidence::second_look(const Match& match, const Pose& T_current_reference,
+                                                         Span<const std::uint8_t> doubted) const {
+  return owners_->matches.second_look(match, T_current_reference, doubted);
+}
+
 DYNFILTER_INLINE const Match& FrameEvidence::match_with(std::int64_t frame_id) const {
   return owners_->matches.match_with(frame_id);
 }

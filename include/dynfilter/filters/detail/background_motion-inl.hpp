@@ -52,20 +52,21 @@ DYNFILTER_INLINE void BackgroundMotionFilter::apply(const Evidence& evidence, Vo
   memory_.learn(odds_.belief, neighbours_.places(), certainty(), path_.elapsed_s(1));
 }
 
-inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& frame, Votes& votes) {
-  if (frame.match.reference == nullptr) {
+inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes& votes) {
+  if (seen.match.reference == nullptr) {
     path_.chain(false);
     forecast_.clear();
     return votes.note("no earlier frame");
   }
-  const Choice choice = follow_background(frame, votes);
+  const Choice choice = follow_background(seen, votes);
   if (!choice.known) return;
   if (estimator_.confidence() < choice.least_confidence) {
-    abstain(frame, votes);
+    abstain(seen, votes);
     if (choice.least_confidence == kLeastFirstConfidence) forget_motion();  // nor expect it to go on
     return;
   }
   if (!choice.rejects) votes.note("the first choices of a background reject nothing: they are not sure");
+  const detail::JudgedFrame frame = seen.with(seen.stereo ? look_again(seen) : seen.match);
   forecast_.advance(path_.between(0, 1), frame.camera, path_.elapsed_s(1));
   const DepthNoise depths = frame.sensor.scaled(std::max(kDepthFactor, estimator_.depth_factor()));
   misses_.measure(frame, path_, depths);
@@ -77,6 +78,12 @@ inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& frame, Vote
   for (std::size_t i = 0; i < frame.size(); ++i)
     if (frame.evidence.judged(i)) cast(frame, i, choice, rest, votes);
   if (frame.stereo) learn_forecast(frame, rest);
+}
+
+inline const Match& BackgroundMotionFilter::look_again(const detail::JudgedFrame& frame) {
+  misses_.measure(frame, path_, frame.sensor);
+  return frame.evidence.second_look(frame.match, path_.between(0, 1),
+                                    misses_.doubted(kDoubtedSigmas * path_.noise_px(1)));
 }
 
 inline void BackgroundMotionFilter::abstain(const detail::JudgedFrame& frame, Votes& votes) {

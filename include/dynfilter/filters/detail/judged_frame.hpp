@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
@@ -24,6 +23,9 @@ struct JudgedFrame {
   bool stereo;                       ///< its depths are as noisy as their disparities
   double neighbour_px, neighbour_m;  ///< of a neighbourhood: radius, and largest difference in depth
 
+  JudgedFrame with(const Match& other) const {
+    return {evidence, other, tracks, camera, sensor, stereo, neighbour_px, neighbour_m};
+  }
   std::size_t size() const { return evidence.size(); }
   float depth_m(std::size_t i) const { return evidence.depths_m()[i]; }
   /// Difference in depth of features on one surface: a stereo camera's noise alone exceeds any fixed one.

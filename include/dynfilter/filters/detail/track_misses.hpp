@@ -4,12 +4,12 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/filters/detail/judged_frame.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/motion/camera_path.hpp>
 #include <dynfilter/motion/static_miss.hpp>
-#include <opencv2/core/types.hpp>
 #include <vector>
 
 namespace dynfilter::detail {
@@ -39,7 +39,8 @@ class TrackMisses {
       step_[i] = measured(frame, path, i, 1, {match.reference_undistorted_px[i], match.reference_depth_m[i]},
                           match.correspondences.spread[i]);
       const int longest = std::min(frame.tracks.length(i), most);
-      if (longest > 1) measure_track(frame, path, i, longest);
+      if (longest > 1 && frame.tracks.at(i, 1) == match.reference_undistorted_px[i])  // not looked at twice
+        measure_track(frame, path, i, longest);
     }
   }
   /// The whole noise of a match, `sigma_px(gap)`, for model().
@@ -56,6 +57,13 @@ class TrackMisses {
   const StaticMissModel& model(int gap) const { return models_[static_cast<std::size_t>(gap - 1)]; }
   /// Of the tracks, with the noise that neighbours do not share.
   const std::vector<Miss>& of_tracks() const { return unshared_; }
+  /// Per feature, whether it has no match, or one that misses by more than `most_px`.
+  const std::vector<std::uint8_t>& doubted(double most_px) {
+    doubted_.resize(step_.size());
+    for (std::size_t i = 0; i < step_.size(); ++i)
+      doubted_[i] = step_[i].gap > 0 && static_cast<double>(step_[i].miss.image_px) < most_px ? 0 : 1;
+    return doubted_;
+  }
   /// An error of the last frame's match: a mover misses more over its track.
   bool is_undone(std::size_t i) const {
     return step_[i].in_space() && track_[i].in_space() && track_[i].miss.image_px < step_[i].miss.image_px;
@@ -104,6 +112,7 @@ class TrackMisses {
 
   std::vector<Measured> step_, track_;  ///< per feature
   std::vector<Miss> unshared_;
+  std::vector<std::uint8_t> doubted_;
   std::vector<StaticMissModel> models_;  ///< [g - 1]: over g frames
 };
 

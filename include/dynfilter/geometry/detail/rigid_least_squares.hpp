@@ -9,9 +9,7 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
-#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/small_matrix.hpp>
-#include <functional>
 
 namespace dynfilter {
 

@@ -3,7 +3,6 @@
 
 #include <dynfilter/geometry/rigid_motion.hpp>
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <dynfilter/core/inline.hpp>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -11,7 +10,6 @@
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
-#include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <dynfilter/geometry/small_matrix.hpp>
 #include <opencv2/core.hpp>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -27,27 +26,20 @@ namespace detail {
 /// others. The tests are, in this order:
 ///
 /// 1. S is less than half of F's support: **Fundamental** (General).
-/// 2. The residuals of H at S are isotropic noise if H is the whole truth.
-///    Parallax of the static scene has the direction of the epipolar lines.
-///    e' is estimated from S alone, so movers in O cannot choose it.
-///    It minimises the residuals' second moment across the lines, relative to isotropic noise.
-///    This is a 3x3 generalised eigenproblem.
-///    A ratio of the variances along and across above 1 + 12 / sqrt|S| means parallax.
-///    F is then fitted starting from that e'.
-///    If O has static points within the range that this parallax predicts:
-///    **Fundamental** (PlaneAndParallax; Irani and Anandan, PAMI 1998).
-///    Else **Homography** with an allowance of four standard deviations along the lines
-///    (WeakParallax): a baseline of millimetres.
+/// 2. The residuals of H at S are isotropic noise if H is the whole truth. Parallax of the static scene has
+///    the direction of the epipolar lines. e' is estimated from S alone, so movers in O cannot choose it: it
+///    minimises the residuals' second moment across the lines, relative to isotropic noise (a 3x3 generalised
+///    eigenproblem). A ratio of the variances along and across above 1 + 12 / sqrt|S| means parallax. F is
+///    then fitted starting from that e'. If O has static points within the range that this parallax predicts:
+///    **Fundamental** (PlaneAndParallax; Irani and Anandan, PAMI 1998). Else **Homography** with an allowance
+///    of four standard deviations along the lines (WeakParallax): a baseline of millimetres.
 /// 3. With a camera, K R K^-1 explains S: **Rotation** (PureRotation, NoMotion). O are movers.
-/// 4. With a camera, H = K (R + t n^T / d) K^-1 determines e' = K t
-///    (Ma et al., An Invitation to 3-D Vision, section 5.3.3).
-///    If points of O are on these lines: **Fundamental** (CalibratedParallax).
-/// 5. Else **Homography** (Plane). O are movers or a second static surface.
-///    GRIC (Torr, PTRSA 1998; weights lambda 2, ln 4) prefers F
-///    if O on F is more than 0.39 / 2.0 = 19 % of the seeds.
-///    Above `min_parallax_share` the model is therefore `ambiguous`
-///    and judges only points that agree with neither F nor H.
-///    This also applies in case 3, except for a static camera, which two surfaces cannot imitate.
+/// 4. With a camera, H = K (R + t n^T / d) K^-1 determines e' = K t (Ma et al., An Invitation to 3-D Vision,
+///    section 5.3.3). If points of O are on these lines: **Fundamental** (CalibratedParallax).
+/// 5. Else **Homography** (Plane). O are movers or a second static surface. GRIC (Torr, PTRSA 1998; weights
+///    lambda 2, ln 4) prefers F if O on F is more than 0.39 / 2.0 = 19 % of the seeds. Above
+///    `min_parallax_share` the model is therefore `ambiguous` and judges only points that agree with neither
+///    F nor H. This also applies in case 3, except for a static camera, which two surfaces cannot imitate.
 class TwoViewDecision {
  public:
   TwoViewDecision(const TwoViewPoints& points, const TwoViewOptions& options, double tau2,

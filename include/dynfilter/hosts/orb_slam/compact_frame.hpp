@@ -4,7 +4,6 @@
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/hosts/orb_slam/traits.hpp>
 #include <opencv2/core/mat.hpp>
-#include <opencv2/core/types.hpp>
 
 namespace dynfilter::orb_slam {
 
