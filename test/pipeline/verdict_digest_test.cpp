@@ -56,8 +56,11 @@ std::string digest_of(const fs::path& file, FrameOf frame_of) {
 using Digests = std::map<std::string, std::string>;  ///< by "preset scene"
 
 Digests computed() {
-  std::vector<std::unique_ptr<whole_pixel_scene::Frame>> images;
-  for (int k = 0; k < kFrames; ++k) images.push_back(std::make_unique<whole_pixel_scene::Frame>(k));
+  std::map<std::string, std::vector<std::unique_ptr<whole_pixel_scene::Frame>>> images;
+  for (int k = 0; k < kFrames; ++k) {
+    images["images"].push_back(std::make_unique<whole_pixel_scene::Frame>(k));
+    images["stereo"].push_back(std::make_unique<whole_pixel_scene::Frame>(k, true));
+  }
   Digests digests;
   for (const auto& entry :
        fs::directory_iterator(std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines")) {
@@ -76,9 +79,11 @@ Digests computed() {
       digests[name + " " + to_string(preset)] =
           digest_of(entry.path(), [&](int k) { return scene.frame(k); });
     }
-    digests[name + " images"] = digest_of(entry.path(), [&](int k) -> const whole_pixel_scene::Frame& {
-      return *images[static_cast<std::size_t>(k)];
-    });
+    for (const auto& [kind, frames] : images)
+      digests[name + " " + kind] =
+          digest_of(entry.path(), [&shown = frames](int k) -> const whole_pixel_scene::Frame& {
+            return *shown[static_cast<std::size_t>(k)];
+          });
   }
   return digests;
 }

@@ -239,8 +239,7 @@ class FrameMatches {
     out.set(i, far_.reference_px[i]);
     out.spread[i] = far_.spread[i];
   }
-  /// Places in the reference frame of those features that are `wanted(i)`, if they do not move. NaN: of the
-  /// others. Without a translation, or a depth, only the rotation is known.
+  /// Where a feature that is `wanted(i)` was if it rests, as far as the motion and its depth tell. NaN: others.
   template <class Wanted>
   std::vector<cv::Point2f> places_in_reference(const Pose& T_current_reference, bool has_translation,
                                                const Wanted& wanted) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/geometry/depth_noise.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <utility>
