@@ -239,7 +239,7 @@ class FrameMatches {
     out.set(i, far_.reference_px[i]);
     out.spread[i] = far_.spread[i];
   }
-  /// Where a feature that is `wanted(i)` was if it rests, as far as the motion and its depth tell. NaN: others.
+  /// Where features that are `wanted(i)` were if they rest, as far as motion and depth tell. NaN: others.
   template <class Wanted>
   std::vector<cv::Point2f> places_in_reference(const Pose& T_current_reference, bool has_translation,
                                                const Wanted& wanted) {
