@@ -90,13 +90,12 @@ class FrameMatches {
                            Span<const std::uint8_t> doubted) {
     const StoredFrame *now = history_.find(current_.frame().id), &then = stored(match);
     if (now->pyramid.empty() || then.pyramid.empty() || !current_.frame().camera) return match;
-    const std::vector<cv::Point2f> places =
-        places_in_reference(T_current_reference, true,
-                            [&](std::size_t i) { return doubted[i] != 0 && current_.depths_m()[i] > 0; });
-    track_from(places, then);
+    find_places(T_current_reference, true,
+                [&](std::size_t i) { return doubted[i] != 0 && current_.depths_m()[i] > 0; });
+    track_from_places(then);
     second_ = match;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      if (far_.found[i] != 0 && !is_static_match(match, i, places[i], *now, then)) far_.drop(i);
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (far_.found[i] != 0 && !is_static_match(match, i, places_[i], *now, then)) far_.drop(i);
       if (far_.found[i] != 0) adopt(i, second_.correspondences);
     }
     fill_reference_geometry(second_, far_.found);
@@ -226,46 +225,44 @@ class FrameMatches {
   void find_by_prior(const StoredFrame& stored, Correspondences& out) {
     const MotionPrior* prior = motion_prior(&stored);
     if (prior == nullptr || !current_.frame().camera) return;
-    std::vector<cv::Point2f> starts = places_in_reference(prior->T_current_reference, prior->has_translation,
-                                                          [&](std::size_t i) { return out.found[i] == 0; });
+    find_places(prior->T_current_reference, prior->has_translation,
+                [&](std::size_t i) { return out.found[i] == 0; });
     const double near_px = kNearWindows * params_.flow.window_px;
-    for (std::size_t i = 0; i < starts.size(); ++i)
-      if (!(cv::norm(starts[i] - current_.pixels()[i]) > near_px)) starts[i].x = std::nanf("");
-    track_from(starts, stored);
-    for (std::size_t i = 0; i < starts.size(); ++i)
+    for (std::size_t i = 0; i < places_.size(); ++i)
+      if (!(cv::norm(places_[i] - current_.pixels()[i]) > near_px)) places_[i].x = std::nanf("");
+    track_from_places(stored);
+    for (std::size_t i = 0; i < places_.size(); ++i)
       if (far_.found[i] != 0) adopt(i, out);
   }
   void adopt(std::size_t i, Correspondences& out) const {
     out.set(i, far_.reference_px[i]);
     out.spread[i] = far_.spread[i];
   }
-  /// Where features that are `wanted(i)` were if they rest, as far as motion and depth tell. NaN: others.
+  /// Into places_: where features that are `wanted(i)` were if they rest, as motion and depth tell, else NaN.
   template <class Wanted>
-  std::vector<cv::Point2f> places_in_reference(const Pose& T_current_reference, bool has_translation,
-                                               const Wanted& wanted) {
+  void find_places(const Pose& T_current_reference, bool has_translation, const Wanted& wanted) {
     const Camera& camera = *current_.frame().camera;
     const Pose T_reference_current = inverse(T_current_reference);
     const Eigen::Matrix3d R = T_reference_current.R();
     const std::vector<cv::Point2f>& undistorted = current_.undistorted_pixels();
     const std::vector<float>& depth_m = current_.depths_m();
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    std::vector<cv::Point2f> places(current_.size(), {nan, nan});
-    for (std::size_t i = 0; i < places.size(); ++i) {
+    places_.assign(current_.size(), {nan, nan});
+    for (std::size_t i = 0; i < places_.size(); ++i) {
       if (!wanted(i)) continue;
       const cv::Point2f& px = undistorted[i];
       Eigen::Vector3d p =
           R * Eigen::Vector3d((px.x - camera.cx_px) / camera.fx_px, (px.y - camera.cy_px) / camera.fy_px, 1);
       if (has_translation && depth_m[i] > 0) p += T_reference_current.t() / depth_m[i];
-      places[i] = current_.pixels()[i] + project(camera, to_point(p)) - px;
+      places_[i] = current_.pixels()[i] + project(camera, to_point(p)) - px;
     }
-    return places;
   }
   /// Into far_: flow of the features that have a place to start from.
-  void track_from(const std::vector<cv::Point2f>& places, const StoredFrame& stored) {
+  void track_from_places(const StoredFrame& stored) {
     sparse_px_ = current_.pixels();
-    for (std::size_t i = 0; i < places.size(); ++i)
-      if (std::isnan(places[i].x)) sparse_px_[i] = places[i];
-    flow_.track(history_.find(current_.frame().id)->pyramid, stored.pyramid, sparse_px_, places, far_);
+    for (std::size_t i = 0; i < places_.size(); ++i)
+      if (std::isnan(places_[i].x)) sparse_px_[i] = places_[i];
+    flow_.track(history_.find(current_.frame().id)->pyramid, stored.pyramid, sparse_px_, places_, far_);
   }
   /// What is in far_ is where a static feature is, and looks no less like it than what `match` has.
   bool is_static_match(const Match& match, std::size_t i, const cv::Point2f& place, const StoredFrame& now,
@@ -432,7 +429,7 @@ class FrameMatches {
   std::list<MatchedFeatures> matched_features_;
   MatchedFeatures reference_features_;  ///< scratch
   Match step_, second_;
-  std::vector<cv::Point2f> sparse_px_;
+  std::vector<cv::Point2f> sparse_px_, places_;
   PatchResidual unlike_;
   std::string note_;
   ImagePyramid prepared_;
