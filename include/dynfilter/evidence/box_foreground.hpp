@@ -69,7 +69,7 @@ inline cv::Rect2f features_in_box(const Evidence& evidence, cv::Rect2f box, doub
   const cv::Point2f flow =
       late.median_flow([&](const cv::Point2f& px) { return box.contains(px); }, scratch.x, scratch.y);
   inside.clear();
-  for (std::size_t i = 0; i < evidence.size(); ++i) {
+  for (std::size_t i = 0, n = evidence.size(); i < n; ++i) {
     const cv::Point2f then = late.then_px(i, flow);
     if (then.x >= box.x && then.y >= box.y && then.x <= box.x + box.width && then.y <= box.y + box.height)
       inside.push_back(i);

@@ -80,17 +80,18 @@ class LateResult {
     x.clear();
     y.clear();
     if (match_ == nullptr) return {0, 0};
-    for (std::size_t i = 0; i < evidence_.size(); ++i) {
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
       if (!match_->found(i) || !inside(match_->correspondences.reference_px[i])) continue;
-      x.push_back(evidence_.pixels()[i].x - match_->correspondences.reference_px[i].x);
-      y.push_back(evidence_.pixels()[i].y - match_->correspondences.reference_px[i].y);
+      x.push_back(pixels_[i].x - match_->correspondences.reference_px[i].x);
+      y.push_back(pixels_[i].y - match_->correspondences.reference_px[i].y);
     }
     if (x.empty()) return {0, 0};
     return {median_in_place(x), median_in_place(y)};
   }
 
  private:
-  LateResult(const Evidence& evidence, Votes& votes) : evidence_(evidence), votes_(votes) {}
+  LateResult(const Evidence& evidence, Votes& votes)
+      : evidence_(evidence), pixels_(evidence.pixels()), votes_(votes) {}
 
   /// Also sets age_note_.
   bool of_older_frame(std::int64_t frame_id, int max_age_frames, const char* what);
@@ -99,6 +100,7 @@ class LateResult {
   void use_carried(const T& carried, T& own);
 
   const Evidence& evidence_;
+  const std::vector<cv::Point2f>& pixels_;  ///< of the evidence
   Votes& votes_;
   const Match* match_ = nullptr;
   Span<const Detection> detections_;
@@ -154,8 +156,8 @@ inline LateResult LateResult::matched_mask(const Evidence& evidence, std::int64_
 }
 
 inline cv::Point2f LateResult::then_px(std::size_t i, const cv::Point2f& flow) const {
-  if (match_ == nullptr) return evidence_.pixels()[i];
-  return match_->found(i) ? match_->correspondences.reference_px[i] : evidence_.pixels()[i] - flow;
+  if (match_ == nullptr) return pixels_[i];
+  return match_->found(i) ? match_->correspondences.reference_px[i] : pixels_[i] - flow;
 }
 
 inline bool LateResult::of_older_frame(std::int64_t frame_id, int max_age_frames, const char* what) {

@@ -254,7 +254,8 @@ inline void ObjectRegions::find_box(const Evidence& evidence, const cv::Rect2f& 
   const cv::Rect2f box = features_in_box(evidence, given, 0, late, scratch_, object.inside);
   const double farthest_m = box_foreground_m(evidence, box, object.inside, params.refine,
                                              ObjectRegionParams::kForegroundMargin_m, scratch_);
-  const auto behind = [&](std::size_t i) { return static_cast<double>(evidence.depths_m()[i]) > farthest_m; };
+  const std::vector<float>& depths_m = evidence.depths_m();
+  const auto behind = [&](std::size_t i) { return static_cast<double>(depths_m[i]) > farthest_m; };
   object.inside.erase(std::remove_if(object.inside.begin(), object.inside.end(), behind),
                       object.inside.end());
   features_in_box(evidence, given, params.near_px, late, scratch_, object.near);
