@@ -88,6 +88,30 @@ Digests computed() {
   return digests;
 }
 
+TEST_CASE("what the digests are of: with either camera the person is found, and the wall is kept") {
+  for (const bool stereo : {false, true}) {
+    CAPTURE(stereo);
+    Pipeline pipeline(pipeline_from_file(
+        std::string(DYNFILTER_SOURCE_DIR) + "/examples/pipelines/dynfilter.yaml", builtin_filters()));
+    double person = 0, found = 0, wall = 0, lost = 0;
+    for (int k = 0; k < kFrames; ++k) {
+      const whole_pixel_scene::Frame frame(k, stereo);
+      const Verdict& verdict = pipeline.before_pose(frame.view());
+      if (k < 5) continue;  // the first choices reject nothing
+      const cv::Rect2f box = frame.view().detections->detections[0].box;
+      const cv::Rect2f inside(box.x + 8, box.y + 8, box.width - 16, box.height - 16);
+      const cv::Rect2f around(box.x - 24, box.y - 24, box.width + 48, box.height + 48);
+      for (std::size_t i = 0; i < verdict.size(); ++i) {
+        const cv::Point2f px = frame.view().keypoints[i].pt;
+        if (inside.contains(px)) ++person, found += verdict.keep(i) ? 0 : 1;
+        if (!around.contains(px)) ++wall, lost += verdict.keep(i) ? 0 : 1;
+      }
+    }
+    CHECK(found > 0.9 * person);
+    CHECK(lost < 0.05 * wall);
+  }
+}
+
 TEST_CASE("verdict digests of the presets are those on record") {
   const std::string file = std::string(DYNFILTER_SOURCE_DIR) + "/test/pipeline/verdict_digests.txt";
   const Digests digests = computed();

@@ -76,9 +76,9 @@ class Evidence {
   virtual const Match& match(const Reference& reference) const = 0;
   /// The same for the frame with this id, for results that arrive late.
   virtual const Match& match_with(std::int64_t frame_id) const = 0;
-  /// The same match after a second look at the features in `doubted` (1 or 0, each) that have a depth. They
-  /// are tracked from where they are if they do not move. What is found within 2 px of there, and is no less
-  /// alike, replaces the match. Valid until the next call.
+  /// The same, after features in `doubted` (1 or 0, each) that have a depth were tracked from where they were
+  /// if at rest. What is found within 2 px of there, and is no less alike, replaces the match. `match` itself
+  /// without a reference or images.
   virtual const Match& second_look(const Match& match, const Pose& T_current_reference,
                                    Span<const std::uint8_t> doubted) const = 0;
   /// The reference frame's feature of each match, and the distance of their descriptors. `max_offset_px`: how

@@ -60,6 +60,7 @@ class FrameMatches {
     prepared_in_vain_ = false;
     note_.clear();
     detail::free_slots(matches_);
+    detail::free_slots(second_looks_);
     detail::free_slots(matched_features_);
     return keep(history_.current(id));
   }
@@ -88,18 +89,21 @@ class FrameMatches {
   /// See Evidence::second_look().
   const Match& second_look(const Match& match, const Pose& T_current_reference,
                            Span<const std::uint8_t> doubted) {
-    const StoredFrame *now = history_.find(current_.frame().id), &then = stored(match);
-    if (now->pyramid.empty() || then.pyramid.empty() || !current_.frame().camera) return match;
+    if (!match.reference || doubted.size() != current_.size() || !current_.frame().camera) return match;
+    const StoredFrame& then = stored(match);
+    const cv::Mat now = history_.find(current_.frame().id)->pyramid.image(), past = then.pyramid.image();
+    if (now.empty() || past.empty()) return match;
     find_places(T_current_reference, true,
                 [&](std::size_t i) { return doubted[i] != 0 && current_.depths_m()[i] > 0; });
     track_from_places(then);
-    second_ = match;
+    Match& second = detail::next_slot(second_looks_);
+    second = match;
     for (std::size_t i = 0; i < places_.size(); ++i) {
-      if (far_.found[i] != 0 && !is_static_match(match, i, places_[i], *now, then)) far_.drop(i);
-      if (far_.found[i] != 0) adopt(i, second_.correspondences);
+      if (far_.found[i] != 0 && !is_static_match(match, i, now, past)) far_.drop(i);
+      if (far_.found[i] != 0) adopt(i, second.correspondences);
     }
-    fill_reference_geometry(second_, far_.found);
-    return second_;
+    fill_reference_geometry(second, far_.found);
+    return second;
   }
 
   /// See Evidence::matched_features().
@@ -246,8 +250,7 @@ class FrameMatches {
     const Eigen::Matrix3d R = T_reference_current.R();
     const std::vector<cv::Point2f>& undistorted = current_.undistorted_pixels();
     const std::vector<float>& depth_m = current_.depths_m();
-    const float nan = std::numeric_limits<float>::quiet_NaN();
-    places_.assign(current_.size(), {nan, nan});
+    places_.assign(current_.size(), {std::nanf(""), std::nanf("")});
     for (std::size_t i = 0; i < places_.size(); ++i) {
       if (!wanted(i)) continue;
       const cv::Point2f& px = undistorted[i];
@@ -265,13 +268,11 @@ class FrameMatches {
     flow_.track(history_.find(current_.frame().id)->pyramid, stored.pyramid, sparse_px_, places_, far_);
   }
   /// What is in far_ is where a static feature is, and looks no less like it than what `match` has.
-  bool is_static_match(const Match& match, std::size_t i, const cv::Point2f& place, const StoredFrame& now,
-                       const StoredFrame& then) {
-    const cv::Point2f &px = current_.pixels()[i], &found = far_.reference_px[i], off = found - place;
+  bool is_static_match(const Match& match, std::size_t i, const cv::Mat& now, const cv::Mat& then) {
+    const cv::Point2f &px = current_.pixels()[i], &found = far_.reference_px[i], off = found - places_[i];
     if (!(off.dot(off) <= kStaticReach_px * kStaticReach_px)) return false;
-    if (!match.found(i)) return true;
-    const cv::Mat a = now.pyramid.image(), b = then.pyramid.image();
-    return unlike_(a, px, b, found) <= unlike_(a, px, b, match.correspondences.reference_px[i]);
+    return !match.found(i) ||
+           unlike_(now, px, then, found) <= unlike_(now, px, then, match.correspondences.reference_px[i]);
   }
   void descriptor_matches(const StoredFrame& stored, Correspondences& out) {
     const FrameView& frame = current_.frame();
@@ -425,10 +426,10 @@ class FrameMatches {
   FlowTracker flow_, step_flow_;
   DescriptorMatcher descriptors_, far_descriptors_;
   Correspondences far_;  ///< scratch
-  std::list<Match> matches_;
+  std::list<Match> matches_, second_looks_;
   std::list<MatchedFeatures> matched_features_;
   MatchedFeatures reference_features_;  ///< scratch
-  Match step_, second_;
+  Match step_;
   std::vector<cv::Point2f> sparse_px_, places_;
   PatchResidual unlike_;
   std::string note_;

@@ -256,7 +256,6 @@ DYNFILTER_INLINE const Match& FrameEvidence::second_look(const Match& match, con
                                                          Span<const std::uint8_t> doubted) const {
   return owners_->matches.second_look(match, T_current_reference, doubted);
 }
-
 DYNFILTER_INLINE const Match& FrameEvidence::match_with(std::int64_t frame_id) const {
   return owners_->matches.match_with(frame_id);
 }
