@@ -17,6 +17,10 @@ target_compile_options(dynfilter_compile_options INTERFACE -Wall -Wextra -Wpedan
 if(DYNFILTER_WARNINGS_AS_ERRORS)
   target_compile_options(dynfilter_compile_options INTERFACE -Werror)
 endif()
+# GCC looks for memory to free from 128 MB on, and most of our files take 200 to 1000: a seventh of the compile time.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(dynfilter_compile_options INTERFACE --param=ggc-min-expand=100 --param=ggc-min-heapsize=512000)
+endif()
 set(DYNFILTER_SANITIZERS "")
 set(DYNFILTER_LIBFUZZER OFF)  # whether it drives the fuzz targets
 if(DYNFILTER_FUZZ OR "${DYNFILTER_SANITIZE}" MATCHES "^(ON|1|TRUE)$")
