@@ -110,6 +110,24 @@ TEST_CASE("no column: without texture along the row, beyond the largest disparit
   CHECK_FALSE(std::isnan(RowSearch(near.left, near.right).column({100, 50})));
 }
 
+TEST_CASE("the disparity that is expected changes the time, not the column") {
+  Pair pair(17.75);
+  cv::Mat noise(kSize, CV_8UC1);
+  cv::RNG(3).fill(noise, cv::RNG::UNIFORM, 0, 60);
+  pair.right = pair.right * 0.7 + noise;  // many a patch is nearly as like as the true one
+  const RowSearch search(pair.left, pair.right);
+  std::size_t found = 0;
+  for (const cv::Point2f& px : places(40)) {
+    const float column = search.column(px, 40);
+    if (!std::isnan(column)) ++found;
+    for (const int expected_px : {-7, 5, 17, 18, 39, 500}) {
+      const float again = search.column(px, 40, expected_px);
+      CHECK((again == column || (std::isnan(again) && std::isnan(column))));
+    }
+  }
+  CHECK(found > 10);
+}
+
 // A strip with a disparity of 30 px hides 26 px to the left of it, where the disparity is 4 px.
 TEST_CASE("what the right camera does not see has no column") {
   constexpr int kNear_px = 30, kFar_px = 4, kFrom = 160, kTo = 220;

@@ -22,8 +22,7 @@ namespace dynfilter::detail {
 /// Points sorted into the cubes of a uniform grid, for the neighbours of all points in one pass. PointGrid
 /// (core/point_grid.hpp) searches around single places in an image. Stores only occupied cells, sorted by key
 /// (z, y, x). A row of neighbouring cells is therefore one contiguous run of points. A pass over all cells
-/// finds the neighbouring rows by advancing pointers, without hashing. Cost: O(n) for keys of moderate
-/// extent.
+/// finds the neighbouring rows by advancing pointers, without hashing. Cost: O(n) for moderate keys.
 class CellGrid {
  public:
   struct Run {

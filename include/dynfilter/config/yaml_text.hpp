@@ -137,8 +137,7 @@ class YamlText {
   void skip_head();
   void skip_version();
 
-  /// Advances to the next character that is neither blank nor part of a comment, at most to the end of the
-  /// document.
+  /// Advances to the next character that is neither blank nor part of a comment, at most to the end.
   void to_content();
   void end_document();
 

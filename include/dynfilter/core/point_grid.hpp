@@ -60,8 +60,7 @@ class PointGrid {
     cells_.build_occupied(points.size(), cell_of);
   }
 
-  /// Like build(), for nearest() and ranges_outwards(). The cells are smaller where that size crowds the
-  /// points.
+  /// Like build(), for nearest() and ranges_outwards(). The cells are smaller where points are crowded.
   template <class P>
   void build_for_nearest(Span<P> points, float cell_px) {
     build(points, cell_px);

@@ -49,8 +49,7 @@ inline Pose operator*(const Pose& T_a_b, const Pose& T_b_c) {
   return Pose::from(T_a_b.R() * T_b_c.R(), T_a_b.R() * T_b_c.t() + T_a_b.t());
 }
 
-/// The rotation by an angle about an axis of length 1 (Rodrigues). Unlike Eigen's, the same on every
-/// processor.
+/// The rotation by an angle about an axis of length 1 (Rodrigues). The same on every processor.
 Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad);
 /// The shortest rotation vector of R: its axis times the angle [rad].
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R);

@@ -8,8 +8,7 @@
 
 namespace dynfilter {
 
-/// Step of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) and its finaliser, which spreads every bit of the
-/// argument.
+/// Step of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) and its finaliser, which spreads every bit.
 constexpr std::uint64_t kMixStep = 0x9E3779B97F4A7C15ULL;
 /// A hash: neighbouring numbers give unrelated bits (splitmix64).
 inline std::uint64_t mix_bits(std::uint64_t x) {

@@ -203,8 +203,7 @@ using Pack = PackOf<4>;
 using Short8 = Vector<std::int16_t, 8>;
 using Short16 = Vector<std::int16_t, 16>;
 
-// Of 16-bit integers, which lie in rows of eight lanes. The templates are for processors without these
-// instructions.
+// Of 16-bit integers, which lie in rows of eight lanes. The templates are for other processors.
 template <class V>
 inline void high_product(const V& a, const V& b, V& r) {
   for (std::size_t k = 0; k < sizeof r / 2; ++k) r[k] = static_cast<std::int16_t>((a[k] * b[k]) >> 16);

@@ -33,8 +33,7 @@ class FlowTracker {
     pyramid.build(grey, params_.window_px, params_.levels, !(guided() || own()));
   }
 
-  /// What track() needs from two images alone, which these pyramids must hold until then. Only a guided flow
-  /// has such.
+  /// What track() needs from two images alone, which must hold until then. Only a guided flow has such.
   void prepare(const ImagePyramid& current, const ImagePyramid& reference) {
     if (guided()) guided_.prepare(current, reference);
   }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <dynfilter/core/simd.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
 
@@ -20,7 +21,7 @@ namespace dynfilter {
 ///   sum (L(x) - o - (1 - f) R(x - b) - f R(x - b - 1))^2,   f in [0, 1],
 /// o an offset of the brightness. Not found is what has no texture along the row: f has a large deviation.
 /// Nor is what the right camera does not see: the sum is large.
-/// Sums are integers, the same on every processor. Cost: about 1 us per point and 100 px of disparity.
+/// Sums are integers, the same on every processor. Cost: about 0.5 us per point and 100 px of disparity.
 class RowSearch {
  public:
   /// Both CV_8UC1 and of one size, or empty. Refers to them.
@@ -31,7 +32,8 @@ class RowSearch {
 
   static constexpr int kMost_px = 128;  ///< disparity, a limit of cost
   /// Column in the right image of the point at `px` in the left one, less than `most_px` away. NaN: none.
-  float column(const cv::Point2f& px, int most_px = kMost_px) const;
+  /// Found earlier near a disparity of `expected_px`: patches are left as soon as they are worse than there.
+  float column(const cv::Point2f& px, int most_px = kMost_px, int expected_px = 0) const;
 
  private:
   static constexpr int kWidth = 16, kHeight = 9;   ///< of a patch [px]; 16 bytes are compared at once
@@ -48,9 +50,10 @@ class RowSearch {
   static Patch patch(const cv::Mat& image, int x, int y) {
     return {image.ptr<std::uint8_t>(y - kAbove) + x - kLeft, image.step};
   }
-  static int difference(Patch a, Patch b);
+  /// Of the first rows only, where they differ by `enough`.
+  static int difference(Patch a, Patch b, int enough);
   /// Steps in [0, most] that `to` must take in `direction` until it is like `from`, which is made darker.
-  static int nearest(Patch from, int darker, Patch to, int direction, int most);
+  static int nearest(Patch from, int darker, Patch to, int direction, int most, int expected);
   struct Part {
     double f = 0, squares = std::numeric_limits<double>::infinity(), sigma = squares, unexplained = squares;
   };
@@ -60,7 +63,7 @@ class RowSearch {
   int brighter_;  ///< the left image, on average
 };
 
-inline float RowSearch::column(const cv::Point2f& px, int most_px) const {
+inline float RowSearch::column(const cv::Point2f& px, int most_px, int expected_px) const {
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   const int last = left_.cols - (kWidth - kLeft);  // column of a patch
   if (!(px.x > kLeft && px.x < static_cast<float>(last) && px.y > kAbove)) return kNone;
@@ -68,10 +71,10 @@ inline float RowSearch::column(const cv::Point2f& px, int most_px) const {
   const int most = std::min({kMost_px, most_px, x - kLeft - 1});  // R(x - b - 1) is in the image
   if (x > last || y < kAbove || y + kHeight - kAbove > left_.rows || most < 1) return kNone;
   const Patch here = patch(left_, x, y);
-  const int found = nearest(here, brighter_, patch(right_, x, y), -1, most);
+  const int found = nearest(here, brighter_, patch(right_, x, y), -1, most, expected_px);
   const Patch there = patch(right_, x - found, y);
   const int back = nearest(there, -brighter_, patch(left_, x - found, y), 1,
-                           std::min({kMost_px, most_px, last - (x - found)}));
+                           std::min({kMost_px, most_px, last - (x - found)}), found);
   if (found == most || std::abs(back - found) > kBack_px) return kNone;
   Part part = between(here, there);
   double disparity_px = found + part.f;
@@ -83,22 +86,31 @@ inline float RowSearch::column(const cv::Point2f& px, int most_px) const {
   return static_cast<float>(px.x - disparity_px);
 }
 
-inline int RowSearch::difference(Patch a, Patch b) {
+inline int RowSearch::difference(Patch a, Patch b, int enough) {
+  constexpr int kFirst = 4;
   int sum = 0;
-  for (int row = 0; row < kHeight; ++row, a.first += a.step, b.first += b.step)
-    for (int k = 0; k < kWidth; ++k) sum += std::abs(a.first[k] - b.first[k]);
+  const auto add = [&](int rows) {
+    for (int row = 0; row < rows; ++row, a.first += a.step, b.first += b.step)
+      for (int k = 0; k < kWidth; ++k) sum += std::abs(a.first[k] - b.first[k]);
+  };
+  add(kFirst);
+  if (sum < enough) add(kHeight - kFirst);
   return sum;
 }
 
-inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, int most) {
+inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, int most, int expected) {
   std::array<std::uint8_t, kWidth * kHeight> copy;
-  std::uint8_t* next = copy.data();
-  for (int row = 0; row < kHeight; ++row, from.first += from.step)
-    for (int k = 0; k < kWidth; ++k) *next++ = cv::saturate_cast<std::uint8_t>(from.first[k] - darker);
+  std::uint8_t* to_row = copy.data();
+  for (int row = 0; row < kHeight; ++row, from.first += from.step, to_row += kWidth)
+    for (int k = 0; k < kWidth; ++k)
+      to_row[k] = static_cast<std::uint8_t>(std::clamp(from.first[k] - darker, 0, 255));
   from = {copy.data(), kWidth};
-  int best = 0, least = std::numeric_limits<int>::max();
+  constexpr int kAny = std::numeric_limits<int>::max();
+  const int even_step = std::clamp(expected, 0, most) & ~1;
+  int best = 0,
+      least = difference(from, to.at(direction * even_step), kAny) + 1;  // which it will be less than
   const auto compare = [&](int step) {
-    const int now = difference(from, to.at(direction * step));
+    const int now = difference(from, to.at(direction * step), least);
     if (now < least) least = now, best = step;
   };
   for (int step = 0; step <= most; step += 2) compare(step);
@@ -109,15 +121,23 @@ inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, i
 }
 
 inline RowSearch::Part RowSearch::between(Patch l, Patch r) {
+  using namespace detail;
+  constexpr int kLanes = 8;
   constexpr double kCount = kWidth * kHeight;
-  int l1 = 0, ll = 0, u1 = 0, uu = 0, w1 = 0, ww = 0, uw = 0;
+  const auto load = load_bytes<kLanes>;
+  const Shorts<kLanes> one = all<kLanes>(1);
+  PairSums<kLanes> l1{}, ll{}, u1{}, uu{}, w1{}, ww{}, uw{};
   for (int row = 0; row < kHeight; ++row, l.first += l.step, r.first += r.step)
-    for (int k = 0; k < kWidth; ++k) {
-      const int here = l.first[k], u = here - r.first[k], w = r.first[k - 1] - r.first[k];
-      l1 += here, ll += here * here, u1 += u, uu += u * u, w1 += w, ww += w * w, uw += u * w;
+    for (int k = 0; k < kWidth; k += kLanes) {
+      const Shorts<kLanes> here = load(l.first + k), at = load(r.first + k), u = here - at,
+                           w = load(r.first + k - 1) - at;
+      l1 += pair_products(here, one), ll += pair_products(here, here), u1 += pair_products(u, one);
+      uu += pair_products(u, u), w1 += pair_products(w, one), ww += pair_products(w, w);
+      uw += pair_products(u, w);
     }
-  const double LL = ll - l1 * (l1 / kCount), UU = uu - u1 * (u1 / kCount), WW = ww - w1 * (w1 / kCount),
-               UW = uw - u1 * (w1 / kCount);
+  const auto spread = [](int ab, int a, int b) { return ab - a * (b / kCount); };
+  const double LL = spread(sum(ll), sum(l1), sum(l1)), UU = spread(sum(uu), sum(u1), sum(u1)),
+               WW = spread(sum(ww), sum(w1), sum(w1)), UW = spread(sum(uw), sum(u1), sum(w1));
   Part part;
   if (!(WW > 0)) return part;
   part.f = std::clamp(UW / WW, 0.0, 1.0);

@@ -14,8 +14,7 @@ namespace dynfilter::detail {
 /// Results are identical, because all sums are of integers.
 template <int kLanes>
 struct SmallPatchKernels {
-  /// Fills `patch` with the window whose top left pixel is (x, y). Reads one pixel more on every side, and 16
-  /// columns.
+  /// Fills `patch` with the window whose top left pixel is (x, y). Reads one pixel more each way, 16 columns.
   static void cut(const cv::Mat& image, int x, int y, int window_px, SmallPatch& patch) {
     patch.x = patch.y = patch.xx = patch.xy = patch.yy = patch.sum = patch.square = 0;
     compiled_for<kLanes == 16>([&]() DYNFILTER_AS_CALLER {

@@ -85,8 +85,7 @@ class Evidence {
   /// far from the end of optical flow that feature may be.
   virtual const MatchedFeatures& matched_features(
       const Match& match, double max_offset_px = MatchedFeatures::kMaxOffsetPx) const = 0;
-  /// Each feature's way through earlier frames. Ask for it in every frame: one left out starts all tracks
-  /// anew.
+  /// Each feature's way through earlier frames. Ask in every frame: one left out starts all tracks anew.
   virtual const FeatureTracks& tracks(const TrackOptions& options) const = 0;
   /// A frame that is still kept, this one included. Null: no longer, or never.
   virtual const PastFrame* kept_frame(std::int64_t frame_id) const = 0;

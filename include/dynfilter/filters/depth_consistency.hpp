@@ -103,8 +103,7 @@ class DepthConsistencyFilter final : public ParametricFilter<DepthConsistencyFil
   void judge_by_frame(const Evidence& evidence, const Match& match, const Pose& T_current_reference,
                       Votes& votes);
 
-  /// A depth other than predicted is motion, except at a depth edge, where the match has slid onto the other
-  /// surface.
+  /// A depth other than predicted is motion, except at a depth edge, where the match has slid across.
   void add_match(const cv::Point3f& now, double predicted_m, Opinion& opinion) const;
   bool beside_edge(const cv::Point3f& now, double predicted_m) const;
   void add_view(const Eigen::Vector3d& point_m, Opinion& opinion) const;
@@ -117,8 +116,7 @@ class DepthConsistencyFilter final : public ParametricFilter<DepthConsistencyFil
 
   void judge_by_keyframe(const Evidence& evidence, const KeyframeView& keyframe);
 
-  /// Equation 5: z_r is the map point's depth in the keyframe, d_r is the depth of the feature's reprojected
-  /// point.
+  /// Equation 5: z_r is the map point's depth in the keyframe, d_r that of the feature's reprojected point.
   void add_map_point(const Pose& T_keyframe_world, const cv::Point3f& world_m, double reprojected_m,
                      Opinion& opinion) const;
 

@@ -11,8 +11,7 @@ namespace dynfilter {
 
 struct DescriptorDistanceParams {
   int max_distance_bits = 50;
-  /// Flow: largest distance between the end of the flow and the feature of the earlier frame that counts as
-  /// its match.
+  /// Flow: largest distance between the end of the flow and the earlier frame's feature that is its match.
   static constexpr double kMaxOffset_px = 2.0;
 
   static const FieldTable<DescriptorDistanceParams>& fields() {

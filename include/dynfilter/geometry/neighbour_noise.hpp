@@ -40,8 +40,7 @@ struct Miss {
 class NeighbourNoise {
  public:
   static constexpr std::size_t kMinPairs = 20;
-  /// Whole error over the noise that neighbours do not share, at most. Larger misses that neighbours agree on
-  /// are motion.
+  /// Whole error over the noise that neighbours do not share, at most. A larger one they agree on is motion.
   static constexpr double kMostShared = 4;
 
   /// The noise in units of `predicted_px`: 1 where the prediction is right. None with fewer than kMinPairs

@@ -189,8 +189,7 @@ class CoverSearch {
 /// A smallest vertex cover, or a small one if the search exceeds `max_steps`. A step is one word operation;
 /// the limit is per connected component (1e7 takes about 10 ms). First takes vertices by domination. Then
 /// branches on the vertex of highest degree, bounded by a partition into cliques. The first descent is the
-/// greedy cover, so a result always exists. Ties prefer low numbers, so callers order vertices by preference.
-/// Deterministic.
+/// greedy cover, so a result always exists. Ties: the low number wins, so order by preference.
 inline VertexCover small_vertex_cover(const Graph& graph, std::uint64_t max_steps = 10000000) {
   VertexCover cover;
   cover.set.assign(graph.size(), 0);

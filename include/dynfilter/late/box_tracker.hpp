@@ -19,8 +19,7 @@ namespace dynfilter {
 /// Tracks boxes over several results of the detector. A new result and the old boxes are carried to the same
 /// frame. Boxes of one class are paired by overlap, largest overlap first. A pair continues one track. The
 /// detector may miss an object. An unpaired old box is therefore kept for up to 30 frames if two results
-/// contained it. Instance masks are copied once for each result: about 0.02 ms for 640 x 480. Their memory is
-/// reused.
+/// contained it. Instance masks are copied once for each result: about 0.02 ms for 640 x 480.
 class BoxTracker {
  public:
   static constexpr double kMinOverlap = 0.3;  // intersection over union

@@ -17,8 +17,7 @@ namespace dynfilter {
 /// A mask or label image carried forward from the frame that it was computed on. It is a set of points, one
 /// for every 4 x 4 pixels, each with its depth. Like NGD-SLAM (Zhang et al. 2024), it moves the mask by the
 /// flow and depth of its features. A point moves with the nearby features of the mask at its depth. A point
-/// is hidden while the depth image shows another surface, and removed if this lasts. Cost: about 0.3 ms per
-/// frame.
+/// is hidden while the depth image shows another surface, and removed if this lasts. Cost: about 0.3 ms.
 class CarriedMask {
  public:
   /// `labels`: CV_8UC1 of any size. `frame`: the frame that they were computed on.

@@ -24,8 +24,7 @@ namespace dynfilter::mapping {
 /// What a keyframe's depth image shows at places in the world: a surface, or free space. Stored compactly: 6
 /// bytes per 4 x 4 pixels, 115 KB for 640 x 480. A place is seen through if all depths within 4 to 8 pixels
 /// are behind it by more than the margin and the noise. Therefore no place at a silhouette, on a grazing
-/// surface, beside pixels without depth or at the image's edge is ever seen through. In doubt, points are
-/// kept.
+/// surface, beside pixels without depth or at the image's edge is ever seen through. In doubt, points stay.
 class DepthView {
  public:
   static constexpr int kBlockBits = 2, kBlockPx = 1 << kBlockBits;
@@ -303,8 +302,7 @@ inline void make_vote_permanent(std::uint16_t& live, std::uint16_t& old, int vot
 
 }  // namespace detail
 
-/// Adds (sign 1) or removes (-1) what a view says of the voxels from index `begin`: a surface seen, or seen
-/// through.
+/// Adds (sign 1) or removes (-1) what a view says of the voxels from `begin` on: a surface, or seen through.
 inline void add_votes(VoxelMap& map, const DepthView& view, const Pose& T_world_camera, std::size_t begin,
                       double leaf_m, int sign) {
   std::vector<VoxelVotes>& votes = map.votes();

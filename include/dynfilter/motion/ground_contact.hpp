@@ -107,8 +107,7 @@ class GroundContact {
   static constexpr double kInFront = 1.25;    ///< ratio of inverse depths from which a point hides others
   static constexpr double kBelowFoot_px = 8;  ///< beneath is what the foot's own patch does not cover
   static constexpr std::size_t kLarge = 12;   ///< points of a group that needs no ground beneath it
-  /// Ratio of a lower end at a quarter of the camera's height: the bumper of a parked car whose wheels show
-  /// nothing.
+  /// Ratio of a lower end at a quarter of the camera's height: the bumper of a parked car with plain wheels.
   static constexpr double kHighestEnd = 4.0 / 3;
 
   using Members = Span<const int>;
@@ -236,8 +235,7 @@ class GroundContact {
     foot.ratio = *lowest;
     return foot;
   }
-  /// Number of ground points between the lower end and the place where it would stand, less the points in
-  /// front.
+  /// Number of ground points between the lower end and where it would stand, less the points in front.
   int ground_beneath(const Foot& foot) const {
     const double foot_below_px = foot.y_px - view_.focus_y_px;
     int free = 0;

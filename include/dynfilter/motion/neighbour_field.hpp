@@ -15,8 +15,7 @@
 
 namespace dynfilter {
 
-/// Features closer than half of the flow's window share its patch, and so its error: they are one
-/// observation.
+/// Features closer than half of the flow's window share its patch, and its error: one observation.
 constexpr float kOnePatch_px = 8;
 
 /// The features of a frame sorted by place, for sums of several values over the same neighbourhoods.

@@ -15,8 +15,7 @@ namespace dynfilter {
 struct DepthLayersParams {
   double max_gap_m = 0.2;
   int min_points = 4;
-  /// Smallest share of the stage's dynamic features in a layer that counts as an object. Not a key: code sets
-  /// it.
+  /// Smallest share of the stage's dynamic features in a layer that is an object. Not a key: code sets it.
   double min_share = 0.2;
   /// Margin around a layer's features in the image. Not a key: code sets it.
   double margin_px = 10;

@@ -171,8 +171,7 @@ struct RigidPoints {
   }
 
   /// Pose from three points by aligning their orthonormal frames (TRIAD, Black 1964) at their centroids.
-  /// False for nearly collinear points, and if the sides of the two triangles differ by more than their
-  /// noise.
+  /// False for nearly collinear points, and if the triangles' sides differ by more than noise.
   bool solve_triple(const std::uint32_t (&pick)[3], RigidTransform& T) const {
     Eigen::Vector3d p[3], c[3];
     double slack2 = 0;

@@ -32,8 +32,7 @@ struct FundamentalError {
   float f[9];
 };
 
-/// Ratio of the 95 % quantiles of chi-square with two and one degrees of freedom, times the noise of two
-/// images.
+/// Ratio of the 95 % quantiles of chi-square with two and one degrees of freedom, times two images' noise.
 constexpr double kTransferScale = 2 * 5.991 / 3.841;
 
 /// Squared transfer distance divided by kTransferScale.
