@@ -5,7 +5,6 @@
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/sampling.hpp>
-#include <dynfilter/motion/moving_odds.hpp>
 #include <optional>
 #include <tuple>
 #include <vector>
@@ -121,32 +120,6 @@ TEST_CASE("the whole noise counts what neighbours share, up to a bound") {
     CHECK(unshared < 1.5);
   }
   CHECK_FALSE(estimator.whole_scale(std::vector<Miss>(10, Miss{{1, 1}, 2, {0, 0}, 1}), 40).has_value());
-}
-
-TEST_CASE("odds of motion: a large miss accuses, none acquits, noise beyond any motion says nothing") {
-  const MovingOdds odds({0.05, 1.0, 0.5});  // no opinion beforehand
-  MovingOddsInput in;
-  in.sigma_px = 0.2, in.sigma_depth_m = 0.02, in.px_per_m = 250, in.elapsed_s = 0.2;
-  CHECK(odds(in) < -1);
-  in.across2_px2 = 100, in.chi2 = 2500;
-  CHECK(odds(in) > 5);
-  in.sigma_px = in.sigma_depth_m = 1e6, in.chi2 = 1e-10;
-  CHECK(std::abs(odds(in)) < 1e-3);
-}
-
-TEST_CASE("odds of motion: along an edge on which the match slides, a miss says nothing; across it, all") {
-  const MovingOdds odds({0.05, 1.0, 0.5});
-  MovingOddsInput in;
-  in.sigma_px = 0.2, in.sigma_depth_m = 0.02, in.px_per_m = 250, in.elapsed_s = 0.2, in.along = 1e4;
-  const double rest = odds(in);
-  in.along2_px2 = 100, in.chi2 = 100 / (0.04 * 1e4);
-  CHECK(odds(in) == doctest::Approx(rest).epsilon(0.05));
-  in.along = 1, in.chi2 = 2500;
-  const double corner = odds(in);
-  in.along2_px2 = 0, in.across2_px2 = 100;
-  CHECK(odds(in) == corner);  // a corner knows no direction
-  in.along = 1e4;
-  CHECK(odds(in) > 5);
 }
 
 }  // namespace neighbour_noise_test
