@@ -110,22 +110,48 @@ TEST_CASE("no column: without texture along the row, beyond the largest disparit
   CHECK_FALSE(std::isnan(RowSearch(near.left, near.right).column({100, 50})));
 }
 
-TEST_CASE("the disparity that is expected changes the time, not the column") {
+/// Steps to the most alike of every second patch, or to one beside it, by definition.
+int steps(const cv::Mat& from, const cv::Mat& to, const cv::Point& at, int direction, int most) {
+  const cv::Rect here(at.x - 8, at.y - 4, 16, 9);
+  const auto difference = [&](int step) {
+    return cv::norm(from(here), to(here + cv::Point(direction * step, 0)), cv::NORM_L1);
+  };
+  int even = 0;
+  for (int step = 0; step <= most; step += 2)
+    if (difference(step) < difference(even)) even = step;
+  int best = even;
+  for (const int step : {even - 1, even + 1})
+    if (step >= 0 && step <= most && difference(step) < difference(best)) best = step;
+  return best;
+}
+
+TEST_CASE("patches that are left early change nothing: there and back are those of a full search") {
+  constexpr int kMost_px = 40;
   Pair pair(17.75);
   cv::Mat noise(kSize, CV_8UC1);
   cv::RNG(3).fill(noise, cv::RNG::UNIFORM, 0, 60);
   pair.right = pair.right * 0.7 + noise;  // many a patch is nearly as like as the true one
-  const RowSearch search(pair.left, pair.right);
-  std::size_t found = 0;
-  for (const cv::Point2f& px : places(40)) {
-    const float column = search.column(px, 40);
-    if (!std::isnan(column)) ++found;
-    for (const int expected_px : {-7, 5, 17, 18, 39, 500}) {
-      const float again = search.column(px, 40, expected_px);
-      CHECK((again == column || (std::isnan(again) && std::isnan(column))));
+  const int brighter = cvRound(cv::mean(pair.left)[0] - cv::mean(pair.right)[0]);
+  const cv::Mat darker_left = pair.left - cv::Scalar(brighter),
+                darker_right = pair.right + cv::Scalar(brighter);
+  std::size_t found = 0, refused = 0;
+  for (const cv::Point2f& px : places(kMost_px)) {
+    const cv::Point at = px;
+    const int most = std::min(kMost_px, at.x - 9), there = steps(darker_left, pair.right, at, -1, most);
+    const cv::Point partner = at - cv::Point(there, 0);
+    const int back =
+        steps(darker_right, pair.left, partner, 1, std::min(kMost_px, kSize.width - 8 - partner.x));
+    const float column = RowSearch(pair.left, pair.right).column(px, kMost_px);
+    if (there == most || std::abs(back - there) > 1) {
+      ++refused;
+      CHECK(std::isnan(column));
+    } else if (!std::isnan(column)) {
+      ++found;
+      CHECK(std::abs(px.x - column - static_cast<float>(there)) <= 1.0F);
     }
   }
   CHECK(found > 10);
+  CHECK(refused > 10);
 }
 
 // A strip with a disparity of 30 px hides 26 px to the left of it, where the disparity is 4 px.

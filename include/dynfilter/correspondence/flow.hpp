@@ -33,7 +33,7 @@ class FlowTracker {
     pyramid.build(grey, params_.window_px, params_.levels, !(guided() || own()));
   }
 
-  /// What track() needs from two images alone, which must hold until then. Only a guided flow has such.
+  /// What track() needs of these pyramids alone, which must hold until then. Only for a guided flow.
   void prepare(const ImagePyramid& current, const ImagePyramid& reference) {
     if (guided()) guided_.prepare(current, reference);
   }

@@ -131,13 +131,9 @@ inline void CurrentFrame::fill_stereo_depths() {
   const std::vector<cv::Point2f>& undistorted = undistorted_pixels();
   depths_m_.resize(size());
   const RowSearch search(frame_.grey, frame_.right_grey);
-  int before_px = 0;  // hosts list features by their place
   for (std::size_t i = 0; i < size(); ++i) {
     float right_u_px = frame_.right_u_px.empty() ? DepthSampler::kNone : frame_.right_u_px[i];
-    if (!valid_right(right_u_px) && !frame_.right_grey.empty()) {
-      right_u_px = search.column(pixels_[i], RowSearch::kMost_px, before_px);
-      if (valid_right(right_u_px)) before_px = cvRound(pixels_[i].x - right_u_px);
-    }
+    if (!valid_right(right_u_px) && !frame_.right_grey.empty()) right_u_px = search.column(pixels_[i]);
     depths_m_[i] = stereo_depth_m(undistorted[i].x, right_u_px, frame_.camera->baseline_fx_px_m);
   }
   depths_ready_ = true;

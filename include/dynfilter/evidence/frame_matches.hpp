@@ -161,8 +161,8 @@ class FrameMatches {
     if (params.check == FlowCheck::ForwardBackward) params.check = FlowCheck::Residual;
     return params;
   }
-  static constexpr int kNearWindows = 2;    ///< flow finds without help what is as near as two of its windows
-  static constexpr int kMostRecession = 2;  ///< of a distance from frame to frame
+  static constexpr int kNearWindows = 2;  ///< flow finds without help what is as near as two of its windows
+  static constexpr double kMostRecession = 2;  ///< of a distance from frame to frame
   static constexpr float kStaticReach_px = 2;  ///< of a match from the place of a static one
   static constexpr double kFar_px = 120;       ///< a car at 8 m that comes nearer at 20 m/s, at 10 Hz
   static DescriptorMatchParams searching_far(DescriptorMatchParams params) {
@@ -342,9 +342,8 @@ class FrameMatches {
         depth_m = then.depth_m[index];
       } else if (!left.empty()) {
         const double bf_px_m = then.camera->baseline_fx_px_m, now_px = bf_px_m / current_.depths_m()[i];
-        const int most_px = cvCeil(std::min<double>(RowSearch::kMost_px, kMostRecession * now_px));
-        const float right_px =
-            search.column(match.correspondences.reference_px[i], most_px, most_px / kMostRecession);
+        const double most_px = std::min<double>(RowSearch::kMost_px, kMostRecession * now_px);
+        const float right_px = search.column(match.correspondences.reference_px[i], cvCeil(most_px));
         depth_m = stereo_depth_m(match.reference_undistorted_px[i].x, right_px, bf_px_m);
       }
     }

@@ -39,7 +39,7 @@ struct DepthNoise {
 /// / disparity is 4 % too large. The feature is a direction then.
 constexpr float kLeastDisparity_px = 10 * static_cast<float>(DepthNoise::kDisparity_px);
 
-/// Depth [m] of a feature at the undistorted column `left_u_px`. NaN for none, or a small disparity.
+/// Depth [m] of a feature at the undistorted column `left_u_px`. NaN: no match, or a small disparity.
 inline float stereo_depth_m(float left_u_px, float right_u_px, double baseline_fx_px_m) {
   const float disparity_px = left_u_px - right_u_px;
   return valid_right(right_u_px) && disparity_px >= kLeastDisparity_px

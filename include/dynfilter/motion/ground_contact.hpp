@@ -107,7 +107,8 @@ class GroundContact {
   static constexpr double kInFront = 1.25;    ///< ratio of inverse depths from which a point hides others
   static constexpr double kBelowFoot_px = 8;  ///< beneath is what the foot's own patch does not cover
   static constexpr std::size_t kLarge = 12;   ///< points of a group that needs no ground beneath it
-  /// Ratio of a lower end at a quarter of the camera's height: the bumper of a parked car with plain wheels.
+  /// Ratio of a lower end at a quarter of the camera's height: the bumper of a parked car whose wheels show
+  /// no points.
   static constexpr double kHighestEnd = 4.0 / 3;
 
   using Members = Span<const int>;

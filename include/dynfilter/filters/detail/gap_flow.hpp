@@ -129,7 +129,7 @@ class GapFlow {
   static constexpr double kAlike_px = 0.4, kAlikeOfFlow = 0.06;  ///< ... similar: largest difference
   static constexpr std::size_t kLeastCells = 9;                  ///< that tell the middle of the scene
   /// What moves along its line seems to be nearer or farther than it is. Static things are seldom nearer than
-  /// a fifth of the middle of the scene. Movers often seem to be: a walker outpaces a hand.
+  /// a fifth of the middle of the scene. Movers often seem to be: they outrun a camera in the hand.
   static constexpr double kNearest = 5;
 
   struct Placed {

@@ -114,7 +114,7 @@ inline void refuse_near_misses(const YamlNode& root, const std::string& prefix) 
   }
 }
 
-/// The keys `prefix...` of a flat file over `p`. `text_key` after the prefix is none: its text is returned.
+/// The keys `prefix...` of a flat file over `p`. Returns the text of `text_key` after the prefix.
 template <class P>
 std::string read_prefixed(const YamlNode& root, const std::string& prefix, const std::string& text_key,
                           P& p) {
