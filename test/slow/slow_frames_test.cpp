@@ -6,6 +6,8 @@
 // fuzzers' pipelines are run with all arrangements of features that flow is computed for, and with every
 // sixth of the others.
 // Filters and combinators are run with every 24th, a different one each.
+// Machines share caches with others: a pair that takes too long is written to the file DYNFILTER_DOUBTFUL.
+// DYNFILTER_SLOW_INPUTS=doubtful measures those again, alone.
 // DYNFILTER_SLOW_INPUTS=NAME runs that pipeline with all arrangements of 100,000 features, `all` every one,
 // and prints the worst arrangement of each.
 #include <algorithm>
@@ -16,10 +18,13 @@
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/pipeline/pipeline.hpp>
+#include <fstream>
 #include <map>
 #include <opencv2/core/utility.hpp>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "confined.hpp"
@@ -38,6 +43,7 @@ constexpr std::size_t kFew = 1'000, kMore = 4'000, kAll = limits::kMaxFeatures;
 constexpr int kFrames = 2;           ///< the second has matches
 constexpr double kMostGrowth = 1.3;  ///< exponent
 constexpr double kMost_MB = 300;
+constexpr int kTries = 5;          ///< of a pair that needed too long: machines share caches with others
 constexpr double kSure = 0.75;     ///< an estimate below this share of the limit is believed
 constexpr double kAnyway_MB = 10;  ///< code, images and pyramids, whatever the number of features
 constexpr std::size_t kShareOfStages = 24, kShareOfSources = 6;
@@ -117,11 +123,33 @@ class Trial {
   std::map<std::size_t, std::vector<crowds::Crowd>> frames_;
 };
 
-/// "": the usual choice.
-std::string wanted() {
-  const char* name = std::getenv("DYNFILTER_SLOW_INPUTS");
-  return name != nullptr ? name : "";
+std::string variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
 }
+
+using Pair = std::pair<std::string, std::string>;  ///< a pipeline and an arrangement
+
+/// Pairs that needed too long beside other programs.
+class Doubtful {
+ public:
+  bool is_written() const { return !path_.empty(); }
+  void write(const std::set<Pair>& pairs) const {
+    std::ofstream out(path_);
+    for (const auto& [pipeline, arrangement] : pairs) out << pipeline << '\t' << arrangement << '\n';
+    REQUIRE(out.flush());
+  }
+  std::set<Pair> read() const {
+    std::ifstream in(path_);
+    REQUIRE(in);
+    std::set<Pair> pairs;
+    for (Pair pair; std::getline(in, pair.first, '\t') && std::getline(in, pair.second);) pairs.insert(pair);
+    return pairs;
+  }
+
+ private:
+  std::string path_ = variable("DYNFILTER_DOUBTFUL");
+};
 
 struct Worst {
   double cpu_s = 0, growth_MB = 0;
@@ -137,15 +165,20 @@ TEST_CASE("every pipeline takes less than 2 s and 300 MB, however 100,000 featur
   REQUIRE(pipelines.size() > 60);
   REQUIRE(arrangements.size() > 40);
   std::map<std::string, Worst> worst;
-  const std::string only = wanted();
+  const std::string only = variable("DYNFILTER_SLOW_INPUTS");  // "": the usual choice
+  const bool again = only == "doubtful";
+  const Doubtful doubtful;
+  std::set<Pair> late = again ? doubtful.read() : std::set<Pair>();
   int tried = 0, measured = 0;
 
   for (std::size_t a = 0; a < arrangements.size(); ++a) {
     Trial trial(arrangements[a]);
     for (std::size_t p = 0; p < pipelines.size(); ++p) {
       const crowds::NamedPipeline& pipeline = pipelines[p];
-      const bool chosen =
-          only.empty() ? is_chosen(pipeline, arrangements[a], a + p) : only == "all" || only == pipeline.name;
+      const Pair pair(pipeline.name, arrangements[a].name);
+      const bool chosen = only.empty() ? is_chosen(pipeline, arrangements[a], a + p)
+                          : again      ? late.count(pair) > 0
+                                       : only == "all" || only == pipeline.name;
       if (!chosen) continue;
       CAPTURE(arrangements[a].name);
       CAPTURE(pipeline.name);
@@ -153,9 +186,14 @@ TEST_CASE("every pipeline takes less than 2 s and 300 MB, however 100,000 featur
       ++tried;
       if (only.empty() && trial.stays_below(pipeline, most)) continue;
       ++measured;
-      const confined::Outcome taken = trial.run(pipeline, kAll);
+      confined::Outcome taken = trial.run(pipeline, kAll);
+      for (int more = 1; again && more < kTries && taken.cpu_s >= most.cpu_s; ++more)
+        taken = trial.run(pipeline, kAll);
       CHECK(confined::to_string(taken.end) == "done");
-      CHECK(taken.cpu_s < most.cpu_s);
+      if (only.empty() && doubtful.is_written() && taken.cpu_s >= most.cpu_s)
+        late.insert(pair);
+      else
+        CHECK(taken.cpu_s < most.cpu_s);
       CHECK(taken.growth_MB < most.growth_MB);
       Worst& w = worst[pipeline.name];
       if (taken.cpu_s > w.cpu_s) w.cpu_s = taken.cpu_s, w.slowest = arrangements[a].name;
@@ -163,6 +201,8 @@ TEST_CASE("every pipeline takes less than 2 s and 300 MB, however 100,000 featur
     }
   }
   MESSAGE(tried << " pairs of a pipeline and an arrangement, " << measured << " with 100,000 features");
+  if (only.empty() && doubtful.is_written()) doubtful.write(late);
+  if (again) CHECK(measured == static_cast<int>(late.size()));
   if (only.empty()) return;
   for (const auto& [name, w] : worst)
     std::printf("| `%s` | %.2f s, %s | %.0f MB, %s |\n", name.c_str(), w.cpu_s, w.slowest.c_str(),

@@ -21,8 +21,7 @@ struct BoxBlurParams {
   std::vector<std::string> classes = moving_classes();
   static constexpr double kMinScore = 0.4;  ///< Smallest score of a box that is used.
   double min_sharpness = 0.5;
-  /// Largest age of boxes; boxes of an older frame are carried to this one up to this age.
-  static constexpr int kMaxAgeFrames = 0;
+  static constexpr int kMaxAgeFrames = 0;  ///< The image shows this frame: late boxes are not used.
 
   static const FieldTable<BoxBlurParams>& fields() {
     using P = BoxBlurParams;
@@ -68,7 +67,7 @@ class BoxBlurFilter final : public ParametricFilter<BoxBlurFilter, BoxBlurParams
   static constexpr double kMinSamples = 200;
   struct Box {
     cv::Rect place;
-    std::size_t begin = 0, end = 0;  ///< in inside_
+    cv::Rect2f given;
   };
   struct Sharpness {
     bool known = false;
@@ -81,16 +80,16 @@ class BoxBlurFilter final : public ParametricFilter<BoxBlurFilter, BoxBlurParams
   };
 
   void collect(const Evidence& evidence, const LateResult& late);
-  void judge(const cv::Mat& grey, const Box& box, const Sharpness& rest, Votes& votes);
+  void judge(const Evidence& evidence, const LateResult& late, const Box& box, const Sharpness& rest,
+             Votes& votes);
   Sharpness sharpness(const cv::Mat& grey, const cv::Rect& area, bool outside_boxes);
   /// Counts for each pixel of row y how many boxes cover it.
   void cover_row(int y, int columns);
 
   DetectionFilter wanted_{params_.classes, {}, Params::kMinScore};
   std::vector<Box> boxes_;
-  std::vector<std::uint32_t> inside_;    ///< features in all boxes, one box after the other
-  std::vector<std::size_t> inside_box_;  ///< features in one
-  std::vector<int> in_boxes_;            ///< per column of a row: how many boxes cover it
+  std::vector<std::size_t> inside_;  ///< features in a box
+  std::vector<int> in_boxes_;        ///< per column of a row: how many boxes cover it
   BoxScratch scratch_;
 };
 
@@ -102,32 +101,26 @@ inline void BoxBlurFilter::apply(const Evidence& evidence, Votes& votes) {
   const cv::Mat& grey = evidence.frame().grey;
   const Sharpness rest = sharpness(grey, cv::Rect(0, 0, grey.cols, grey.rows), true);
   if (!(rest.along_x > 0 && rest.along_y > 0)) return votes.note("no textured image outside the boxes");
-  for (const Box& box : boxes_) judge(grey, box, rest, votes);
+  for (const Box& box : boxes_) judge(evidence, late, box, rest, votes);
 }
 
 inline void BoxBlurFilter::collect(const Evidence& evidence, const LateResult& late) {
   boxes_.clear();
-  inside_.clear();
   const cv::Rect2d image(0, 0, evidence.frame().grey.cols, evidence.frame().grey.rows);
   for (const Detection& detection : late.detections()) {
     if (!wanted_.accepts(detection)) continue;
-    Box box;
-    const cv::Rect2f now = features_in_box(evidence, detection.box, 0, late, scratch_, inside_box_);
-    box.place = cv::Rect(cv::Rect2d(now) & image);
-    if (box.place.empty()) continue;
-    box.begin = inside_.size();
-    for (const std::size_t i : inside_box_) inside_.push_back(static_cast<std::uint32_t>(i));
-    box.end = inside_.size();
-    boxes_.push_back(box);
+    const cv::Rect place(cv::Rect2d(detection.box) & image);
+    if (!place.empty()) boxes_.push_back({place, detection.box});
   }
 }
 
-inline void BoxBlurFilter::judge(const cv::Mat& grey, const Box& box, const Sharpness& rest, Votes& votes) {
-  const Sharpness own = sharpness(grey, box.place, false);
+inline void BoxBlurFilter::judge(const Evidence& evidence, const LateResult& late, const Box& box,
+                                 const Sharpness& rest, Votes& votes) {
+  const Sharpness own = sharpness(evidence.frame().grey, box.place, false);
   if (!own.known) return;
+  features_in_box(evidence, box.given, 0, late, scratch_, inside_);
   const double share = std::min(own.along_x / rest.along_x, own.along_y / rest.along_y);
-  for (std::size_t k = box.begin; k < box.end; ++k) {
-    const std::size_t i = inside_[k];
+  for (const std::size_t i : inside_) {
     if (votes[i] == Vote::Dynamic) continue;
     votes.cast(i, share < params_.min_sharpness ? Vote::Dynamic : Vote::Static,
                1.0F - suspicion(share, params_.min_sharpness));
