@@ -234,13 +234,18 @@ TEST_CASE("of points that are as near, those with the smaller index come first")
 
 TEST_CASE("a radius around everything takes no more time than a small one") {
   const Points points = square(100'000, 320, 4);
-  PointGrid grid;
-  std::vector<int> found;
-  CHECK(dynfilter_test::seconds([&] {
-          grid.build_for_nearest(Span<const cv::Point2d>(points), 500);
-          for (std::size_t i = 0; i < points.size(); ++i)
-            grid.nearest(points[i], {6, 1000, 8, static_cast<int>(i)}, found);
-        }) < dynfilter_test::kMost_s);
+  const auto taken_s = [&](double radius_px) {
+    PointGrid grid;
+    std::vector<int> found;
+    return dynfilter_test::seconds([&] {
+      grid.build_for_nearest(Span<const cv::Point2d>(points), static_cast<float>(radius_px / 2));
+      for (std::size_t i = 0; i < points.size(); ++i)
+        grid.nearest(points[i], {6, radius_px, 8, static_cast<int>(i)}, found);
+    });
+  };
+  double ratio = 1e9;  // the quietest of three: machines share their processors
+  for (int k = 0; k < 3; ++k) ratio = std::min(ratio, taken_s(1000) / taken_s(12));
+  CHECK(ratio < 2);
 }
 
 TEST_CASE("keypoints are places too") {

@@ -109,8 +109,9 @@ class PointGrid {
     const auto left = [&] { return column(static_cast<float>(at.x - reach_px)); };
     const auto right = [&] { return column(static_cast<float>(at.x + reach_px)); };
     look(y, x, x);
-    look(y, left(), x - 1);
-    look(y, x + 1, right());
+    for (int end = x - 1, n = 2; end >= left(); end -= n, n *= 2) look(y, std::max(left(), end - n + 1), end);
+    for (int begin = x + 1, n = 2; begin <= right(); begin += n, n *= 2)
+      look(y, begin, std::min(right(), begin + n - 1));
     bool above = true, below = true;
     for (int away = 1; above || below; ++away) {
       above = above && y - away >= row(static_cast<float>(at.y - reach_px));
