@@ -216,11 +216,10 @@ class FrameMatches {
       descriptor_matches(stored, out);
   }
 
-  /// Where descriptors are found: flow does not search as far as features jump on a street at 10 Hz. Empty
-  /// without stereo.
+  /// Where descriptors are found: flow does not search as far as features jump in a long step. Else empty.
   Span<const cv::Point2f> starts(const StoredFrame& stored) {
     const FrameView& frame = current_.frame();
-    if (!is_stereo(frame)) return {};
+    if (!(frame.timestamp_s - stored.timestamp_s > kLongStep_s)) return {};
     far_descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {},
                            far_);
     return far_.reference_px;  // NaN where nothing was found
