@@ -126,7 +126,8 @@ inline Eigen::Isometry3d CameraMotion::driving(double t) const {
 }
 
 inline Eigen::Isometry3d CameraMotion::flying(double t) const {
-  const Eigen::Vector3d eye(4.6 * wave(t, 17, 0), 6.4 * wave(t, 21, 1), 2.0 + 0.7 * wave(t, 9, 2));
+  const double height_m = 2.35 + 0.65 * wave(t, 9, 2);  // above the partitions
+  const Eigen::Vector3d eye(4.6 * wave(t, 17, 0), 6.4 * wave(t, 21, 1), height_m);
   const double yaw = 0.9 * wave(t, 8.3, 3) + 0.25 * wave(t, 3.1, 4);
   const Eigen::Vector3d ahead(-std::sin(yaw), std::cos(yaw), -0.12);
   return frame_at(eye, look_at(eye, eye + ahead).linear() *
