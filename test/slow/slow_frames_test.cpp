@@ -43,7 +43,7 @@ constexpr std::size_t kFew = 1'000, kMore = 4'000, kAll = limits::kMaxFeatures;
 constexpr int kFrames = 2;           ///< the second has matches
 constexpr double kMostGrowth = 1.3;  ///< exponent
 constexpr double kMost_MB = 300;
-constexpr int kTries = 5;          ///< of a pair that needed too long: machines share caches with others
+constexpr int kTries = 5;          ///< of a pair that took too long beside others
 constexpr double kSure = 0.75;     ///< an estimate below this share of the limit is believed
 constexpr double kAnyway_MB = 10;  ///< code, images and pyramids, whatever the number of features
 constexpr std::size_t kShareOfStages = 24, kShareOfSources = 6;
@@ -130,26 +130,18 @@ std::string variable(const char* name) {
 
 using Pair = std::pair<std::string, std::string>;  ///< a pipeline and an arrangement
 
-/// Pairs that needed too long beside other programs.
-class Doubtful {
- public:
-  bool is_written() const { return !path_.empty(); }
-  void write(const std::set<Pair>& pairs) const {
-    std::ofstream out(path_);
-    for (const auto& [pipeline, arrangement] : pairs) out << pipeline << '\t' << arrangement << '\n';
-    REQUIRE(out.flush());
-  }
-  std::set<Pair> read() const {
-    std::ifstream in(path_);
-    REQUIRE(in);
-    std::set<Pair> pairs;
-    for (Pair pair; std::getline(in, pair.first, '\t') && std::getline(in, pair.second);) pairs.insert(pair);
-    return pairs;
-  }
-
- private:
-  std::string path_ = variable("DYNFILTER_DOUBTFUL");
-};
+void write(const std::string& path, const std::set<Pair>& pairs) {
+  std::ofstream out(path);
+  for (const auto& [pipeline, arrangement] : pairs) out << pipeline << '\t' << arrangement << '\n';
+  REQUIRE(out.flush());
+}
+std::set<Pair> read(const std::string& path) {
+  std::ifstream in(path);
+  REQUIRE(in);
+  std::set<Pair> pairs;
+  for (Pair pair; std::getline(in, pair.first, '\t') && std::getline(in, pair.second);) pairs.insert(pair);
+  return pairs;
+}
 
 struct Worst {
   double cpu_s = 0, growth_MB = 0;
@@ -166,9 +158,9 @@ TEST_CASE("every pipeline takes less than 2 s and 300 MB, however 100,000 featur
   REQUIRE(arrangements.size() > 40);
   std::map<std::string, Worst> worst;
   const std::string only = variable("DYNFILTER_SLOW_INPUTS");  // "": the usual choice
-  const bool again = only == "doubtful";
-  const Doubtful doubtful;
-  std::set<Pair> late = again ? doubtful.read() : std::set<Pair>();
+  const std::string doubtful = variable("DYNFILTER_DOUBTFUL");
+  const bool again = only == "doubtful", defers = only.empty() && !doubtful.empty();
+  std::set<Pair> late = again ? read(doubtful) : std::set<Pair>();
   int tried = 0, measured = 0;
 
   for (std::size_t a = 0; a < arrangements.size(); ++a) {
@@ -190,7 +182,7 @@ TEST_CASE("every pipeline takes less than 2 s and 300 MB, however 100,000 featur
       for (int more = 1; again && more < kTries && taken.cpu_s >= most.cpu_s; ++more)
         taken = trial.run(pipeline, kAll);
       CHECK(confined::to_string(taken.end) == "done");
-      if (only.empty() && doubtful.is_written() && taken.cpu_s >= most.cpu_s)
+      if (defers && taken.cpu_s >= most.cpu_s)
         late.insert(pair);
       else
         CHECK(taken.cpu_s < most.cpu_s);
@@ -201,7 +193,7 @@ TEST_CASE("every pipeline takes less than 2 s and 300 MB, however 100,000 featur
     }
   }
   MESSAGE(tried << " pairs of a pipeline and an arrangement, " << measured << " with 100,000 features");
-  if (only.empty() && doubtful.is_written()) doubtful.write(late);
+  if (defers) write(doubtful, late);
   if (again) CHECK(measured == static_cast<int>(late.size()));
   if (only.empty()) return;
   for (const auto& [name, w] : worst)

@@ -50,9 +50,6 @@ struct DescriptorMatchParams {
   static const FieldTable<DescriptorMatchParams>& fields();
 };
 
-/// Time between frames beyond which a walker at 1.5 m jumps farther than flow searches, two windows.
-inline constexpr double kLongStep_s = 0.04;
-
 /// Source of correspondences.
 /// Auto uses the host's matches if it provides them, else flow on the grey image, else descriptors.
 enum class CorrespondenceSource { Auto, Host, Flow, Descriptors };

@@ -165,6 +165,7 @@ class FrameMatches {
   static constexpr double kMostRecession = 2;  ///< of a distance from frame to frame
   static constexpr float kStaticReach_px = 2;  ///< of a match from the place of a static one
   static constexpr double kFar_px = 120;       ///< a car at 8 m that comes nearer at 20 m/s, at 10 Hz
+  static constexpr double kLongStep_s = 0.04;  ///< in which a walker at 1.5 m jumps those two windows
   static DescriptorMatchParams searching_far(DescriptorMatchParams params) {
     params.search_radius_px = std::max(params.search_radius_px, kFar_px);
     return params;
@@ -216,10 +217,12 @@ class FrameMatches {
       descriptor_matches(stored, out);
   }
 
-  /// Where descriptors are found: flow does not search as far as features jump in a long step. Else empty.
+  /// Where descriptors are found: flow does not search as far as features jump in a long step. Empty after a
+  /// short one, and with a depth camera: indoors too much looks alike.
   Span<const cv::Point2f> starts(const StoredFrame& stored) {
     const FrameView& frame = current_.frame();
-    if (!(frame.timestamp_s - stored.timestamp_s > kLongStep_s)) return {};
+    const bool depth_camera = !is_stereo(frame) && !(frame.depth.empty() && frame.depth_m.empty());
+    if (depth_camera || !(frame.timestamp_s - stored.timestamp_s > kLongStep_s)) return {};
     far_descriptors_.match({frame.keypoints, frame.descriptors}, {stored.keypoints, stored.descriptors}, {},
                            far_);
     return far_.reference_px;  // NaN where nothing was found

@@ -96,7 +96,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   };
 
   void judge(const detail::JudgedFrame& seen, Votes& votes);
-  /// Most of what seems to move where features jump far are mismatches.
+  /// Most of what seems to move where features jump far, as with stereo on a street, are mismatches.
   const Match& look_again(const detail::JudgedFrame& frame);
   Choice follow_background(const detail::JudgedFrame& frame, Votes& votes);
   RigidBackgroundScene scene_of(const detail::JudgedFrame& frame);

@@ -7,7 +7,6 @@
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/correspondence/correspondence_params.hpp>
 #include <dynfilter/filters/detail/miss_odds.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <limits>
@@ -67,8 +66,7 @@ inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes
     return;
   }
   if (!choice.rejects) votes.note("the first choices of a background reject nothing: they are not sure");
-  const bool far = seen.stereo || path_.elapsed_s(1) > kLongStep_s;
-  const detail::JudgedFrame frame = seen.with(far ? look_again(seen) : seen.match);
+  const detail::JudgedFrame frame = seen.with(seen.stereo ? look_again(seen) : seen.match);
   forecast_.advance(path_.between(0, 1), frame.camera, path_.elapsed_s(1));
   const DepthNoise depths = frame.sensor.scaled(std::max(kDepthFactor, estimator_.depth_factor()));
   misses_.measure(frame, path_, depths);
