@@ -16,7 +16,7 @@ template <int kLanes>
 struct SmallPatchKernels {
   /// Fills `patch` with the window whose top left pixel is (x, y). Reads one pixel more each way, 16 columns.
   static void cut(const cv::Mat& image, int x, int y, int window_px, SmallPatch& patch) {
-    patch.x = patch.y = patch.xx = patch.xy = patch.yy = patch.sum = patch.square = 0;
+    patch.x = patch.y = patch.xx = patch.xy = patch.yy = 0;
     compiled_for<kLanes == 16>([&]() DYNFILTER_AS_CALLER {
       for (int first = 0; first < SmallPatch::kColumns; first += kLanes)
         cut_columns(image, x, y, first, window_px, patch);
@@ -28,11 +28,16 @@ struct SmallPatchKernels {
     SmallPatchMismatch result;
     compiled_for<kLanes == 16>([&]() DYNFILTER_AS_CALLER {
       Pairs by_x{}, by_y{};
-      result.sum = each_row(image, corner, window_px, patch,
-                            [&](const Values& off, const Values& /*grey*/, int at) DYNFILTER_AS_CALLER {
-                              by_x += pair_products<kLanes>(off, Values::load(patch.dx + at));
-                              by_y += pair_products<kLanes>(off, Values::load(patch.dy + at));
-                            });
+      for (int first = 0; first < SmallPatch::kColumns; first += kLanes) {
+        Values all_of{};
+        each_row(image, corner, first, window_px, [&](const Values& value, int at) DYNFILTER_AS_CALLER {
+          const Values off = value - Values::load(patch.grey + at);
+          all_of += off;
+          by_x += pair_products<kLanes>(off, Values::load(patch.dx + at));
+          by_y += pair_products<kLanes>(off, Values::load(patch.dy + at));
+        });
+        result.sum += sum_of(all_of & columns(first, 0, window_px));  // gradients are 0 beyond the window
+      }
       result.x = sum(by_x), result.y = sum(by_y);
     });
     return result;
@@ -42,13 +47,19 @@ struct SmallPatchKernels {
                                      const SmallPatch& patch) {
     SmallPatchLikeness result;
     compiled_for<kLanes == 16>([&]() DYNFILTER_AS_CALLER {
-      Pairs square{}, product{};
-      result.sum = each_row(image, corner, window_px, patch,
-                            [&](const Values& off, const Values& grey, int /*at*/) DYNFILTER_AS_CALLER {
-                              square += pair_products<kLanes>(off, off);
-                              product += pair_products<kLanes>(off, grey);
-                            });
-      result.square = sum(square), result.product = sum(product);
+      Pairs patch2{}, image2{}, product{};
+      for (int first = 0; first < SmallPatch::kColumns; first += kLanes) {
+        const Values in_window = columns(first, 0, window_px);
+        Values of_patch{}, of_image{};
+        each_row(image, corner, first, window_px, [&](const Values& value, int at) DYNFILTER_AS_CALLER {
+          const Values a = Values::load(patch.grey + at), b = value & in_window;
+          of_patch += a, of_image += b;
+          patch2 += pair_products<kLanes>(a, a), image2 += pair_products<kLanes>(b, b);
+          product += pair_products<kLanes>(a, b);
+        });
+        result.patch += sum_of(of_patch), result.image += sum_of(of_image);
+      }
+      result.patch2 = sum(patch2), result.image2 = sum(image2), result.product = sum(product);
     });
     return result;
   }
@@ -99,55 +110,44 @@ struct SmallPatchKernels {
     const Values in_window = columns(first, 0, window_px);
     const Values in_image = columns(first, -x, image.cols - x) & in_window;
     const unsigned char* row = pixel(image, x + first, y);
-    Values sum_x{}, sum_y{}, sum_grey{};
-    Pairs xx{}, xy{}, yy{}, square{};
+    Values sum_x{}, sum_y{};
+    Pairs xx{}, xy{}, yy{};
     ImageRow upper(row - step), here(row);
     for (int r = 0; r < window_px; ++r) {
       row += step;
       const ImageRow lower(row);
-      const bool inside = y + r >= 0 && y + r < image.rows;
+      const bool inside = static_cast<unsigned>(y + r) < static_cast<unsigned>(image.rows);
       const Values mask = inside ? in_image : Values{};
       const Values dx = (upper.step + lower.step + here.step * all<kLanes>(3)) & mask;
       const Values dy = (lower.smooth - upper.smooth) & mask;
-      const Values grey = (here.middle << kGreyBits) & in_window;
       const int at = r * SmallPatch::kColumns + first;
-      grey.store(patch.grey + at);
+      ((here.middle << kGreyBits) & in_window).store(patch.grey + at);
       dx.store(patch.dx + at);
       dy.store(patch.dy + at);
-      sum_x += dx, sum_y += dy, sum_grey += grey;
+      sum_x += dx, sum_y += dy;
       xx += pair_products<kLanes>(dx, dx), xy += pair_products<kLanes>(dx, dy);
-      yy += pair_products<kLanes>(dy, dy), square += pair_products<kLanes>(grey, grey);
+      yy += pair_products<kLanes>(dy, dy);
       upper = here, here = lower;
     }
-    patch.x += sum_of(sum_x), patch.y += sum_of(sum_y), patch.sum += sum_of(sum_grey);
-    patch.xx += sum(xx), patch.xy += sum(xy), patch.yy += sum(yy), patch.square += sum(square);
+    patch.x += sum_of(sum_x), patch.y += sum_of(sum_y);
+    patch.xx += sum(xx), patch.xy += sum(xy), patch.yy += sum(yy);
   }
 
-  /// Calls use(image - patch, patch, index) for kLanes pixels at a time. Returns the sum of image - patch.
+  /// Calls use(values, index in the patch) for each row of the image from column `first`.
   template <class Use>
-  DYNFILTER_AS_CALLER static std::int32_t each_row(const cv::Mat& image, const SmallCorner& corner,
-                                                   int window_px, const SmallPatch& patch, const Use& use) {
-    std::int32_t all_of = 0;
+  DYNFILTER_AS_CALLER static void each_row(const cv::Mat& image, const SmallCorner& corner, int first,
+                                           int window_px, const Use& use) {
     const Values u = all<kLanes>(corner.u), v = all<kLanes>(corner.v);
     const auto step = static_cast<std::ptrdiff_t>(image.step[0]);
-    for (int first = 0; first < SmallPatch::kColumns; first += kLanes) {
-      const Values in_window = columns(first, 0, window_px);
-      const unsigned char* row = pixel(image, corner.x + first, corner.y);
-      Values upper = between_columns(row, u), in_column{};
-      for (int r = 0; r < window_px; ++r) {
-        row += step;
-        const Values lower = between_columns(row, u);
-        const int at = r * SmallPatch::kColumns + first;
-        const Values grey = Values::load(patch.grey + at);
-        const Values value = (upper >> 4) + high_product<kLanes>(lower - upper, v);
-        const Values off = (value & in_window) - grey;
-        in_column += off;
-        use(off, grey, at);
-        upper = lower;
-      }
-      all_of += sum_of(in_column);
+    const unsigned char* row = pixel(image, corner.x + first, corner.y);
+    Values upper = between_columns(row, u);
+    const int end = window_px * SmallPatch::kColumns;
+    for (int at = first; at < end; at += SmallPatch::kColumns) {
+      row += step;
+      const Values lower = between_columns(row, u);
+      use((upper >> 4) + high_product<kLanes>(lower - upper, v), at);
+      upper = lower;
     }
-    return all_of;
   }
   /// Grey values interpolated between two neighbouring columns, times 128.
   DYNFILTER_AS_CALLER static Values between_columns(const unsigned char* row, const Values& u) {

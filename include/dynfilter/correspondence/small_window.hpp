@@ -25,7 +25,6 @@ struct SmallPatch {
   alignas(32) std::int16_t dx[kMaxWindow * kColumns];
   alignas(32) std::int16_t dy[kMaxWindow * kColumns];
   std::int32_t x = 0, y = 0, xx = 0, xy = 0, yy = 0;  ///< sums of gradients and of their products
-  std::int32_t sum = 0, square = 0;                   ///< of grey values
 };
 
 /// What differs between a patch and the image at a place: sums over the window.
@@ -39,10 +38,9 @@ struct SmallPatchDifference {
   std::int32_t sum = 0, square = 0;
 };
 
-/// 1 - NCC of the two needs these sums, too.
+/// 1 - NCC needs these sums of the grey values of a patch and of the image, and of their products.
 struct SmallPatchLikeness {
-  std::int32_t sum = 0, square = 0;  ///< of image - patch
-  std::int32_t product = 0;          ///< of (image - patch) times patch
+  std::int32_t patch = 0, image = 0, patch2 = 0, image2 = 0, product = 0;
 };
 
 /// Whole pixels, and weights of the next pixel: across in 1/128, down in 1/4096.
@@ -133,11 +131,10 @@ class SmallWindow {
   double residual(const cv::Mat& image, const cv::Point2f& at) const {
     const cv::Point2f corner = at + to_corner_;
     if (!readable(image, corner)) return 1;
-    const SmallPatchLikeness off = Kernels::likeness(image, SmallCorner(corner), window_px_, patch_);
-    const double n = count_, a = patch_.sum, b = a + off.sum, aa = patch_.square;
-    const double ab = aa + off.product, bb = ab + off.product + off.square;
-    const double variances = (n * aa - a * a) * (n * bb - b * b);
-    return variances > 0 ? 1 - (n * ab - a * b) / std::sqrt(variances) : 1;
+    const SmallPatchLikeness of = Kernels::likeness(image, SmallCorner(corner), window_px_, patch_);
+    const double n = count_, a = of.patch, b = of.image;
+    const double variances = (n * of.patch2 - a * a) * (n * of.image2 - b * b);
+    return variances > 0 ? 1 - (n * of.product - a * b) / std::sqrt(variances) : 1;
   }
 
  private:
