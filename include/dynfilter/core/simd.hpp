@@ -93,7 +93,20 @@ inline void square_root(Float4& v) {
   for (int k = 0; k < 4; ++k) v[k] = std::sqrt(v[k]);
 #endif
 }
+/// A bit of each lane: whether it is negative.
+inline unsigned sign_bits(const Int4& v) {
+#if defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(v)));
+#else
+  unsigned bits = 0;
+  for (unsigned k = 0; k < 4; ++k) bits |= static_cast<unsigned>(v[k] < 0) << k;
+  return bits;
+#endif
+}
 #if defined(DYNFILTER_X86)
+DYNFILTER_AVX2 inline unsigned sign_bits(const Vector<std::int32_t, 8>& v) {
+  return static_cast<unsigned>(__builtin_ia32_movmskps256(reinterpret_cast<Vector<float, 8>>(v)));
+}
 DYNFILTER_AVX2 inline void fill(float value, Vector<float, 8>& v) {
   v = Vector<float, 8>{value, value, value, value, value, value, value, value};
 }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/correspondence/correspondence_params.hpp>
@@ -82,32 +83,35 @@ class DescriptorMatcher {
     void offer(int d, std::int32_t i);
   };
 
-  /// A feature of the reference frame, in the order of the grid, so that a search reads memory in order.
-  struct Candidate {
-    cv::Point2f px;
-    std::int32_t octave, index;
+  static constexpr int kMostLanes = 8;  ///< of a vector
+  /// What a candidate must keep to, in every lane.
+  struct Window {
+    float x[kMostLanes], y[kMostLanes], radius2[kMostLanes];
+    std::int32_t lowest[kMostLanes], highest[kMostLanes];  ///< octave
   };
 
   void lay_out(const DescribedFeatures& reference);
   void search(std::size_t i, const cv::KeyPoint& feature, const cv::Point2f& centre);
+  Window window(int octave, const cv::Point2f& centre, float radius_px) const;
 
-  /// Those of the candidates from `begin` to `end` that may be the feature. Valid until the next call.
-  Span<const std::uint32_t> in_window(int octave, const cv::Point2f& centre, float radius2, std::size_t begin,
-                                      std::size_t end);
-
-  void offer(std::size_t i, std::uint32_t c, int distance);
-  /// The same as a loop over offer(), faster where the processor counts bits.
-  void compare_by_popcnt(std::size_t i, Span<const std::uint32_t> candidates);
+  /// Compares feature i with those of the candidates from `begin` to `end` that are in the window.
+  template <int kLanes>
+  DYNFILTER_AS_CALLER void compare(std::size_t i, const Window& window, std::size_t begin, std::size_t end);
+  template <bool kCounts>
+  DYNFILTER_AS_CALLER int distance(std::size_t i, std::size_t c) const;
 
   bool accepted(std::size_t i) const;
 
   DescriptorMatchParams params_;
   detail::DescriptorWords current_words_, reference_words_;
   PointGrid grid_;
-  std::vector<Candidate> candidates_;
-  std::vector<std::uint32_t> in_window_;
+  // Features of the reference frame, in the order of the grid, so that a search reads memory in order.
+  std::vector<float> x_, y_;
+  std::vector<std::int32_t> octave_;
   std::size_t crowded_ = 0;
-  std::vector<Best> forward_, backward_;  ///< of the candidates, the second
+  static constexpr double kMostBits = 1e6;  ///< of a descriptor
+  int farthest_ = 0;                        ///< distance: one beyond it changes no match
+  std::vector<Best> forward_, backward_;    ///< of the candidates, the second
 };
 
 }  // namespace dynfilter

@@ -3,12 +3,14 @@
 
 #include <dynfilter/correspondence/descriptor_match.hpp>
 
-#include <cmath>
+#include <algorithm>
 #include <cstring>
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/limits.hpp>
+#include <dynfilter/core/simd.hpp>
+#include <limits>
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
@@ -83,27 +85,29 @@ DYNFILTER_INLINE void DescriptorMatcher::match(const DescribedFeatures& current,
   grid_.build(reference.keypoints, static_cast<float>(params_.search_radius_px) / 2);
   if (grid_.empty()) return;
   lay_out(reference);
+  farthest_ = 1 + static_cast<int>(std::min(kMostBits, params_.max_distance_bits / params_.max_ratio));
   if (expected_px.size() != n) expected_px = {};
   forward_.assign(n, Best());
-  backward_.assign(candidates_.size(), Best());
+  backward_.assign(grid_.entries().size(), Best());
   for (std::size_t i = 0; i < n; ++i) {
     const bool expected = !expected_px.empty() && detail::finite(expected_px[i]);
     search(i, current.keypoints[i], expected ? expected_px[i] : current.keypoints[i].pt);
   }
   for (std::size_t i = 0; i < n; ++i) {
     if (!accepted(i)) continue;
-    const Candidate& found = candidates_[static_cast<std::size_t>(forward_[i].index)];
-    out.set(i, found.px, found.index);
+    const auto found = static_cast<std::size_t>(forward_[i].index);
+    out.set(i, {x_[found], y_[found]}, grid_.entries()[found]);
   }
 }
 
 inline void DescriptorMatcher::lay_out(const DescribedFeatures& reference) {
-  candidates_.clear();
-  for (const std::int32_t j : grid_.entries()) {
-    const cv::KeyPoint& keypoint = reference.keypoints[static_cast<std::size_t>(j)];
-    candidates_.push_back({keypoint.pt, keypoint.octave, j});
+  const std::vector<std::int32_t>& entries = grid_.entries();
+  x_.resize(entries.size() + kMostLanes), y_.resize(x_.size()), octave_.resize(x_.size());
+  for (std::size_t c = 0; c < entries.size(); ++c) {
+    const cv::KeyPoint& keypoint = reference.keypoints[static_cast<std::size_t>(entries[c])];
+    x_[c] = keypoint.pt.x, y_[c] = keypoint.pt.y, octave_[c] = keypoint.octave;
   }
-  reference_words_.assign_rows(reference.descriptors, grid_.entries());
+  reference_words_.assign_rows(reference.descriptors, entries);
 }
 
 inline void DescriptorMatcher::Best::offer(int d, std::int32_t i) {
@@ -124,54 +128,66 @@ inline void DescriptorMatcher::search(std::size_t i, const cv::KeyPoint& feature
     ++crowded_;
     return;
   }
+  const Window window = this->window(feature.octave, centre, radius);
   grid_.ranges_around(centre, radius, [&](std::size_t begin, std::size_t end) {
-    const Span<const std::uint32_t> inside = in_window(feature.octave, centre, radius * radius, begin, end);
-#ifdef DYNFILTER_AVX2
-    if (current_words_.stride() == 4 && uses_avx2()) return compare_by_popcnt(i, inside);
-#endif
-    for (const std::uint32_t c : inside)
-      offer(i, c, detail::hamming(current_words_.row(i), reference_words_.row(c), current_words_.stride()));
+    detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER { compare<lanes()>(i, window, begin, end); });
   });
 }
 
-inline void DescriptorMatcher::offer(std::size_t i, std::uint32_t c, int distance) {
-  forward_[i].offer(distance, static_cast<std::int32_t>(c));
-  backward_[c].offer(distance, static_cast<std::int32_t>(i));
+inline DescriptorMatcher::Window DescriptorMatcher::window(int octave, const cv::Point2f& centre,
+                                                           float radius_px) const {
+  using Octave = std::numeric_limits<std::int32_t>;
+  const auto limit = [](std::int64_t at) {
+    return static_cast<std::int32_t>(std::clamp<std::int64_t>(at, Octave::min(), Octave::max()));
+  };
+  const std::int64_t apart = params_.max_octave_difference;
+  Window window;
+  std::fill_n(window.x, kMostLanes, centre.x), std::fill_n(window.y, kMostLanes, centre.y);
+  std::fill_n(window.radius2, kMostLanes, radius_px * radius_px);
+  std::fill_n(window.lowest, kMostLanes, limit(octave - apart));
+  std::fill_n(window.highest, kMostLanes, limit(octave + apart));
+  return window;
 }
 
-#ifdef DYNFILTER_AVX2
-/// A processor with AVX2 has popcnt. Four words are 256 bits, as of ORB.
-DYNFILTER_AVX2 inline void DescriptorMatcher::compare_by_popcnt(std::size_t i,
-                                                                Span<const std::uint32_t> candidates) {
-  const std::uint64_t* a = current_words_.row(i);
+template <int kLanes>
+DYNFILTER_AS_CALLER inline void DescriptorMatcher::compare(std::size_t i, const Window& window,
+                                                           std::size_t begin, std::size_t end) {
+  using Floats = detail::Vector<float, kLanes>;
+  using Ints = detail::Vector<std::int32_t, kLanes>;
+  Floats x0, y0, radius2;
+  Ints lowest, highest;
+  detail::load_lane(window.x, x0), detail::load_lane(window.y, y0);
+  detail::load_lane(window.radius2, radius2);
+  detail::load_lane(window.lowest, lowest), detail::load_lane(window.highest, highest);
   Best forward = forward_[i];
-  for (const std::uint32_t c : candidates) {
-    const std::uint64_t* b = reference_words_.row(c);
-    const int distance = __builtin_popcountll(a[0] ^ b[0]) + __builtin_popcountll(a[1] ^ b[1]) +
-                         __builtin_popcountll(a[2] ^ b[2]) + __builtin_popcountll(a[3] ^ b[3]);
-    if (distance < forward.second) forward.offer(distance, static_cast<std::int32_t>(c));
-    if (distance < backward_[c].second) backward_[c].offer(distance, static_cast<std::int32_t>(i));
+  for (std::size_t first = begin; first < end; first += kLanes) {
+    Floats x, y;
+    Ints octave;
+    detail::load_lane(&x_[first], x), detail::load_lane(&y_[first], y);
+    detail::load_lane(&octave_[first], octave);
+    x -= x0, y -= y0;
+    const Ints inside = (x * x + y * y <= radius2) & (octave >= lowest) & (octave <= highest);
+    unsigned bits = detail::sign_bits(inside);
+    if (end - first < kLanes) bits &= (1U << (end - first)) - 1;
+    for (; bits != 0; bits &= bits - 1) {
+      const std::size_t c = first + static_cast<std::size_t>(__builtin_ctz(bits));
+      const int d = distance<kLanes == kMostLanes>(i, c);
+      if (d > farthest_) continue;
+      forward.offer(d, static_cast<std::int32_t>(c));
+      backward_[c].offer(d, static_cast<std::int32_t>(i));
+    }
   }
   forward_[i] = forward;
 }
-#endif
 
-inline Span<const std::uint32_t> DescriptorMatcher::in_window(int octave, const cv::Point2f& centre,
-                                                              float radius2, std::size_t begin,
-                                                              std::size_t end) {
-  if (in_window_.size() < end - begin) in_window_.resize(end - begin);
-  std::size_t count = 0;
-  // Without a branch: whether a candidate is in the window is hard to predict.
-  for (std::size_t c = begin; c < end; ++c) {
-    const Candidate& candidate = candidates_[c];
-    const float dx = candidate.px.x - centre.x, dy = candidate.px.y - centre.y;
-    const std::int64_t apart = std::abs(std::int64_t{candidate.octave} - octave);
-    in_window_[count] = static_cast<std::uint32_t>(c);
-    const int inside = static_cast<int>(dx * dx + dy * dy <= radius2) &
-                       static_cast<int>(apart <= params_.max_octave_difference);
-    count += static_cast<std::size_t>(inside);
-  }
-  return {in_window_.data(), count};
+/// A processor with AVX2 counts bits. Four words are 256 bits, as of ORB.
+template <bool kCounts>
+DYNFILTER_AS_CALLER inline int DescriptorMatcher::distance(std::size_t i, std::size_t c) const {
+  const std::uint64_t *a = current_words_.row(i), *b = reference_words_.row(c);
+  if (kCounts && current_words_.stride() == 4)
+    return __builtin_popcountll(a[0] ^ b[0]) + __builtin_popcountll(a[1] ^ b[1]) +
+           __builtin_popcountll(a[2] ^ b[2]) + __builtin_popcountll(a[3] ^ b[3]);
+  return detail::hamming(a, b, current_words_.stride());
 }
 
 inline bool DescriptorMatcher::accepted(std::size_t i) const {
