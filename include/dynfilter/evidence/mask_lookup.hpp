@@ -54,11 +54,13 @@ class MaskLookup {
   int column_of(float x) const {
     return std::clamp(static_cast<int>((static_cast<double>(x) + 0.5) * scale_x_), 0, labels_.cols - 1);
   }
-  static int first_within(double at) {
-    return at > 1e9 ? 1000000000 : static_cast<int>(std::ceil(std::max(at - kRounding, 0.0)));
+  static int first_within(double at, int size) {
+    at = std::clamp(at - kRounding, 0.0, static_cast<double>(size));
+    const int before = static_cast<int>(at);
+    return before + (before < at ? 1 : 0);
   }
   static int last_within(double at, int size) {
-    return static_cast<int>(std::floor(std::clamp(at + kRounding, -1.0, size - 1.0)));
+    return static_cast<int>(std::clamp(at + kRounding, -1.0, size - 1.0) + 1) - 1;
   }
 
   bool any(int row, int from, int to) const;
@@ -77,12 +79,12 @@ bool MaskLookup::any_chord(const cv::Point2f& px, double radius_px, const F& f) 
   }
   if (!(radius_px > 0)) return false;
   const double x = std::round(static_cast<double>(px.x)), y = std::round(static_cast<double>(px.y));
-  const int first = first_within((y - radius_px + 0.5) * scale_y_ - 0.5);
+  const int first = first_within((y - radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
   const int last = last_within((y + radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
   for (int row = first; row <= last; ++row) {
     const double dy = (row + 0.5) / scale_y_ - 0.5 - y;
     const double half = std::sqrt(std::max(0.0, radius_px * radius_px - dy * dy));
-    const int from = first_within((x - half + 0.5) * scale_x_ - 0.5);
+    const int from = first_within((x - half + 0.5) * scale_x_ - 0.5, labels_.cols);
     const int to = last_within((x + half + 0.5) * scale_x_ - 0.5, labels_.cols);
     if (from <= to && f(row, from, to)) return true;
   }
@@ -120,19 +122,17 @@ inline bool MaskLookup::near(const cv::Point2f& px, double radius_px) const {
 
 inline bool MaskLookup::any(int row, int from, int to) const {
   const std::uint8_t* pixels = labels_.ptr<std::uint8_t>(row);
-  while (from <= to) {
-    if (from + 7 <= to) {
-      std::uint64_t eight = 0;
-      std::memcpy(&eight, pixels + from, sizeof(eight));
-      if (eight == 0) {
-        from += 8;
-        continue;
-      }
-    }
-    if (counts(pixels[from])) return true;
-    ++from;
+  const auto counted = [&](int first, int last) {
+    return std::any_of(pixels + first, pixels + last + 1, [&](std::uint8_t label) { return counts(label); });
+  };
+  constexpr int kEight = sizeof(std::uint64_t);
+  if (to - from + 1 < kEight) return counted(from, to);
+  for (int first = from;; first = std::min(first + kEight, to - kEight + 1)) {  // the last ones overlap
+    std::uint64_t eight = 0;
+    std::memcpy(&eight, pixels + first, sizeof eight);
+    if (eight != 0 && counted(first, first + kEight - 1)) return true;
+    if (first == to - kEight + 1) return false;
   }
-  return false;
 }
 
 }  // namespace dynfilter
