@@ -111,7 +111,7 @@ float DepthSampler::unless_edge(int x, int y, float centre) const {
   bool edge = false;
   for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
     const float other = read<T, kInside>(x, y, dx * kEdgeRadiusPx, dy * kEdgeRadiusPx);
-    edge |= valid_depth(other) && std::abs(other - centre) > limit;
+    edge = edge || (std::abs(other - centre) > limit && valid_depth(other));
   }
   return edge ? kNone : centre;
 }
@@ -138,7 +138,7 @@ template <class T, bool kInside>
 float DepthSampler::read(int x0, int y0, int dx, int dy) const {
   const int x = x0 + dx, y = y0 + dy;
   if (!kInside && (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows)) return kNone;
-  return static_cast<float>(depth_.ptr<T>(y)[x]) * unit_m_;
+  return static_cast<float>(reinterpret_cast<const T*>(depth_.data + depth_.step.p[0] * y)[x]) * unit_m_;
 }
 
 }  // namespace dynfilter

@@ -125,7 +125,7 @@ class NeighbourPlaces {
         Four weight = 1 - (dx * dx + dy * dy) * per_reach2;
         weight = (weight > 0 && weight <= most) ? weight : none;
         weight = (deeper_m > near_m || deeper_m < -near_m) ? none : weight;
-        weight = kLane < static_cast<float>(end - e) ? weight : none;
+        if (end - e < kLanes) weight = kLane < static_cast<float>(end - e) ? weight : none;
         stopped = visit(e, weight);
       }
     });
