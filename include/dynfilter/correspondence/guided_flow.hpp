@@ -44,7 +44,7 @@ class GuidedFlow {
   /// Uses at most `threads` of OpenCV's threads. Results are the same for any number.
   GuidedFlow(const FlowParams& params, int threads) : params_(params), threads_(threads) {}
 
-  /// Tracks the grid, which needs no points. The next track() of these pyramids then takes it from here.
+  /// Tracks the grid, which needs no points. Until forget_prepared(), track() of these pyramids takes it.
   void prepare(const ImagePyramid& from, const ImagePyramid& to);
   void forget_prepared() { prepared_ = {}; }  ///< the images of the pyramids have changed
 
@@ -62,7 +62,7 @@ class GuidedFlow {
   using Images = std::vector<cv::Mat>;
   using Pixels = std::array<const std::uint8_t*, 2>;
   static Pixels pixels(const ImagePyramid& from, const ImagePyramid& to) {
-    return {from.levels()[0].data, to.levels()[0].data};
+    return {from.image().data, to.image().data};
   }
   bool is_wide() const { return wide && uses_avx2(); }
 
@@ -99,6 +99,7 @@ class GuidedFlow {
 };
 
 inline void GuidedFlow::prepare(const ImagePyramid& from, const ImagePyramid& to) {
+  if (prepared_ == pixels(from, to)) return;
   forget_prepared();
   if (!from.fits(to) || !supports(params_.window_px)) return;
   is_wide() ? track_grid<detail::SmallPatchKernels<16>>(from, to)
@@ -122,8 +123,10 @@ template <class Kernels>
 void GuidedFlow::track_with(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
                             const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
                             std::vector<std::uint8_t>& status, std::vector<MatchSpread>& spread) {
-  if (prepared_ != pixels(from, to)) track_grid<Kernels>(from, to);
-  forget_prepared();
+  if (prepared_ != pixels(from, to)) {
+    forget_prepared();
+    track_grid<Kernels>(from, to);
+  }
   detail::in_ranges(static_cast<int>(from_px.size()), threads_, [&](int begin, int end) {
     detail::SmallWindow<Kernels> window(params_.window_px);
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)

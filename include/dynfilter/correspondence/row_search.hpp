@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,8 +15,9 @@ namespace dynfilter {
 /// Finds points of a left image in the rectified right image, on the same row.
 ///
 /// The patch around the point is compared at every second disparity by the sum of absolute differences, then
-/// beside the best one. The images' mean brightness may differ. From there the right patch must lead back to
-/// the point. The rest f of the disparity b + f minimises
+/// beside the best one. Sums over pairs of columns tell which disparities need no comparison (successive
+/// elimination; Li and Salari 1995). The images' mean brightness may differ. From there the right patch must
+/// lead back to the point. The rest f of the disparity b + f minimises
 ///   sum (L(x) - o - (1 - f) R(x - b) - f R(x - b - 1))^2,   f in [0, 1],
 /// o an offset of the brightness. Not found is what has no texture along the row: f has a large deviation.
 /// Nor is what the right camera does not see: the sum is large.
@@ -25,10 +25,13 @@ namespace dynfilter {
 class RowSearch {
  public:
   /// Both CV_8UC1 and of one size, or empty. Refers to them.
-  RowSearch(const cv::Mat& left, const cv::Mat& right)
-      : left_(left),
-        right_(right),
-        brighter_(right.empty() ? 0 : cvRound(cv::mean(left)[0] - cv::mean(right)[0])) {}
+  RowSearch(const cv::Mat& left, const cv::Mat& right) : RowSearch(left, right, left_brighter(left, right)) {}
+  RowSearch(const cv::Mat& left, const cv::Mat& right, int left_brighter)
+      : left_(left), right_(right), brighter_(left_brighter) {}
+  /// On average [grey levels].
+  static int left_brighter(const cv::Mat& left, const cv::Mat& right) {
+    return right.empty() ? 0 : cvRound(cv::mean(left)[0] - cv::mean(right)[0]);
+  }
 
   static constexpr int kMost_px = 128;  ///< disparity, a limit of cost
   /// Column in the right image of the point at `px` in the left one, less than `most_px` away. NaN: none.
@@ -52,12 +55,21 @@ class RowSearch {
   /// Of the first rows only, where they differ by `enough`.
   static int difference(Patch a, Patch b, int enough);
   /// Steps in [0, most] that `to` must take in `direction` until it is like `from`, which is made darker.
-  /// Patches worse than at `expected` are left early, so it changes the time only.
-  static int nearest(Patch from, int darker, Patch to, int direction, int most, int expected);
+  static int nearest(Patch from, int darker, Patch to, int direction, int most);
+  static Patch darkened(Patch from, int by, std::uint8_t (&to)[kWidth * kHeight]);
+
+  static constexpr int kPairs = kWidth / 2, kMostDoubleSteps = kMost_px / 2;
+  using Sums = detail::Integers<std::uint16_t, kPairs>;
+  /// Of each pair of the columns that begin with those of `from`, an even number.
+  DYNFILTER_AS_CALLER static void sum_pairs(Patch from, int columns, std::uint16_t* to);
+  /// Nothing differs less from `from` than least[k] says of the patch 2 k columns right of `to`, k <= last.
+  static void bound(Patch from, Patch to, int last, std::uint16_t* least);
   struct Part {
     double f = 0, squares = std::numeric_limits<double>::infinity(), sigma = squares, unexplained = squares;
   };
-  static Part between(Patch l, Patch r);  ///< the disparities b and b + 1, of the patches at b
+  /// The disparities b and b + 1, of the patches at b.
+  template <int kLanes>
+  DYNFILTER_AS_CALLER static Part between(Patch l, Patch r);
 
   const cv::Mat &left_, &right_;
   int brighter_;  ///< the left image, on average
@@ -71,15 +83,19 @@ inline float RowSearch::column(const cv::Point2f& px, int most_px) const {
   const int most = std::min({kMost_px, most_px, x - kLeft - 1});  // R(x - b - 1) is in the image
   if (x > last || y < kAbove || y + kHeight - kAbove > left_.rows || most < 1) return kNone;
   const Patch here = patch(left_, x, y);
-  const int found = nearest(here, brighter_, patch(right_, x, y), -1, most, 0);
+  const int found = nearest(here, brighter_, patch(right_, x, y), -1, most);
   const Patch there = patch(right_, x - found, y);
   const int back = nearest(there, -brighter_, patch(left_, x - found, y), 1,
-                           std::min({kMost_px, most_px, last - (x - found)}), found);
+                           std::min({kMost_px, most_px, last - (x - found)}));
   if (found == most || std::abs(back - found) > kBack_px) return kNone;
-  Part part = between(here, there);
+  const auto between = [&](Patch r) {
+    return detail::call_widest([&](auto lanes)
+                                   DYNFILTER_AS_CALLER { return RowSearch::between<2 * lanes()>(here, r); });
+  };
+  Part part = between(there);
   double disparity_px = found + part.f;
   if (found > 0) {
-    const Part before = between(here, there.at(1));
+    const Part before = between(there.at(1));
     if (before.squares < part.squares) part = before, disparity_px = found - 1 + part.f;
   }
   if (part.sigma > kMostSigma_px || part.unexplained > kMostUnexplained) return kNone;
@@ -98,32 +114,79 @@ inline int RowSearch::difference(Patch a, Patch b, int enough) {
   return sum;
 }
 
-inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, int most, int expected) {
-  std::array<std::uint8_t, kWidth * kHeight> copy;
-  std::uint8_t* to_row = copy.data();
-  for (int row = 0; row < kHeight; ++row, from.first += from.step, to_row += kWidth)
-    for (int k = 0; k < kWidth; ++k)
-      to_row[k] = static_cast<std::uint8_t>(std::clamp(from.first[k] - darker, 0, 255));
-  from = {copy.data(), kWidth};
+inline RowSearch::Patch RowSearch::darkened(Patch from, int by, std::uint8_t (&to)[kWidth * kHeight]) {
+  const auto darker = static_cast<std::uint8_t>(std::clamp(by, 0, 255)),
+             brighter = static_cast<std::uint8_t>(std::clamp(-by, 0, 255)),
+             brightest = static_cast<std::uint8_t>(255 - brighter);
+  for (int row = 0; row < kHeight; ++row, from.first += from.step)
+    for (int k = 0; k < kWidth; ++k) {
+      const auto dark = static_cast<std::uint8_t>(std::max(from.first[k], darker) - darker);
+      to[row * kWidth + k] = static_cast<std::uint8_t>(std::min(dark, brightest) + brighter);
+    }
+  return {to, kWidth};
+}
+
+DYNFILTER_AS_CALLER inline void RowSearch::sum_pairs(Patch from, int columns, std::uint16_t* to) {
+  for (int column = 0;; column = std::min(column + kWidth, columns - kWidth)) {
+    Sums sums{};
+    const std::uint8_t* row = from.first + column;
+    for (int k = 0; k < kHeight; ++k, row += from.step) {
+      Sums pairs;
+      detail::load_lane(row, pairs.v);
+      sums += ((pairs << 8) >> 8) + (pairs >> 8);
+    }
+    sums.store(to + column / 2);
+    if (column == columns - kWidth) return;
+  }
+}
+
+inline void RowSearch::bound(Patch from, Patch to, int last, std::uint16_t* least) {
+  detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
+    constexpr int kLanes = 2 * lanes();
+    using Values = detail::Shorts<kLanes>;
+    std::uint16_t here[kPairs], there[kMostDoubleSteps + kPairs + kLanes] = {};
+    sum_pairs(from, kWidth, here);
+    sum_pairs(to, 2 * last + kWidth, there);
+    for (int k = 0; k <= last; k += kLanes) {
+      detail::Integers<std::uint16_t, kLanes> sum{};
+      for (int pair = 0; pair < kPairs; ++pair) {
+        Values apart;
+        detail::load_lane(there + k + pair, apart.v);
+        apart = apart - detail::all<kLanes>(here[pair]);
+        sum.v += reinterpret_cast<decltype(sum.v)>(apart.v < Values{}.v ? -apart.v : apart.v);
+      }
+      sum.store(least + k);
+    }
+  });
+}
+
+inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, int most) {
+  std::uint8_t copy[kWidth * kHeight];
+  std::uint16_t bounds[kMostDoubleSteps + kWidth];
+  from = darkened(from, darker, copy);
+  const int last = most / 2;
+  bound(from, direction < 0 ? to.at(-2 * last) : to, last, bounds);
+  if (direction < 0) std::reverse(bounds, bounds + last + 1);
   constexpr int kAny = std::numeric_limits<int>::max();
-  const int even_step = std::clamp(expected, 0, most) & ~1;
-  int best = 0, least = difference(from, to.at(direction * even_step), kAny) + 1;  // so even_step may win
+  int best = 2 * static_cast<int>(std::min_element(bounds, bounds + last + 1) - bounds);
+  int least = difference(from, to.at(direction * best), kAny) + 1;  // so it may win
   const auto compare = [&](int step) {
     const int now = difference(from, to.at(direction * step), least);
     if (now < least) least = now, best = step;
   };
-  for (int step = 0; step <= most; step += 2) compare(step);
+  for (int k = 0; k <= last; ++k)
+    if (bounds[k] < least) compare(2 * k);
   const int even = best;
   if (even > 0) compare(even - 1);
   if (even < most) compare(even + 1);
   return best;
 }
 
-inline RowSearch::Part RowSearch::between(Patch l, Patch r) {
+template <int kLanes>
+DYNFILTER_AS_CALLER inline RowSearch::Part RowSearch::between(Patch l, Patch r) {
   using namespace detail;
-  constexpr int kLanes = 8;
   constexpr double kCount = kWidth * kHeight;
-  const auto load = load_bytes<kLanes>;
+  const auto load = [](const std::uint8_t* from) DYNFILTER_AS_CALLER { return load_bytes<kLanes>(from); };
   const Shorts<kLanes> one = all<kLanes>(1);
   PairSums<kLanes> l1{}, ll{}, u1{}, uu{}, w1{}, ww{}, uw{};
   for (int row = 0; row < kHeight; ++row, l.first += l.step, r.first += r.step)

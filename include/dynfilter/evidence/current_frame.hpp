@@ -42,6 +42,7 @@ class CurrentFrame {
   const std::vector<cv::Point2f>& pixels() const { return pixels_; }  ///< distorted [px]; NaN: in no image
   const std::vector<cv::Point2f>& undistorted_pixels();  ///< [px]: the host's, else computed with the camera
   const std::vector<float>& depths_m();                  ///< along the optical axis [m]; NaN: none
+  int left_brighter() const { return left_brighter_; }   ///< RowSearch::left_brighter(), after depths_m()
   const std::vector<cv::Point3f>& points_m();  ///< in the frame of the camera [m]; NaN without depth
 
   /// Of the grey image, else of the depth image, else of the camera.
@@ -63,6 +64,7 @@ class CurrentFrame {
   std::vector<cv::Point2f> pixels_, undistorted_;
   std::vector<float> depths_m_;
   std::vector<cv::Point3f> points_m_;
+  int left_brighter_ = 0;
   bool undistorted_ready_ = false, depths_ready_ = false, points_ready_ = false;
 };
 
@@ -130,7 +132,8 @@ inline void CurrentFrame::fill_depths() {
 inline void CurrentFrame::fill_stereo_depths() {
   const std::vector<cv::Point2f>& undistorted = undistorted_pixels();
   depths_m_.resize(size());
-  const RowSearch search(frame_.grey, frame_.right_grey);
+  left_brighter_ = RowSearch::left_brighter(frame_.grey, frame_.right_grey);
+  const RowSearch search(frame_.grey, frame_.right_grey, left_brighter_);
   for (std::size_t i = 0; i < size(); ++i) {
     float right_u_px = frame_.right_u_px.empty() ? DepthSampler::kNone : frame_.right_u_px[i];
     if (!valid_right(right_u_px) && !frame_.right_grey.empty()) right_u_px = search.column(pixels_[i]);

@@ -68,6 +68,7 @@ class FrameMatches {
   void prepare(const cv::Mat& grey, double timestamp_s) {
     prepared_s_ = timestamp_s;
     if (params_.source != CorrespondenceSource::Auto && params_.source != CorrespondenceSource::Flow) return;
+    flow_.forget_prepared();
     flow_.build(grey, prepared_);
     if (last_asked_for_ && history_.newest() != nullptr) flow_.prepare(prepared_, history_.newest()->pyramid);
   }
@@ -211,7 +212,7 @@ class FrameMatches {
     if (uses_host_matches() && frame.matches->reference_frame_id == stored.id)
       host_matches(stored, out);
     else if (uses_flow()) {
-      flow_.track(history_.find(frame.id)->pyramid, stored.pyramid, current_.pixels(), starts(stored), out);
+      track(stored, current_.pixels(), starts(stored), out);
       find_by_prior(stored, out);
     } else
       descriptor_matches(stored, out);
@@ -267,7 +268,14 @@ class FrameMatches {
     sparse_px_ = current_.pixels();
     for (std::size_t i = 0; i < places_.size(); ++i)
       if (std::isnan(places_[i].x)) sparse_px_[i] = places_[i];
-    flow_.track(history_.find(current_.frame().id)->pyramid, stored.pyramid, sparse_px_, places_, far_);
+    track(stored, sparse_px_, places_, far_);
+  }
+  /// The images' own part is shared by all that is tracked between two frames.
+  void track(const StoredFrame& stored, Span<const cv::Point2f> px, Span<const cv::Point2f> guess,
+             Correspondences& out) {
+    const ImagePyramid& now = history_.find(current_.frame().id)->pyramid;
+    flow_.prepare(now, stored.pyramid);
+    flow_.track(now, stored.pyramid, px, guess, out);
   }
   /// What is in far_ is where a static feature is, and looks no less like it than what `match` has.
   bool is_static_match(const Match& match, std::size_t i, const cv::Mat& now, const cv::Mat& then) {
@@ -334,7 +342,7 @@ class FrameMatches {
   void fill_stereo_depths(Match& match, const std::vector<std::uint8_t>& changed) {
     const StoredFrame& then = stored(match);
     const cv::Mat left = then.right_grey.empty() ? cv::Mat() : then.pyramid.image();
-    const RowSearch search(left, left.empty() ? left : then.right_grey);
+    const RowSearch search(left, left.empty() ? left : then.right_grey, then.left_brighter);
     reference_features_.find(match, MatchedFeatures::kMaxOffsetPx);
     for (std::size_t i = 0; i < current_.size(); ++i) {
       if (changed[i] == 0) continue;
@@ -369,11 +377,15 @@ class FrameMatches {
   bool keep(StoredFrame& stored) {
     const FrameView& frame = current_.frame();
     const bool seen_before = !stored.pyramid.empty();
+    const bool same_features =
+        seen_before &&
+        std::equal(frame.keypoints.begin(), frame.keypoints.end(), stored.keypoints.begin(),
+                   stored.keypoints.end(), [](const auto& a, const auto& b) { return a.pt == b.pt; });
     stored.timestamp_s = frame.timestamp_s;
     stored.keypoints.assign(frame.keypoints.begin(), frame.keypoints.end());
-    if (is_stereo(frame))
-      stored.depth_m = current_.depths_m();
-    else
+    if (is_stereo(frame) && !same_features)
+      stored.depth_m = current_.depths_m(), stored.left_brighter = current_.left_brighter();
+    else if (!is_stereo(frame))
       stored.depth_m.assign(frame.depth_m.begin(), frame.depth_m.end());
     stored.stereo = is_stereo(frame);
     stored.camera = frame.camera;

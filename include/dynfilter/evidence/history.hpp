@@ -15,8 +15,9 @@ namespace dynfilter {
 
 /// A past frame with the image pyramid that flow is tracked on.
 struct StoredFrame : PastFrame {
-  ImagePyramid pyramid;  ///< empty unless flow is used
-  cv::Mat right_grey;    ///< of a stereo camera, or empty
+  ImagePyramid pyramid;   ///< empty unless flow is used
+  cv::Mat right_grey;     ///< of a stereo camera, or empty
+  int left_brighter = 0;  ///< RowSearch::left_brighter() of the two images
 };
 
 /// The last frames of one camera stream, and the last keyframe.
