@@ -98,9 +98,7 @@ inline unsigned sign_bits(const Int4& v) {
 #if defined(__SSE2__)
   return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(v)));
 #else
-  unsigned bits = 0;
-  for (unsigned k = 0; k < 4; ++k) bits |= static_cast<unsigned>(v[k] < 0) << k;
-  return bits;
+  return (v[0] < 0 ? 1U : 0U) | (v[1] < 0 ? 2U : 0U) | (v[2] < 0 ? 4U : 0U) | (v[3] < 0 ? 8U : 0U);
 #endif
 }
 #if defined(DYNFILTER_X86)

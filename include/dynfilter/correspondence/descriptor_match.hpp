@@ -28,23 +28,16 @@ class DescriptorWords {
   std::size_t stride() const { return stride_; }
 
  private:
-  void reserve_rows(const cv::Mat& descriptors, std::size_t rows);
-  void copy_row(const cv::Mat& descriptors, int from, std::size_t to);
+  template <class RowOf>
+  void copy_rows(const cv::Mat& descriptors, std::size_t rows, const RowOf& from);
 
   std::vector<std::uint64_t> words_;
   std::size_t stride_ = 0;
 };
 
-/// Counts the bits of four words at once, without the popcnt instruction.
-int hamming_256(const std::uint64_t* a, const std::uint64_t* b);
-
-int hamming_64(std::uint64_t x);
-
-inline int hamming(const std::uint64_t* a, const std::uint64_t* b, std::size_t words) {
+DYNFILTER_AS_CALLER inline int hamming(const std::uint64_t* a, const std::uint64_t* b, std::size_t words) {
   int bits = 0;
-  std::size_t w = 0;
-  for (; w + 4 <= words; w += 4) bits += hamming_256(a + w, b + w);
-  for (; w < words; ++w) bits += hamming_64(a[w] ^ b[w]);
+  for (std::size_t w = 0; w < words; ++w) bits += __builtin_popcountll(a[w] ^ b[w]);
   return bits;
 }
 
@@ -70,7 +63,6 @@ class DescriptorMatcher {
   /// limits::kMaxWindow candidates in the cells around its window has no match.
   void match(const DescribedFeatures& current, const DescribedFeatures& reference,
              Span<const cv::Point2f> expected_px, Correspondences& out);
-
   /// Features of the last call with too many candidates.
   std::size_t crowded() const { return crowded_; }
 
@@ -79,27 +71,21 @@ class DescriptorMatcher {
     static constexpr int kNone = std::numeric_limits<int>::max();
     int distance = kNone, second = kNone;
     std::int32_t index = -1;
-
     void offer(int d, std::int32_t i);
   };
 
   static constexpr int kMostLanes = 8;  ///< of a vector
-  /// What a candidate must keep to, in every lane.
+  /// What a candidate must keep to, the same in each lane: place, squared radius and octaves.
   struct Window {
     float x[kMostLanes], y[kMostLanes], radius2[kMostLanes];
-    std::int32_t lowest[kMostLanes], highest[kMostLanes];  ///< octave
+    std::int32_t lowest[kMostLanes], highest[kMostLanes];
   };
 
   void lay_out(const DescribedFeatures& reference);
   void search(std::size_t i, const cv::KeyPoint& feature, const cv::Point2f& centre);
-  Window window(int octave, const cv::Point2f& centre, float radius_px) const;
-
   /// Compares feature i with those of the candidates from `begin` to `end` that are in the window.
   template <int kLanes>
   DYNFILTER_AS_CALLER void compare(std::size_t i, const Window& window, std::size_t begin, std::size_t end);
-  template <bool kCounts>
-  DYNFILTER_AS_CALLER int distance(std::size_t i, std::size_t c) const;
-
   bool accepted(std::size_t i) const;
 
   DescriptorMatchParams params_;

@@ -33,8 +33,7 @@ class FlowTracker {
     pyramid.build(grey, params_.window_px, params_.levels, !(guided() || own()));
   }
 
-  /// What track() needs of these pyramids alone, which must not change until forget_prepared(). Only for a
-  /// guided flow.
+  /// What a guided track() needs of these pyramids alone, which must not change until forget_prepared().
   void prepare(const ImagePyramid& current, const ImagePyramid& reference) {
     if (guided()) guided_.prepare(current, reference);
   }

@@ -65,7 +65,6 @@ class GuidedFlow {
     return {from.image().data, to.image().data};
   }
   bool is_wide() const { return wide && uses_avx2(); }
-
   template <class Kernels>
   void track_grid(const ImagePyramid& from, const ImagePyramid& to) {
     coarse_.compute<Kernels>(from.levels(), to.levels(), params_.window_px, FlowLimits::kMinEigenvalue,
@@ -75,17 +74,14 @@ class GuidedFlow {
   void track_with(const ImagePyramid& from, const ImagePyramid& to, FlowCheck check,
                   const std::vector<cv::Point2f>& from_px, std::vector<cv::Point2f>& px,
                   std::vector<std::uint8_t>& status, std::vector<MatchSpread>& spread);
-
   template <class Kernels>
   bool track_point(const Images& from, const Images& to, FlowCheck check, const cv::Point2f& from_px,
                    detail::SmallWindow<Kernels>& window, cv::Point2f& px, MatchSpread& spread) const;
-
   /// The patches look alike. Where they hardly do, those of level 1 have to as well, because so few pixels
   /// may resemble each other by chance.
   template <class Kernels>
   bool alike(const Images& from, const Images& to, const cv::Point2f& from_px, const cv::Point2f& px,
              detail::SmallWindow<Kernels>& window) const;
-
   template <class Kernels>
   bool returns(const Images& from, const Images& to, const cv::Point2f& from_px, const cv::Point2f& px,
                detail::SmallWindow<Kernels>& window) const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -15,9 +16,8 @@ namespace dynfilter {
 /// Finds points of a left image in the rectified right image, on the same row.
 ///
 /// The patch around the point is compared at every second disparity by the sum of absolute differences, then
-/// beside the best one. Sums over pairs of columns tell which disparities need no comparison (successive
-/// elimination; Li and Salari 1995). The images' mean brightness may differ. From there the right patch must
-/// lead back to the point. The rest f of the disparity b + f minimises
+/// beside the best one. The images' mean brightness may differ. From there the right patch must lead back to
+/// the point. The rest f of the disparity b + f minimises
 ///   sum (L(x) - o - (1 - f) R(x - b) - f R(x - b - 1))^2,   f in [0, 1],
 /// o an offset of the brightness. Not found is what has no texture along the row: f has a large deviation.
 /// Nor is what the right camera does not see: the sum is large.
@@ -55,21 +55,14 @@ class RowSearch {
   /// Of the first rows only, where they differ by `enough`.
   static int difference(Patch a, Patch b, int enough);
   /// Steps in [0, most] that `to` must take in `direction` until it is like `from`, which is made darker.
-  static int nearest(Patch from, int darker, Patch to, int direction, int most);
-  static Patch darkened(Patch from, int by, std::uint8_t (&to)[kWidth * kHeight]);
-
-  static constexpr int kPairs = kWidth / 2, kMostDoubleSteps = kMost_px / 2;
-  using Sums = detail::Integers<std::uint16_t, kPairs>;
-  /// Of each pair of the columns that begin with those of `from`, an even number.
-  DYNFILTER_AS_CALLER static void sum_pairs(Patch from, int columns, std::uint16_t* to);
-  /// Nothing differs less from `from` than least[k] says of the patch 2 k columns right of `to`, k <= last.
-  static void bound(Patch from, Patch to, int last, std::uint16_t* least);
+  /// Patches worse than at `expected` are left early, so it changes the time only.
+  static int nearest(Patch from, int darker, Patch to, int direction, int most, int expected);
   struct Part {
     double f = 0, squares = std::numeric_limits<double>::infinity(), sigma = squares, unexplained = squares;
   };
-  /// The disparities b and b + 1, of the patches at b.
   template <int kLanes>
-  DYNFILTER_AS_CALLER static Part between(Patch l, Patch r);
+  DYNFILTER_AS_CALLER static Part between(Patch l,
+                                          Patch r);  ///< the disparities b and b + 1, of patches at b
 
   const cv::Mat &left_, &right_;
   int brighter_;  ///< the left image, on average
@@ -83,10 +76,10 @@ inline float RowSearch::column(const cv::Point2f& px, int most_px) const {
   const int most = std::min({kMost_px, most_px, x - kLeft - 1});  // R(x - b - 1) is in the image
   if (x > last || y < kAbove || y + kHeight - kAbove > left_.rows || most < 1) return kNone;
   const Patch here = patch(left_, x, y);
-  const int found = nearest(here, brighter_, patch(right_, x, y), -1, most);
+  const int found = nearest(here, brighter_, patch(right_, x, y), -1, most, 0);
   const Patch there = patch(right_, x - found, y);
   const int back = nearest(there, -brighter_, patch(left_, x - found, y), 1,
-                           std::min({kMost_px, most_px, last - (x - found)}));
+                           std::min({kMost_px, most_px, last - (x - found)}), found);
   if (found == most || std::abs(back - found) > kBack_px) return kNone;
   const auto between = [&](Patch r) {
     return detail::call_widest([&](auto lanes)
@@ -114,68 +107,26 @@ inline int RowSearch::difference(Patch a, Patch b, int enough) {
   return sum;
 }
 
-inline RowSearch::Patch RowSearch::darkened(Patch from, int by, std::uint8_t (&to)[kWidth * kHeight]) {
-  const auto darker = static_cast<std::uint8_t>(std::clamp(by, 0, 255)),
-             brighter = static_cast<std::uint8_t>(std::clamp(-by, 0, 255)),
+inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, int most, int expected) {
+  std::array<std::uint8_t, kWidth * kHeight> copy;
+  std::uint8_t* to_row = copy.data();
+  const auto darkest = static_cast<std::uint8_t>(std::clamp(darker, 0, 255)),
+             brighter = static_cast<std::uint8_t>(std::clamp(-darker, 0, 255)),
              brightest = static_cast<std::uint8_t>(255 - brighter);
-  for (int row = 0; row < kHeight; ++row, from.first += from.step)
-    for (int k = 0; k < kWidth; ++k) {
-      const auto dark = static_cast<std::uint8_t>(std::max(from.first[k], darker) - darker);
-      to[row * kWidth + k] = static_cast<std::uint8_t>(std::min(dark, brightest) + brighter);
+  for (int row = 0; row < kHeight; ++row, from.first += from.step, to_row += kWidth)
+    for (int k = 0; k < kWidth; ++k) {  // bytes only, which saturate
+      const auto dark = static_cast<std::uint8_t>(std::max(from.first[k], darkest) - darkest);
+      to_row[k] = static_cast<std::uint8_t>(std::min(dark, brightest) + brighter);
     }
-  return {to, kWidth};
-}
-
-DYNFILTER_AS_CALLER inline void RowSearch::sum_pairs(Patch from, int columns, std::uint16_t* to) {
-  for (int column = 0;; column = std::min(column + kWidth, columns - kWidth)) {
-    Sums sums{};
-    const std::uint8_t* row = from.first + column;
-    for (int k = 0; k < kHeight; ++k, row += from.step) {
-      Sums pairs;
-      detail::load_lane(row, pairs.v);
-      sums += ((pairs << 8) >> 8) + (pairs >> 8);
-    }
-    sums.store(to + column / 2);
-    if (column == columns - kWidth) return;
-  }
-}
-
-inline void RowSearch::bound(Patch from, Patch to, int last, std::uint16_t* least) {
-  detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
-    constexpr int kLanes = 2 * lanes();
-    using Values = detail::Shorts<kLanes>;
-    std::uint16_t here[kPairs], there[kMostDoubleSteps + kPairs + kLanes] = {};
-    sum_pairs(from, kWidth, here);
-    sum_pairs(to, 2 * last + kWidth, there);
-    for (int k = 0; k <= last; k += kLanes) {
-      detail::Integers<std::uint16_t, kLanes> sum{};
-      for (int pair = 0; pair < kPairs; ++pair) {
-        Values apart;
-        detail::load_lane(there + k + pair, apart.v);
-        apart = apart - detail::all<kLanes>(here[pair]);
-        sum.v += reinterpret_cast<decltype(sum.v)>(apart.v < Values{}.v ? -apart.v : apart.v);
-      }
-      sum.store(least + k);
-    }
-  });
-}
-
-inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, int most) {
-  std::uint8_t copy[kWidth * kHeight];
-  std::uint16_t bounds[kMostDoubleSteps + kWidth];
-  from = darkened(from, darker, copy);
-  const int last = most / 2;
-  bound(from, direction < 0 ? to.at(-2 * last) : to, last, bounds);
-  if (direction < 0) std::reverse(bounds, bounds + last + 1);
+  from = {copy.data(), kWidth};
   constexpr int kAny = std::numeric_limits<int>::max();
-  int best = 2 * static_cast<int>(std::min_element(bounds, bounds + last + 1) - bounds);
-  int least = difference(from, to.at(direction * best), kAny) + 1;  // so it may win
+  const int even_step = std::clamp(expected, 0, most) & ~1;
+  int best = 0, least = difference(from, to.at(direction * even_step), kAny) + 1;  // so even_step may win
   const auto compare = [&](int step) {
     const int now = difference(from, to.at(direction * step), least);
     if (now < least) least = now, best = step;
   };
-  for (int k = 0; k <= last; ++k)
-    if (bounds[k] < least) compare(2 * k);
+  for (int step = 0; step <= most; step += 2) compare(step);
   const int even = best;
   if (even > 0) compare(even - 1);
   if (even < most) compare(even + 1);

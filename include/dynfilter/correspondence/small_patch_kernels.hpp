@@ -112,10 +112,8 @@ struct SmallPatchKernels {
     const unsigned char* row = pixel(image, x + first, y);
     Values sum_x{}, sum_y{};
     Pairs xx{}, xy{}, yy{};
-    ImageRow upper(row - step), here(row);
-    for (int r = 0; r < window_px; ++r) {
-      row += step;
-      const ImageRow lower(row);
+    const auto add_row = [&](ImageRow& upper, const ImageRow& here, int r) DYNFILTER_AS_CALLER {
+      const ImageRow lower(row += step);
       const bool inside = static_cast<unsigned>(y + r) < static_cast<unsigned>(image.rows);
       const Values mask = inside ? in_image : Values{};
       const Values dx = (upper.step + lower.step + here.step * all<kLanes>(3)) & mask;
@@ -127,7 +125,12 @@ struct SmallPatchKernels {
       sum_x += dx, sum_y += dy;
       xx += pair_products<kLanes>(dx, dx), xy += pair_products<kLanes>(dx, dy);
       yy += pair_products<kLanes>(dy, dy);
-      upper = here, here = lower;
+      upper = lower;
+    };
+    ImageRow even(row - step), odd(row);  // the lower row takes the upper one's place: none is copied
+    for (int r = 0; r < window_px; r += 2) {
+      add_row(even, odd, r);
+      if (r + 1 < window_px) add_row(odd, even, r + 1);
     }
     patch.x += sum_of(sum_x), patch.y += sum_of(sum_y);
     patch.xx += sum(xx), patch.xy += sum(xy), patch.yy += sum(yy);

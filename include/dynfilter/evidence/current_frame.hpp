@@ -15,6 +15,7 @@
 #include <limits>
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -45,12 +46,10 @@ class CurrentFrame {
   int left_brighter() const { return left_brighter_; }   ///< RowSearch::left_brighter(), after depths_m()
   const std::vector<cv::Point3f>& points_m();  ///< in the frame of the camera [m]; NaN without depth
 
-  /// Of the grey image, else of the depth image, else of the camera.
-  cv::Size image_size_px() const;
+  void forget_columns() { searched_px_.clear(); }  ///< of the right image, which is another one
 
  private:
   void fill_undistorted();
-
   /// Depths of the host, except on silhouettes of the depth image.
   void fill_depths();
   /// From the right image, whatever `max_depth_m` says.
@@ -65,6 +64,9 @@ class CurrentFrame {
   std::vector<float> depths_m_;
   std::vector<cv::Point3f> points_m_;
   int left_brighter_ = 0;
+  // Of the last features of this frame: those of a later call point are some of them, in their order.
+  std::vector<cv::Point2f> searched_px_;
+  std::vector<float> columns_, known_columns_;
   bool undistorted_ready_ = false, depths_ready_ = false, points_ready_ = false;
 };
 
@@ -94,12 +96,6 @@ inline const std::vector<cv::Point3f>& CurrentFrame::points_m() {
     points_ready_ = true;
   }
   return points_m_;
-}
-
-inline cv::Size CurrentFrame::image_size_px() const {
-  if (!frame_.grey.empty()) return frame_.grey.size();
-  if (!frame_.depth.empty()) return frame_.depth.size();
-  return frame_.camera ? cv::Size(frame_.camera->width_px, frame_.camera->height_px) : cv::Size();
 }
 
 inline void CurrentFrame::fill_undistorted() {
@@ -132,13 +128,19 @@ inline void CurrentFrame::fill_depths() {
 inline void CurrentFrame::fill_stereo_depths() {
   const std::vector<cv::Point2f>& undistorted = undistorted_pixels();
   depths_m_.resize(size());
-  left_brighter_ = RowSearch::left_brighter(frame_.grey, frame_.right_grey);
+  if (searched_px_.empty()) left_brighter_ = RowSearch::left_brighter(frame_.grey, frame_.right_grey);
   const RowSearch search(frame_.grey, frame_.right_grey, left_brighter_);
-  for (std::size_t i = 0; i < size(); ++i) {
+  std::swap(columns_, known_columns_);
+  columns_.assign(size(), DepthSampler::kNone);
+  for (std::size_t i = 0, known = 0; i < size(); ++i) {
     float right_u_px = frame_.right_u_px.empty() ? DepthSampler::kNone : frame_.right_u_px[i];
-    if (!valid_right(right_u_px) && !frame_.right_grey.empty()) right_u_px = search.column(pixels_[i]);
+    while (known < searched_px_.size() && searched_px_[known] != pixels_[i]) ++known;
+    if (!valid_right(right_u_px) && !frame_.right_grey.empty())
+      right_u_px = columns_[i] =
+          known < searched_px_.size() ? known_columns_[known] : search.column(pixels_[i]);
     depths_m_[i] = stereo_depth_m(undistorted[i].x, right_u_px, frame_.camera->baseline_fx_px_m);
   }
+  searched_px_ = pixels_;
   depths_ready_ = true;
 }
 

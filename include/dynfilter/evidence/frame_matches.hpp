@@ -86,7 +86,6 @@ class FrameMatches {
   }
   /// See Evidence::match_with().
   const Match& match_with(std::int64_t frame_id) { return match_stored(history_.find(frame_id)); }
-
   /// See Evidence::second_look().
   const Match& second_look(const Match& match, const Pose& T_current_reference,
                            Span<const std::uint8_t> doubted) {
@@ -106,7 +105,6 @@ class FrameMatches {
     fill_reference_geometry(second, far_.found);
     return second;
   }
-
   /// See Evidence::matched_features().
   const MatchedFeatures& matched_features(const Match& match, double max_offset_px) {
     for (const MatchedFeatures& known : matched_features_)
@@ -115,7 +113,6 @@ class FrameMatches {
     matched.assign(current_.frame(), match, max_offset_px);
     return matched;
   }
-
   /// The match with the last frame for late results. It is that of the stages if they compute one, otherwise
   /// a sparse one at a sixth of the cost.
   const Match& step_match() {
@@ -134,7 +131,6 @@ class FrameMatches {
     const StoredFrame* last = resolve(Reference());
     return last == nullptr || is_matched(last);
   }
-
   /// Of the match with the last frame. Null: nobody asked for that match.
   const std::vector<MatchSpread>* spread() const {
     const StoredFrame* last = resolve(Reference());
@@ -150,7 +146,6 @@ class FrameMatches {
     const bool same = from >= 0 ? from == reference->id : reference == history_.before(1);
     return same ? &*prior : nullptr;
   }
-
   /// Time for matches of this frame [ms]; 0 without a clock.
   double correspondence_ms() const { return correspondence_ms_; }
   void set_clock(double (*clock_ms)()) { now_ms_ = clock_ms; }  ///< [ms]; without one, no time is measured
@@ -270,7 +265,6 @@ class FrameMatches {
       if (std::isnan(places_[i].x)) sparse_px_[i] = places_[i];
     track(stored, sparse_px_, places_, far_);
   }
-  /// The images' own part is shared by all that is tracked between two frames.
   void track(const StoredFrame& stored, Span<const cv::Point2f> px, Span<const cv::Point2f> guess,
              Correspondences& out) {
     const ImagePyramid& now = history_.find(current_.frame().id)->pyramid;
@@ -377,15 +371,12 @@ class FrameMatches {
   bool keep(StoredFrame& stored) {
     const FrameView& frame = current_.frame();
     const bool seen_before = !stored.pyramid.empty();
-    const bool same_features =
-        seen_before &&
-        std::equal(frame.keypoints.begin(), frame.keypoints.end(), stored.keypoints.begin(),
-                   stored.keypoints.end(), [](const auto& a, const auto& b) { return a.pt == b.pt; });
     stored.timestamp_s = frame.timestamp_s;
     stored.keypoints.assign(frame.keypoints.begin(), frame.keypoints.end());
-    if (is_stereo(frame) && !same_features)
+    if (!seen_before) current_.forget_columns();
+    if (is_stereo(frame))
       stored.depth_m = current_.depths_m(), stored.left_brighter = current_.left_brighter();
-    else if (!is_stereo(frame))
+    else
       stored.depth_m.assign(frame.depth_m.begin(), frame.depth_m.end());
     stored.stereo = is_stereo(frame);
     stored.camera = frame.camera;
@@ -423,7 +414,6 @@ class FrameMatches {
         return false;
     return true;
   }
-
   /// Writes into the slot's image only if nothing else refers to it.
   /// The host may still hold an image that it handed over.
   void keep_depth(cv::Mat& stored) const {
@@ -456,7 +446,4 @@ class FrameMatches {
   bool last_asked_for_ = true, steps_shared_ = true;  ///< true if stages match with the last frame
 };
 
-/// The host hands over the very pixels, perhaps as a copy.
-/// Without depth or a translation, those of points far away. NaN: it has a match, or is expected near.
-/// There is no depth image: the depth is that of the reference frame's feature.
 }  // namespace dynfilter

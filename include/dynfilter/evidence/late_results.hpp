@@ -9,6 +9,7 @@
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/evidence/current_frame.hpp>
 #include <dynfilter/evidence/frame_matches.hpp>
+#include <dynfilter/evidence/mask_lookup.hpp>
 #include <dynfilter/late/carried_box.hpp>
 #include <dynfilter/late/carried_mask.hpp>
 #include <dynfilter/late/late_semantics.hpp>
@@ -99,7 +100,7 @@ inline void LateResults::record_step() {
   if (carrier_.motions().find(frame.id) != nullptr) return;
   const Match& last = matches_.step_match();
   carrier_.motions().add(frame.id, last, current_.pixels(), current_.depths_m(), sparse_depth(),
-                         current_.image_size_px());
+                         image_size(current_.frame()));
 }
 
 inline cv::Mat& LateResults::sparse_depth() {

@@ -7,6 +7,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -150,7 +151,8 @@ void MotionHistory::sample_depth(const cv::Mat& depth, float unit_m, cv::Mat& ou
     const int whole = (depth.cols + kMiddle - 1) / kCellPx;
     for (int c = 0; c < whole; ++c) to[c] = static_cast<float>(from[c * kCellPx + kMiddle]) * unit_m;
     if (whole < out.cols) to[whole] = static_cast<float>(from[depth.cols - 1]) * unit_m;
-    for (int c = 0; c < out.cols; ++c) to[c] = valid_depth(to[c]) ? to[c] : DepthSampler::kNone;
+    constexpr float kMost_m = std::numeric_limits<float>::max();  // as valid_depth(), without a branch
+    for (int c = 0; c < out.cols; ++c) to[c] = (to[c] > 0) & (to[c] <= kMost_m) ? to[c] : DepthSampler::kNone;
   }
 }
 

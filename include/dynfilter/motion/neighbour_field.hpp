@@ -123,7 +123,8 @@ class NeighbourPlaces {
       for (std::size_t e = begin; e < end && !stopped; e += step) {
         const Four dx = load(x_, e) - px.x, dy = load(y_, e) - px.y, deeper_m = load(depth_m_, e) - depth_m;
         Four weight = 1 - (dx * dx + dy * dy) * per_reach2;
-        weight = (weight > 0 && weight <= most) ? weight : none;
+        weight = weight > 0 ? weight : none;
+        if (most < 1) weight = weight <= most ? weight : none;
         weight = (deeper_m > near_m || deeper_m < -near_m) ? none : weight;
         if (end - e < kLanes) weight = kLane < static_cast<float>(end - e) ? weight : none;
         stopped = visit(e, weight);

@@ -24,46 +24,21 @@ DYNFILTER_INLINE bool DescriptorWords::fits(const cv::Mat& descriptors, std::siz
 
 DYNFILTER_INLINE bool DescriptorWords::assign(const cv::Mat& descriptors, std::size_t rows) {
   if (!fits(descriptors, rows)) return false;
-  reserve_rows(descriptors, rows);
-  for (std::size_t r = 0; r < rows; ++r) copy_row(descriptors, static_cast<int>(r), r);
+  copy_rows(descriptors, rows, [](std::size_t r) { return static_cast<int>(r); });
   return true;
 }
 
 DYNFILTER_INLINE void DescriptorWords::assign_rows(const cv::Mat& descriptors,
                                                    const std::vector<std::int32_t>& order) {
-  reserve_rows(descriptors, order.size());
-  for (std::size_t r = 0; r < order.size(); ++r) copy_row(descriptors, order[r], r);
+  copy_rows(descriptors, order.size(), [&](std::size_t r) { return order[r]; });
 }
 
-inline void DescriptorWords::reserve_rows(const cv::Mat& descriptors, std::size_t rows) {
-  stride_ = (static_cast<std::size_t>(descriptors.cols) + 7) / 8;
+template <class RowOf>
+void DescriptorWords::copy_rows(const cv::Mat& descriptors, std::size_t rows, const RowOf& from) {
+  const auto bytes = static_cast<std::size_t>(descriptors.cols);
+  stride_ = (bytes + 7) / 8;
   words_.assign(rows * stride_, 0);
-}
-
-inline void DescriptorWords::copy_row(const cv::Mat& descriptors, int from, std::size_t to) {
-  std::memcpy(&words_[to * stride_], descriptors.ptr(from), static_cast<std::size_t>(descriptors.cols));
-}
-
-DYNFILTER_INLINE int hamming_256(const std::uint64_t* a, const std::uint64_t* b) {
-  constexpr std::uint64_t k5 = 0x5555555555555555U, k3 = 0x3333333333333333U, kF = 0x0F0F0F0F0F0F0F0FU;
-  std::uint64_t bytes = 0;
-  for (int pair = 0; pair < 4; pair += 2) {
-    std::uint64_t x = a[pair] ^ b[pair], y = a[pair + 1] ^ b[pair + 1];
-    x -= (x >> 1U) & k5;
-    y -= (y >> 1U) & k5;
-    x = (x & k3) + ((x >> 2U) & k3) + (y & k3) + ((y >> 2U) & k3);  // nibbles of at most 8
-    bytes += (x & kF) + ((x >> 4U) & kF);                           // bytes of at most 32
-  }
-  // The sum of bytes up to 32 may reach 256, which overflows a byte. Sums use 16 bits.
-  bytes = (bytes & 0x00FF00FF00FF00FFU) + ((bytes >> 8U) & 0x00FF00FF00FF00FFU);
-  return static_cast<int>((bytes * 0x0001000100010001U) >> 48U);
-}
-
-DYNFILTER_INLINE int hamming_64(std::uint64_t x) {
-  x -= (x >> 1U) & 0x5555555555555555U;
-  x = (x & 0x3333333333333333U) + ((x >> 2U) & 0x3333333333333333U);
-  x = (x + (x >> 4U)) & 0x0F0F0F0F0F0F0F0FU;
-  return static_cast<int>((x * 0x0101010101010101U) >> 56U);
+  for (std::size_t r = 0; r < rows; ++r) std::memcpy(&words_[r * stride_], descriptors.ptr(from(r)), bytes);
 }
 
 }  // namespace detail
@@ -128,66 +103,55 @@ inline void DescriptorMatcher::search(std::size_t i, const cv::KeyPoint& feature
     ++crowded_;
     return;
   }
-  const Window window = this->window(feature.octave, centre, radius);
+  const auto octave = [&](std::int64_t apart) {
+    using Limits = std::numeric_limits<std::int32_t>;
+    return static_cast<std::int32_t>(
+        std::clamp<std::int64_t>(feature.octave + apart, Limits::min(), Limits::max()));
+  };
+  const std::int32_t lowest = octave(-params_.max_octave_difference),
+                     highest = octave(params_.max_octave_difference);
+  Window window;
+  for (int k = 0; k < kMostLanes; ++k) {
+    window.x[k] = centre.x, window.y[k] = centre.y, window.radius2[k] = radius * radius;
+    window.lowest[k] = lowest, window.highest[k] = highest;
+  }
   grid_.ranges_around(centre, radius, [&](std::size_t begin, std::size_t end) {
     detail::call_widest([&](auto lanes) DYNFILTER_AS_CALLER { compare<lanes()>(i, window, begin, end); });
   });
 }
 
-inline DescriptorMatcher::Window DescriptorMatcher::window(int octave, const cv::Point2f& centre,
-                                                           float radius_px) const {
-  using Octave = std::numeric_limits<std::int32_t>;
-  const auto limit = [](std::int64_t at) {
-    return static_cast<std::int32_t>(std::clamp<std::int64_t>(at, Octave::min(), Octave::max()));
-  };
-  const std::int64_t apart = params_.max_octave_difference;
-  Window window;
-  std::fill_n(window.x, kMostLanes, centre.x), std::fill_n(window.y, kMostLanes, centre.y);
-  std::fill_n(window.radius2, kMostLanes, radius_px * radius_px);
-  std::fill_n(window.lowest, kMostLanes, limit(octave - apart));
-  std::fill_n(window.highest, kMostLanes, limit(octave + apart));
-  return window;
-}
-
 template <int kLanes>
 DYNFILTER_AS_CALLER inline void DescriptorMatcher::compare(std::size_t i, const Window& window,
                                                            std::size_t begin, std::size_t end) {
+  using detail::load_lane;
   using Floats = detail::Vector<float, kLanes>;
   using Ints = detail::Vector<std::int32_t, kLanes>;
   Floats x0, y0, radius2;
   Ints lowest, highest;
-  detail::load_lane(window.x, x0), detail::load_lane(window.y, y0);
-  detail::load_lane(window.radius2, radius2);
-  detail::load_lane(window.lowest, lowest), detail::load_lane(window.highest, highest);
+  load_lane(window.x, x0), load_lane(window.y, y0), load_lane(window.radius2, radius2);
+  load_lane(window.lowest, lowest), load_lane(window.highest, highest);
+  constexpr std::size_t kOrbWords = 4;  // known to the compiler, they are counted without a loop
+  const std::size_t words = current_words_.stride();
+  const std::uint64_t* own = current_words_.row(i);
   Best forward = forward_[i];
   for (std::size_t first = begin; first < end; first += kLanes) {
     Floats x, y;
     Ints octave;
-    detail::load_lane(&x_[first], x), detail::load_lane(&y_[first], y);
-    detail::load_lane(&octave_[first], octave);
+    load_lane(&x_[first], x), load_lane(&y_[first], y), load_lane(&octave_[first], octave);
     x -= x0, y -= y0;
     const Ints inside = (x * x + y * y <= radius2) & (octave >= lowest) & (octave <= highest);
     unsigned bits = detail::sign_bits(inside);
     if (end - first < kLanes) bits &= (1U << (end - first)) - 1;
     for (; bits != 0; bits &= bits - 1) {
       const std::size_t c = first + static_cast<std::size_t>(__builtin_ctz(bits));
-      const int d = distance<kLanes == kMostLanes>(i, c);
+      const int d = words == kOrbWords ? detail::hamming(own, reference_words_.row(c), kOrbWords)
+                                       : detail::hamming(own, reference_words_.row(c), words);
       if (d > farthest_) continue;
       forward.offer(d, static_cast<std::int32_t>(c));
       backward_[c].offer(d, static_cast<std::int32_t>(i));
     }
   }
   forward_[i] = forward;
-}
-
-/// A processor with AVX2 counts bits. Four words are 256 bits, as of ORB.
-template <bool kCounts>
-DYNFILTER_AS_CALLER inline int DescriptorMatcher::distance(std::size_t i, std::size_t c) const {
-  const std::uint64_t *a = current_words_.row(i), *b = reference_words_.row(c);
-  if (kCounts && current_words_.stride() == 4)
-    return __builtin_popcountll(a[0] ^ b[0]) + __builtin_popcountll(a[1] ^ b[1]) +
-           __builtin_popcountll(a[2] ^ b[2]) + __builtin_popcountll(a[3] ^ b[3]);
-  return detail::hamming(a, b, current_words_.stride());
 }
 
 inline bool DescriptorMatcher::accepted(std::size_t i) const {
