@@ -143,13 +143,15 @@ struct SmallPatchKernels {
     const Values u = all<kLanes>(corner.u), v = all<kLanes>(corner.v);
     const auto step = static_cast<std::ptrdiff_t>(image.step[0]);
     const unsigned char* row = pixel(image, corner.x + first, corner.y);
-    Values upper = between_columns(row, u);
-    const int end = window_px * SmallPatch::kColumns;
-    for (int at = first; at < end; at += SmallPatch::kColumns) {
-      row += step;
-      const Values lower = between_columns(row, u);
+    const auto next_row = [&](const Values& upper, Values& lower, int at) DYNFILTER_AS_CALLER {
+      lower = between_columns(row += step, u);
       use((upper >> 4) + high_product<kLanes>(lower - upper, v), at);
-      upper = lower;
+    };
+    Values even = between_columns(row, u), odd;
+    const int end = window_px * SmallPatch::kColumns;
+    for (int at = first; at < end; at += 2 * SmallPatch::kColumns) {
+      next_row(even, odd, at);
+      if (at + SmallPatch::kColumns < end) next_row(odd, even, at + SmallPatch::kColumns);
     }
   }
   /// Grey values interpolated between two neighbouring columns, times 128.

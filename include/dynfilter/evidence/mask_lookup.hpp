@@ -25,16 +25,14 @@ class MaskLookup {
   /// its own size. `wanted`: labels that count; empty: all except 0.
   MaskLookup(const cv::Mat& labels, cv::Size image, const std::vector<int>& wanted = {});
 
-  bool empty() const { return labels_.empty(); }
+  bool empty() const { return labels_.data == nullptr; }
   /// Whether pixels of this label are on the mask.
   bool counts(std::uint8_t label) const { return wanted_[label]; }
-
   /// True if this pixel is on the mask. False outside the image.
   /// A keypoint at x = width belongs to the last column.
   bool at(const cv::Point2f& px) const;
   /// True if the mask has a pixel within this distance. Equal to at() on a mask dilated with a disc.
   bool near(const cv::Point2f& px, double radius_px) const;
-
   /// Visits the parts of the mask's rows inside a disc around a pixel, starting at the pixel.
   /// Calls f(row, from, to) with inclusive columns until it returns true. Returns the last result.
   template <class F>
@@ -48,12 +46,14 @@ class MaskLookup {
     return !empty() && px.x >= -0.5F && px.y >= -0.5F && static_cast<double>(px.x) <= width_px_ &&
            static_cast<double>(px.y) <= height_px_;
   }
+  /// Of a pixel that is inside, rounded.
   int row_of(float y) const {
-    return std::clamp(static_cast<int>((static_cast<double>(y) + 0.5) * scale_y_), 0, labels_.rows - 1);
+    return std::min(static_cast<int>((rounded(y) + 0.5) * scale_y_), labels_.rows - 1);
   }
   int column_of(float x) const {
-    return std::clamp(static_cast<int>((static_cast<double>(x) + 0.5) * scale_x_), 0, labels_.cols - 1);
+    return std::min(static_cast<int>((rounded(x) + 0.5) * scale_x_), labels_.cols - 1);
   }
+  static int rounded(float inside) { return static_cast<int>(static_cast<double>(inside) + 0.5); }
   static int first_within(double at, int size) {
     at = std::clamp(at - kRounding, 0.0, static_cast<double>(size));
     const int before = static_cast<int>(at);
@@ -62,7 +62,6 @@ class MaskLookup {
   static int last_within(double at, int size) {
     return static_cast<int>(std::clamp(at + kRounding, -1.0, size - 1.0) + 1) - 1;
   }
-
   bool any(int row, int from, int to) const;
 
   cv::Mat labels_;
@@ -74,8 +73,8 @@ template <class F>
 bool MaskLookup::any_chord(const cv::Point2f& px, double radius_px, const F& f) const {
   if (empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;
   if (inside(px)) {
-    const int column = column_of(std::round(px.x));
-    if (f(row_of(std::round(px.y)), column, column)) return true;
+    const int column = column_of(px.x);
+    if (f(row_of(px.y), column, column)) return true;
   }
   if (!(radius_px > 0)) return false;
   const double x = std::round(static_cast<double>(px.x)), y = std::round(static_cast<double>(px.y));
@@ -113,7 +112,7 @@ inline MaskLookup::MaskLookup(const cv::Mat& labels, cv::Size image, const std::
 
 inline bool MaskLookup::at(const cv::Point2f& px) const {
   if (!inside(px)) return false;
-  return counts(labels_.at<std::uint8_t>(row_of(std::round(px.y)), column_of(std::round(px.x))));
+  return counts(labels_.at<std::uint8_t>(row_of(px.y), column_of(px.x)));
 }
 
 inline bool MaskLookup::near(const cv::Point2f& px, double radius_px) const {

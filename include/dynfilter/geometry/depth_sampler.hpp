@@ -34,7 +34,7 @@ class DepthSampler {
       : depth_(depth),
         unit_m_(static_cast<float>(unit_m)),
         max_edge_share_(static_cast<float>(max_edge_share)) {
-    if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
+    if (depth.empty() || (depth.type() != CV_32FC1 && depth.type() != CV_16UC1)) depth_ = cv::Mat();
   }
 
   /// At a place [px]; kNone if there is none.
@@ -57,20 +57,15 @@ class DepthSampler {
   static constexpr int kEdgeRadiusPx = 2, kRingRadiusPx = 4;
 
   void fetch(const cv::Point2f& px) const;
-
   template <class T>
   float at_of(const cv::Point2f& px) const;
-
   template <class T, bool kInside>
   float at_pixel(int x, int y) const;
-
   template <class T, bool kInside>
   float unless_edge(int x, int y, float centre) const;
-
   /// The mean of the ring around a hole, if most of the ring has depth and agrees.
   template <class T, bool kInside>
   float from_around(int x, int y) const;
-
   template <class T, bool kInside>
   float read(int x0, int y0, int dx, int dy) const;
 
@@ -89,7 +84,7 @@ inline void DepthSampler::fetch(const cv::Point2f& px) const {
 
 template <class T>
 float DepthSampler::at_of(const cv::Point2f& px) const {
-  if (depth_.empty() || !(px.x >= -0.5F) || !(px.y >= -0.5F)) return kNone;
+  if (depth_.data == nullptr || !(px.x >= -0.5F) || !(px.y >= -0.5F)) return kNone;
   if (!(px.x < static_cast<float>(depth_.cols)) || !(px.y < static_cast<float>(depth_.rows))) return kNone;
   const int x = std::min(cvRound(px.x), depth_.cols - 1), y = std::min(cvRound(px.y), depth_.rows - 1);
   const auto inside = [](int at, int size) {
