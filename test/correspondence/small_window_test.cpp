@@ -63,29 +63,31 @@ void check_sums(const cv::Mat& image, const cv::Mat& other, int x0, int y0, int 
       Kernels::difference(other, whole.x, whole.y, window_px, patch);
   SmallPatch sums;
   std::int64_t whole_sum = 0, whole_square = 0;
-  std::int64_t off_x = 0, off_y = 0, off_sum = 0, off_square = 0, product = 0;
+  std::int64_t off_x = 0, off_y = 0, off_sum = 0, product = 0;
+  std::int64_t grey_sum = 0, grey_square = 0, there_sum = 0, there_square = 0;
   for (int y = 0; y < window_px; ++y)
     for (int x = 0; x < window_px; ++x) {
       const int dx = gradient_x(image, x0 + x, y0 + y), dy = gradient_y(image, x0 + x, y0 + y);
-      const int value = 8 * grey(image, x0 + x, y0 + y), off = between(other, corner, x, y) - value;
+      const int value = 8 * grey(image, x0 + x, y0 + y), there = between(other, corner, x, y),
+                off = there - value;
       sums.x += dx, sums.y += dy, sums.xx += dx * dx, sums.xy += dx * dy, sums.yy += dy * dy;
-      sums.sum += value, sums.square += value * value;
+      grey_sum += value, grey_square += value * value, there_sum += there, there_square += there * there;
       const int whole_off = 8 * grey(other, whole.x + x, whole.y + y) - value;
       whole_sum += whole_off, whole_square += whole_off * whole_off;
-      off_x += off * dx, off_y += off * dy, off_sum += off, off_square += off * off, product += off * value;
+      off_x += off * dx, off_y += off * dy, off_sum += off, product += there * value;
     }
   CHECK(patch.x == sums.x);
   CHECK(patch.y == sums.y);
   CHECK(patch.xx == sums.xx);
   CHECK(patch.xy == sums.xy);
   CHECK(patch.yy == sums.yy);
-  CHECK(patch.sum == sums.sum);
-  CHECK(patch.square == sums.square);
   CHECK(mismatch.x == off_x);
   CHECK(mismatch.y == off_y);
   CHECK(mismatch.sum == off_sum);
-  CHECK(likeness.sum == off_sum);
-  CHECK(likeness.square == off_square);
+  CHECK(likeness.patch == grey_sum);
+  CHECK(likeness.patch2 == grey_square);
+  CHECK(likeness.image == there_sum);
+  CHECK(likeness.image2 == there_square);
   CHECK(likeness.product == product);
   CHECK(difference.sum == whole_sum);
   CHECK(difference.square == whole_square);

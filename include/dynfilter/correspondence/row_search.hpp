@@ -32,6 +32,7 @@ class RowSearch {
   static int left_brighter(const cv::Mat& left, const cv::Mat& right) {
     return right.empty() ? 0 : cvRound(cv::mean(left)[0] - cv::mean(right)[0]);
   }
+
   static constexpr int kMost_px = 128;  ///< disparity, a limit of cost
   /// Column in the right image of the point at `px` in the left one, less than `most_px` away. NaN: none.
   float column(const cv::Point2f& px, int most_px = kMost_px) const;
@@ -52,11 +53,10 @@ class RowSearch {
     return {image.ptr<std::uint8_t>(y - kAbove) + x - kLeft, image.step};
   }
   /// Of the first rows only, where they differ by `enough`.
-  DYNFILTER_AS_CALLER static int difference(Patch a, Patch b, int enough);
+  static int difference(Patch a, Patch b, int enough);
   /// Steps in [0, most] that `to` must take in `direction` until it is like `from`, which is made darker.
   /// Patches worse than at `expected` are left early, so it changes the time only.
-  DYNFILTER_AS_CALLER static int nearest(Patch from, int darker, Patch to, int direction, int most,
-                                         int expected);
+  static int nearest(Patch from, int darker, Patch to, int direction, int most, int expected);
   struct Part {
     double f = 0, squares = std::numeric_limits<double>::infinity(), sigma = squares, unexplained = squares;
   };
@@ -76,9 +76,6 @@ inline float RowSearch::column(const cv::Point2f& px, int most_px) const {
   const int most = std::min({kMost_px, most_px, x - kLeft - 1});  // R(x - b - 1) is in the image
   if (x > last || y < kAbove || y + kHeight - kAbove > left_.rows || most < 1) return kNone;
   const Patch here = patch(left_, x, y);
-  const auto nearest = [](auto... arguments) {
-    return detail::call_widest([&](auto) DYNFILTER_AS_CALLER { return RowSearch::nearest(arguments...); });
-  };
   const int found = nearest(here, brighter_, patch(right_, x, y), -1, most, 0);
   const Patch there = patch(right_, x - found, y);
   const int back = nearest(there, -brighter_, patch(left_, x - found, y), 1,
@@ -98,10 +95,10 @@ inline float RowSearch::column(const cv::Point2f& px, int most_px) const {
   return static_cast<float>(px.x - disparity_px);
 }
 
-DYNFILTER_AS_CALLER inline int RowSearch::difference(Patch a, Patch b, int enough) {
+inline int RowSearch::difference(Patch a, Patch b, int enough) {
   constexpr int kFirst = 4;  // rows after which most patches are left: with 3, more are not
   int sum = 0;
-  const auto add = [&](int rows) DYNFILTER_AS_CALLER {
+  const auto add = [&](int rows) {
     for (int row = 0; row < rows; ++row, a.first += a.step, b.first += b.step)
       for (int k = 0; k < kWidth; ++k) sum += std::abs(a.first[k] - b.first[k]);
   };
@@ -110,8 +107,7 @@ DYNFILTER_AS_CALLER inline int RowSearch::difference(Patch a, Patch b, int enoug
   return sum;
 }
 
-DYNFILTER_AS_CALLER inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, int most,
-                                                  int expected) {
+inline int RowSearch::nearest(Patch from, int darker, Patch to, int direction, int most, int expected) {
   std::array<std::uint8_t, kWidth * kHeight> copy;
   std::uint8_t* to_row = copy.data();
   const auto darkest = static_cast<std::uint8_t>(std::clamp(darker, 0, 255)),
@@ -126,7 +122,7 @@ DYNFILTER_AS_CALLER inline int RowSearch::nearest(Patch from, int darker, Patch 
   constexpr int kAny = std::numeric_limits<int>::max();
   const int even_step = std::clamp(expected, 0, most) & ~1;
   int best = 0, least = difference(from, to.at(direction * even_step), kAny) + 1;  // so even_step may win
-  const auto compare = [&](int step) DYNFILTER_AS_CALLER {
+  const auto compare = [&](int step) {
     const int now = difference(from, to.at(direction * step), least);
     if (now < least) least = now, best = step;
   };
