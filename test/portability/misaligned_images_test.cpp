@@ -44,9 +44,9 @@ std::vector<std::int32_t> small_patch_of(const cv::Mat& image, int window_px) {
   const auto mismatch = Kernels::mismatch(image, to, window_px, patch);
   const auto likeness = Kernels::likeness(image, to, window_px, patch);
   const auto difference = Kernels::difference(image, kMargin_px + 1, kMargin_px, window_px, patch);
-  return {patch.x,      patch.y,         patch.xx,         patch.xy,       patch.yy,
-          patch.sum,    patch.square,    mismatch.x,       mismatch.y,     mismatch.sum,
-          likeness.sum, likeness.square, likeness.product, difference.sum, difference.square};
+  return {patch.x,        patch.y,         patch.xx,         patch.xy,       patch.yy,
+          mismatch.x,     mismatch.y,      mismatch.sum,     likeness.patch, likeness.patch2,
+          likeness.image, likeness.image2, likeness.product, difference.sum, difference.square};
 }
 
 }  // namespace

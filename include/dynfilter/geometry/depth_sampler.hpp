@@ -133,7 +133,7 @@ template <class T, bool kInside>
 float DepthSampler::read(int x0, int y0, int dx, int dy) const {
   const int x = x0 + dx, y = y0 + dy;
   if (!kInside && (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows)) return kNone;
-  return static_cast<float>(reinterpret_cast<const T*>(depth_.data + depth_.step.p[0] * y)[x]) * unit_m_;
+  return static_cast<float>(depth_.ptr<T>(y)[x]) * unit_m_;
 }
 
 }  // namespace dynfilter
