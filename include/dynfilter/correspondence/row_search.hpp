@@ -26,6 +26,7 @@ class RowSearch {
  public:
   /// Both CV_8UC1 and of one size, or empty. Refers to them.
   RowSearch(const cv::Mat& left, const cv::Mat& right) : RowSearch(left, right, left_brighter(left, right)) {}
+  /// The same, where left_brighter() of the images is known.
   RowSearch(const cv::Mat& left, const cv::Mat& right, int left_brighter)
       : left_(left), right_(right), brighter_(left_brighter) {}
   /// On average [grey levels].

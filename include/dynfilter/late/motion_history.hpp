@@ -152,7 +152,8 @@ void MotionHistory::sample_depth(const cv::Mat& depth, float unit_m, cv::Mat& ou
     for (int c = 0; c < whole; ++c) to[c] = static_cast<float>(from[c * kCellPx + kMiddle]) * unit_m;
     if (whole < out.cols) to[whole] = static_cast<float>(from[depth.cols - 1]) * unit_m;
     constexpr float kMost_m = std::numeric_limits<float>::max();  // as valid_depth(), without a branch
-    for (int c = 0; c < out.cols; ++c) to[c] = (to[c] > 0) & (to[c] <= kMost_m) ? to[c] : DepthSampler::kNone;
+    for (int c = 0; c < out.cols; ++c)
+      to[c] = ((to[c] > 0) & (to[c] <= kMost_m)) ? to[c] : DepthSampler::kNone;
   }
 }
 
