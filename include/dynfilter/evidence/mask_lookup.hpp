@@ -53,7 +53,10 @@ class MaskLookup {
   int column_of(float x) const {
     return std::min(static_cast<int>((rounded(x) + 0.5) * scale_x_), labels_.cols - 1);
   }
-  static int rounded(float inside) { return static_cast<int>(static_cast<double>(inside) + 0.5); }
+  static int rounded(float inside) {
+    const double next = static_cast<double>(inside) + 0.5;  // not negative
+    return static_cast<int>(next);
+  }
   static int first_within(double at, int size) {
     at = std::clamp(at - kRounding, 0.0, static_cast<double>(size));
     const int before = static_cast<int>(at);
