@@ -299,8 +299,7 @@ class RigidBackgroundEstimator {
     grid_.build(Span<const cv::Point2f>(pixels_), static_cast<float>(kNeighbour_px));
     behind_.assign(selected_.size(), 1);
     front_.assign(selected_.size(), 1);
-    const bool any_distinct = std::count(distinct_.begin(), distinct_.end(), 1) > 0;
-    for (std::size_t k = 0; any_distinct && k < points(); ++k)
+    for (std::size_t k = 0; k < points(); ++k)
       grid_.around(pixels_[k], static_cast<float>(kNeighbour_px), [&](std::int32_t j) {
         const auto other = static_cast<std::size_t>(j);
         if (other <= k || !distinct(owner_[k], owner_[other]) ||
