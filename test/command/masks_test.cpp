@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "run_command.hpp"
 #include "walking.hpp"
@@ -82,11 +83,11 @@ TEST_CASE("masks: one per image, with the name, the polarity and the size that e
   const Clip& clip = Clip::shared();
   cv::Mat plain;
   for (const auto& [tool, name] :
-       std::map<std::string, std::string>{{"plain", "1700000000.266667.png"},
-                                          {"colmap", "1700000000.266667.png.png"},
-                                          {"openmvg", "1700000000.266667_mask.png"},
-                                          {"nerfstudio", "1700000000.266667.png"},
-                                          {"droid", "1700000000.266667.png"}}) {
+       std::vector<std::pair<std::string, std::string>>{{"plain", "1700000000.266667.png"},
+                                                        {"colmap", "1700000000.266667.png.png"},
+                                                        {"openmvg", "1700000000.266667_mask.png"},
+                                                        {"nerfstudio", "1700000000.266667.png"},
+                                                        {"droid", "1700000000.266667.png"}}) {
     CAPTURE(tool);
     const CommandResult result = run_dynfilter(clip.masks(clip.perfect() + "--force --for " + tool));
     CAPTURE(result.err);
@@ -99,13 +100,10 @@ TEST_CASE("masks: one per image, with the name, the polarity and the size that e
     REQUIRE(mask.type() == CV_8UC1);
     CHECK(mask.size() == cv::Size(640, 480));
     CHECK(cv::countNonZero((mask != 0) & (mask != 255)) == 0);
-    if (tool == "plain") plain = 255 - mask;
-  }
-  for (const std::string tool : {"colmap", "openmvg", "nerfstudio", "droid"}) {
-    REQUIRE(run_dynfilter(clip.masks(clip.perfect() + "--force --for " + tool)).exit_code == 0);
-    for (const auto& entry : fs::directory_iterator(clip.out() / "masks"))
-      if (contains(entry.path().string(), "0.266667"))
-        CHECK(cv::countNonZero(cv::imread(entry.path().string(), cv::IMREAD_UNCHANGED) != plain) == 0);
+    if (tool == "plain")
+      plain = 255 - mask;
+    else
+      CHECK(cv::countNonZero(mask != plain) == 0);
   }
 }
 
@@ -141,7 +139,7 @@ TEST_CASE("masks of objects from a detector are those from the same boxes and ma
 TEST_CASE("masks with --until-static leave out people while they stand") {
   const TemporaryFolder root;  // they do not move in the first 15 frames
   const fs::path input = root.path() / "clip";
-  REQUIRE(run_dynfilter("synth synchronous " + quoted(input) + " --frames 45 --seed 3 --no-right --instances")
+  REQUIRE(run_dynfilter("synth synchronous " + quoted(input) + " --frames 30 --seed 3 --no-right --instances")
               .exit_code == 0);
   const std::string masks = "masks " + quoted(input) + " " + quoted(root.path() / "out") +
                             " --force --json --truth --shape objects --detections " +

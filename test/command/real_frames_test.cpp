@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <vector>
+
 #include "run_command.hpp"
+#include "support/effort.hpp"
 
 using namespace dynfilter_test;
 namespace fs = std::filesystem;
@@ -7,7 +10,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What `run` or `compare` prints of a recording, with --json. Empty without the data.
-std::string json_of(const std::string& command, const char* sequence, const std::string& options) {
+std::string json_of(const std::string& command, const std::string& sequence, const std::string& options) {
   const fs::path folder = fs::path(DYNFILTER_DATA_DIR) / sequence;
   if (!fs::exists(folder)) {
     MESSAGE("skipped: no ../shared/data");
@@ -18,9 +21,14 @@ std::string json_of(const std::string& command, const char* sequence, const std:
   REQUIRE(result.exit_code == 0);
   return result.out;
 }
+/// These, and with DYNFILTER_LONG_TESTS more.
+std::vector<std::string> usual_and(std::vector<std::string> usual, const std::vector<std::string>& more) {
+  if (kLongTests) usual.insert(usual.end(), more.begin(), more.end());
+  return usual;
+}
 /// Medians of six runs as JSON text: forward and reverse, from frames 0, 5 and 10.
 /// Empty without the data.
-std::string six_runs(const char* sequence, const std::string& options) {
+std::string six_runs(const std::string& sequence, const std::string& options) {
   const std::string json = json_of("compare", sequence, "--variants " + options);
   return json.empty() ? json : json.substr(json.find("\"medians\""));
 }
@@ -43,6 +51,7 @@ TEST_CASE("people who walk, real frames, no detector: the goals" * doctest::test
 
 TEST_CASE("people who walk, real frames and boxes: as good as dropping all in the boxes" *
           doctest::test_suite("shared_data")) {
+  if (!kLongTests) return;  // with boxes this is of the detector more than of the filter
   const std::string json = six_runs("tum_fr3_walking_halfsphere", "--pipelines rts_slam_s,dynfilter");
   if (json.empty()) return;
   CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "rts_slam_s") + 0.001);
@@ -50,6 +59,7 @@ TEST_CASE("people who walk, real frames and boxes: as good as dropping all in th
 }
 
 TEST_CASE("a static desk, real frames: nothing gets worse" * doctest::test_suite("shared_data")) {
+  if (!kLongTests) return;  // the jerk's test has it forwards and backwards
   const std::string json = six_runs("tum_fr1_xyz", "--pipelines none,dynfilter");
   if (json.empty()) return;
   CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "none") + 0.001);
@@ -84,7 +94,7 @@ TEST_CASE("a static hospital, exact depth: edges do not move, and count across t
 // Without depth, edges spoil the flow's distance from its line: a third of the hospital moved.
 TEST_CASE("static recordings, one camera, both ways: edges do not move there, either" *
           doctest::test_suite("shared_data")) {
-  for (const char* sequence : {"tum_fr1_xyz", "tum_fr1_rpy", "tartanair_hospital"})
+  for (const std::string& sequence : usual_and({"tartanair_hospital"}, {"tum_fr1_xyz", "tum_fr1_rpy"}))
     for (const std::string way : {"", "--reverse"}) {
       CAPTURE(sequence);
       CAPTURE(way);
@@ -98,8 +108,10 @@ TEST_CASE("static recordings, one camera, both ways: edges do not move there, ei
 // Rows of a rolling shutter are times: in a jerk the floor, 12 % of the points, was taken for the background.
 TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and ATE is no worse" *
           doctest::test_suite("shared_data")) {
-  for (const char* sequence : {"tum_fr1_xyz_jerk", "tum_fr1_xyz", "tum_fr1_rpy", "tartanair_hospital"})
-    for (const std::string way : {"", "--reverse", "--reverse --start 1", "--reverse --start 2"}) {
+  for (const std::string& sequence :
+       usual_and({"tum_fr1_xyz_jerk", "tum_fr1_xyz"}, {"tum_fr1_rpy", "tartanair_hospital"}))
+    for (const std::string& way :
+         usual_and({"", "--reverse"}, {"--reverse --start 1", "--reverse --start 2"})) {
       CAPTURE(sequence);
       CAPTURE(way);
       const std::string json = json_of("run", sequence, way);
@@ -116,7 +128,7 @@ TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and
 // The first turns at 40 to 110 deg/s and is blurred, the second does not.
 TEST_CASE("static desks, real frames: rts_slam with its measured noise does not take blur for motion" *
           doctest::test_suite("shared_data")) {
-  for (const char* sequence : {"tum_fr1_rpy", "tum_fr1_xyz"}) {
+  for (const std::string& sequence : usual_and({"tum_fr1_rpy"}, {"tum_fr1_xyz"})) {
     CAPTURE(sequence);
     const std::string json = six_runs(sequence, "--pipelines none,rts_slam --no-detections");
     if (json.empty()) return;

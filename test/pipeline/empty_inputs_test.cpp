@@ -16,7 +16,7 @@
 
 #include "doctest/doctest.h"
 #include "support/layered_scene.hpp"
-#include "support/slow_build.hpp"
+#include "support/effort.hpp"
 
 namespace empty_inputs_test {
 

@@ -16,7 +16,7 @@
 #include "doctest/doctest.h"
 #include "io/sequence.hpp"
 #include "render/sequence_renderer.hpp"
-#include "support/slow_build.hpp"
+#include "support/effort.hpp"
 #include "support/static_play.hpp"
 
 namespace static_mono_test {

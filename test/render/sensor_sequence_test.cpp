@@ -5,7 +5,7 @@
 
 #include "doctest/doctest.h"
 #include "render/sequence_renderer.hpp"
-#include "support/slow_build.hpp"
+#include "support/effort.hpp"
 
 namespace sensor_sequence_test {
 

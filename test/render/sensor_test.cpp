@@ -6,7 +6,7 @@
 #include "render/colour_sensor.hpp"
 #include "render/sequence_renderer.hpp"
 #include "render/shutter.hpp"
-#include "support/slow_build.hpp"
+#include "support/effort.hpp"
 
 namespace sensor_test {
 

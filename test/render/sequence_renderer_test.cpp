@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/sequence_renderer.hpp"
 #include "doctest/doctest.h"
-#include "support/slow_build.hpp"
+#include "support/effort.hpp"
 
 #include <cmath>
 #include <dynfilter/core/error.hpp>

@@ -6,6 +6,7 @@
 // fuzzers' pipelines are run with all arrangements of features that flow is computed for, and with every
 // sixth of the others.
 // Filters and combinators are run with every 24th, a different one each.
+// Without DYNFILTER_LONG_TESTS it is a quarter of these pairs.
 // Machines share caches with others: a pair that takes too long is written to the file DYNFILTER_DOUBTFUL.
 // DYNFILTER_SLOW_INPUTS=doubtful measures those again, alone.
 // DYNFILTER_SLOW_INPUTS=NAME runs that pipeline with all arrangements of 100,000 features, `all` every one,
@@ -31,6 +32,7 @@
 #include "crowds.hpp"
 #include "doctest/doctest.h"
 #include "pipelines.hpp"
+#include "support/effort.hpp"
 #include "support/time_limit.hpp"
 
 namespace slow_frames_test {
@@ -46,7 +48,9 @@ constexpr double kMost_MB = 300;
 constexpr int kTries = 5;          ///< of a pair that took too long beside others
 constexpr double kSure = 0.75;     ///< an estimate below this share of the limit is believed
 constexpr double kAnyway_MB = 10;  ///< code, images and pyramids, whatever the number of features
-constexpr std::size_t kShareOfStages = 24, kShareOfSources = 6;
+/// Of pairs of a pipeline and an arrangement. The fault of an arrangement is seen in more than one pipeline.
+constexpr std::size_t kShare = dynfilter_test::kLongTests ? 1 : 4;
+constexpr std::size_t kShareOfStages = 24 * kShare, kShareOfSources = 6 * kShare;
 
 /// The frames of an arrangement. Children share their memory.
 std::vector<crowds::Crowd> frames_of(const crowds::Arrangement& arrangement, std::size_t n) {
@@ -94,7 +98,8 @@ Most most_of(const crowds::NamedPipeline& pipeline) {
 bool is_chosen(const crowds::NamedPipeline& pipeline, const crowds::Arrangement& arrangement,
                std::size_t sum) {
   if (pipeline.kind == crowds::Kind::Stage) return sum % kShareOfStages == 0;
-  return arrangement.source == crowds::Source::Flow || sum % kShareOfSources == 0;
+  const bool flow = arrangement.source == crowds::Source::Flow;
+  return sum % (flow ? kShare : kShareOfSources) == 0;
 }
 
 /// Frames are made once per arrangement and size, when they are needed.

@@ -10,4 +10,12 @@ inline constexpr bool kSlowBuild = true;
 inline constexpr bool kSlowBuild = false;
 #endif
 
+/// With the option DYNFILTER_LONG_TESTS (test/run.sh --long): all recordings, ways and arrangements of the longest
+/// tests. Otherwise those in which faults were found.
+#ifdef DYNFILTER_LONG_TESTS
+inline constexpr bool kLongTests = true;
+#else
+inline constexpr bool kLongTests = false;
+#endif
+
 }  // namespace dynfilter_test
