@@ -5,7 +5,7 @@
 #   bash test/run.sh --quick    only the optimized build and its tests
 #   bash test/run.sh --long     before a release: also all cases of the longest tests, every header alone, all unit tests by Clang
 #                               and under the sanitizers, the linter over every file, LaTeX, fuzzing for 10 minutes
-# FUZZ_SECONDS: for how long each fuzz target runs, default 10 (--long: 600). Two of the seven run at a time, and beside the
+# FUZZ_SECONDS: for how long each fuzz target runs, default 6 (--long: 600). Two of the seven run at a time, and beside the
 # last one the linter, so that all of them take four times as long.
 # The last line is "N passed, N failed, N skipped"; the exit code is 0 when nothing failed.
 set -u
@@ -153,7 +153,7 @@ if [ "$mode" != quick ]; then
   if [ "$mode" = long ]; then
     seconds=600
   else
-    seconds=10
+    seconds=6
     export DYNFILTER_FUZZ_SEED=${DYNFILTER_FUZZ_SEED:-1} DYNFILTER_FUZZ_BUILD=asan-ubsan
   fi
   fuzz() { bash test/fuzz/run.sh "${FUZZ_SECONDS:-$seconds}" "$@"; }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "run_command.hpp"
+#include "support/effort.hpp"
 #include "walking.hpp"
 
 using namespace dynfilter_test;
@@ -137,9 +138,10 @@ TEST_CASE("masks of objects from a detector are those from the same boxes and ma
 }
 
 TEST_CASE("masks with --until-static leave out people while they stand") {
+  if (!kLongTests) return;
   const TemporaryFolder root;  // they do not move in the first 15 frames
   const fs::path input = root.path() / "clip";
-  REQUIRE(run_dynfilter("synth synchronous " + quoted(input) + " --frames 30 --seed 3 --no-right --instances")
+  REQUIRE(run_dynfilter("synth synchronous " + quoted(input) + " --frames 45 --seed 3 --no-right --instances")
               .exit_code == 0);
   const std::string masks = "masks " + quoted(input) + " " + quoted(root.path() / "out") +
                             " --force --json --truth --shape objects --detections " +

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "doctest/doctest.h"
-#include "support/layered_scene.hpp"
 #include "support/effort.hpp"
+#include "support/layered_scene.hpp"
 
 namespace empty_inputs_test {
 

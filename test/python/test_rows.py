@@ -66,7 +66,7 @@ def test_rows_on_sequences(places):
     rows = dynfilter.compare(pipelines, [dynfilter.Recording(folder) for folder in folders], pictures=False)
     assert [(r.sequence, r.pipeline) for r in rows] == [(s, p) for s in ("a/desk", "b/desk") for p in names]
     ran = [(p, folder) for folder in folders for p in pipelines]
-    for row, (pipeline, folder) in zip(rows, ran):
+    for row, (pipeline, folder) in list(zip(rows, ran))[:: 1 if "DYNFILTER_LONG_TESTS" in os.environ else 5]:
         assert same(row, dynfilter.run(pipeline, dynfilter.Recording(folder))), (row, folder)
     for first in (0, len(pipelines)):  # a comparison of equal figures would show nothing
         assert len({row.ate_rmse_m for row in rows[first : first + 4]}) >= 3

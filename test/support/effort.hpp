@@ -10,8 +10,8 @@ inline constexpr bool kSlowBuild = true;
 inline constexpr bool kSlowBuild = false;
 #endif
 
-/// With the option DYNFILTER_LONG_TESTS (test/run.sh --long): all recordings, ways and arrangements of the longest
-/// tests. Otherwise those in which faults were found.
+/// With the option DYNFILTER_LONG_TESTS (test/run.sh --long) the longest tests have all of their recordings,
+/// ways and arrangements. Otherwise those in which faults were found.
 #ifdef DYNFILTER_LONG_TESTS
 inline constexpr bool kLongTests = true;
 #else
