@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # CPU time to compile one file, of dynfilter's headers how many it includes, and their lines:
-#   (a) includes dynfilter.hpp, builds a pipeline from YAML and judges a frame    (d) the same, header-only
+#   (a) includes dynfilter.hpp, builds a pipeline from YAML and judges a frame
+#   (d) the same, header-only    (e) the same, header-only, with the filter that it registers instead of all
 #   (b) a plugin with one filter (examples/03_custom_filter)
 #   (c) calls the ORB-SLAM adapter as Tracking.cc does, with the types of test/hosts, and the same without the adapter
 # One process at a time. Needs pkg-config, Eigen and OpenCV; builds nothing else.
@@ -14,7 +15,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 export CCACHE_DISABLE=1
 [ $# -gt 0 ] || set -- c++
 flags=${FLAGS--O2}
-only=${ONLY-a b c d}
+only=${ONLY-a b c d e}
 
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -29,6 +30,9 @@ std::size_t kept(const std::string& yaml, const std::vector<cv::KeyPoint>& keypo
   return pipeline.before_pose(frame).kept();
 }
 CODE
+sed -e 's|dynfilter/dynfilter.hpp|dynfilter/filters/background_motion.hpp>\n#include <dynfilter/pipeline/pipeline_yaml.hpp|' \
+  -e 's|^  dynfilter::Pipeline|  dynfilter::Registry registry;\n  registry.add<dynfilter::BackgroundMotionFilter>();\n&|' \
+  -e 's|dynfilter::builtin_filters()|registry|' "$folder/a.cpp" >"$folder/e.cpp"
 # What a fork adds to Tracking.cc and Tracking.h.
 cat >"$folder/with.cpp" <<'CODE'
 #include "hosts/host_stand_ins.hpp"
@@ -96,4 +100,5 @@ for compiler in "$@"; do
     row "    the same without" "$compiler" "$folder/without.cpp" ;;
   esac
   case " $only " in *" d "*) row "(d) as (a), header-only" "$compiler" "$folder/a.cpp" -DDYNFILTER_HEADER_ONLY ;; esac
+  case " $only " in *" e "*) row "(e) as (d), one filter registered" "$compiler" "$folder/e.cpp" -DDYNFILTER_HEADER_ONLY ;; esac
 done
