@@ -323,14 +323,14 @@ def make_report(dynfilter, root):
     walk, runs = os.path.join(root, "walk"), os.path.join(root, "runs")
     run(dynfilter, "synth", "walking_xyz", walk, "--frames", "16", "--seed", "3")
     os.mkdir(runs)
+    for pipeline in ("none", "oracle"):
+        run(dynfilter, "run", walk, "--pipeline", pipeline, "--out", os.path.join(runs, pipeline))
     run(dynfilter, "run", walk, "--pipeline", "dynfilter", "--out", os.path.join(runs, "own"), "--map", os.path.join(root, "map.ply"))
 
 
 def make_more_reports(dynfilter, root):
-    walk, runs, odd = os.path.join(root, "walk"), os.path.join(root, "runs"), os.path.join(root, HOSTILE)
+    walk, odd = os.path.join(root, "walk"), os.path.join(root, HOSTILE)
     run(dynfilter, "synth", "static_desk", odd, "--frames", "1")
-    for pipeline in ("none", "oracle"):
-        run(dynfilter, "run", walk, "--pipeline", pipeline, "--out", os.path.join(runs, pipeline))
     run(dynfilter, "run", walk, "--pipeline", "rts_slam", "--detector-mode", "late:3", "--out", os.path.join(root, "late"))
     run(dynfilter, "compare", walk, "--pipelines", "none,dynfilter,oracle", "--out", os.path.join(root, "compared"),
         "--map", os.path.join(root, "maps"))

@@ -6,7 +6,7 @@
 // fuzzers' pipelines are run with all arrangements of features that flow is computed for, and with every
 // sixth of the others.
 // Filters and combinators are run with every 24th, a different one each.
-// Without DYNFILTER_LONG_TESTS it is an eighth of these pairs.
+// Without DYNFILTER_LONG_TESTS it is a quarter of these pairs.
 // Machines share caches with others: a pair that takes too long is written to the file DYNFILTER_DOUBTFUL.
 // DYNFILTER_SLOW_INPUTS=doubtful measures those again, alone.
 // DYNFILTER_SLOW_INPUTS=NAME runs that pipeline with all arrangements of 100,000 features, `all` every one,
@@ -49,7 +49,7 @@ constexpr int kTries = 5;          ///< of a pair that took too long beside othe
 constexpr double kSure = 0.75;     ///< an estimate below this share of the limit is believed
 constexpr double kAnyway_MB = 10;  ///< code, images and pyramids, whatever the number of features
 /// Of pairs of a pipeline and an arrangement. The fault of an arrangement is seen in more than one pipeline.
-constexpr std::size_t kShare = dynfilter_test::kLongTests ? 1 : 8;
+constexpr std::size_t kShare = dynfilter_test::kLongTests ? 1 : 4;
 constexpr std::size_t kShareOfStages = 24 * kShare, kShareOfSources = 6 * kShare;
 
 /// The frames of an arrangement. Children share their memory.
