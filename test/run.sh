@@ -165,7 +165,7 @@ if [ "$mode" != quick ]; then
   check fuzz-last fuzz_result $last
   step "abi, format"
   check abi bash test/abi/check.sh
-  [ "$mode" != long ] || check compilers bash test/compilers.sh
+  [ "$mode" != long ] || check compilers bash test/compilers.sh --all
   check format format_check
 fi
 finish

@@ -137,8 +137,7 @@ TEST_CASE("masks of objects from a detector are those from the same boxes and ma
   CHECK(contains(same.out, "boxes and masks from the detector files"));
 }
 
-TEST_CASE("masks with --until-static leave out people while they stand") {
-  if (!kLongTests) return;
+TEST_CASE("masks with --until-static leave out people while they stand" * doctest::skip(!kLongTests)) {
   const TemporaryFolder root;  // they do not move in the first 15 frames
   const fs::path input = root.path() / "clip";
   REQUIRE(run_dynfilter("synth synchronous " + quoted(input) + " --frames 45 --seed 3 --no-right --instances")

@@ -50,16 +50,15 @@ TEST_CASE("people who walk, real frames, no detector: the goals" * doctest::test
 }
 
 TEST_CASE("people who walk, real frames and boxes: as good as dropping all in the boxes" *
-          doctest::test_suite("shared_data")) {
-  if (!kLongTests) return;  // with boxes this is of the detector more than of the filter
+          doctest::test_suite("shared_data") * doctest::skip(!kLongTests)) {
   const std::string json = six_runs("tum_fr3_walking_halfsphere", "--pipelines rts_slam_s,dynfilter");
   if (json.empty()) return;
   CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "rts_slam_s") + 0.001);
   CHECK(worst_ate_m(json, "dynfilter") <= 0.02);
 }
 
-TEST_CASE("a static desk, real frames: nothing gets worse" * doctest::test_suite("shared_data")) {
-  if (!kLongTests) return;  // the jerk's test has it forwards and backwards
+TEST_CASE("a static desk, real frames: nothing gets worse" * doctest::test_suite("shared_data") *
+          doctest::skip(!kLongTests)) {
   const std::string json = six_runs("tum_fr1_xyz", "--pipelines none,dynfilter");
   if (json.empty()) return;
   CHECK(median_ate_m(json, "dynfilter") <= median_ate_m(json, "none") + 0.001);
@@ -127,8 +126,7 @@ TEST_CASE("static desks that jerk, both ways: at most 1 % is called dynamic, and
 
 // The first turns at 40 to 110 deg/s and is blurred, the second does not.
 TEST_CASE("static desks, real frames: rts_slam with its measured noise does not take blur for motion" *
-          doctest::test_suite("shared_data")) {
-  if (!kLongTests) return;
+          doctest::test_suite("shared_data") * doctest::skip(!kLongTests)) {
   for (const char* sequence : {"tum_fr1_rpy", "tum_fr1_xyz"}) {
     CAPTURE(sequence);
     const std::string json = six_runs(sequence, "--pipelines none,rts_slam --no-detections");

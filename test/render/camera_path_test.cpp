@@ -7,7 +7,6 @@
 #include "doctest/doctest.h"
 #include "render/mesh_distance.hpp"
 #include "render/scenes.hpp"
-#include "support/effort.hpp"
 
 namespace camera_path_test {
 
@@ -18,7 +17,6 @@ TEST_CASE("no camera goes through a wall or a piece of furniture") {
   constexpr double kStep_s = 0.05, kLast_s = 20;
   for (const std::string name : {"hall", "walking_xyz", "walking_halfsphere", "shake", "turn_60", "street"})
     for (const std::uint64_t seed : {1U, 2U}) {
-      if (!dynfilter_test::kLongTests && seed != 1) continue;
       const render::Scene scene = render::make_scene(name, seed);
       render::MeshDistance still;
       for (const render::Model& model : scene.surroundings->models) still.add(model);

@@ -18,7 +18,6 @@ using namespace dynfilter::render;
 
 namespace {
 
-using dynfilter_test::kLongTests;
 using dynfilter_test::kSlowBuild;
 
 SequenceOptions of_scene(const std::string& scene, std::uint64_t seed = 1) {
@@ -184,9 +183,6 @@ TEST_CASE("every scene renders, with movers where it should have some") {
     if (name.find("_cold") != std::string::npos) continue;  // has a test of its own
     if (kSlowBuild && name != "static_desk" && name != "walking_xyz" && name != "moving_box" &&
         name != "crowd")
-      continue;
-    // Turns of the same room, which differ in their rate: sensor_test has all rates.
-    if (!kLongTests && name.find("turn_") != std::string::npos && name.find("turn_100") == std::string::npos)
       continue;
     CAPTURE(name);
     SequenceRenderer& renderer = shared(name);

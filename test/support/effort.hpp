@@ -11,7 +11,7 @@ inline constexpr bool kSlowBuild = false;
 #endif
 
 /// With the option DYNFILTER_LONG_TESTS (test/run.sh --long) the longest tests have all of their recordings,
-/// ways and arrangements. Otherwise those in which faults were found.
+/// ways and arrangements, otherwise a part of them.
 #ifdef DYNFILTER_LONG_TESTS
 inline constexpr bool kLongTests = true;
 #else
