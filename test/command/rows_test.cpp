@@ -61,8 +61,8 @@ class Places {
   /// Rendered once for all tests.
   static fs::path moving_box() {
     static const TemporaryFolder folder;
-    static const CommandResult made =
-        run_dynfilter("synth moving_box '" + (folder.path() / "box").string() + "' --frames 14 --seed 5");
+    static const CommandResult made = run_dynfilter("synth moving_box '" + (folder.path() / "box").string() +
+                                                    "' --frames 14 --seed 5 --no-right");
     REQUIRE(made.exit_code == 0);
     return folder.path() / "box";
   }

@@ -210,7 +210,7 @@ needs_odometry = pytest.mark.skipif(not dynfilter.has_odometry, reason="built wi
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("motion") / "walking"
-    synth = [os.environ["DYNFILTER_COMMAND"], "synth", "walking_xyz", str(path), "--frames", "12"]
+    synth = [os.environ["DYNFILTER_COMMAND"], "synth", "walking_xyz", str(path), "--frames", "12", "--no-right"]
     subprocess.run(synth, check=True, capture_output=True)
     return path
 

@@ -42,7 +42,7 @@ def places(tmp_path_factory):
     command = os.environ["DYNFILTER_COMMAND"]
     for folder, scene in (("a", "walking_static"), ("b", "moving_box")):
         (root / folder).mkdir()
-        run = [command, "synth", scene, str(root / folder / "desk"), "--frames", "12", "--seed", "3"]
+        run = [command, "synth", scene, str(root / folder / "desk"), "--frames", "12", "--no-right", "--seed", "3"]
         subprocess.run(run, check=True, capture_output=True)
     (root / "a/p.yaml").write_text(text("boxes", "    - semantic_box: { role: reject }\n"))
     (root / "b/p.yaml").write_text(text("flow", "    - epipolar: { max_distance_px: 1.0 }\n"))
