@@ -5,8 +5,8 @@
 #   bash test/run.sh --quick    only the optimized build and its tests
 #   bash test/run.sh --long     before a release: also all cases of the longest tests, every header alone, all unit tests by Clang
 #                               and under the sanitizers, the linter over every file, LaTeX, fuzzing for 10 minutes
-# FUZZ_SECONDS: for how long each fuzz target runs, default 6 (--long: 600). Two of the seven run at a time, and beside the
-# last one the linter, so that all of them take four times as long.
+# FUZZ_SECONDS: for how long each of the seven fuzz targets runs, default 6 (--long: 600). They run one at a time beside the
+# linter (--long: two at a time).
 # The last line is "N passed, N failed, N skipped"; the exit code is 0 when nothing failed.
 set -u
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 2
@@ -16,7 +16,7 @@ mode=normal
 case "${1:-}" in
   "") ;;
   --quick | --long) mode=${1#--} ;;
-  *) sed -n '4,9s/^# *//p' "${BASH_SOURCE[0]}"; exit 2 ;;
+  *) sed -n '4,10s/^# *//p' "${BASH_SOURCE[0]}"; exit 2 ;;
 esac
 
 passed=0 failed=0 skipped=0
@@ -99,11 +99,11 @@ tidy_check() {
     { cat build/lint.log; false; }
 }
 
-# fuzz_result PROCESS: of the target that ran beside the linter.
+# fuzz_result PROCESS: of what ran beside the linter.
 fuzz_result() {
   wait "$1"
   local code=$?
-  cat build/fuzz_last.log
+  cat build/fuzz_beside.log
   return $code
 }
 
@@ -147,22 +147,17 @@ if [ "$mode" != quick ]; then
     build_and_test asan-ubsan-gcc
     build_and_test tsan
   fi
-  step "fuzz"
-  # The same inputs for the same sources: a commit is judged by what it changed. --long looks for new ones, in a build of
-  # its own.
-  if [ "$mode" = long ]; then
-    seconds=600
-  else
-    seconds=6
-    export DYNFILTER_FUZZ_SEED=${DYNFILTER_FUZZ_SEED:-1} DYNFILTER_FUZZ_BUILD=asan-ubsan
+  step "fuzz, lint"
+  if [ "$mode" = long ]; then  # looks for new inputs, in a build of its own
+    check fuzz bash test/fuzz/run.sh "${FUZZ_SECONDS:-600}"
+    check lint tidy_check
+  else  # the same inputs for the same sources: a commit is judged by what it changed
+    export DYNFILTER_FUZZ_SEED=${DYNFILTER_FUZZ_SEED:-1} DYNFILTER_FUZZ_BUILD=asan-ubsan DYNFILTER_FUZZ_AT_ONCE=1
+    bash test/fuzz/run.sh "${FUZZ_SECONDS:-6}" >build/fuzz_beside.log 2>&1 &  # it and the linter take one core each
+    beside=$!
+    check lint tidy_check
+    check fuzz fuzz_result $beside
   fi
-  fuzz() { bash test/fuzz/run.sh "${FUZZ_SECONDS:-$seconds}" "$@"; }
-  check fuzz fuzz yaml frames files sequences protocol facade
-  step "fuzz facade_cxx11, lint"
-  fuzz facade_cxx11 >build/fuzz_last.log 2>&1 &  # the seventh target and the linter take one core each
-  last=$!
-  check lint tidy_check
-  check fuzz-last fuzz_result $last
   step "abi, format"
   check abi bash test/abi/check.sh
   [ "$mode" != long ] || check compilers bash test/compilers.sh --all

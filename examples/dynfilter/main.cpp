@@ -147,8 +147,8 @@ int run(int argc, char** argv) {
   }
 }
 
-// Every frame needs images of the same sizes again. glibc returns their pages to the system each time, and to get
-// them back takes a quarter of the time of `run --out`.
+// Every frame needs images of the same sizes again. glibc returns their pages to the system each time, and to
+// get them back takes a quarter of the time of `run --out`.
 void keep_freed_memory() {
 #ifdef __GLIBC__
   constexpr int kMostMappedAlone = 32 << 20;  // the most that glibc accepts: larger images are rare
