@@ -32,3 +32,10 @@ run(flags ${PKG_CONFIG} --cflags --libs dynfilter-header-only)
 if(NOT flags MATCHES "-DDYNFILTER_HEADER_ONLY.* -lopencv_core" OR flags MATCHES "-ldynfilter")
   message(FATAL_ERROR "dynfilter-header-only: ${flags}")
 endif()
+
+# Or one file has the functions of what the other one includes.
+string(REPLACE "-DDYNFILTER_HEADER_ONLY" "" flags "${flags}")
+separate_arguments(flags UNIX_COMMAND "${flags}")
+set(project "${CMAKE_CURRENT_LIST_DIR}/project")
+run(ignored "${COMPILER}" -std=c++17 -Wall -Werror "${project}/main.cpp" "${project}/all_functions.cpp" -o "${WORK}/two_files" ${flags})
+run(ignored "${WORK}/two_files")

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <dynfilter/core/error.hpp>
 #include <dynfilter/core/frame_view.hpp>
+#include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <memory>
@@ -43,7 +44,8 @@ struct RecordingParams {
 /// written. The component dynfilter::recorder has it.
 std::shared_ptr<FrameObserver> open_recording(const std::string& file, const RecordingParams& params = {});
 #if defined(DYNFILTER_HEADER_ONLY) && !defined(DYNFILTER_HAS_RECORDER)
-inline std::shared_ptr<FrameObserver> open_recording(const std::string& file, const RecordingParams&) {
+DYNFILTER_INLINE std::shared_ptr<FrameObserver> open_recording(const std::string& file,
+                                                               const RecordingParams&) {
   throw IoError(file + ": this program has the headers only: link dynfilter::recorder");
 }
 #endif
