@@ -84,7 +84,8 @@ def folder(tmp_path_factory):
 
     path = tmp_path_factory.mktemp("sequence") / "walking"
     command = os.environ["DYNFILTER_COMMAND"]
-    subprocess.run([command, "synth", "walking_xyz", str(path), "--frames", "12", "--no-right"], check=True, capture_output=True)
+    synth = [command, "synth", "walking_xyz", str(path), "--frames", "12", "--no-right"]
+    subprocess.run(synth, check=True, capture_output=True)
     return path
 
 

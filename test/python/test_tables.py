@@ -117,8 +117,8 @@ def test_exact_scenes_have_no_trajectory():
 @pytest.fixture(scope="module")
 def walking(tmp_path_factory):
     folder = tmp_path_factory.mktemp("tables") / "walk"
-    command = [os.environ["DYNFILTER_COMMAND"], "synth", "walking_static", str(folder), "--frames", "13", "--no-right", "--seed", "3"]
-    subprocess.run(command, check=True, capture_output=True)
+    synth = [os.environ["DYNFILTER_COMMAND"], "synth", "walking_static", str(folder), "--frames", "13", "--no-right"]
+    subprocess.run([*synth, "--seed", "3"], check=True, capture_output=True)
     return folder
 
 
