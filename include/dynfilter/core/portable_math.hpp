@@ -29,6 +29,11 @@ double power(double x, double y);
 /// By multiplication, for n >= 0.
 double power(double x, int n);
 
+/// Of a probability [nats].
+inline double log_odds(double p) {
+  return log(p / (1 - p));
+}
+
 // floats are computed in double and rounded once.
 /// Rounded once.
 inline float exp(float x) {

@@ -16,6 +16,7 @@
 #include <dynfilter/motion/mover_forecast.hpp>
 #include <dynfilter/motion/prior_evidence.hpp>
 #include <dynfilter/motion/rigid_background.hpp>
+#include <optional>
 #include <vector>
 
 namespace dynfilter {
@@ -86,8 +87,9 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
   /// The same for the first choice, which is made again: likelier than all others together.
   static constexpr double kLeastFirstConfidence = 0.5;
-  static constexpr double kSureFirstConfidence = 0.7;  ///< below, the first choices reject nothing ...
-  static constexpr std::size_t kFirstSteps = 4;        ///< ... and no track is followed over them
+  /// Of the first choices together. Below, they reject nothing, and motion that they saw is forgotten.
+  static constexpr double kSureFirstConfidence = 0.7;
+  static constexpr std::size_t kFirstSteps = 4;
 
   /// Whether the background is known, what it takes to believe so, and whether it may reject.
   struct Choice {
@@ -104,6 +106,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// Nothing is rejected against a background that is probably a mover, and nothing is learned.
   void abstain(const detail::JudgedFrame& frame, Votes& votes);
   void forget_motion();
+  /// One unsure choice is not enough to reject. Several that agree are.
+  bool rejects() const;
   /// Weight of what is judged against this background.
   float certainty() const { return static_cast<float>(std::max(0.0, 2 * estimator_.confidence() - 1)); }
 
@@ -127,7 +131,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static void note_slides(const Match& match, Votes& votes);
 
   Params params_;
-  bool first_choice_ = true;
+  std::optional<double> first_nats_;  ///< log-odds that the first choices are right; none: no choice yet
   RigidBackgroundEstimator estimator_;
   PriorWatch prior_watch_;
   CameraPath path_;

@@ -75,7 +75,6 @@ class MapPointBeliefFilter final : public ParametricFilter<MapPointBeliefFilter,
     double log_odds = 0;
     std::int64_t seen = 0;
   };
-  static double log_odds(double p) { return portable::log(p / (1 - p)); }
 
   void learn(const Evidence& evidence, const MaskInput& mask, Votes& votes);
 
@@ -96,7 +95,7 @@ class MapPointBeliefFilter final : public ParametricFilter<MapPointBeliefFilter,
 inline void MapPointBeliefFilter::apply(const Evidence& evidence, Votes& votes) {
   const FrameView& frame = evidence.frame();
   if (frame.mask) learn(evidence, *frame.mask, votes);
-  const double limit = log_odds(std::clamp(params_.threshold, 1e-9, 1 - 1e-9));
+  const double limit = portable::log_odds(std::clamp(params_.threshold, 1e-9, 1 - 1e-9));
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     Belief* const known = recent(frame.map_point_ids[i], frame.id);
     if (known == nullptr) continue;
@@ -116,13 +115,14 @@ inline void MapPointBeliefFilter::learn(const Evidence& evidence, const MaskInpu
   if (!late.usable()) return;
   last_mask_ = id;
   const MaskLookup lookup(mask.labels, image_size(evidence.frame()));
-  const double step = log_odds(params_.hit);
+  const double step = portable::log_odds(params_.hit);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const std::int64_t point = evidence.frame().map_point_ids[i];
     if (point < 0 || !late.found(i)) continue;
     recent(point, evidence.frame().id);
     Belief& belief =
-        beliefs_.try_emplace(point, Belief{log_odds(params_.initial), evidence.frame().id}).first->second;
+        beliefs_.try_emplace(point, Belief{portable::log_odds(params_.initial), evidence.frame().id})
+            .first->second;
     const bool on = lookup.near(late.then_px(i), Params::kDilate_px);
     belief.log_odds = std::clamp(belief.log_odds + (on ? step : -step), -kMaxLogOdds, kMaxLogOdds);
     belief.seen = evidence.frame().id;

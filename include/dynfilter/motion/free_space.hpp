@@ -96,7 +96,7 @@ class FreeSpaceView {
         R_(T_view_current.R()),
         t_(T_view_current.t()),
         model_(model),
-        prior_(portable::log(model.moving_share / (1 - model.moving_share))) {}
+        prior_(portable::log_odds(model.moving_share)) {}
 
   /// Of a point in the current camera's frame [m]. 0: the view says nothing.
   double odds(const cv::Point3f& point_m) const {

@@ -42,7 +42,7 @@ class MovingOdds {
  public:
   /// The shares and speeds are those of `model`.
   explicit MovingOdds(const MovingOddsModel& model = {})
-      : model_(model), prior_(portable::log(model.moving_share / (1 - model.moving_share))) {}
+      : model_(model), prior_(portable::log_odds(model.moving_share)) {}
 
   double operator()(const MovingOddsInput& in) const {
     const double per_s2 = 1 / (in.sigma_px * in.sigma_px);

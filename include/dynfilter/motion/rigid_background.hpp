@@ -254,8 +254,7 @@ class RigidBackgroundEstimator {
     }
   }
   double log_odds_of_share(std::size_t slot) const {
-    const double share = (explained_[slot] + 0.5) / (static_cast<double>(points()) + 1);
-    return portable::log(share / (1 - share));
+    return portable::log_odds((explained_[slot] + 0.5) / (static_cast<double>(points()) + 1));
   }
   std::pair<bool, double> rank(std::size_t slot) { return {explains_enough(slot), proposal(slot).score}; }
   /// Motions that the noise cannot distinguish from the chosen one do not count against it.

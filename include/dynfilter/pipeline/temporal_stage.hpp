@@ -63,7 +63,6 @@ class TemporalStage final : public ParametricCombinator<TemporalStage, TemporalP
     double odds = 0;
     std::int64_t seen = 0;
   };
-  static double log_odds(double p) { return portable::log(p / (1 - p)); }
 
   void recall(FrameEvidence& evidence);
   void remember(const FrameEvidence& evidence);
@@ -84,7 +83,7 @@ inline void TemporalStage::decide(FrameEvidence& evidence, StageReports& reports
   children_[0]->judge(evidence, reports, child_);
   out.votes.add_priors(child_.votes);
   recall(evidence);
-  const double step = log_odds(params_.reliability), limit = log_odds(params_.threshold);
+  const double step = portable::log_odds(params_.reliability), limit = portable::log_odds(params_.threshold);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const Vote said = child_.votes[i];
     odds_[i] += said == Vote::Dynamic ? step : said == Vote::Static ? -step : 0;

@@ -25,7 +25,7 @@ DYNFILTER_INLINE BackgroundMotionFilter::BackgroundMotionFilter(Params params) :
 }
 
 DYNFILTER_INLINE void BackgroundMotionFilter::reset() {
-  first_choice_ = true;
+  first_nats_.reset();
   estimator_.reset();
   prior_watch_.reset();
   path_.reset();
@@ -78,6 +78,8 @@ inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes
   for (std::size_t i = 0; i < frame.size(); ++i)
     if (frame.evidence.judged(i)) cast(frame, i, choice, rest, votes);
   if (frame.stereo) learn_forecast(frame, rest);
+  if (!choice.rejects)  // what seems to move may do so against a mover
+    for (float& belief : odds_.belief) belief = std::min(belief, 0.0F);
 }
 
 inline const Match& BackgroundMotionFilter::look_again(const detail::JudgedFrame& frame) {
@@ -93,6 +95,11 @@ inline void BackgroundMotionFilter::abstain(const detail::JudgedFrame& frame, Vo
     if (frame.evidence.judged(i)) votes.cast(i, Vote::Unknown, Votes::kNoIdea);
 }
 
+inline bool BackgroundMotionFilter::rejects() const {
+  const bool sure = *first_nats_ >= portable::log_odds(kSureFirstConfidence);
+  return path_.steps() >= kFirstSteps || (sure && estimator_.confidence() >= kLeastFirstConfidence);
+}
+
 inline void BackgroundMotionFilter::forget_motion() {
   path_.forget_motion();
   forecast_.clear();
@@ -103,8 +110,8 @@ inline void BackgroundMotionFilter::forget_motion() {
 inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
     const detail::JudgedFrame& frame, Votes& votes) {
   Choice choice;
-  if (path_.steps() == 0 && first_choice_) choice.least_confidence = kLeastFirstConfidence;
-  first_choice_ = false;
+  if (!first_nats_) choice.least_confidence = kLeastFirstConfidence;
+  if (path_.steps() == 0) first_nats_ = 0;
   const RigidBackgroundScene scene = scene_of(frame);
   const RigidMotion motion = estimator_.estimate(scene);
   if (scene.prior && motion.ok) prior_watch_.observe(estimator_.prior_distance2(), path_.elapsed_s(1));
@@ -116,8 +123,9 @@ inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
     return choice;
   }
   path_.add(motion.T_current_reference, {estimator_.match_noise_px(), estimator_.row_twist()});
+  *first_nats_ += portable::log_odds(estimator_.confidence());
   choice.known = true;
-  choice.rejects = path_.steps() >= kFirstSteps || estimator_.confidence() >= kSureFirstConfidence;
+  choice.rejects = rejects();
   path_.chain(path_.is_last_frame(frame.match.reference->id) && choice.rejects);
   return choice;
 }
