@@ -88,7 +88,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// The same for the first choice, which is made again: likelier than all others together.
   static constexpr double kLeastFirstConfidence = 0.5;
   /// Of the first choices together. Below, they reject nothing, and motion that they saw is forgotten.
-  static constexpr double kSureFirstConfidence = 0.7;
+  static constexpr double kSureFirstConfidence = 0.7, kMostFirstConfidence = 0.99;
   static constexpr std::size_t kFirstSteps = 4;
 
   /// Whether the background is known, what it takes to believe so, and whether it may reject.
@@ -106,8 +106,6 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// Nothing is rejected against a background that is probably a mover, and nothing is learned.
   void abstain(const detail::JudgedFrame& frame, Votes& votes);
   void forget_motion();
-  /// One unsure choice is not enough to reject. Several that agree are.
-  bool rejects() const;
   /// Weight of what is judged against this background.
   float certainty() const { return static_cast<float>(std::max(0.0, 2 * estimator_.confidence() - 1)); }
 

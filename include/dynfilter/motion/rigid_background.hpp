@@ -46,8 +46,6 @@ namespace dynfilter {
 /// grow with the features.
 class RigidBackgroundEstimator {
  public:
-  static constexpr float kMobile = RigidBackgroundScene::kMobile;
-
   /// `ok` is false if no motion explains enough points. Unusual data never throws.
   RigidMotion estimate(const RigidBackgroundScene& scene) {
     straight_ = scene;
@@ -226,11 +224,12 @@ class RigidBackgroundEstimator {
     for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
       MotionProposal& p = proposal(slot);
       p.score = portable::log(p.area + 1e-6) + p.order;
+      const double share = (explained_[slot] + 0.5) / (static_cast<double>(points()) + 1);
       if (scene_->expected) {
         const double d =
             distance_px(slot, slot, places_[slot], expected_) / std::max(kLeastMiss_px, 2 * usual_miss_px_);
         p.score -= portable::log1p(d * d);
-        p.score += kShare * log_odds_of_share(slot) * (kShareAlways + d * d) / (1 + d * d);
+        p.score += kShare * portable::log_odds(share) * (kShareAlways + d * d) / (1 + d * d);
       }
     }
     if (scene_->prior) weigh_prior();
@@ -252,9 +251,6 @@ class RigidBackgroundEstimator {
       if (search_.uses_prior())
         proposal(slot).score += PriorEvidence::log_likelihood(prior_distance2_[slot], scene_->prior_wrong);
     }
-  }
-  double log_odds_of_share(std::size_t slot) const {
-    return portable::log_odds((explained_[slot] + 0.5) / (static_cast<double>(points()) + 1));
   }
   std::pair<bool, double> rank(std::size_t slot) { return {explains_enough(slot), proposal(slot).score}; }
   /// Motions that the noise cannot distinguish from the chosen one do not count against it.

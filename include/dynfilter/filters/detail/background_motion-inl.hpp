@@ -95,11 +95,6 @@ inline void BackgroundMotionFilter::abstain(const detail::JudgedFrame& frame, Vo
     if (frame.evidence.judged(i)) votes.cast(i, Vote::Unknown, Votes::kNoIdea);
 }
 
-inline bool BackgroundMotionFilter::rejects() const {
-  const bool sure = *first_nats_ >= portable::log_odds(kSureFirstConfidence);
-  return path_.steps() >= kFirstSteps || (sure && estimator_.confidence() >= kLeastFirstConfidence);
-}
-
 inline void BackgroundMotionFilter::forget_motion() {
   path_.forget_motion();
   forecast_.clear();
@@ -123,9 +118,10 @@ inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
     return choice;
   }
   path_.add(motion.T_current_reference, {estimator_.match_noise_px(), estimator_.row_twist()});
-  *first_nats_ += portable::log_odds(estimator_.confidence());
+  *first_nats_ += portable::log_odds(std::min(kMostFirstConfidence, estimator_.confidence()));
   choice.known = true;
-  choice.rejects = rejects();
+  const bool sure = *first_nats_ >= portable::log_odds(kSureFirstConfidence);
+  choice.rejects = path_.steps() >= kFirstSteps || (sure && estimator_.confidence() >= kLeastFirstConfidence);
   path_.chain(path_.is_last_frame(frame.match.reference->id) && choice.rejects);
   return choice;
 }

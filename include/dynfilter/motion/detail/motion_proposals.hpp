@@ -72,7 +72,6 @@ class MotionProposals {
 
   std::vector<MotionProposal>& all() { return proposals_; }
   const std::vector<MotionProposal>& all() const { return proposals_; }
-  std::size_t size() const { return proposals_.size(); }
   /// Squared residuals, a row of BackgroundPoints::stride() per motion. See BackgroundPoints::measure().
   Span<const float> image2_px2() const { return image2_px2_; }
   Span<const float> depth2() const { return depth2_; }
