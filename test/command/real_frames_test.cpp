@@ -158,8 +158,10 @@ TEST_CASE("static recordings, cold from any frame, both ways: no frame is reject
     std::istringstream rows(read_text(out / "frames.csv"));
     std::string row;
     double worst = 0;
-    for (std::getline(rows, row); std::getline(rows, row);) {
-      std::array<double, 8> column{};  // features: 5, dynamic: 7
+    std::getline(rows, row);
+    REQUIRE(row.rfind("frame,timestamp_s,state,keyframe,relocalised,features,static,dynamic,", 0) == 0);
+    while (std::getline(rows, row)) {
+      std::array<double, 8> column{};
       std::istringstream cells(row);
       for (double& value : column) {
         std::string cell;

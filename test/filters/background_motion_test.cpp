@@ -730,7 +730,7 @@ TEST_CASE("background_motion: motion seen against an unsure first choice is forg
     }
   }
   REQUIRE(after_unsure > 20);
-  CHECK(1000 * rejected < 14 * still);  // 12 are, like in later frames; 17 if it is carried on
+  CHECK(1000 * rejected < 14 * still);  // 12 are; 17 were, when it was carried on
 }
 
 // The second frame's background is uncertain. Its noise differs between two players. The third frame has no
