@@ -28,7 +28,7 @@ namespace detail {
 ///    exposed at the same time.
 /// 2. Proposals are that motion, the host's, and the expected one. The expected one is refined at three
 ///    inlier distances, and again from the widest to the narrowest. Points that moved recently do not take
-///    part.
+///    part. If none of these explains most of the others, RANSAC searches them.
 /// 3. Further proposals come from a search: the points of the best motion so far are removed, and RANSAC
 ///    searches the rest. While no motion is expected, the far points and all points are searched first.
 class MotionProposals {
@@ -92,6 +92,7 @@ class MotionProposals {
 
  private:
   static constexpr std::size_t kMinUnmoved = 30;    ///< points; with fewer, all take part
+  static constexpr double kMostUnmoved = 0.7;       ///< of them, explained: the camera moves as expected
   static constexpr std::size_t kFewestPoints = 12;  ///< fewer are not searched
   static constexpr double kFirstNoise_px = 0.3;     ///< with too few neighbours to measure it
   static constexpr double kWide_px = 0.8, kSupport_px = 0.25, kNarrow_px = 0.05;  ///< least inlier noise
@@ -152,22 +153,40 @@ class MotionProposals {
                  whole ? T : Pose::from(T.R(), scene_->expected->t()));
   }
   void propose_expected() {
-    collect_unmoved();
+    const bool enough_unmoved = collect_unmoved();
     const double narrow_px = std::max(kNarrow_px, 0.8 * noise_px_);
     bool found = false;
     for (const double sigma_px : {narrow_px, 2.5 * narrow_px, wide_px()})
       found = propose_from(From::Expected, unmoved_, sigma_px, *scene_->expected);
+    if (enough_unmoved && !is_unmoved_explained()) found = propose_changed(narrow_px);
     // Where the camera's motion changed: from the widest, narrower in every step.
     for (const double sigma_px : {2.5 * narrow_px, narrow_px})
       found = found && propose_from(From::Expected, unmoved_, sigma_px, last_motion());
   }
-  /// The points that did not move recently; all, if these are too few.
-  void collect_unmoved() {
+  /// The points that did not move recently. False, and all, if these are too few.
+  bool collect_unmoved() {
+    in_rest_.assign(points_->stride(), 0);
     unmoved_.clear();
-    for (std::size_t k = 0; k < points_->size(); ++k)
-      if (!points_->moved_recently(k, RigidBackgroundScene::kMobile))
-        unmoved_.push_back(points_->features()[k]);
-    if (unmoved_.size() < kMinUnmoved) unmoved_ = points_->features();
+    for (std::size_t k = 0; k < points_->size(); ++k) {
+      if (points_->moved_recently(k, RigidBackgroundScene::kMobile)) continue;
+      in_rest_[k] = 1;
+      unmoved_.push_back(points_->features()[k]);
+    }
+    if (unmoved_.size() >= kMinUnmoved) return true;
+    unmoved_ = points_->features();
+    return false;
+  }
+  /// Whether one of the proposals explains most points that did not move recently.
+  bool is_unmoved_explained() const {
+    std::size_t most = 0;
+    for (std::size_t h = 0; h < proposals_.size(); ++h) most = std::max(most, explained_by(h, peel_px()));
+    return static_cast<double>(most) > kMostUnmoved * static_cast<double>(unmoved_.size());
+  }
+  /// Among all points, the best motion may be one between the background's and a mover's.
+  bool propose_changed(double narrow_px) {
+    rigid_.options().max_iterations = kSearch;
+    return propose_searched(unmoved_, support_px()) &&
+           propose_from(From::Support, unmoved_, narrow_px, last_motion());
   }
 
   // ---- proposals by search
