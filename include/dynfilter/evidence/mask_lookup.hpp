@@ -66,6 +66,8 @@ class MaskLookup {
     return static_cast<int>(std::clamp(at + kRounding, -1.0, size - 1.0) + 1) - 1;
   }
   bool any(int row, int from, int to) const;
+  /// Whether a square around the disc has a pixel of the mask: most have none, and a square costs less.
+  bool is_square_marked(const cv::Point2f& px, double radius_px) const;
 
   cv::Mat labels_;
   double scale_x_ = 1, scale_y_ = 1, width_px_ = 0, height_px_ = 0;
@@ -119,7 +121,21 @@ inline bool MaskLookup::at(const cv::Point2f& px) const {
 }
 
 inline bool MaskLookup::near(const cv::Point2f& px, double radius_px) const {
+  if (!is_square_marked(px, radius_px)) return false;
   return any_chord(px, radius_px, [&](int row, int from, int to) { return any(row, from, to); });
+}
+
+inline bool MaskLookup::is_square_marked(const cv::Point2f& px, double radius_px) const {
+  if (empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;
+  const double reach_px = std::max(radius_px, 0.0) + 1;  // more than the disc and the pixel itself
+  const double x = static_cast<double>(px.x) + 0.5, y = static_cast<double>(px.y) + 0.5;
+  const auto end = [](double at, int size) { return static_cast<int>(std::clamp(at, 0.0, size - 1.0)); };
+  const int left = end((x - reach_px) * scale_x_ - 1, labels_.cols),
+            right = end((x + reach_px) * scale_x_ + 1, labels_.cols);
+  const int last = end((y + reach_px) * scale_y_ + 1, labels_.rows);
+  for (int row = end((y - reach_px) * scale_y_ - 1, labels_.rows); row <= last; ++row)
+    if (any(row, left, right)) return true;
+  return false;
 }
 
 inline bool MaskLookup::any(int row, int from, int to) const {
