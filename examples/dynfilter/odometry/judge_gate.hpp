@@ -36,7 +36,7 @@ class JudgeGate {
     view_.timestamp_s = frame.timestamp_s;
     view_.grey = frame.grey;
     if (sensor_ == Sensor::Rgbd) {
-      view_.depth = frame.depth;
+      view_.depth = frame.depth, view_.depth_handed_over = true;  // each frame has an image of its own
       view_.depth_unit_m = frame.depth_unit_m;
     }
     if (sensor_ == Sensor::Stereo) view_.right_grey = frame.right;
