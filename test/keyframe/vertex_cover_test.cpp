@@ -12,6 +12,23 @@ using namespace dynfilter_test;
 
 namespace {
 
+/// Size of a maximal matching, a lower bound of every vertex cover.
+/// A cover needs an end of each edge of the matching, and these edges share no ends.
+std::size_t matching_bound(const Graph& graph) {
+  VertexSet matched(graph.size(), 0);
+  std::size_t edges = 0;
+  for (Graph::Vertex v = 0; v < graph.size(); ++v) {
+    if (matched[v]) continue;
+    for (const Graph::Vertex w : graph.neighbours(v)) {
+      if (matched[w]) continue;
+      matched[v] = matched[w] = 1;
+      ++edges;
+      break;
+    }
+  }
+  return edges;
+}
+
 Graph path(std::size_t n) {
   Graph graph(n);
   for (Graph::Vertex v = 1; v < n; ++v) graph.connect(v - 1, v);

@@ -59,23 +59,17 @@ template <class Kernels, std::size_t N>
 cv::Point2f most_alike(const SmallWindow<Kernels>& window, const cv::Mat& image, const cv::Point2f& px,
                        const std::array<cv::Point2f, N>& flows, float scale) {
   constexpr float kSamePx = 0.5F;  // nearer ones converge to the same place
-  std::array<std::size_t, N> distinct{};
-  std::size_t n = 1;
-  for (std::size_t k = 1; k < N; ++k) {
+  cv::Point2f best = flows[0];
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t k = 0; k < N; ++k) {
     const auto is_same = [&](const cv::Point2f& other) {
       const cv::Point2f apart = (flows[k] - other) * scale;
       return apart.dot(apart) < kSamePx * kSamePx;
     };
     const auto end = flows.begin() + static_cast<std::ptrdiff_t>(k);
-    if (std::none_of(flows.begin(), end, is_same)) distinct[n++] = k;
-  }
-  if (n == 1) return flows[0];
-  cv::Point2f best = flows[0];
-  float least = std::numeric_limits<float>::infinity();
-  for (std::size_t d = 0; d < n; ++d) {
-    const cv::Point2f& flow = flows[distinct[d]];
-    const float difference = window.difference(image, (px + flow) * scale);
-    if (difference < least) least = difference, best = flow;
+    if (std::any_of(flows.begin(), end, is_same)) continue;
+    const float difference = window.difference(image, (px + flows[k]) * scale);
+    if (difference < least) least = difference, best = flows[k];
   }
   return best;
 }

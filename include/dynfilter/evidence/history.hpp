@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/correspondence/image_pyramid.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <memory>

@@ -33,7 +33,7 @@ class MaskLookup {
   bool at(const cv::Point2f& px) const;
   /// True if the mask has a pixel within this distance. Equal to at() on a mask dilated with a disc.
   bool near(const cv::Point2f& px, double radius_px) const;
-  /// Visits the parts of the mask's rows inside a disc around a pixel, starting at the pixel.
+  /// Visits the parts of the rows inside a disc around a pixel, starting at the pixel, but rows off the mask.
   /// Calls f(row, from, to) with inclusive columns until it returns true. Returns the last result.
   template <class F>
   bool any_chord(const cv::Point2f& px, double radius_px, const F& f) const;
@@ -66,8 +66,6 @@ class MaskLookup {
     return static_cast<int>(std::clamp(at + kRounding, -1.0, size - 1.0) + 1) - 1;
   }
   bool any(int row, int from, int to) const;
-  /// Whether a square around the disc has a pixel of the mask: most have none, and a square costs less.
-  bool is_square_marked(const cv::Point2f& px, double radius_px) const;
 
   cv::Mat labels_;
   double scale_x_ = 1, scale_y_ = 1, width_px_ = 0, height_px_ = 0;
@@ -85,7 +83,10 @@ bool MaskLookup::any_chord(const cv::Point2f& px, double radius_px, const F& f) 
   const double x = std::round(static_cast<double>(px.x)), y = std::round(static_cast<double>(px.y));
   const int first = first_within((y - radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
   const int last = last_within((y + radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
+  const int left = first_within((x - radius_px + 0.5) * scale_x_ - 0.5, labels_.cols);
+  const int right = last_within((x + radius_px + 0.5) * scale_x_ - 0.5, labels_.cols);
   for (int row = first; row <= last; ++row) {
+    if (left > right || !any(row, left, right)) continue;  // a row of the square costs less than a chord
     const double dy = (row + 0.5) / scale_y_ - 0.5 - y;
     const double half = std::sqrt(std::max(0.0, radius_px * radius_px - dy * dy));
     const int from = first_within((x - half + 0.5) * scale_x_ - 0.5, labels_.cols);
@@ -121,21 +122,7 @@ inline bool MaskLookup::at(const cv::Point2f& px) const {
 }
 
 inline bool MaskLookup::near(const cv::Point2f& px, double radius_px) const {
-  if (!is_square_marked(px, radius_px)) return false;
   return any_chord(px, radius_px, [&](int row, int from, int to) { return any(row, from, to); });
-}
-
-inline bool MaskLookup::is_square_marked(const cv::Point2f& px, double radius_px) const {
-  if (empty() || !std::isfinite(px.x) || !std::isfinite(px.y)) return false;
-  const double reach_px = std::max(radius_px, 0.0) + 1;  // more than the disc and the pixel itself
-  const double x = static_cast<double>(px.x) + 0.5, y = static_cast<double>(px.y) + 0.5;
-  const auto end = [](double at, int size) { return static_cast<int>(std::clamp(at, 0.0, size - 1.0)); };
-  const int left = end((x - reach_px) * scale_x_ - 1, labels_.cols),
-            right = end((x + reach_px) * scale_x_ + 1, labels_.cols);
-  const int last = end((y + reach_px) * scale_y_ + 1, labels_.rows);
-  for (int row = end((y - reach_px) * scale_y_ - 1, labels_.rows); row <= last; ++row)
-    if (any(row, left, right)) return true;
-  return false;
 }
 
 inline bool MaskLookup::any(int row, int from, int to) const {

@@ -8,7 +8,6 @@
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
 #include <opencv2/core.hpp>
 #include <optional>

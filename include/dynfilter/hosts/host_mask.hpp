@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <dynfilter/core/frame_inputs.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/core/verdict.hpp>
 #include <dynfilter/hosts/masked_image.hpp>

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <dynfilter/config/field_table.hpp>
 #include <dynfilter/config/parameters.hpp>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <dynfilter/keyframe/selector.hpp>

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/keyframe/frame_summary.hpp>
 #include <optional>
 #include <string>

@@ -29,23 +29,6 @@ inline bool is_vertex_cover(const Graph& graph, const VertexSet& set) {
   return true;
 }
 
-/// Size of a maximal matching, a lower bound of every vertex cover.
-/// A cover needs an end of each edge of the matching, and these edges share no ends.
-inline std::size_t matching_bound(const Graph& graph) {
-  VertexSet matched(graph.size(), 0);
-  std::size_t edges = 0;
-  for (Graph::Vertex v = 0; v < graph.size(); ++v) {
-    if (matched[v]) continue;
-    for (const Graph::Vertex w : graph.neighbours(v)) {
-      if (matched[w]) continue;
-      matched[v] = matched[w] = 1;
-      ++edges;
-      break;
-    }
-  }
-  return edges;
-}
-
 namespace detail {
 
 /// Branch and bound on one connected graph with rows of bits.
@@ -208,7 +191,6 @@ inline VertexCover small_vertex_cover(const Graph& graph, std::uint64_t max_step
     cover.lower_bound += bound;
   }
   cover.size = count(cover.set);
-  cover.lower_bound = std::max(cover.lower_bound, matching_bound(graph));
   return cover;
 }
 

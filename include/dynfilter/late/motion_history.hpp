@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/correspondence/match.hpp>
 #include <dynfilter/geometry/depth_sampler.hpp>
 #include <limits>

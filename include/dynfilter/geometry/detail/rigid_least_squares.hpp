@@ -6,7 +6,6 @@
 #include <array>
 #include <cstddef>
 #include <dynfilter/core/cpu.hpp>
-#include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
 #include <dynfilter/geometry/small_matrix.hpp>

@@ -6,8 +6,6 @@
 #include <dynfilter/config/camera_file.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/needs.hpp>
-#include <dynfilter/core/span.hpp>
-#include <dynfilter/core/votes.hpp>
 #include <opencv2/core/version.hpp>
 #include <opencv2/imgproc.hpp>
 

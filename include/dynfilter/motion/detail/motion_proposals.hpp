@@ -158,7 +158,11 @@ class MotionProposals {
     bool found = false;
     for (const double sigma_px : {narrow_px, 2.5 * narrow_px, wide_px()})
       found = propose_from(From::Expected, unmoved_, sigma_px, *scene_->expected);
-    if (enough_unmoved && !is_unmoved_explained()) found = propose_changed(narrow_px);
+    if (enough_unmoved && !is_unmoved_explained()) {
+      rigid_.options().max_iterations = kSearch;
+      found = propose_searched(unmoved_, support_px()) &&
+              propose_from(From::Support, unmoved_, narrow_px, last_motion());
+    }
     // Where the camera's motion changed: from the widest, narrower in every step.
     for (const double sigma_px : {2.5 * narrow_px, narrow_px})
       found = found && propose_from(From::Expected, unmoved_, sigma_px, last_motion());
@@ -166,27 +170,19 @@ class MotionProposals {
   /// The points that did not move recently. False, and all, if these are too few.
   bool collect_unmoved() {
     in_rest_.assign(points_->stride(), 0);
-    unmoved_.clear();
-    for (std::size_t k = 0; k < points_->size(); ++k) {
-      if (points_->moved_recently(k, RigidBackgroundScene::kMobile)) continue;
-      in_rest_[k] = 1;
-      unmoved_.push_back(points_->features()[k]);
-    }
+    for (std::size_t k = 0; k < points_->size(); ++k)
+      in_rest_[k] = points_->moved_recently(k, RigidBackgroundScene::kMobile) ? 0.0F : 1.0F;
+    unmoved_ = rest();
     if (unmoved_.size() >= kMinUnmoved) return true;
     unmoved_ = points_->features();
     return false;
   }
-  /// Whether one of the proposals explains most points that did not move recently.
+  /// Whether a proposal explains most points that did not move recently. Else they are searched alone: of all
+  /// points, the best motion may be one between the background's and a mover's.
   bool is_unmoved_explained() const {
     std::size_t most = 0;
     for (std::size_t h = 0; h < proposals_.size(); ++h) most = std::max(most, explained_by(h, peel_px()));
     return static_cast<double>(most) > kMostUnmoved * static_cast<double>(unmoved_.size());
-  }
-  /// Among all points, the best motion may be one between the background's and a mover's.
-  bool propose_changed(double narrow_px) {
-    rigid_.options().max_iterations = kSearch;
-    return propose_searched(unmoved_, support_px()) &&
-           propose_from(From::Support, unmoved_, narrow_px, last_motion());
   }
 
   // ---- proposals by search
