@@ -92,7 +92,7 @@ class MotionProposals {
 
  private:
   static constexpr std::size_t kMinUnmoved = 30;    ///< points; with fewer, all take part
-  static constexpr double kMostUnmoved = 0.7;       ///< of them, explained: the camera moves as expected
+  static constexpr double kMostUnmoved = 0.9;       ///< of them, explained at least roughly: no jerk
   static constexpr std::size_t kFewestPoints = 12;  ///< fewer are not searched
   static constexpr double kFirstNoise_px = 0.3;     ///< with too few neighbours to measure it
   static constexpr double kWide_px = 0.8, kSupport_px = 0.25, kNarrow_px = 0.05;  ///< least inlier noise
@@ -177,11 +177,11 @@ class MotionProposals {
     unmoved_ = points_->features();
     return false;
   }
-  /// Whether a proposal explains most points that did not move recently. Else they are searched alone: of all
-  /// points, the best motion may be one between the background's and a mover's.
+  /// Whether a proposal roughly explains nearly all points that did not move recently. Else they are searched
+  /// alone: of all points, the best motion may be one between the background's and a mover's.
   bool is_unmoved_explained() const {
     std::size_t most = 0;
-    for (std::size_t h = 0; h < proposals_.size(); ++h) most = std::max(most, explained_by(h, peel_px()));
+    for (std::size_t h = 0; h < proposals_.size(); ++h) most = std::max(most, explained_by(h, wide_px()));
     return static_cast<double>(most) > kMostUnmoved * static_cast<double>(unmoved_.size());
   }
 
