@@ -174,13 +174,13 @@ TEST_CASE("static recordings, cold from any frame, both ways: no frame is reject
   };
   struct Recording {
     const char* name;
-    int frames;
+    int frames, first;
     double most;  ///< share of a frame's features
   };
-  for (const Recording& r : {Recording{"tum_fr1_xyz_jerk", 31, 0.10}, Recording{"tum_fr1_xyz", 40, 0.10},
-                             Recording{"tum_fr1_rpy", 90, 0.10}, Recording{"tartanair_hospital", 50, 0.12}}) {
-    if (!kLongTests && r.frames != 31) continue;
-    for (int start = kLongTests ? 0 : 3; start < r.frames - 10; start += kLongTests ? 1 : 13)
+  for (const Recording& r :
+       {Recording{"tum_fr1_xyz_jerk", 31, 3, 0.10}, Recording{"tum_fr1_xyz", 40, 4, 0.10},
+        Recording{"tum_fr1_rpy", 90, 0, 0.10}, Recording{"tartanair_hospital", 50, 9, 0.12}}) {
+    for (int start = kLongTests ? 0 : r.first; start < r.frames - 10; start += kLongTests ? 1 : 13)
       for (const std::string way : {"", "--reverse "}) {
         CAPTURE(r.name);
         CAPTURE(way);

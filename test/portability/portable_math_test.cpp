@@ -92,6 +92,10 @@ TEST_CASE("special arguments are those of the standard functions") {
   CHECK(portable::exp(0.0) == 1);
   CHECK(portable::exp(-kInf) == 0);
   CHECK(portable::exp(kInf) == kInf);
+  for (const double x :
+       {709.0, 709.7, -707.9, -708.5, -720.0, -745.0})  // the largest and smallest powers of 2
+    CHECK(std::abs(portable::exp(x) - std::exp(x)) <=
+          std::max(std::numeric_limits<double>::denorm_min(), 4e-16 * std::exp(x)));
   CHECK(portable::exp(1e300) == kInf);
   CHECK(portable::exp(-1e300) == 0);
   CHECK(portable::log(1.0) == 0);

@@ -33,7 +33,7 @@ class MaskLookup {
   bool at(const cv::Point2f& px) const;
   /// True if the mask has a pixel within this distance. Equal to at() on a mask dilated with a disc.
   bool near(const cv::Point2f& px, double radius_px) const;
-  /// Visits the parts of the rows inside a disc around a pixel, starting at the pixel, but rows off the mask.
+  /// Visits the pixel, then the parts inside a disc around it of those rows that have the mask nearby.
   /// Calls f(row, from, to) with inclusive columns until it returns true. Returns the last result.
   template <class F>
   bool any_chord(const cv::Point2f& px, double radius_px, const F& f) const;
@@ -83,14 +83,16 @@ bool MaskLookup::any_chord(const cv::Point2f& px, double radius_px, const F& f) 
   const double x = std::round(static_cast<double>(px.x)), y = std::round(static_cast<double>(px.y));
   const int first = first_within((y - radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
   const int last = last_within((y + radius_px + 0.5) * scale_y_ - 0.5, labels_.rows);
-  const int left = first_within((x - radius_px + 0.5) * scale_x_ - 0.5, labels_.cols);
-  const int right = last_within((x + radius_px + 0.5) * scale_x_ - 0.5, labels_.cols);
+  const auto columns = [&](double half) {
+    return std::array<int, 2>{first_within((x - half + 0.5) * scale_x_ - 0.5, labels_.cols),
+                              last_within((x + half + 0.5) * scale_x_ - 0.5, labels_.cols)};
+  };
+  const auto [left, right] = columns(radius_px);
   for (int row = first; row <= last; ++row) {
     if (left > right || !any(row, left, right)) continue;  // a row of the square costs less than a chord
     const double dy = (row + 0.5) / scale_y_ - 0.5 - y;
     const double half = std::sqrt(std::max(0.0, radius_px * radius_px - dy * dy));
-    const int from = first_within((x - half + 0.5) * scale_x_ - 0.5, labels_.cols);
-    const int to = last_within((x + half + 0.5) * scale_x_ - 0.5, labels_.cols);
+    const auto [from, to] = columns(half);
     if (from <= to && f(row, from, to)) return true;
   }
   return false;

@@ -70,7 +70,7 @@ inline constexpr double kCos[8] = {1 / 24.0,          -1 / 720.0,          1 / 4
 inline constexpr double kAtanSeries[10] = {-1 / 3.0, 1 / 5.0,   -1 / 7.0, 1 / 9.0,   -1 / 11.0,
                                            1 / 13.0, -1 / 15.0, 1 / 17.0, -1 / 19.0, 1 / 21.0};
 
-/// std::ldexp, which takes most of the time of exp.
+/// x 2^n. std::ldexp would take a third of the time of exp.
 inline double scaled(double x, int n) {
   if (std::abs(n) >= 1023) return std::ldexp(x, n);
   const std::uint64_t power_of_two = static_cast<std::uint64_t>(n + 1023) << 52;

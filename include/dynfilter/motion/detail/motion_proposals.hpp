@@ -28,7 +28,7 @@ namespace detail {
 ///    exposed at the same time.
 /// 2. Proposals are that motion, the host's, and the expected one. The expected one is refined at three
 ///    inlier distances, and again from the widest to the narrowest. Points that moved recently do not take
-///    part. If none of these explains most of the others, RANSAC searches them.
+///    part. If none of these explains nearly all others even roughly, RANSAC searches them.
 /// 3. Further proposals come from a search: the points of the best motion so far are removed, and RANSAC
 ///    searches the rest. While no motion is expected, the far points and all points are searched first.
 class MotionProposals {
@@ -92,7 +92,7 @@ class MotionProposals {
 
  private:
   static constexpr std::size_t kMinUnmoved = 30;    ///< points; with fewer, all take part
-  static constexpr double kMostUnmoved = 0.9;       ///< of them, explained at least roughly: no jerk
+  static constexpr double kNoJerk = 0.9;            ///< share of them that a motion explains at least roughly
   static constexpr std::size_t kFewestPoints = 12;  ///< fewer are not searched
   static constexpr double kFirstNoise_px = 0.3;     ///< with too few neighbours to measure it
   static constexpr double kWide_px = 0.8, kSupport_px = 0.25, kNarrow_px = 0.05;  ///< least inlier noise
@@ -167,7 +167,7 @@ class MotionProposals {
     for (const double sigma_px : {2.5 * narrow_px, narrow_px})
       found = found && propose_from(From::Expected, unmoved_, sigma_px, last_motion());
   }
-  /// The points that did not move recently. False, and all, if these are too few.
+  /// The points that did not move recently, as the rest. False, and all in unmoved_, if these are too few.
   bool collect_unmoved() {
     in_rest_.assign(points_->stride(), 0);
     for (std::size_t k = 0; k < points_->size(); ++k)
@@ -177,12 +177,11 @@ class MotionProposals {
     unmoved_ = points_->features();
     return false;
   }
-  /// Whether a proposal roughly explains nearly all points that did not move recently. Else they are searched
-  /// alone: of all points, the best motion may be one between the background's and a mover's.
+  /// Whether a proposal explains nearly all of them. Else a motion between theirs and a mover's may be best.
   bool is_unmoved_explained() const {
     std::size_t most = 0;
     for (std::size_t h = 0; h < proposals_.size(); ++h) most = std::max(most, explained_by(h, wide_px()));
-    return static_cast<double>(most) > kMostUnmoved * static_cast<double>(unmoved_.size());
+    return static_cast<double>(most) > kNoJerk * static_cast<double>(unmoved_.size());
   }
 
   // ---- proposals by search
