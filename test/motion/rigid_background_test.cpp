@@ -339,6 +339,24 @@ TEST_CASE("after a jerk of the camera, what did not move recently tells its moti
   CHECK(unknown < known);
 }
 
+// A motion is 5 px from the background's, while the camera turns by 50 mrad. Rows that are read in 33 ms may
+// shift by 20 px. A camera that shifts sideways only has no such rows.
+TEST_CASE("while it is not known whether rows are times, they may part what a turn could part") {
+  for (const double turn_rad : {0.05, 0.0}) {
+    CAPTURE(turn_rad);
+    const Pose camera = Pose::from(rotation_about({0, 1, 0}, turn_rad), {0.01, 0, 0});
+    const Pose mover = Pose::from(camera.R(), camera.t() + Eigen::Vector3d(0, 0.02, 0));
+    Parts parts;
+    parts.add(300, {100, 0, 300, 480}, 3, 4, camera);
+    parts.add(120, {400, 0, 140, 480}, 2, 2.2, mover);
+    RigidBackgroundScene scene = parts.scene();
+    scene.elapsed_s = 1.0 / 30;
+    RigidBackgroundEstimator estimator;
+    REQUIRE(estimator.estimate(scene).ok);
+    CHECK(estimator.rows_may_part() == (turn_rad > 0));
+  }
+}
+
 TEST_CASE("what was static before counts more") {
   const Pose camera = shift(0.02, 0, 0.01), mover = shift(-0.03, 0.01);
   Parts parts = crowd(camera, mover);

@@ -62,6 +62,7 @@ class Turns final : public Filter {
     *log_ += name_;
     const std::string& letters = letters_[static_cast<std::size_t>(evidence.frame().id)];
     if (letters == "throw") throw std::runtime_error("no idea");
+    if (letters == "doubt") return votes.doubt();
     for (std::size_t i = 0; i < letters.size(); ++i) {
       if (letters[i] == 'P') votes.mark_prior(i);
       if (letters[i] == 'S') votes.cast(i, Vote::Static);
@@ -237,6 +238,16 @@ TEST_CASE("first_available: a member that abstained on the whole frame has not j
   CHECK(letters_of(none) == "UUU");
   CHECK(none.report.stages[0].note ==
         "no member judged (a abstained on the whole frame, b abstained on the whole frame)");
+}
+
+TEST_CASE("first_available: a member that doubts has judged") {
+  TwoMembers two({"doubt", "UUU"}, {"DDD", "DDD"});
+  const Verdict& doubted = two.judge(0);
+  CHECK(letters_of(doubted) == "UUU");
+  CHECK(doubted.report.stages[1].doubted);
+  CHECK(two.log == "a");
+  CHECK(letters_of(two.judge(1)) == "DDD");
+  CHECK_FALSE(two.pipeline->before_pose(two.features.view(1)).report.stages[1].doubted);
 }
 
 TEST_CASE("first_available: an input that is missing in one frame passes the turn for this frame") {

@@ -29,13 +29,14 @@ struct StageReport {
   std::string path;      ///< position in the pipeline file
   bool skipped = false;  ///< an input was missing; `note` names it
   bool failed = false;   ///< the stage threw; `note` has the message and its votes count as Unknown
+  bool doubted = false;  ///< every vote may be Unknown, and that is its judgement; see Votes::doubt()
   std::string note;      ///< e.g. the model that was used or the reason for a skip
   /// Features that it was to judge; of them, votes Dynamic and Unknown; prior suspects that it marked.
   std::size_t judged = 0, dynamic = 0, unknown = 0, prior = 0;
   double time_ms = 0;  ///< includes shared evidence that this stage was the first to request
 
-  /// False if it abstained on the whole frame: it was skipped, it failed, or every vote is Unknown.
-  bool has_judged() const { return !skipped && !failed && judged > unknown; }
+  /// False if it abstained on the whole frame: it was skipped, failed, or left all Unknown without a doubt.
+  bool has_judged() const { return !skipped && !failed && (doubted || judged > unknown); }
 };
 
 /// Report of one call of the pipeline.

@@ -32,6 +32,7 @@ class Votes {
     suspicion_.assign(n, kNoIdea);
     prior_.assign(n, 0);
     note_.clear();
+    doubts_ = false;
   }
   /// Sets the vote on feature i. The suspicion is clipped to [0, 1], NaN is kNoIdea.
   void cast(std::size_t i, Vote vote, float suspicion) {
@@ -51,6 +52,9 @@ class Votes {
     (add(parts), ...);
   }
   const std::string& notes() const { return note_; }  ///< what note() was given, joined by "; "
+  /// All inputs are there and nothing can be said: a filter that sees less need not be asked.
+  void doubt() { doubts_ = true; }
+  bool doubts() const { return doubts_; }  ///< whether doubt() was called
   /// Marks the prior suspects of `other`, which has the same number of features.
   void add_priors(const Votes& other) {
     for (std::size_t i = 0; i < prior_.size(); ++i) prior_[i] |= other.prior_[i];
@@ -91,6 +95,7 @@ class Votes {
   }
 
   std::string note_;
+  bool doubts_ = false;
 };
 
 /// Suspicion of a measured distance with respect to its limit, in the same unit:

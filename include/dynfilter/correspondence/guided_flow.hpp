@@ -31,7 +31,8 @@ struct FlowLimits {
 /// (coarse_flow.hpp), and each point is tracked on level 0 only. It starts from its guess or from one of the
 /// four grid nodes around it, whichever makes the patches most alike. So a point on a mover is not drawn to
 /// the background's flow, nor the reverse. Tracking back starts from the point itself. It detects occlusion:
-/// there the reference patch has another motion than the current one.
+/// there the reference patch has another motion than the current one. A corner that looks much the same is
+/// not tracked back: what hides a part of it changes it.
 class GuidedFlow {
  public:
   bool wide = true;  ///< use 256-bit instructions where available, with identical results
@@ -57,7 +58,8 @@ class GuidedFlow {
  private:
   static constexpr int kMinWindow = 12;  ///< With fewer pixels, the checks accept chance.
   static constexpr int kBackIterations = 3;
-  static constexpr double kSureResidual = 0.1;  ///< Chance hardly reaches it.
+  static constexpr float kBackEpsilon_px = 0.3F;  ///< far less than the way back may miss
+  static constexpr double kSureResidual = 0.1;    ///< Chance hardly reaches it.
 
   using Images = std::vector<cv::Mat>;
   using Pixels = std::array<const std::uint8_t*, 2>;
@@ -77,11 +79,6 @@ class GuidedFlow {
   template <class Kernels>
   bool track_point(const Images& from, const Images& to, FlowCheck check, const cv::Point2f& from_px,
                    detail::SmallWindow<Kernels>& window, cv::Point2f& px, MatchSpread& spread) const;
-  /// The patches look alike. Where they hardly do, those of level 1 have to as well, because so few pixels
-  /// may resemble each other by chance.
-  template <class Kernels>
-  bool alike(const Images& from, const Images& to, const cv::Point2f& from_px, const cv::Point2f& px,
-             detail::SmallWindow<Kernels>& window) const;
   template <class Kernels>
   bool returns(const Images& from, const Images& to, const cv::Point2f& from_px, const cv::Point2f& px,
                detail::SmallWindow<Kernels>& window) const;
@@ -142,17 +139,15 @@ bool GuidedFlow::track_point(const Images& from, const Images& to, FlowCheck che
   px = from_px + most_alike(window, to[0], from_px, flows, 1);
   if (!window.refine(to[0], params_.max_iterations, epsilon_px(), px)) return false;
   if (check == FlowCheck::None) return true;
-  if (!alike(from, to, from_px, px, window)) return false;
-  return check == FlowCheck::Residual || returns(from, to, from_px, px, window);
-}
-
-template <class Kernels>
-bool GuidedFlow::alike(const Images& from, const Images& to, const cv::Point2f& from_px,
-                       const cv::Point2f& px, detail::SmallWindow<Kernels>& window) const {
   const double residual = window.residual(to[0], px);
   if (residual > FlowLimits::kMaxResidual) return false;
-  if (residual <= kSureResidual || from.size() < 2) return true;
-  return window.cut(from[1], from_px / 2) && window.residual(to[1], px / 2) <= FlowLimits::kMaxResidual;
+  const bool sure = residual <= kSureResidual;
+  // Patches that hardly look alike do so on level 1, too: so few pixels may resemble each other by chance.
+  if (!sure && from.size() > 1 &&
+      !(window.cut(from[1], from_px / 2) && window.residual(to[1], px / 2) <= FlowLimits::kMaxResidual))
+    return false;
+  const bool slides = spread.along > 1;
+  return check == FlowCheck::Residual || (sure && !slides) || returns(from, to, from_px, px, window);
 }
 
 template <class Kernels>
@@ -160,7 +155,7 @@ bool GuidedFlow::returns(const Images& from, const Images& to, const cv::Point2f
                          const cv::Point2f& px, detail::SmallWindow<Kernels>& window) const {
   cv::Point2f back = from_px;
   return window.cut(to[0], px) && window.textured(FlowLimits::kMinEigenvalue) &&
-         window.refine(from[0], kBackIterations, epsilon_px(), back) &&
+         window.refine(from[0], kBackIterations, kBackEpsilon_px, back) &&
          portable::hypot(back.x - from_px.x, back.y - from_px.y) <=
              static_cast<float>(FlowLimits::kMaxForwardBackward_px);
 }

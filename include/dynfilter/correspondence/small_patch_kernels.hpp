@@ -17,9 +17,12 @@ struct SmallPatchKernels {
   /// Fills `patch` with the window whose top left pixel is (x, y). Reads one pixel more each way, 16 columns.
   static void cut(const cv::Mat& image, int x, int y, int window_px, SmallPatch& patch) {
     patch.x = patch.y = patch.xx = patch.xy = patch.yy = 0;
+    const bool inside = x >= 0 && y >= 0 && x + SmallPatch::kColumns <= image.cols &&
+                        y + window_px <= image.rows && window_px == SmallPatch::kColumns;
     compiled_for<kLanes == 16>([&]() DYNFILTER_AS_CALLER {
       for (int first = 0; first < SmallPatch::kColumns; first += kLanes)
-        cut_columns(image, x, y, first, window_px, patch);
+        inside ? cut_columns<true>(image, x, y, first, window_px, patch)
+               : cut_columns<false>(image, x, y, first, window_px, patch);
     });
   }
 
@@ -104,6 +107,8 @@ struct SmallPatchKernels {
     }
   };
 
+  /// `kInside`: all of 16 columns is, so nothing has to be left out.
+  template <bool kInside>
   DYNFILTER_AS_CALLER static void cut_columns(const cv::Mat& image, int x, int y, int first, int window_px,
                                               SmallPatch& patch) {
     const auto step = static_cast<std::ptrdiff_t>(image.step[0]);
@@ -114,12 +119,15 @@ struct SmallPatchKernels {
     Pairs xx{}, xy{}, yy{};
     const auto add_row = [&](ImageRow& upper, const ImageRow& here, int r) DYNFILTER_AS_CALLER {
       const ImageRow lower(row += step);
-      const bool inside = static_cast<unsigned>(y + r) < static_cast<unsigned>(image.rows);
-      const Values mask = inside ? in_image : Values{};
-      const Values dx = (upper.step + lower.step + here.step * all<kLanes>(3)) & mask;
-      const Values dy = (lower.smooth - upper.smooth) & mask;
+      Values dx = upper.step + lower.step + here.step * all<kLanes>(3), dy = lower.smooth - upper.smooth,
+             grey = here.middle << kGreyBits;
+      if constexpr (!kInside) {
+        const bool in_rows = static_cast<unsigned>(y + r) < static_cast<unsigned>(image.rows);
+        const Values mask = in_rows ? in_image : Values{};
+        dx = dx & mask, dy = dy & mask, grey = grey & in_window;
+      }
       const int at = r * SmallPatch::kColumns + first;
-      ((here.middle << kGreyBits) & in_window).store(patch.grey + at);
+      grey.store(patch.grey + at);
       dx.store(patch.dx + at);
       dy.store(patch.dy + at);
       sum_x += dx, sum_y += dy;

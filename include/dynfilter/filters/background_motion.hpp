@@ -16,7 +16,6 @@
 #include <dynfilter/motion/mover_forecast.hpp>
 #include <dynfilter/motion/prior_evidence.hpp>
 #include <dynfilter/motion/rigid_background.hpp>
-#include <optional>
 #include <vector>
 
 namespace dynfilter {
@@ -40,13 +39,9 @@ struct BackgroundMotionParams {
 ///
 /// Formula:  the background's motion is chosen among several (motion/rigid_background.hpp). Each feature's
 ///           residual against it in (u, v, depth) gives log-odds of motion (motion/moving_odds.hpp), over one
-///           frame and over its track of up to 0.2 s. The larger count, but a miss that the track undoes does
-///           not. In a patch over two surfaces their shift against each other is added to the noise
-///           (motion/patch_relief.hpp), which is measured in every frame. Features without a match have those
-///           of motion/free_space.hpp or, with stereo, motion/mover_forecast.hpp. Belief = odds + memory *
-///           belief in the last frame, plus the mean over neighbours at a similar depth. Dynamic above the
-///           log-odds against motion in this frame, if a core is near: a feature with evidence of motion
-///           among others with such evidence. A prior suspect has a larger prior and needs no core.
+///           frame and over its track of up to 0.2 s. Belief = odds + memory * belief in the last frame, plus
+///           the mean over neighbours at a similar depth. Dynamic above the log-odds against motion in this
+///           frame, if a core is near. See the card.
 /// Votes:    with a confidence, the probability that the chosen motion is the background's. Below 1/3 every
 ///           vote is Unknown. A feature with one depth is judged by its place in the image, one without by
 ///           the line on which it may lie (motion/static_miss.hpp). With stereo the line never says Static.
@@ -54,10 +49,9 @@ struct BackgroundMotionParams {
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone.
 /// Blind to: motion within the noise over 0.2 s; motion at an occluding edge as small as the shift of its two
-///           surfaces; movers without matches at places that were hidden or that they cover; movers of
-///           fewer than three features; everything, if a mover is taken for the background.
-/// State:    the camera's last motions, the ratios of the noise, belief and mobility per track. 12 frames are
-///           kept. Cost: see the card.
+///           surfaces; movers without matches at places that were hidden or that they cover; movers of fewer
+///           than three features; everything, if a mover is taken for the background.
+/// State:    the camera's last motions, ratios of the noise, belief and mobility per track; 12 frames.
 class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> {
  public:
   using Params = BackgroundMotionParams;
@@ -82,13 +76,12 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// their neighbours.
   static constexpr float kUnseenLimit = 0, kSuspectLimit = -0.1F, kBlindLimit = 0.6F;
   static constexpr double kDoubtedSigmas = 3;  ///< a miss beyond is looked at twice
-  static constexpr int kMinSeeds = 30;
-  static constexpr std::size_t kEnoughFirm = 100;      ///< matches that tell of the background's motion
-  static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
-  /// The same for the first choice, which is made again: likelier than all others together.
-  static constexpr double kLeastFirstConfidence = 0.5;
-  /// Of the first choices together. Below, they reject nothing, and motion that they saw is forgotten.
-  static constexpr double kSureFirstConfidence = 0.7, kMostFirstConfidence = 0.99;
+  static constexpr std::size_t kMinSeeds = 30;
+  static constexpr std::size_t kEnoughFirm = 100;       ///< matches that tell of the background's motion
+  static constexpr double kLeastConfidence = 1.0 / 3;   ///< in the background: three motions equally likely
+  static constexpr double kLeastFirstConfidence = 0.5;  ///< of all: likelier than the others together
+  static constexpr double kSureFirstConfidence = 0.6;   ///< the same for the first ones, to reject
+  static constexpr double kSureDespiteRows = 0.9;       ///< the same where rows may have parted two motions
   static constexpr std::size_t kFirstSteps = 4;
 
   /// Whether the background is known, what it takes to believe so, and whether it may reject.
@@ -104,8 +97,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   RigidBackgroundScene scene_of(const detail::JudgedFrame& frame);
   void collect_seeds(const detail::JudgedFrame& frame);
   /// Nothing is rejected against a background that is probably a mover, and nothing is learned.
-  void abstain(const detail::JudgedFrame& frame, Votes& votes);
-  void forget_motion();
+  void abstain(Votes& votes);
   /// Weight of what is judged against this background.
   float certainty() const { return static_cast<float>(std::max(0.0, 2 * estimator_.confidence() - 1)); }
 
@@ -129,7 +121,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static void note_slides(const Match& match, Votes& votes);
 
   Params params_;
-  std::optional<double> first_nats_;  ///< log-odds that the first choices are right; none: no choice yet
+  bool has_chosen_ = false;  ///< a motion, for the background
   RigidBackgroundEstimator estimator_;
   PriorWatch prior_watch_;
   CameraPath path_;

@@ -32,13 +32,8 @@ namespace dynfilter {
 ///    to the motion that explains it best. The n points of a patch count as n / (1 + (n - 1) rho) independent
 ///    ones (Kish, Survey Sampling, 1965, section 5.4). rho is the share of a match's error variance that
 ///    neighbours have in common.
-/// 3. The background is the motion with the largest
-///      log(area) - log(1 + d^2) + order + 0.1 log(n / (1 - n)) (0.5 + d^2) / (1 + d^2).
-///    area: share of the visible surface [m^2], weighted by what was static before.
-///    d: distance of its points in the image from the expected motion, in units of the usual distance.
-///    order: share of the neighbours on other motions that are in front.
-///    n: share of the points that it explains. A few points decide little, and less where they surprise.
-///    A prior adds log((1 - w) exp(-d_p^2 / 2) + w), with d_p of prior_evidence.hpp and w that it is wrong.
+/// 3. The background is the motion with the largest score: by its share of the visible surface, its distance
+///    from the expected motion, its depth order, its share of the points, and a prior (the filter's card).
 ///    A motion that explains less than 4 % of the points is never the background. If none explains more,
 ///    there is no motion. The exponentials of the scores, normalised, give the confidence.
 ///
@@ -71,6 +66,8 @@ class RigidBackgroundEstimator {
   const RowTwist& row_twist() const { return twist_; }
   /// Squared distance of the chosen motion from the prior (prior_evidence.hpp); 0 without one.
   double prior_distance2() const { return prior_distance2_.empty() ? 0 : prior_distance2_[chosen_slot_]; }
+  /// Whether a motion may be the chosen one's, seen by rows that are read one after the other.
+  bool rows_may_part() const { return rows_may_part_; }
   /// Forgets how smoothly the camera moves.
   void reset() {
     usual_miss_px_ = kUnknownMiss_px;
@@ -114,6 +111,7 @@ class RigidBackgroundEstimator {
     assign();
     choose();
     if (!explains_enough(chosen_slot_)) return {};
+    rows_may_part_ = !rows.believed && differs_by_rows(scene_->camera.fy_px * rows.sigma_rad);
     const RigidMotion motion = refine_background();
     if (motion.ok && scene_->expected) learn_smoothness(motion.T_current_reference);
     if (motion.ok && rows.fit.ok && scene_->last_turn_radps) learn_readout(rows);
@@ -157,6 +155,14 @@ class RigidBackgroundEstimator {
     }
     straight_.current_m = straight_m_;
     points_.follow(straight_);
+  }
+  /// Whether the noise tells a motion from the chosen one, but a twist of this length does not.
+  bool differs_by_rows(double twist_px) const {
+    for (std::size_t slot = 0; slot < selected_.size(); ++slot)
+      if (explains_enough(slot) && distinct(slot, chosen_slot_) &&
+          distance_px(slot, chosen_slot_, places_[slot], places_[chosen_slot_]) < twist_px)
+        return true;
+    return false;
   }
   void learn_readout(const Rows& rows) {
     if (rows.fit.share < kLearnShare) return;
@@ -406,6 +412,7 @@ class RigidBackgroundEstimator {
   std::size_t chosen_ = 0, chosen_slot_ = 0;
   double noise_px_ = 0;
   double usual_miss_px_ = kUnknownMiss_px, confidence_ = 1;
+  bool rows_may_part_ = false;
 };
 
 }  // namespace dynfilter

@@ -49,7 +49,8 @@ class ByRegionStage final : public Combinator {
 /// `first_available`: the first member that judges decides alone; those after it do not run.
 /// So one pipeline serves cameras with and without depth.
 /// A member has not judged if it abstained on the whole frame: it was skipped, it failed, or every vote is
-/// Unknown. The next member then judges the frame. Its prior suspects count nevertheless.
+/// Unknown. The next member then judges the frame, unless the first doubts (Votes::doubt()). Its prior
+/// suspects count nevertheless.
 ///
 /// Each frame is decided anew, without a memory of the member that judged the last one. An input may be
 /// missing in one frame only (depth at half the rate of the images), and waiting would leave frames unjudged.

@@ -38,7 +38,7 @@ class StageReports {
     report.name = name;
     report.path = path;
     report.note.clear();
-    report.skipped = report.failed = false;
+    report.skipped = report.failed = report.doubted = false;
     report.judged = report.dynamic = report.unknown = report.prior = 0;
     report.time_ms = 0;
     return report;
@@ -154,6 +154,7 @@ inline void Stage::judge(FrameEvidence& evidence, StageReports& reports, Judgeme
   run(evidence, reports, self, out);
   StageReport& report = reports[self];
   report.judged = evidence.count_judged();
+  report.doubted = out.votes.doubts();
   if (report.judged < evidence.size()) drop_not_judged(evidence, out);
   report.dynamic = out.votes.count(Vote::Dynamic);
   report.unknown = out.votes.count(Vote::Unknown) - (out.votes.size() - report.judged);

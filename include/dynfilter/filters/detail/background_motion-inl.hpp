@@ -25,7 +25,7 @@ DYNFILTER_INLINE BackgroundMotionFilter::BackgroundMotionFilter(Params params) :
 }
 
 DYNFILTER_INLINE void BackgroundMotionFilter::reset() {
-  first_nats_.reset();
+  has_chosen_ = false;
   estimator_.reset();
   prior_watch_.reset();
   path_.reset();
@@ -61,8 +61,8 @@ inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes
   const Choice choice = follow_background(seen, votes);
   if (!choice.known) return;
   if (estimator_.confidence() < choice.least_confidence) {
-    abstain(seen, votes);
-    if (choice.least_confidence == kLeastFirstConfidence) forget_motion();  // nor expect it to go on
+    abstain(votes);
+    if (choice.least_confidence == kLeastFirstConfidence) path_.forget_motion();
     return;
   }
   if (!choice.rejects) votes.note("the first choices of a background reject nothing: they are not sure");
@@ -88,15 +88,9 @@ inline const Match& BackgroundMotionFilter::look_again(const detail::JudgedFrame
                                     misses_.doubted(kDoubtedSigmas * path_.noise_px(1)));
 }
 
-inline void BackgroundMotionFilter::abstain(const detail::JudgedFrame& frame, Votes& votes) {
+inline void BackgroundMotionFilter::abstain(Votes& votes) {
   votes.note("background uncertain");
-  forecast_.clear();
-  for (std::size_t i = 0; i < frame.size(); ++i)
-    if (frame.evidence.judged(i)) votes.cast(i, Vote::Unknown, Votes::kNoIdea);
-}
-
-inline void BackgroundMotionFilter::forget_motion() {
-  path_.forget_motion();
+  votes.doubt();
   forecast_.clear();
 }
 
@@ -105,8 +99,7 @@ inline void BackgroundMotionFilter::forget_motion() {
 inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
     const detail::JudgedFrame& frame, Votes& votes) {
   Choice choice;
-  if (!first_nats_) choice.least_confidence = kLeastFirstConfidence;
-  if (path_.steps() == 0) first_nats_ = 0;
+  if (!std::exchange(has_chosen_, true)) choice.least_confidence = kLeastFirstConfidence;
   const RigidBackgroundScene scene = scene_of(frame);
   const RigidMotion motion = estimator_.estimate(scene);
   if (scene.prior && motion.ok) prior_watch_.observe(estimator_.prior_distance2(), path_.elapsed_s(1));
@@ -114,14 +107,15 @@ inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
   note_motion(motion, votes);
   note_slides(frame.match, votes);
   if (!motion.ok) {
-    forget_motion();
+    path_.forget_motion();
+    forecast_.clear();
+    if (estimator_.points() >= kMinSeeds) votes.doubt();
     return choice;
   }
   path_.add(motion.T_current_reference, {estimator_.match_noise_px(), estimator_.row_twist()});
-  *first_nats_ += portable::log_odds(std::min(kMostFirstConfidence, estimator_.confidence()));
   choice.known = true;
-  const bool sure = *first_nats_ >= portable::log_odds(kSureFirstConfidence);
-  choice.rejects = path_.steps() >= kFirstSteps || (sure && estimator_.confidence() >= kLeastFirstConfidence);
+  const double sure = estimator_.rows_may_part() ? kSureDespiteRows : kSureFirstConfidence;
+  choice.rejects = path_.steps() >= kFirstSteps || estimator_.confidence() >= sure;
   path_.chain(path_.is_last_frame(frame.match.reference->id) && choice.rejects);
   return choice;
 }
@@ -152,7 +146,7 @@ inline RigidBackgroundScene BackgroundMotionFilter::scene_of(const detail::Judge
 /// Suspects take part where it is known what the camera does, or where there is little else.
 inline void BackgroundMotionFilter::collect_seeds(const detail::JudgedFrame& frame) {
   frame.evidence.collect_seeds(frame.match, path_.steps() > 0, seeds_);
-  if (static_cast<int>(seeds_.size()) < kMinSeeds) frame.evidence.collect_seeds(frame.match, true, seeds_);
+  if (seeds_.size() < kMinSeeds) frame.evidence.collect_seeds(frame.match, true, seeds_);
   firm_.clear();
   for (const int i : seeds_)
     if (frame.match.correspondences.spread[static_cast<std::size_t>(i)].along < MatchSpread::kSaysNothing)

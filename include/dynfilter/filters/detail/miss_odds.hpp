@@ -16,8 +16,7 @@ namespace dynfilter::detail {
 class MissOdds {
  public:
   static constexpr float kLeast = -3, kMost = 6;  ///< of one frame [nats]
-  /// The same at a hole of structured light. It lies beside an outline: the depth before or after may be that
-  /// of the other surface, and the patch shows both.
+  /// The same at a hole of structured light, which lies beside an outline: the patch shows both surfaces.
   static constexpr float kMostAtHole = 1.3F;
   static constexpr float kLeastOnLine = -1;  ///< a mover may keep to its epipolar line
 

@@ -128,7 +128,7 @@ class MotionProposals {
     }
     return motion;
   }
-  /// In the first frame a motion between the background's and a mover's may explain both within the noise.
+  /// In the first frame one between the background's and a mover's may explain both within the noise.
   double peel_px() const {
     return std::max(kLeastRefined_px, scene_->expected ? noise_px_ : 0.5 * match_noise_px_);
   }
@@ -194,9 +194,8 @@ class MotionProposals {
     propose_rest();
   }
 
-  /// The far points. While movers fill the view, a small background is rarely drawn among all points. A
-  /// motion between theirs and its own has more support. Not where a motion is expected: the depth of far
-  /// points is poor, and a poor fit would win by its depth order.
+  /// While movers fill the view, a small background is rarely drawn among all points. Not where a motion is
+  /// expected: the depth of far points is poor, and a poor fit would win by its depth order.
   void propose_far() {
     const auto far = static_cast<std::ptrdiff_t>(kFarShare * static_cast<double>(points_->size()));
     rest_features_.assign(points_->features().begin(), points_->features().begin() + far);
@@ -251,18 +250,17 @@ class MotionProposals {
 
   // ---- one proposal
   bool propose_from(From from, const std::vector<int>& features, double sigma_px, const Pose& start) {
-    return add(from, sigma_px, refine(features, sigma_px, start));
+    return add(from, refine(features, sigma_px, start));
   }
   bool propose_searched(const std::vector<int>& features, double sigma_px) {
     rigid_.options().pixel_sigma_px = sigma_px;
-    return add(From::Support, sigma_px,
+    return add(From::Support,
                rigid_.estimate(scene_->camera, scene_->reference_m, scene_->current_m, features));
   }
-  bool add(From from, double sigma_px, const RigidMotion& motion) {
+  bool add(From from, const RigidMotion& motion) {
     if (!motion.ok) return false;
     MotionProposal proposal;
     proposal.from = from;
-    proposal.sigma_px = sigma_px;
     proposal.motion = motion;
     proposals_.push_back(proposal);
     const std::size_t row = image2_px2_.size();
