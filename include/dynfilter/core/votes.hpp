@@ -67,8 +67,7 @@ class Votes {
   Vote operator[](std::size_t i) const { return vote_[i]; }       ///< vote on feature i
   float suspicion(std::size_t i) const { return suspicion_[i]; }  ///< suspicion of feature i, in [0, 1]
   bool prior(std::size_t i) const { return prior_[i] != 0; }      ///< whether feature i is a prior suspect
-  /// One entry per feature. A prior is 1 if it is marked, else 0.
-  Span<const Vote> votes() const { return vote_; }
+  Span<const Vote> votes() const { return vote_; }                ///< one entry per feature
   Span<const std::uint8_t> priors() const { return prior_; }  ///< 1 if the feature is a prior suspect, else 0
   /// Number of features with this vote.
   std::size_t count(Vote vote) const {
