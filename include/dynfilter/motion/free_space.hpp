@@ -80,6 +80,7 @@ class NearestDepth {
 /// test (Bescos et al., RA-L 2018). About 0.1 us where something is there, 0.3 us else.
 class FreeSpaceView {
  public:
+  /// What is assumed of errors.
   struct Model {
     double sigma_px = 1;       ///< of the point's place in the view, per axis
     DepthNoise depth_noise{};  ///< of both depths

@@ -30,8 +30,7 @@ struct MovingOddsInput {
 ///   odds_v = (nu + n) / 2 (log(1 + c / nu) - log(1 + c_v / nu)) - m log(1 + a) / 2 - log(1 + b) / 2
 ///   odds   = log(mean of exp(odds_v) over both speeds, weighted by their shares)
 /// Where the noise is larger than anything a mover could do in that time, a and b vanish and nothing is said:
-/// a blurred frame is evidence for neither. The units are seconds, so cameras of 10 and 60 Hz behave alike.
-/// About 0.03 us.
+/// a blurred frame is evidence for neither. The units are seconds, whatever the rate. About 0.03 us.
 class MovingOdds {
  public:
   static constexpr double kSlow_mps = 0.05, kFast_mps = 1.0;  ///< standard deviations of a mover's speed
@@ -81,12 +80,13 @@ class TrackEvidence {
   static constexpr double kMotion_s = 0.06, kRest_s = 0.1;  ///< memory of evidence above 0, and below
   static constexpr float kLeast = -4, kMost = 13;           ///< what is sure is overcome in some frames
   static constexpr double kFreshAt30Hz = 0.4262;            ///< 1 - exp(-1 / (30 kMotion_s))
-
-  explicit TrackEvidence(double elapsed_s)  ///< since the last frame
+  /// `elapsed_s`: since the last frame.
+  explicit TrackEvidence(double elapsed_s)
       : moved_(static_cast<float>(portable::exp(-elapsed_s / kMotion_s))),
         rested_(static_cast<float>(portable::exp(-elapsed_s / kRest_s))),
         gain_(std::min(1.0F, (1 - moved_) / static_cast<float>(kFreshAt30Hz))) {}
 
+  /// What is left of the last frame's.
   float faded(float evidence) const { return (evidence > 0 ? moved_ : rested_) * evidence; }
   /// `faded`, and a ratio of this frame.
   float with(float faded, float ratio) const { return std::clamp(faded + gain_ * ratio, kLeast, kMost); }
