@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -12,27 +11,17 @@
 
 namespace dynfilter::detail {
 
-/// Motion of a frame's features [nats].
+/// Log-odds of motion of a frame's features [nats].
 struct FeatureOdds {
-  std::vector<float> prior;        ///< log-odds of motion beforehand
-  std::vector<float> own;          ///< evidence of its track (TrackEvidence)
-  std::vector<float> belief;       ///< log-odds: the prior, its own evidence, and the neighbours'
-  std::vector<std::uint8_t> seen;  ///< has evidence of its own in this frame
+  std::vector<float> own;          ///< by their own evidence
+  std::vector<float> belief;       ///< with the neighbours'
+  std::vector<std::uint8_t> seen;  ///< has evidence of its own
 
-  void reset(const JudgedFrame& frame) {
-    prior.resize(frame.size());
-    for (std::size_t i = 0; i < frame.size(); ++i)
-      prior[i] = static_cast<float>(portable::log_odds(frame.evidence.prior(i) ? kSuspects : kShare));
-    belief = prior;
-    own.assign(frame.size(), 0);
-    seen.assign(frame.size(), 0);
+  void reset(std::size_t n) {
+    own.assign(n, 0);
+    belief.assign(n, 0);
+    seen.assign(n, 0);
   }
-  /// What seems to move may do so against a mover.
-  void forget_motion() {
-    for (std::size_t i = 0; i < own.size(); ++i)
-      own[i] = std::min(own[i], 0.0F), belief[i] = std::min(belief[i], prior[i]);
-  }
-  static constexpr double kShare = 0.05, kSuspects = 0.5;  ///< that move: of all, of suspects
 };
 
 /// What the neighbours of a feature say, and which features are cores of movers.
@@ -48,17 +37,16 @@ class NeighbourVotes {
     places_.lay_out(
         evidence_, [&](std::size_t i) { return odds.own[i]; },
         [&](std::size_t i) { return odds.seen[i] != 0 ? 1.0F : 0.0F; });
-    for (std::size_t i = 0; i < frame.size(); ++i)
-      odds.belief[i] += odds.own[i] + mean_around(frame, odds, i);
+    for (std::size_t i = 0; i < frame.size(); ++i) odds.belief[i] = odds.own[i] + mean_around(frame, odds, i);
   }
   /// A core moves, and so do most of its neighbours: a mismatch is alone.
   void find_cores(const JudgedFrame& frame, const FeatureOdds& odds) {
     places_.lay_out(
-        moving_, [&](std::size_t i) { return odds.prior[i] + odds.own[i] > 0 ? 1.0F : 0.0F; },
+        moving_, [&](std::size_t i) { return odds.own[i] > 0 ? 1.0F : 0.0F; },
         [&](std::size_t i) { return odds.seen[i] != 0 ? 1.0F : 0.0F; });
     is_core_.assign(frame.size(), 0);
     for (std::size_t i = 0; i < frame.size(); ++i)
-      is_core_[i] = odds.seen[i] != 0 && odds.belief[i] > TrackMemory::kMoves && supported(frame, i) ? 1 : 0;
+      is_core_[i] = odds.seen[i] != 0 && odds.belief[i] > 0 && supported(frame, i) ? 1 : 0;
     places_.lay_out(
         cores_, [](std::size_t) { return 1.0F; },
         [&](std::size_t i) { return static_cast<float>(is_core_[i]); });
