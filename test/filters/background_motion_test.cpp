@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/needs.hpp>
@@ -18,6 +19,7 @@
 #include <numeric>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "doctest/doctest.h"
 
@@ -295,6 +297,56 @@ TEST_CASE("background_motion: a suspect's slow motion shows earlier") {
   }
   CAPTURE(found_without);
   CHECK(found_with > found_without + 30);
+}
+
+TEST_CASE("background_motion: the prior is counted once, however long and by however many neighbours") {
+  const Player::IsPrior all = [](const ExactFrame&, std::size_t) { return true; };
+  const ExactScene scene = noisy(testing::preset(Preset::General));
+  Player suspects, others;
+  for (int k = 0; k < 8; ++k) {
+    const ExactFrame frame = scene.frame(k);
+    suspects.show(frame, nullptr, all);
+    others.show(frame);
+    if (k < 2) continue;
+    const auto belief_nats = [](const Player& player, std::size_t i) {
+      const double score = static_cast<double>(player.votes.suspicion(i));
+      return 2 * std::log(score / (1 - score));
+    };
+    const double shift_nats = std::log(0.5 / 0.5) - std::log(0.05 / 0.95);
+    std::size_t compared = 0;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      if (frame.label[i] > 0) continue;  // scores of movers are 1 within rounding
+      CHECK(belief_nats(suspects, i) - belief_nats(others, i) == doctest::Approx(shift_nats).epsilon(0.02));
+      ++compared;
+    }
+    CHECK(compared > 100);
+  }
+}
+
+TEST_CASE("background_motion: one motion, whether seen at 10, 30 or 60 Hz, is believed the same") {
+  std::vector<double> on_mover, at_rest;
+  for (const double rate_hz : {10.0, 30.0, 60.0}) {
+    const ExactScene scene = ExactScene()
+                                 .mover(MovingBox(60).at({-0.2, 0, 2}).moving({0.5 / rate_hz, 0, 0}))
+                                 .pixel_noise(0.1)
+                                 .rate_hz(rate_hz)
+                                 .camera_motion(CameraStep::None);
+    Player player;
+    for (int k = 0; k <= std::lround(0.8 * rate_hz); ++k) player.show(scene.frame(k));
+    const ExactFrame frame = scene.frame(static_cast<int>(std::lround(0.8 * rate_hz)));
+    double sum[2] = {}, all[2] = {};
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      if (frame.reference_index[i] < 0) continue;
+      sum[frame.label[i] > 0] += static_cast<double>(player.votes.suspicion(i));
+      all[frame.label[i] > 0] += 1;
+    }
+    at_rest.push_back(sum[0] / all[0]), on_mover.push_back(sum[1] / all[1]);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    CHECK(on_mover[k] == doctest::Approx(1).epsilon(0.02));
+    CHECK(std::abs(at_rest[k] - at_rest[1]) < 0.05);
+    CHECK(at_rest[k] < 0.2);
+  }
 }
 
 TEST_CASE(

@@ -182,7 +182,10 @@ TEST_CASE("each point of the cloud knows the keyframes that it came from") {
         doubtful = doubtful || std::abs(u) < 3 || std::abs(u - 159) < 3;
       }
       if (doubtful) continue;
-      REQUIRE(std::vector<std::int64_t>(sources.ids_of(i).begin(), sources.ids_of(i).end()) == wanted);
+      const auto ids_of = [&](std::size_t k) {
+        return sources.ids.begin() + static_cast<std::ptrdiff_t>(sources.first[k]);
+      };
+      REQUIRE(std::vector<std::int64_t>(ids_of(i), ids_of(i + 1)) == wanted);
       REQUIRE(sources.stamps_s(i)[0] == 0.5 * static_cast<double>(wanted[0] - 10));
     }
   };

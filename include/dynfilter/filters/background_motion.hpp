@@ -21,12 +21,6 @@
 namespace dynfilter {
 
 struct BackgroundMotionParams {
-  static constexpr double kSlow_mps = 0.05;  ///< Speed of slow movers, standard deviation.
-  static constexpr double kFast_mps = 1.0;   ///< Speed of fast movers, standard deviation.
-  /// Share of features that move, before anything was measured.
-  static constexpr double kMovingShare = 0.05;
-  static constexpr double kMovingSuspects = 0.35;  ///< the same of features that a detector suspects
-  static constexpr double kMemory_s = 0.036;       ///< Time constant of a track's belief.
   /// Radius of the neighbourhood whose evidence is averaged.
   double neighbour_px = 25;
   /// Largest difference in depth within a neighbourhood.
@@ -38,10 +32,10 @@ struct BackgroundMotionParams {
 /// Features that do not follow the background. The default rejector. It needs no detector.
 ///
 /// Formula:  the background's motion is chosen among several (motion/rigid_background.hpp). Each feature's
-///           residual against it in (u, v, depth) gives log-odds of motion (motion/moving_odds.hpp), over one
-///           frame and over its track of up to 0.2 s. Belief = odds + memory * belief in the last frame, plus
-///           the mean over neighbours at a similar depth. Dynamic above the log-odds against motion in this
-///           frame, if a core is near. See the card.
+///           residual against it in (u, v, depth) gives likelihood ratios of motion (motion/moving_odds.hpp),
+///           over one frame and over its track of up to 0.2 s. They add up and fade (TrackEvidence).
+///           Belief = prior + evidence + mean evidence of neighbours at a similar depth. Dynamic where it
+///           outweighs the cost of a wrong rejection, if a core is near. See the card.
 /// Votes:    with a confidence, the probability that the chosen motion is the background's. Below 1/3 every
 ///           vote is Unknown. A feature with one depth is judged by its place in the image, one without by
 ///           the line on which it may lie (motion/static_miss.hpp). With stereo the line never says Static.
@@ -51,7 +45,7 @@ struct BackgroundMotionParams {
 /// Blind to: motion within the noise over 0.2 s; motion at an occluding edge as small as the shift of its two
 ///           surfaces; movers without matches at places that were hidden or that they cover; movers of fewer
 ///           than three features; everything, if a mover is taken for the background.
-/// State:    the camera's last motions, ratios of the noise, belief and mobility per track; 12 frames.
+/// State:    the camera's last motions, ratios of the noise, evidence and mobility per track; 12 frames.
 class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> {
  public:
   using Params = BackgroundMotionParams;
@@ -70,11 +64,11 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
 
  private:
   static constexpr TrackOptions kTracks{static_cast<int>(CameraPath::kMaxFrames), 3.0, true};
-  static constexpr float kLeastBelief = -4, kMostBelief = 10;  ///< [nats]
-  static constexpr double kDepthFactor = 2;  ///< the depth camera's noise against the model's, at least
-  /// What features without evidence must exceed [nats]. Without a depth they may lie on another surface than
-  /// their neighbours.
-  static constexpr float kUnseenLimit = 0, kSuspectLimit = -0.1F, kBlindLimit = 0.6F;
+  static constexpr double kDepthFactor = 2;        ///< the depth camera's noise against the model's, at least
+  static constexpr float kRejectCost_nats = 3.5F;  ///< of a wrong rejection over a miss, logarithm
+  /// What the belief of features without evidence must exceed [nats]; blind: without a depth, too.
+  static constexpr float kUnseenLimit = -0.4F, kBlindLimit = 0.6F;
+  static constexpr float kSuspectLimit = -0.1F, kBlindSuspectLimit = 0;
   static constexpr double kDoubtedSigmas = 3;  ///< a miss beyond is looked at twice
   static constexpr std::size_t kMinSeeds = 30;
   static constexpr std::size_t kEnoughFirm = 100;       ///< matches that tell of the background's motion
@@ -109,16 +103,15 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   /// Evidence of motion that the last frame expects at a feature [nats]. 0: none.
   float forecast(const detail::JudgedFrame& frame, std::size_t i) const;
   /// With stereo, where features jump far.
-  void learn_forecast(const detail::JudgedFrame& frame, float rest_nats);
-  /// What a feature with evidence must exceed: the log-odds against motion in this frame.
-  float rest_nats() const;
-  /// What a feature without evidence must exceed. Being suspect is enough with a depth, which the stage that
-  /// suspects it can look at. Structured light has holes beside near surfaces, on what is behind them.
-  static float unseen_limit_nats(const detail::JudgedFrame& frame, std::size_t i, float rest_nats);
-  void cast(const detail::JudgedFrame& frame, std::size_t i, const Choice& choice, float rest_nats,
+  void learn_forecast(const detail::JudgedFrame& frame, float limit);
+  /// What the belief must exceed. The more features move in this frame, the likelier is each.
+  float limit_nats() const;
+  /// What one without evidence must exceed. A suspect with a depth does: the stage that suspects it can look
+  /// at it. Structured light has holes beside near surfaces, on what is behind them.
+  static float unseen_limit_nats(const detail::JudgedFrame& frame, std::size_t i, float limit);
+  void cast(const detail::JudgedFrame& frame, std::size_t i, const Choice& choice, float limit,
             Votes& votes) const;
   void note_motion(const RigidMotion& motion, Votes& votes) const;
-  static void note_slides(const Match& match, Votes& votes);
 
   Params params_;
   bool has_chosen_ = false;  ///< a motion, for the background

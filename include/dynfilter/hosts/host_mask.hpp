@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <dynfilter/core/frame_inputs.hpp>
 #include <dynfilter/core/span.hpp>

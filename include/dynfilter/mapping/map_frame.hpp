@@ -73,10 +73,6 @@ struct MapSources {
   bool complete = true;
 
   std::size_t size() const { return first.size() - 1; }
-  /// The keyframes of point i.
-  Span<const std::int64_t> ids_of(std::size_t i) const {
-    return {ids.data() + first[i], first[i + 1] - first[i]};
-  }
   /// The times of these keyframes.
   Span<const double> stamps_s(std::size_t i) const {
     return {timestamps_s.data() + first[i], first[i + 1] - first[i]};

@@ -18,7 +18,7 @@ struct RigidBackgroundScene {
   Camera camera;
   Span<const cv::Point3f> reference_m, current_m;  ///< in the camera frames; z not finite: no point
   Span<const cv::Point2f> pixels;                  ///< current positions of the features
-  Span<const float> static_belief;                 ///< [0, 1] from earlier frames; 0.5: unknown
+  Span<const float> static_belief;                 ///< weight in the choice, [0, 1]
   Span<const float> mobility;                      ///< [0, 1] moved recently; empty: none did
   Span<const int> seeds;                           ///< features that may be used, ascending
   std::optional<Pose> expected;                    ///< T_current_reference of a camera with constant velocity

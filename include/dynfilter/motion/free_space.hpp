@@ -66,25 +66,24 @@ class NearestDepth {
   float unit_m_;
 };
 
-/// Log-odds [nats] that a surface was not where it is now when an earlier view looked through the place.
+/// Likelihood ratio [nats] that a surface was not where it is now: an earlier view looked through the place.
 ///
 /// The point, put into the view by the background's motion, has the depth Z there. In the window of its
 /// positional uncertainty the view's nearest depth is Z + d with d > 0. If the surface is static, d is an
 /// error. It is Student t (nu = 6) with the depth noise s of both. For a share e of the features it is a
 /// gross error.
 /// If it moved, d is the distance to what is behind, anything up to R, for a share u of the movers:
-///   odds = log(u / (R t(d / s) / s + e)) + log(share / (1 - share))
+///   odds = log(u / (R t(d / s) / s + e))
 /// Below 0 nothing is said: a mover also hides its own earlier place, and an occluder hides any place.
 /// The window's radius is three standard deviations of the match and of the depth's parallax, and 3 px for
 /// silhouettes. Free space is evidence as in ReFusion (Palazzolo et al., IROS 2019) and DynaSLAM's multi-view
 /// test (Bescos et al., RA-L 2018). About 0.1 us where something is there, 0.3 us else.
 class FreeSpaceView {
  public:
-  /// What is assumed of movers and of errors.
+  /// What is assumed of errors.
   struct Model {
-    double moving_share = 0.05;  ///< of features that move, before anything was seen
-    double sigma_px = 1;         ///< of the point's place in the view, per axis
-    DepthNoise depth_noise{};    ///< of both depths
+    double sigma_px = 1;       ///< of the point's place in the view, per axis
+    DepthNoise depth_noise{};  ///< of both depths
   };
 
   /// `depth`: of the earlier view, not copied. T_view_current: to that view's camera.
@@ -94,8 +93,7 @@ class FreeSpaceView {
         depth_(depth, unit_m),
         R_(T_view_current.R()),
         t_(T_view_current.t()),
-        model_(model),
-        prior_(portable::log_odds(model.moving_share)) {}
+        model_(model) {}
 
   /// Of a point in the current camera's frame [m]. 0: the view says nothing.
   double odds(const cv::Point3f& point_m) const {
@@ -129,7 +127,7 @@ class FreeSpaceView {
     const double sigma_m = portable::hypot(here_m, model_.depth_noise.sigma_m(there_m)),
                  t = behind_m / sigma_m;
     const double error = kPeak * portable::power(1 + t * t / kNu, -(kNu + 1) / 2) / sigma_m;
-    return portable::log(kThrough / (kRange_m * error + kGross)) + prior_;
+    return portable::log(kThrough / (kRange_m * error + kGross));
   }
 
   Camera camera_;
@@ -137,7 +135,6 @@ class FreeSpaceView {
   Eigen::Matrix3d R_;
   Eigen::Vector3d t_;
   Model model_;
-  double prior_;
 };
 
 }  // namespace dynfilter

@@ -90,7 +90,7 @@ class MoverForecast {
  private:
   static constexpr double kMemory_s = 0.45;                    ///< cars pass in a second
   static constexpr float kReach_px = 40, kBlindReach_px = 25;  ///< a near car has few features
-  static constexpr float kBlindTrust = 0.4F;                   ///< it may lie on what is behind
+  static constexpr float kBlindTrust = 0.8F;                   ///< it may lie on what is behind
   static constexpr float kCell_m = 2;                          ///< a car's width
 
   /// Median velocities of movers by cells of space.

@@ -9,6 +9,7 @@
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/filters/detail/miss_odds.hpp>
 #include <dynfilter/geometry/undistort.hpp>
+#include <dynfilter/motion/moving_odds.hpp>
 #include <limits>
 #include <utility>
 
@@ -45,11 +46,11 @@ DYNFILTER_INLINE void BackgroundMotionFilter::apply(const Evidence& evidence, Vo
                                   params_.neighbour_m};
   path_.begin(evidence.frame());
   neighbours_.build(frame);
-  memory_.recall(frame, certainty());
-  odds_.reset(frame.size());
+  memory_.recall(frame);
+  odds_.reset(frame);
   judge(frame, votes);
   views_.clear();  // they refer to images of kept frames
-  memory_.learn(odds_.belief, neighbours_.places(), certainty(), path_.elapsed_s(1));
+  memory_.learn(odds_.own, odds_.belief, neighbours_.places(), certainty(), path_.elapsed_s(1));
 }
 
 inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes& votes) {
@@ -74,12 +75,11 @@ inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes
   weigh(frame, depths);
   neighbours_.add(frame, odds_);
   neighbours_.find_cores(frame, odds_);
-  const float rest = rest_nats();
+  const float limit = limit_nats();
   for (std::size_t i = 0; i < frame.size(); ++i)
-    if (frame.evidence.judged(i)) cast(frame, i, choice, rest, votes);
-  if (frame.stereo) learn_forecast(frame, rest);
-  if (!choice.rejects)  // what seems to move may do so against a mover
-    for (float& belief : odds_.belief) belief = std::min(belief, 0.0F);
+    if (frame.evidence.judged(i)) cast(frame, i, choice, limit, votes);
+  if (frame.stereo) learn_forecast(frame, limit);
+  if (!choice.rejects) odds_.forget_motion();
 }
 
 inline const Match& BackgroundMotionFilter::look_again(const detail::JudgedFrame& frame) {
@@ -105,7 +105,6 @@ inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
   if (scene.prior && motion.ok) prior_watch_.observe(estimator_.prior_distance2(), path_.elapsed_s(1));
   if (scene.prior && !prior_watch_.trusts()) votes.note("the motion prior contradicts the images: ignored");
   note_motion(motion, votes);
-  note_slides(frame.match, votes);
   if (!motion.ok) {
     path_.forget_motion();
     forecast_.clear();
@@ -164,38 +163,26 @@ inline void BackgroundMotionFilter::note_motion(const RigidMotion& motion, Votes
              ", one of ", estimator_.proposals().size());
 }
 
-inline void BackgroundMotionFilter::note_slides(const Match& match, Votes& votes) {
-  const std::vector<MatchSpread>& spread = match.correspondences.spread;
-  const auto slide = static_cast<std::size_t>(std::count_if(
-      spread.begin(), spread.end(), [](const MatchSpread& s) { return s.along >= MatchSpread::kFar; }));
-  if (slide > 0)
-    votes.note(slide, slide == 1 ? " feature slides along an edge" : " features slide along an edge");
-}
-
 // ---- evidence of each feature
 
 inline void BackgroundMotionFilter::weigh(const detail::JudgedFrame& frame, const DepthNoise& depths) {
   misses_.set_noise(frame, path_, depths, [&](std::size_t gap) { return noise_.sigma_px(path_, gap); });
   open_views(frame, depths);
   const detail::MissOdds odds_of_match(frame, path_, misses_, noise_, depths);
-  const MovingOdds odds({Params::kSlow_mps, Params::kFast_mps, Params::kMovingShare});
-  const MovingOdds odds_of_suspect({Params::kSlow_mps, Params::kFast_mps, Params::kMovingSuspects});
-  const auto kept = static_cast<float>(portable::exp(-path_.elapsed_s(1) / Params::kMemory_s));
+  const TrackEvidence over_time(path_.elapsed_s(1));
   for (std::size_t i = 0; i < frame.size(); ++i) {
     float& own = odds_.own[i];
-    own = kept * memory_.remembered(i);
+    own = over_time.faded(memory_.evidence(i));
     const detail::TrackMisses::Measured &step = misses_.step(i), &track = misses_.track(i);
     const bool matched = step.gap > 0 || track.gap > 0;
-    float now = matched ? odds_of_match(i, frame.evidence.prior(i) ? odds_of_suspect : odds)
-                        : space_odds(frame.evidence.points_m()[i]);
+    float now = matched ? odds_of_match(i) : space_odds(frame.evidence.points_m()[i]);
     // Movers on a road keep to their epipolar line.
     const bool can_show_rest = matched && (track.in_space() || !step.on_line() || !frame.stereo);
     const float expected = can_show_rest ? 0 : forecast(frame, i);
     if (expected > 0 && !(now > expected)) now = expected;
-    if (now <= 0 && matched && !can_show_rest) own = std::max(own + now, kLeastBelief);
-    if (std::isnan(now) || (now <= 0 && !can_show_rest)) continue;
-    odds_.seen[i] = 1;
-    own = std::clamp(own + now, kLeastBelief, kMostBelief);
+    if (std::isnan(now)) continue;
+    odds_.seen[i] = now > 0 || can_show_rest ? 1 : 0;
+    own = over_time.with(own, now, odds_of_match.most_over_track(i));
   }
 }
 
@@ -205,7 +192,7 @@ inline void BackgroundMotionFilter::open_views(const detail::JudgedFrame& frame,
   for (std::size_t gap = 1; gap <= oldest; gap += std::max<std::size_t>(1, oldest - 1)) {
     const PastFrame* past = frame.evidence.kept_frame(path_.frame_id(gap));
     if (past == nullptr) continue;
-    const FreeSpaceView::Model model{Params::kMovingShare, noise_.sigma_px(path_, gap), depths};
+    const FreeSpaceView::Model model{noise_.sigma_px(path_, gap), depths};
     views_.emplace_back(frame.camera, past->depth, past->depth_unit_m, path_.between(gap, 0), model);
   }
 }
@@ -222,15 +209,15 @@ inline float BackgroundMotionFilter::forecast(const detail::JudgedFrame& frame, 
                             frame.reach_m(MoverForecast::kNear_m, depth_m));
 }
 
-inline void BackgroundMotionFilter::learn_forecast(const detail::JudgedFrame& frame, float rest_nats) {
+inline void BackgroundMotionFilter::learn_forecast(const detail::JudgedFrame& frame, float limit) {
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   const Pose T_now_then = path_.between(0, 1);
   to_forecast_.clear();
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const cv::Point3f& now = frame.evidence.points_m()[i];
-    const bool moves = odds_.belief[i] > rest_nats;
+    const bool moves = odds_.belief[i] > limit;
     if (!std::isfinite(now.z) || !(moves || odds_.seen[i] != 0)) continue;
-    const float evidence = moves ? odds_.own[i] : std::min(odds_.own[i], 0.0F);
+    const float evidence = moves ? odds_.belief[i] - odds_.prior[i] : std::min(odds_.own[i], 0.0F);
     MoverForecast::Seen seen{now, {kNone, kNone, kNone}, evidence, moves};
     const detail::TrackMisses::Measured& step = misses_.step(i);
     if (moves && step.in_space() && neighbours_.near_core(frame, i)) {
@@ -243,28 +230,26 @@ inline void BackgroundMotionFilter::learn_forecast(const detail::JudgedFrame& fr
   forecast_.learn(to_forecast_);
 }
 
-// ---- the decision
-
-inline float BackgroundMotionFilter::rest_nats() const {
+inline float BackgroundMotionFilter::limit_nats() const {
   double moving = 0, all = 0;
   for (std::size_t i = 0; i < odds_.belief.size(); ++i)
-    if (odds_.seen[i] != 0) moving += odds_.belief[i] > 0 ? 1 : 0, all += 1;
-  const double share = std::clamp(all > 0 ? moving / all : 0.0, Params::kMovingShare, 0.5);
-  return static_cast<float>(portable::log((1 - share) / share));
+    if (odds_.seen[i] != 0) moving += odds_.belief[i] > detail::TrackMemory::kMoves ? 1 : 0, all += 1;
+  const double share = std::clamp(all > 0 ? moving / all : 0.0, detail::FeatureOdds::kShare, 0.5);
+  return kRejectCost_nats + detail::TrackMemory::kUnknown - static_cast<float>(portable::log_odds(share));
 }
 
 inline float BackgroundMotionFilter::unseen_limit_nats(const detail::JudgedFrame& frame, std::size_t i,
-                                                       float rest_nats) {
+                                                       float limit) {
   const bool blind = std::isnan(frame.depth_m(i));
-  if (!frame.evidence.prior(i)) return blind ? kBlindLimit + (frame.stereo ? 0 : rest_nats) : kUnseenLimit;
-  return blind ? kUnseenLimit : kSuspectLimit;
+  if (frame.evidence.prior(i)) return blind ? kBlindSuspectLimit : kSuspectLimit;
+  return !blind ? kUnseenLimit : frame.stereo ? kBlindLimit : limit;
 }
 
 inline void BackgroundMotionFilter::cast(const detail::JudgedFrame& frame, std::size_t i,
-                                         const Choice& choice, float rest_nats, Votes& votes) const {
+                                         const Choice& choice, float limit, Votes& votes) const {
   const bool seen = odds_.seen[i] != 0;
   const float belief = odds_.belief[i], score = 1 / (1 + portable::exp(-belief / 2));
-  if (!(belief > (seen ? rest_nats : unseen_limit_nats(frame, i, rest_nats))))
+  if (!(belief > (seen ? limit : unseen_limit_nats(frame, i, limit))))
     return votes.cast(i, seen ? Vote::Static : Vote::Unknown, score);
   const bool supported = choice.rejects && (frame.evidence.prior(i) || neighbours_.near_core(frame, i) ||
                                             forecast(frame, i) > 0);

@@ -37,20 +37,20 @@ struct JudgedFrame {
   static constexpr double kReachSigmas = 3;  ///< of two depths' noise
 };
 
-/// What was believed of each track, carried from frame to frame: the log-odds of motion, and mobility. It is
-/// 1 for a track that moved and falls slowly, because a mover that stops is not yet background.
+/// What is known of each track, carried from frame to frame: the evidence that it moves, and its mobility, the
+/// probability that it moved. It falls slowly, because a mover that stops is not yet background.
 class TrackMemory {
  public:
-  static constexpr double kMobility_s = 2;  ///< time constant of having moved
+  static constexpr double kMobility_s = 2;                   ///< time constant of having moved
+  static constexpr float kMoves = 2.94F, kUnknown = -2.94F;  ///< log-odds of 0.95; of a new track's 0.05
 
   void clear() {
-    belief_.clear();
+    evidence_.clear();
     mobility_.clear();
     places_.clear();
   }
-  /// Carries what is known to the tracks of this frame. `weight` of the last beliefs, [0, 1]: what was judged
-  /// against a background that may be the wrong one must not decide the next choice.
-  void recall(const JudgedFrame& frame, float weight) {
+  /// Carries what is known to the tracks of this frame.
+  void recall(const JudgedFrame& frame) {
     std::swap(last_mobility_, mobility_);
     const std::size_t n = frame.size();
     remembered_.assign(n, 0);
@@ -58,28 +58,27 @@ class TrackMemory {
     mobility_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
       const auto from = static_cast<std::size_t>(frame.tracks.previous(i));
-      const bool known = frame.tracks.previous(i) >= 0 && from < belief_.size();
-      if (known) remembered_[i] = belief_[from];
+      const bool known = frame.tracks.previous(i) >= 0 && from < evidence_.size();
+      if (known) remembered_[i] = evidence_[from];
       mobility_[i] = known ? last_mobility_[from] : mobility_around(frame, i);
-      const float still = 1 - mobility_[i];
-      static_belief_[i] = still * still / (1 + portable::exp(weight * remembered_[i] / 2));
+      static_belief_[i] = (1 - mobility_[i]) * (1 - mobility_[i]);
     }
   }
-  /// Keeps the log-odds of motion of this frame's features, and the features' places. Leaves buffers in both.
-  void learn(std::vector<float>& belief, NeighbourPlaces& places, float weight, double elapsed_s) {
-    std::swap(belief_, belief);
+  /// Keeps the evidence of this frame's features and their places, and leaves buffers in both. `belief`
+  /// [nats]: what was judged against a background that may be the wrong one has a small `weight`, [0, 1].
+  void learn(std::vector<float>& evidence, const std::vector<float>& belief, NeighbourPlaces& places,
+             float weight, double elapsed_s) {
+    std::swap(evidence_, evidence);
     std::swap(places_, places);
     const auto kept = static_cast<float>(portable::exp(-elapsed_s / kMobility_s));
-    for (std::size_t i = 0; i < belief_.size(); ++i) {
-      const float now = belief_[i] > 0 ? weight * (1 - portable::exp(-belief_[i])) : 0.0F;
-      mobility_[i] = std::max(kept * mobility_[i], now);
-    }
+    for (std::size_t i = 0; i < belief.size(); ++i)
+      mobility_[i] = std::max(kept * mobility_[i], weight / (1 + portable::exp(-belief[i])));
     places_.lay_out(
         moved_, [&](std::size_t i) { return mobility_[i]; }, [](std::size_t) { return 1.0F; });
   }
 
-  float remembered(std::size_t i) const { return remembered_[i]; }
-  const std::vector<float>& static_belief() const { return static_belief_; }  ///< probability, as a weight
+  float evidence(std::size_t i) const { return remembered_[i]; }              ///< in the last frame [nats]
+  const std::vector<float>& static_belief() const { return static_belief_; }  ///< weight, [0, 1]
   const std::vector<float>& mobility() const { return mobility_; }
 
  private:
@@ -97,10 +96,10 @@ class TrackMemory {
     return sum.weights > 0 ? sum.values / sum.weights : 0;
   }
 
-  std::vector<float> belief_, mobility_, last_mobility_;  ///< of the last frame's features, then this one's
-  std::vector<float> remembered_, static_belief_;         ///< of this frame's features
-  NeighbourPlaces places_;                                ///< of the last frame's features
-  NeighbourPlaces::Field moved_;                          ///< mobility there
+  std::vector<float> evidence_, mobility_, last_mobility_;  ///< of the last frame, then of this one
+  std::vector<float> remembered_, static_belief_;           ///< of this frame's features
+  NeighbourPlaces places_;                                  ///< of the last frame's features
+  NeighbourPlaces::Field moved_;                            ///< mobility there
 };
 
 }  // namespace dynfilter::detail

@@ -12,12 +12,11 @@
 
 namespace dynfilter::detail {
 
-/// Log-odds of motion of a feature's misses, for the time of one frame.
+/// Log-likelihood ratios of motion of a feature's misses, for the time of one frame.
 class MissOdds {
  public:
-  static constexpr float kLeast = -3, kMost = 6;  ///< of one frame [nats]
-  /// The same at a hole of structured light, which lies beside an outline: the patch shows both surfaces.
-  static constexpr float kMostAtHole = 1.3F;
+  static constexpr float kLeast = -3, kMost = 6.5F;  ///< of one frame [nats]
+  static constexpr float kMostAtHole = 3;  ///< over a track: a hole of structured light lies beside outlines
   static constexpr float kLeastOnLine = -1;  ///< a mover may keep to its epipolar line
 
   /// All must outlive this. `depths`: noise of the frame's depths as measured.
@@ -31,27 +30,32 @@ class MissOdds {
         relief_(frame.evidence.frame().depth, frame.evidence.frame().depth_unit_m) {}
 
   /// NaN: two surfaces in the patch explain what looks like motion, so nothing is said.
-  float operator()(std::size_t i, const MovingOdds& odds) const {
-    const float now = with_relief(i, 0, odds);
-    const double per_m = now > 0 ? relief_per_m(i) : 0;
+  float operator()(std::size_t i) const {
+    const float now = with_relief(i, 0);
+    const double per_m = now > -TrackMemory::kUnknown ? relief_per_m(i) : 0;
     if (per_m == 0) return now;
-    const float explained = with_relief(i, per_m, odds);
-    return explained > 0 ? explained : std::numeric_limits<float>::quiet_NaN();
+    const float explained = with_relief(i, per_m);
+    return explained > -TrackMemory::kUnknown ? explained : std::numeric_limits<float>::quiet_NaN();
+  }
+  /// What the evidence of a track may reach: depths of stereo beside an outline stay wrong, too.
+  float most_over_track(std::size_t i) const {
+    if (frame_.stereo) return kMost;
+    return std::isnan(frame_.depth_m(i)) ? kMostAtHole : TrackEvidence::kMost;
   }
 
  private:
   using Measured = TrackMisses::Measured;
 
-  float with_relief(std::size_t i, double relief_per_m, const MovingOdds& odds) const {
-    const float over_track = of(misses_.track(i), relief_per_m, odds);
+  float with_relief(std::size_t i, double relief_per_m) const {
+    const float over_track = of(misses_.track(i), relief_per_m);
     if (misses_.is_undone(i)) return over_track;
-    return std::max(of(misses_.step(i), relief_per_m, odds), over_track);
+    return std::max(of(misses_.step(i), relief_per_m), over_track);
   }
   double relief_per_m(std::size_t i) const {
     const double depth_m = frame_.depth_m(i);
     return relief_.per_m(frame_.evidence.pixels()[i], depth_m, depths_.sigma_m(depth_m));
   }
-  float of(const Measured& measured, double relief_per_m, const MovingOdds& odds) const {
+  float of(const Measured& measured, double relief_per_m) const {
     if (measured.gap == 0) return kLeast;
     const auto gap = static_cast<std::size_t>(measured.gap);
     const StaticMiss miss = misses_.model(measured.gap)(measured.then, measured.now, measured.spread);
@@ -64,9 +68,7 @@ class MissOdds {
     if (in.depth_axis) in.sigma_depth_m = depths_.sigma_m(static_cast<double>(measured.now.depth_m));
     in.px_per_m = static_cast<double>(miss.px_per_m);
     in.elapsed_s = path_.elapsed_s(gap);
-    const bool at_hole = !frame_.stereo && !measured.in_space();
-    return std::clamp(static_cast<float>(odds(in)), measured.on_line() ? kLeastOnLine : kLeast,
-                      at_hole ? kMostAtHole : kMost);
+    return std::clamp(static_cast<float>(odds_(in)), measured.on_line() ? kLeastOnLine : kLeast, kMost);
   }
   /// The part of the odds' input that is measured in the image. `shift_px`: of the patch's two surfaces.
   MovingOddsInput in_image(const Measured& measured, const StaticMiss& miss, double shift_px) const {
@@ -94,6 +96,7 @@ class MissOdds {
   const MissNoise& noise_;
   DepthNoise depths_;
   PatchRelief relief_;
+  MovingOdds odds_;
 };
 
 }  // namespace dynfilter::detail

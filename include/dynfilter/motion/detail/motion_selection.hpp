@@ -7,7 +7,6 @@
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <dynfilter/core/span.hpp>
-#include <iterator>
 #include <vector>
 
 namespace dynfilter {
