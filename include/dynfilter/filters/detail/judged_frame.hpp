@@ -37,8 +37,8 @@ struct JudgedFrame {
   static constexpr double kReachSigmas = 3;  ///< of two depths' noise
 };
 
-/// What is known of each track, carried from frame to frame: the evidence that it moves, and its mobility, the
-/// probability that it moved. It falls slowly, because a mover that stops is not yet background.
+/// What is known of each track, carried from frame to frame: evidence that it moves, and its mobility. This
+/// probability that it moved falls slowly, because a mover that stops is not yet background.
 class TrackMemory {
  public:
   static constexpr double kMobility_s = 2;                   ///< time constant of having moved
