@@ -19,6 +19,7 @@ class MissNoise {
   void reset() { *this = {}; }
   void measure(const JudgedFrame& frame, const CameraPath& path, const TrackMisses& misses,
                const std::vector<float>& mobility) {
+    ratios_.reserve(frame.size());
     const double noise_px = path.noise_px(1);
     const auto ratio_of_step = [&](std::size_t i, double most) {
       const TrackMisses::Measured& step = misses.step(i);

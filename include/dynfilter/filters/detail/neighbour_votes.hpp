@@ -85,9 +85,8 @@ class NeighbourVotes {
     // Its neighbours hide it from the right camera, so it lies on what is behind them.
     if (std::isnan(depth_m) && !frame.evidence.frame().right_grey.empty()) return 0;
     const bool seen = odds.seen[i] != 0;
-    const float reach = static_cast<float>(frame.neighbour_px) * (std::isnan(depth_m) ? kBlindReach
-                                                                  : seen              ? 1
-                                                                                      : kUnseenReach);
+    const float times = std::isnan(depth_m) ? kBlindReach : seen ? 1 : kUnseenReach;
+    const float reach = times * static_cast<float>(frame.neighbour_px);
     NeighbourPlaces::Sum sum =
         places_.around(evidence_, px, depth_m, reach, frame.reach_m(frame.neighbour_m, depth_m));
     if (seen && PointGrid::usable(px)) sum.values -= odds.own[i], sum.weights -= 1;  // itself
