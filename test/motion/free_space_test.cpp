@@ -106,7 +106,7 @@ TEST_CASE("free_space: only depth behind the place is evidence, and it has a cei
   CHECK(odds(wall(2), {0, 0, 2}) == 0);     // the surface was there
   CHECK(odds(wall(1.5F), {0, 0, 2}) == 0);  // hidden by something nearer
   CHECK(odds(wall(3), {0, 0, 2}) > 0);      // seen through
-  // Far behind, the density of an error vanishes: log(0.5 / 0.005) + log(0.05 / 0.95).
+  // Far behind, the density of an error vanishes: log(0.5 / 0.005).
   CHECK(odds(wall(4), {0, 0, 2}) == doctest::Approx(std::log(100.0)).epsilon(0.01));
   // Less so a little behind, and not at all within the noise (7 mm at 2 m).
   CHECK(odds(wall(2.08F), {0, 0, 2}) < odds(wall(2.3F), {0, 0, 2}));
