@@ -79,8 +79,8 @@ class RigidBackgroundEstimator {
   using Points = detail::BackgroundPoints;
   static constexpr double kFit_px = 0.3;            ///< least width of a fit
   static constexpr float kExplained = 0.1F;         ///< fit from which on a point is explained: 3 fit widths
-  static constexpr float kPrice_nats = 15;          ///< of six parameters; fitted, see the filter's card
-  static constexpr float kFirstPrice_nats = 8;      ///< in the first frame, where several motions are likely
+  static constexpr double kPrice_nats = 15;         ///< of six parameters; fitted, see the filter's card
+  static constexpr double kFirstPrice_nats = 8;     ///< in the first frame, where several motions are likely
   static constexpr double kLeastCorrelation = 0.1;  ///< of the errors within a patch
   static constexpr double kDistinct = 2;            ///< of the noise: motions that differ by more
   static constexpr double kNeighbour_px = 50;       ///< distance of points whose depths are compared
@@ -172,10 +172,10 @@ class RigidBackgroundEstimator {
   // ---- which motions are needed
   void select() {
     weigh_points();
-    prices_.assign(proposals().size(), scene_->expected ? kPrice_nats : kFirstPrice_nats);
-    selected_ = selection_.select({proposals().size(), points(), points_.stride(), search_.image2_px2(),
-                                   search_.depth2(), weights_, prices_, search_.noise_px()});
-    noise_px_ = selection_.noise_px();
+    noise_px_ = search_.noise_px();
+    const double price = scene_->expected ? kPrice_nats : kFirstPrice_nats;
+    selected_ = selection_.select({proposals().size(), points_.stride(), search_.image2_px2(),
+                                   search_.depth2(), weights_, price, noise_px_});
   }
   /// Points of two by two cells share a part of their errors: Kish's effective number of them counts. In the
   /// first frame nothing is known of that part, so it is taken for all.
@@ -188,9 +188,9 @@ class RigidBackgroundEstimator {
     for (std::size_t k = 0; k < points(); ++k) ++held[patch(k)];
     const double whole2 = scene_->noise_ratio * scene_->noise_ratio;
     const double correlation = scene_->expected ? std::max(kLeastCorrelation, 1 - 1 / whole2) : 1;
-    weights_.clear();
+    weights_.assign(points_.stride(), 0);
     for (std::size_t k = 0; k < points(); ++k)
-      weights_.push_back(static_cast<float>(1 / (1 + (held[patch(k)] - 1) * correlation)));
+      weights_[k] = static_cast<float>(1 / (1 + (held[patch(k)] - 1) * correlation));
   }
 
   /// Each point belongs to the selected motion that explains it best. Slots are indices into selected_.
@@ -395,7 +395,7 @@ class RigidBackgroundEstimator {
   Points points_;
   detail::MotionProposals search_;
   MotionSelection selection_;
-  std::vector<float> weights_, prices_;
+  std::vector<float> weights_;                             ///< per point, padded
   std::vector<std::size_t> selected_;                      ///< indices of proposals
   std::vector<std::uint32_t> owner_;                       ///< slot per point
   std::vector<float> best_fit_;                            ///< per point, by its owner
