@@ -87,12 +87,9 @@ constexpr std::size_t points_of(int columns) {
   return static_cast<std::size_t>(columns) * kRows * 4;
 }
 
-/// What the distance from the expected motion costs a motion of so many columns. The share of its points
-/// counts the more, the farther it is. Half a point is added to both parts of the odds.
-double distance_cost(double d2, int columns) {
-  const double mine = static_cast<double>(points_of(columns)) + 0.5,
-               others = static_cast<double>(points_of(kColumns - columns)) + 0.5;
-  return std::log1p(d2) - 0.1 * std::log(mine / others) * (0.5 + d2) / (1 + d2);
+/// The score of a motion whose points are `d` from the expected one, in units of the usual distance.
+double score_of(const MotionProposal& p, double d) {
+  return 2.5 * (std::log(p.area) + p.order - std::log1p(d * d));
 }
 
 }  // namespace
@@ -198,15 +195,12 @@ TEST_CASE("distance from what is expected costs, over a motion's own points and 
     scene.expected = shift(expected_x_m);
     RigidBackgroundEstimator estimator;
     REQUIRE(estimator.estimate(scene).ok);
-    const auto cost = [&](const Pose& T, double depth_m, int columns) {
-      const double d = std::min(20.0, apart_px(T, *scene.expected, depth_m)) / (2 * kUnknownMiss_px);
-      return distance_cost(d * d, columns);
+    const auto distance = [&](const Pose& T, double depth_m) {
+      return std::min(20.0, apart_px(T, *scene.expected, depth_m)) / (2 * kUnknownMiss_px);
     };
     const MotionProposal of_camera = near_to(estimator, camera), of_mover = near_to(estimator, mover);
-    CHECK(of_camera.score ==
-          Approx(std::log(of_camera.area) + of_camera.order - cost(camera, 3, 10)).epsilon(0.01));
-    CHECK(of_mover.score ==
-          Approx(std::log(of_mover.area) + of_mover.order - cost(mover, 1.8, 6)).epsilon(0.01));
+    CHECK(of_camera.score == Approx(score_of(of_camera, distance(camera, 3))).epsilon(0.01));
+    CHECK(of_mover.score == Approx(score_of(of_mover, distance(mover, 1.8))).epsilon(0.01));
   }
 }
 
@@ -218,10 +212,8 @@ double distance_of(RigidBackgroundEstimator& estimator, const Cells& cells, cons
   scene.expected = expected;
   REQUIRE(estimator.estimate(scene).ok);
   const MotionProposal& p = estimator.proposals()[estimator.chosen()];
-  const double cost = std::log(p.area) + p.order - p.score;
-  double low = 0, high = 20;  // the cost grows with the distance
-  for (int k = 0; k < 60; ++k)
-    (distance_cost((low + high) * (low + high) / 4, kColumns) < cost ? low : high) = (low + high) / 2;
+  double low = 0, high = 20;  // the score falls with the distance
+  for (int k = 0; k < 60; ++k) (score_of(p, (low + high) / 2) > p.score ? low : high) = (low + high) / 2;
   return low;
 }
 

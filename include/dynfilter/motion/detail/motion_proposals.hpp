@@ -26,9 +26,10 @@ namespace detail {
 ///    differences between neighbours' residuals give the noise of the matches (neighbour_noise.hpp). The
 ///    median residual in depth scales the depth camera's noise model, because colour and depth are not
 ///    exposed at the same time.
-/// 2. Proposals are that motion, the host's, and the expected one. The expected one is refined at three
-///    inlier distances, and again from the widest to the narrowest. Points that moved recently do not take
-///    part. If none of these explains nearly all others even roughly, RANSAC searches them.
+/// 2. Proposals are the host's motion and the expected one, but not that motion: where movers hold many
+///    points it lies between theirs and the background's. The expected one is refined at three inlier
+///    distances, and again from the widest to the narrowest. Points that moved recently do not take part. If
+///    none of these explains nearly all others even roughly, RANSAC searches them.
 /// 3. Further proposals come from a search: the points of the best motion so far are removed, and RANSAC
 ///    searches the rest. While no motion is expected, the far points and all points are searched first.
 class MotionProposals {
@@ -61,8 +62,7 @@ class MotionProposals {
     noise_px_ = std::max(kNarrow_px, scene_->noise_ratio * match_noise_px_);
   }
   /// Proposes motions for the points, with the noise as it was measured last.
-  void search(const RigidMotion& most) {
-    graduated_ = most;
+  void search() {
     proposals_.clear();
     image2_px2_.clear();
     depth2_.clear();
@@ -137,9 +137,6 @@ class MotionProposals {
 
   // ---- proposals from what is known
   void propose_known() {
-    if (graduated_.ok)
-      propose_from(From::Support, points_->features(), std::max(kSupport_px, 2 * noise_px_),
-                   graduated_.T_current_reference);
     if (scene_->predicted)
       propose_from(From::Predicted, points_->features(), support_px(), *scene_->predicted);
     if (uses_prior()) propose_prior(scene_->prior->T_current_reference);
@@ -342,7 +339,6 @@ class MotionProposals {
   BackgroundPoints* points_ = nullptr;
   std::vector<MotionProposal> proposals_;
   std::vector<float> image2_px2_, depth2_;  ///< proposals x stride
-  RigidMotion graduated_;
   NeighbourNoise neighbour_noise_;
   RigidMisses misses_;
   std::vector<float> in_rest_;  ///< 1 or 0 per point
