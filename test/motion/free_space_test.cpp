@@ -80,8 +80,8 @@ TEST_CASE("free_space: a window gives what a search by the rules gives, for both
     const int radius_px = static_cast<int>(uniform(0, 4));
     const float beyond_m = uniform(0.9F, 1.6F);
     const std::optional<float> expected = nearest_by_rules(depth_m, px, radius_px, beyond_m);
-    CHECK(NearestDepth(depth_m, 1).around(px, radius_px, beyond_m) == expected);
-    CHECK(NearestDepth(depth_mm, 0.001).around(px, radius_px, beyond_m) == expected);
+    CHECK(nearest_depth_m(DepthImage(depth_m, 1), px, radius_px, beyond_m) == expected);
+    CHECK(nearest_depth_m(DepthImage(depth_mm, 0.001), px, radius_px, beyond_m) == expected);
     (expected ? free : none) += 1;
   }
   CHECK(free > 500);
@@ -90,11 +90,11 @@ TEST_CASE("free_space: a window gives what a search by the rules gives, for both
 
 TEST_CASE("free_space: no image, another type, places that are none: nothing") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  CHECK_FALSE(NearestDepth(cv::Mat(), 1).around({5, 5}, 1, 0));
-  CHECK_FALSE(NearestDepth(cv::Mat(9, 9, CV_8UC1, cv::Scalar(3)), 1).around({5, 5}, 1, 0));
-  CHECK_FALSE(NearestDepth(wall(2), 1).around({nan, 5}, 1, 0));
-  CHECK_FALSE(NearestDepth(wall(2), 1).around({1e30F, 5}, 1, 0));
-  CHECK(NearestDepth(wall(2), 1).around({5, 5}, 1, 0) == 2.0F);
+  CHECK_FALSE(nearest_depth_m(DepthImage(cv::Mat(), 1), {5, 5}, 1, 0));
+  CHECK_FALSE(nearest_depth_m(DepthImage(cv::Mat(9, 9, CV_8UC1, cv::Scalar(3)), 1), {5, 5}, 1, 0));
+  CHECK_FALSE(nearest_depth_m(DepthImage(wall(2), 1), {nan, 5}, 1, 0));
+  CHECK_FALSE(nearest_depth_m(DepthImage(wall(2), 1), {1e30F, 5}, 1, 0));
+  CHECK(nearest_depth_m(DepthImage(wall(2), 1), {5, 5}, 1, 0) == 2.0F);
   CHECK(odds(wall(4), {nan, nan, nan}) == 0);
   CHECK(odds(wall(4), {0, 0, -1}) == 0);
   CHECK(odds(cv::Mat(), {0, 0, 2}) == 0);

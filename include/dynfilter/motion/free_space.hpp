@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <dynfilter/core/portable_math.hpp>
+#include <dynfilter/geometry/depth_image.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <limits>
@@ -14,57 +14,28 @@
 
 namespace dynfilter {
 
-/// Nearest depths in square windows of a depth image.
-class NearestDepth {
- public:
-  static constexpr double kLeastKnown = 0.5;  ///< share of a window that must have a depth
-
-  /// `depth`: CV_32FC1 or CV_16UC1, not copied. Any other type has no depth anywhere.
-  NearestDepth(const cv::Mat& depth, double unit_m) : depth_(depth), unit_m_(static_cast<float>(unit_m)) {
-    if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
-  }
-
-  /// The nearest depth [m] within `radius_px` of a pixel, in rows and columns. None if it is `beyond_m` or
-  /// nearer, if the window leaves the image, or if less than half of it has a depth.
-  std::optional<float> around(const cv::Point2f& px, int radius_px, float beyond_m) const {
-    const auto inside = [&](float at, int size) {
-      return at >= static_cast<float>(radius_px) && at <= static_cast<float>(size - 1 - radius_px);
-    };
-    if (depth_.empty() || !inside(px.x, depth_.cols) || !inside(px.y, depth_.rows)) return std::nullopt;
-    const cv::Point centre(cvRound(px.x), cvRound(px.y));
-    return depth_.type() == CV_32FC1 ? of_window<float>(centre, radius_px, beyond_m)
-                                     : of_window<std::uint16_t>(centre, radius_px, beyond_m);
-  }
-
- private:
-  /// Most windows hold the point's own surface: the middle row is read first, and the first depth that is not
-  /// beyond ends the search.
-  template <class T>
-  std::optional<float> of_window(const cv::Point& centre, int radius_px, float beyond_m) const {
-    float nearest_m = std::numeric_limits<float>::infinity();
-    int known = 0;
-    const auto free_row = [&](int y) {
-      const T* row = depth_.ptr<T>(y) + centre.x;
-      for (int dx = -radius_px; dx <= radius_px; ++dx) {
-        const float z_m = static_cast<float>(row[dx]) * unit_m_;
-        if (!valid_depth(z_m)) continue;
-        if (z_m <= beyond_m) return false;
-        nearest_m = std::min(nearest_m, z_m);
-        ++known;
-      }
-      return true;
-    };
-    if (!free_row(centre.y)) return std::nullopt;
-    for (int dy = 1; dy <= radius_px; ++dy)
-      if (!free_row(centre.y - dy) || !free_row(centre.y + dy)) return std::nullopt;
-    const int side = 2 * radius_px + 1;
-    if (known < kLeastKnown * side * side) return std::nullopt;
-    return nearest_m;
-  }
-
-  cv::Mat depth_;
-  float unit_m_;
-};
+/// The nearest depth [m] within `radius_px` of a pixel, in rows and columns. None if it is `beyond_m` or
+/// nearer, if the window leaves the image, or if less than half of it has a depth.
+inline std::optional<float> nearest_depth_m(const DepthImage& depth, const cv::Point2f& px, int radius_px,
+                                            float beyond_m) {
+  const auto inside = [&](float at, int size) {
+    return at >= static_cast<float>(radius_px) && at <= static_cast<float>(size - 1 - radius_px);
+  };
+  if (!inside(px.x, depth.cols()) || !inside(px.y, depth.rows())) return std::nullopt;
+  const int x = cvRound(px.x), y = cvRound(px.y), side = 2 * radius_px + 1;
+  float nearest_m = std::numeric_limits<float>::infinity();
+  int known = 0;
+  for (int row = 0; row < side; ++row)  // from the middle: most windows hold the point's own surface
+    for (int dx = -radius_px; dx <= radius_px; ++dx) {
+      const float z_m = depth.at(x + dx, row % 2 == 0 ? y + row / 2 : y - (row + 1) / 2);
+      if (!valid_depth(z_m)) continue;
+      if (z_m <= beyond_m) return std::nullopt;
+      nearest_m = std::min(nearest_m, z_m);
+      ++known;
+    }
+  if (2 * known < side * side) return std::nullopt;
+  return nearest_m;
+}
 
 /// Likelihood ratio [nats] that a surface was not where it is now: an earlier view looked through the place.
 ///
@@ -106,7 +77,8 @@ class FreeSpaceView {
     const double along_px = portable::hypot(parallax_px.x, parallax_px.y) * here_m / point_m.z;
     const double radius_px = kReach * portable::hypot(model_.sigma_px, along_px) + kSilhouette_px;
     if (!(radius_px <= kMostRadius_px)) return 0;
-    const auto there_m = depth_.around(px, static_cast<int>(std::ceil(radius_px)), static_cast<float>(p.z()));
+    const auto there_m =
+        nearest_depth_m(depth_, px, static_cast<int>(std::ceil(radius_px)), static_cast<float>(p.z()));
     return there_m ? std::max(0.0, odds_of(*there_m - p.z(), here_m, *there_m)) : 0;
   }
 
@@ -131,7 +103,7 @@ class FreeSpaceView {
   }
 
   Camera camera_;
-  NearestDepth depth_;
+  DepthImage depth_;
   Eigen::Matrix3d R_;
   Eigen::Vector3d t_;
   Model model_;

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/depth_image.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 
@@ -26,20 +25,18 @@ class PatchRelief {
   static constexpr int kNear_px = 4, kFar_px = 8;  ///< distances: a quarter and half of the flow's window
 
   /// `depth`: CV_32FC1 or CV_16UC1, not copied. Any other type has no relief anywhere.
-  PatchRelief(const cv::Mat& depth, double unit_m) : depth_(depth), unit_m_(unit_m) {
-    if (depth.type() != CV_32FC1 && depth.type() != CV_16UC1) depth_ = cv::Mat();
-  }
+  PatchRelief(const cv::Mat& depth, double unit_m) : depth_(depth, unit_m) {}
 
   /// Relief [1/m] of the patch around a pixel with the depth `depth_m`, which has the noise `sigma_m`.
   /// 0 where it is within the noise, and where depths are missing. Reads 16 pixels.
   double per_m(const cv::Point2f& px, double depth_m, double sigma_m) const {
     const auto in_image = [](float at, int size) { return at >= 0 && at < static_cast<float>(size); };
-    if (!valid_depth(depth_m) || !in_image(px.x, depth_.cols) || !in_image(px.y, depth_.rows)) return 0;
+    if (!valid_depth(depth_m) || !in_image(px.x, depth_.cols()) || !in_image(px.y, depth_.rows())) return 0;
     const int x = cvRound(px.x), y = cvRound(px.y);
     double most = 0;
     for (const int r : {kNear_px, kFar_px})
       for (const auto& [dx, dy] : {std::pair{r, 0}, {0, r}, {r, r}, {r, -r}}) {
-        const double a_m = depth_at(x - dx, y - dy), b_m = depth_at(x + dx, y + dy);
+        const double a_m = depth_.at(x - dx, y - dy), b_m = depth_.at(x + dx, y + dy);
         if (valid_depth(a_m) && valid_depth(b_m))
           most = std::max(most, std::abs(1 / a_m + 1 / b_m - 2 / depth_m));
       }
@@ -50,14 +47,8 @@ class PatchRelief {
  private:
   static constexpr double kSigmas = 3;  ///< a plane exceeds them in one of 370 sums
   static constexpr double kTerms2 = 6;  ///< 1 + 1 + 4: squared factors of the three inverse depths
-  double depth_at(int x, int y) const {
-    if (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows) return 0;
-    return depth_.type() == CV_16UC1 ? depth_.ptr<std::uint16_t>(y)[x] * unit_m_
-                                     : static_cast<double>(depth_.ptr<float>(y)[x]);
-  }
 
-  cv::Mat depth_;
-  double unit_m_;
+  DepthImage depth_;
 };
 
 /// Shift in the image [px] of a static point at `px` (undistorted, current frame) when its inverse depth

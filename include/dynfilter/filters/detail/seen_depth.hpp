@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/correspondence/match.hpp>
+#include <dynfilter/geometry/depth_image.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
 
@@ -33,7 +33,7 @@ class SeenDepth {
 
   bool has_image() const { return !image_.empty(); }
   /// The frame that it came from can then reuse its image.
-  void forget_image() { image_.release(); }
+  void forget_image() { image_ = DepthImage(); }
 
   /// `deviation(z)` is signed: how much farther than the point a depth z [m] is. Values within +- `limit`
   /// agree. A pixel at an edge belongs to either surface, so a whole patch decides. One agreeing depth gives
@@ -76,13 +76,11 @@ class SeenDepth {
   template <class Add>
   int sample_image(const cv::Point2f& px, int patch_px, const Add& add) const {
     const int x = cvRound(px.x), y = cvRound(px.y);
-    const int x0 = std::max(x - patch_px, 0), x1 = std::min(x + patch_px, image_.cols - 1);
-    const int y0 = std::max(y - patch_px, 0), y1 = std::min(y + patch_px, image_.rows - 1);
+    const int x0 = std::max(x - patch_px, 0), x1 = std::min(x + patch_px, image_.cols() - 1);
+    const int y0 = std::max(y - patch_px, 0), y1 = std::min(y + patch_px, image_.rows() - 1);
     for (int r = y0; r <= y1; ++r)
       for (int c = x0; c <= x1; ++c) {
-        const float z_m = image_.type() == CV_16UC1
-                              ? static_cast<float>(image_.at<std::uint16_t>(r, c)) * unit_m_
-                              : image_.at<float>(r, c) * unit_m_;
+        const float z_m = image_.at(c, r);
         if (valid_depth(z_m)) add(z_m);
       }
     const int side = 2 * patch_px + 1;
@@ -101,8 +99,7 @@ class SeenDepth {
   }
 
   Camera camera_;
-  cv::Mat image_;
-  float unit_m_ = 1;
+  DepthImage image_;
   bool distorted_ = true;
   Span<const cv::KeyPoint> keypoints_;
   Span<const float> keypoint_depth_m_;
@@ -111,8 +108,7 @@ class SeenDepth {
 
 inline void SeenDepth::from(const PastFrame& frame) {
   camera_ = frame.camera.value_or(Camera());
-  image_ = frame.depth;
-  unit_m_ = static_cast<float>(frame.depth_unit_m);
+  image_ = DepthImage(frame.depth, frame.depth_unit_m);
   distorted_ = true;
   set_keypoints(image_.empty() ? Span<const cv::KeyPoint>(frame.keypoints) : Span<const cv::KeyPoint>(),
                 frame.depth_m);
@@ -120,7 +116,7 @@ inline void SeenDepth::from(const PastFrame& frame) {
 
 inline void SeenDepth::from(const KeyframeView& keyframe, const Camera& camera) {
   camera_ = camera;
-  image_ = cv::Mat();
+  image_ = DepthImage();
   distorted_ = false;
   set_keypoints(keyframe.keypoints_undistorted, keyframe.depth_m);
 }
