@@ -66,9 +66,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr TrackOptions kTracks{static_cast<int>(CameraPath::kMaxFrames), 3.0, true};
   static constexpr double kDepthFactor = 2;        ///< the depth camera's noise against the model's, at least
   static constexpr float kRejectCost_nats = 3.5F;  ///< of a wrong rejection over a miss, logarithm
-  /// What the belief of features without evidence must exceed [nats]; blind: without a depth, too.
-  static constexpr float kUnseenLimit = -0.4F, kBlindLimit = 0.6F;
-  static constexpr float kSuspectLimit = -0.1F, kBlindSuspectLimit = 0;
+  static constexpr float kNoMatch_nats = 2.5F;     ///< evidence of motion: movers lose their matches
   static constexpr double kDoubtedSigmas = 3;  ///< a miss beyond is looked at twice
   static constexpr std::size_t kMinSeeds = 30;
   static constexpr std::size_t kEnoughFirm = 100;       ///< matches that tell of the background's motion
@@ -106,9 +104,6 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   void learn_forecast(const detail::JudgedFrame& frame, float limit);
   /// What the belief must exceed. The more features move in this frame, the likelier is each.
   float limit_nats() const;
-  /// What one without evidence must exceed. A suspect with a depth does: the stage that suspects it can look
-  /// at it. Structured light has holes beside near surfaces, on what is behind them.
-  static float unseen_limit_nats(const detail::JudgedFrame& frame, std::size_t i, float limit);
   void cast(const detail::JudgedFrame& frame, std::size_t i, const Choice& choice, float limit,
             Votes& votes) const;
   void note_motion(const RigidMotion& motion, Votes& votes) const;

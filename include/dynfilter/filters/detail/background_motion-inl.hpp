@@ -173,11 +173,11 @@ inline void BackgroundMotionFilter::weigh(const detail::JudgedFrame& frame, cons
   for (std::size_t i = 0; i < frame.size(); ++i) {
     float& own = odds_.own[i];
     own = over_time.faded(memory_.evidence(i));
-    const detail::TrackMisses::Measured &step = misses_.step(i), &track = misses_.track(i);
-    const bool matched = step.gap > 0 || track.gap > 0;
+    const detail::TrackMisses::Measured& measured = misses_.longest(i);
+    const bool matched = measured.gap > 0;
     float now = matched ? odds_of_match(i) : space_odds(frame.evidence.points_m()[i]);
     // Movers on a road keep to their epipolar line.
-    const bool can_show_rest = matched && (track.in_space() || !step.on_line() || !frame.stereo);
+    const bool can_show_rest = matched && !(measured.on_line() && frame.stereo);
     const float expected = can_show_rest ? 0 : forecast(frame, i);
     if (expected > 0 && !(now > expected)) now = expected;
     if (std::isnan(now)) continue;
@@ -238,18 +238,13 @@ inline float BackgroundMotionFilter::limit_nats() const {
   return kRejectCost_nats + detail::TrackMemory::kUnknown - static_cast<float>(portable::log_odds(share));
 }
 
-inline float BackgroundMotionFilter::unseen_limit_nats(const detail::JudgedFrame& frame, std::size_t i,
-                                                       float limit) {
-  const bool blind = std::isnan(frame.depth_m(i));
-  if (frame.evidence.prior(i)) return blind ? kBlindSuspectLimit : kSuspectLimit;
-  return !blind ? kUnseenLimit : frame.stereo ? kBlindLimit : limit;
-}
-
 inline void BackgroundMotionFilter::cast(const detail::JudgedFrame& frame, std::size_t i,
                                          const Choice& choice, float limit, Votes& votes) const {
   const bool seen = odds_.seen[i] != 0;
   const float belief = odds_.belief[i], score = 1 / (1 + portable::exp(-belief / 2));
-  if (!(belief > (seen ? limit : unseen_limit_nats(frame, i, limit))))
+  // Holes of structured light lie beside near surfaces, on what is behind them: no match says nothing there.
+  const float unseen = seen || std::isnan(frame.depth_m(i)) ? 0 : kNoMatch_nats;
+  if (!(belief + unseen > limit))
     return votes.cast(i, seen ? Vote::Static : Vote::Unknown, score);
   const bool supported = choice.rejects && (frame.evidence.prior(i) || neighbours_.near_core(frame, i) ||
                                             forecast(frame, i) > 0);
