@@ -242,9 +242,9 @@ inline void BackgroundMotionFilter::cast(const detail::JudgedFrame& frame, std::
                                          const Choice& choice, float limit, Votes& votes) const {
   const bool seen = odds_.seen[i] != 0;
   const float belief = odds_.belief[i], score = 1 / (1 + portable::exp(-belief / 2));
-  // Holes of structured light lie beside near surfaces, on what is behind them: no match says nothing there.
-  const float unseen = seen || std::isnan(frame.depth_m(i)) ? 0 : kNoMatch_nats;
-  if (!(belief + unseen > limit))
+  // Without a depth in stereo it is hidden from the right camera, behind its neighbours.
+  const bool hidden = frame.stereo && std::isnan(frame.depth_m(i));
+  if (!(belief + (seen || hidden ? 0 : kNoMatch_nats) > limit))
     return votes.cast(i, seen ? Vote::Static : Vote::Unknown, score);
   const bool supported = choice.rejects && (frame.evidence.prior(i) || neighbours_.near_core(frame, i) ||
                                             forecast(frame, i) > 0);
