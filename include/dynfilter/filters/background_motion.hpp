@@ -67,7 +67,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr double kDepthFactor = 2;        ///< the depth camera's noise against the model's, at least
   static constexpr float kRejectCost_nats = 3.5F;  ///< of a wrong rejection over a miss, logarithm
   static constexpr float kNoMatch_nats = 2;        ///< evidence of motion: movers lose their matches
-  static constexpr double kDoubtedSigmas = 3;  ///< a miss beyond is looked at twice
+  static constexpr double kDoubtedSigmas = 3;      ///< a miss beyond is looked at twice
   static constexpr std::size_t kMinSeeds = 30;
   static constexpr std::size_t kEnoughFirm = 100;       ///< matches that tell of the background's motion
   static constexpr double kLeastConfidence = 1.0 / 3;   ///< in the background: three motions equally likely

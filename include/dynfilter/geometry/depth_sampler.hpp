@@ -19,6 +19,31 @@ inline float depth_within(float depth_m, double max_depth_m) {
              : std::numeric_limits<float>::quiet_NaN();
 }
 
+/// Depths of single pixels, whatever their type. DepthSampler has those of features.
+class DepthImage {
+ public:
+  DepthImage() = default;
+  /// `depth`: CV_32FC1 or CV_16UC1, not copied. Any other type has no depth anywhere.
+  DepthImage(const cv::Mat& depth, double unit_m) : unit_m_(static_cast<float>(unit_m)) {
+    if (depth.type() == CV_32FC1 || depth.type() == CV_16UC1) depth_ = depth;
+  }
+
+  bool empty() const { return depth_.empty(); }  ///< whether it has no pixels
+  int cols() const { return depth_.cols; }       ///< width [px]
+  int rows() const { return depth_.rows; }       ///< height [px]
+  /// At a pixel [m]; 0 outside. May be invalid (valid_depth()).
+  float at(int x, int y) const {
+    if (x < 0 || y < 0 || x >= depth_.cols || y >= depth_.rows) return 0;
+    return (depth_.type() == CV_16UC1 ? static_cast<float>(depth_.ptr<std::uint16_t>(y)[x])
+                                      : depth_.ptr<float>(y)[x]) *
+           unit_m_;
+  }
+
+ private:
+  cv::Mat depth_;
+  float unit_m_ = 1;
+};
+
 /// Depth [m] at single pixels. NaN if the pixel has no reliable depth. At a silhouette the sensor's depth may
 /// belong to either surface. A pixel has no depth if neighbouring pixels differ by more than `max_edge_share`
 /// of the depth. A hole takes the depth around it if that is one surface. Structured light often leaves holes

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/geometry/depth_image.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
+#include <dynfilter/geometry/depth_sampler.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <limits>
 #include <opencv2/core.hpp>

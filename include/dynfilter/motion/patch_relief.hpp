@@ -6,7 +6,7 @@
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
-#include <dynfilter/geometry/depth_image.hpp>
+#include <dynfilter/geometry/depth_sampler.hpp>
 #include <opencv2/core.hpp>
 #include <utility>
 

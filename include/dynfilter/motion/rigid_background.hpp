@@ -87,10 +87,10 @@ class RigidBackgroundEstimator {
   static constexpr float kDepthStep = 1.08F;        ///< a point farther by this factor is behind
   static constexpr double kUnknownMiss_px = 3;      ///< usual distance from the expected motion, at first
   static constexpr double kLeastMiss_px = 0.15;
-  static constexpr double kMostMiss_px = 20;   ///< a point's distance between motions, cut off
-  static constexpr double kSharpness = 2.5;    ///< of the choice: as sure as it is right, see the card
-  static constexpr double kPriorNoise = 4;     ///< of the noise: matches of one motion share errors
-  static constexpr double kDepthCap_m = 4;     ///< farther, depths are too inexact to tell motions apart
+  static constexpr double kMostMiss_px = 20;  ///< a point's distance between motions, cut off
+  static constexpr double kSharpness = 2.5;   ///< of the choice: as sure as it is right, see the card
+  static constexpr double kPriorNoise = 4;    ///< of the noise: matches of one motion share errors
+  static constexpr double kDepthCap_m = 4;    ///< farther, depths are too inexact to tell motions apart
 
   RigidMotion estimate_of_scene() {
     chosen_ = 0;

@@ -173,11 +173,11 @@ inline void BackgroundMotionFilter::weigh(const detail::JudgedFrame& frame, cons
   for (std::size_t i = 0; i < frame.size(); ++i) {
     float& own = odds_.own[i];
     own = over_time.faded(memory_.evidence(i));
-    const detail::TrackMisses::Measured& measured = misses_.longest(i);
-    const bool matched = measured.gap > 0;
+    const detail::TrackMisses::Measured &step = misses_.step(i), &track = misses_.track(i);
+    const bool matched = step.gap > 0 || track.gap > 0;
     float now = matched ? odds_of_match(i) : space_odds(frame.evidence.points_m()[i]);
     // Movers on a road keep to their epipolar line.
-    const bool can_show_rest = matched && !(measured.on_line() && frame.stereo);
+    const bool can_show_rest = matched && (track.in_space() || !step.on_line() || !frame.stereo);
     const float expected = can_show_rest ? 0 : forecast(frame, i);
     if (expected > 0 && !(now > expected)) now = expected;
     if (std::isnan(now)) continue;

@@ -31,11 +31,10 @@ class MissOdds {
 
   /// NaN: two surfaces in the patch explain what looks like motion, so nothing is said.
   float operator()(std::size_t i) const {
-    const Measured& measured = misses_.longest(i);
-    const float now = of(measured, 0);
+    const float now = with_relief(i, 0);
     const double per_m = now > -TrackMemory::kUnknown ? relief_per_m(i) : 0;
     if (per_m == 0) return now;
-    const float explained = of(measured, per_m);
+    const float explained = with_relief(i, per_m);
     return explained > -TrackMemory::kUnknown ? explained : std::numeric_limits<float>::quiet_NaN();
   }
   /// What the evidence of a track may reach: depths of stereo beside an outline stay wrong, too.
@@ -47,11 +46,18 @@ class MissOdds {
  private:
   using Measured = TrackMisses::Measured;
 
+  /// Who sets off shows in a step, who is slow over the track.
+  float with_relief(std::size_t i, double relief_per_m) const {
+    const float over_track = of(misses_.track(i), relief_per_m);
+    if (misses_.is_undone(i)) return over_track;
+    return std::max(of(misses_.step(i), relief_per_m), over_track);
+  }
   double relief_per_m(std::size_t i) const {
     const double depth_m = frame_.depth_m(i);
     return relief_.per_m(frame_.evidence.pixels()[i], depth_m, depths_.sigma_m(depth_m));
   }
   float of(const Measured& measured, double relief_per_m) const {
+    if (measured.gap == 0) return kLeast;
     const auto gap = static_cast<std::size_t>(measured.gap);
     const StaticMiss miss = misses_.model(measured.gap)(measured.then, measured.now, measured.spread);
     if (miss.axes == StaticMiss::Axes::None) return kLeast;

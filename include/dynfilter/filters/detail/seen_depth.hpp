@@ -7,7 +7,7 @@
 #include <dynfilter/core/frame_view.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/correspondence/match.hpp>
-#include <dynfilter/geometry/depth_image.hpp>
+#include <dynfilter/geometry/depth_sampler.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <opencv2/core.hpp>
 

@@ -54,8 +54,6 @@ class TrackMisses {
 
   const Measured& step(std::size_t i) const { return step_[i]; }
   const Measured& track(std::size_t i) const { return track_[i]; }
-  /// Over the track where that is known in space, else over the step: a slow mover shows over time.
-  const Measured& longest(std::size_t i) const { return track_[i].gap > 0 ? track_[i] : step_[i]; }
   const StaticMissModel& model(int gap) const { return models_[static_cast<std::size_t>(gap - 1)]; }
   /// Of the tracks, with the noise that neighbours do not share.
   const std::vector<Miss>& of_tracks() const { return unshared_; }
@@ -65,6 +63,11 @@ class TrackMisses {
     for (std::size_t i = 0; i < step_.size(); ++i)
       doubted_[i] = step_[i].gap > 0 && static_cast<double>(step_[i].miss.image_px) < most_px ? 0 : 1;
     return doubted_;
+  }
+
+  /// An error of the last frame's match: a mover misses more over its track.
+  bool is_undone(std::size_t i) const {
+    return step_[i].in_space() && track_[i].in_space() && track_[i].miss.image_px < step_[i].miss.image_px;
   }
 
  private:

@@ -94,8 +94,8 @@ class MotionSelection {
     Four sum{};
     const Four none{};
     for (std::size_t k = 0; k < in.stride; k += kLanes) {
-      const Four saved = detail::load_four(least_loss_.data() + k) -
-                         detail::load_four(loss_.data() + h * in.stride + k);
+      const Four saved =
+          detail::load_four(least_loss_.data() + k) - detail::load_four(loss_.data() + h * in.stride + k);
       sum += detail::load_four(in.weights.data() + k) * (saved > none ? saved : none);
     }
     return detail::sum(sum);
