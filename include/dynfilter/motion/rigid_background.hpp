@@ -33,7 +33,7 @@ namespace dynfilter {
 ///    ones (Kish, Survey Sampling, 1965, section 5.4). rho is the share of a match's error variance that
 ///    neighbours have in common.
 /// 3. The background is the motion with the largest score: by its share of the visible surface, its distance
-///    from the expected motion, its depth order, and a prior (the filter's card).
+///    from the expected motion, its depth order, its share of the points, and a prior (the filter's card).
 ///    A motion that explains less than 4 % of the points is never the background. If none explains more,
 ///    there is no motion. The exponentials of the scores, normalised, give the confidence.
 ///
@@ -88,6 +88,7 @@ class RigidBackgroundEstimator {
   static constexpr double kUnknownMiss_px = 3;      ///< usual distance from the expected motion, at first
   static constexpr double kLeastMiss_px = 0.15;
   static constexpr double kMostMiss_px = 20;  ///< a point's distance between motions, cut off
+  static constexpr double kShare = 0.1;       ///< weight of how many points a motion explains
   static constexpr double kSharpness = 2.5;   ///< of the choice: as sure as it is right, see the card
   static constexpr double kPriorNoise = 4;    ///< of the noise: matches of one motion share errors
   static constexpr double kDepthCap_m = 4;    ///< farther, depths are too inexact to tell motions apart
@@ -104,7 +105,7 @@ class RigidBackgroundEstimator {
       straighten();
       search_.measure_noise(most);
     }
-    search_.search();
+    search_.search(most);
     if (proposals().empty()) return {};
     select();
     assign();
@@ -229,10 +230,13 @@ class RigidBackgroundEstimator {
     for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
       MotionProposal& p = proposal(slot);
       p.score = portable::log(p.area + 1e-6) + p.order;
-      if (!scene_->expected) continue;
-      const double d =
-          distance_px(slot, slot, places_[slot], expected_) / std::max(kLeastMiss_px, 2 * usual_miss_px_);
-      p.score = kSharpness * (p.score - portable::log1p(d * d));
+      if (scene_->expected) {
+        const double d =
+            distance_px(slot, slot, places_[slot], expected_) / std::max(kLeastMiss_px, 2 * usual_miss_px_);
+        const double share = (explained_[slot] + 0.5) / (static_cast<double>(points()) + 1);
+        p.score += kShare * portable::log_odds(share) - portable::log1p(d * d);
+        p.score *= kSharpness;
+      }
     }
     if (scene_->prior) weigh_prior();
     chosen_slot_ = 0;

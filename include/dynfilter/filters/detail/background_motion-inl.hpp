@@ -113,7 +113,9 @@ inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
   }
   path_.add(motion.T_current_reference, {estimator_.match_noise_px(), estimator_.row_twist()});
   choice.known = true;
-  const double sure = estimator_.rows_may_part() ? kSureDespiteRows : kSureFirstConfidence;
+  const double sure = estimator_.rows_may_part() ? kSureDespiteRows
+                      : path_.steps() > 1        ? kSureNextConfidence
+                                                 : kSureFirstConfidence;
   choice.rejects = path_.steps() >= kFirstSteps || estimator_.confidence() >= sure;
   path_.chain(path_.is_last_frame(frame.match.reference->id) && choice.rejects);
   return choice;

@@ -26,10 +26,10 @@ namespace detail {
 ///    differences between neighbours' residuals give the noise of the matches (neighbour_noise.hpp). The
 ///    median residual in depth scales the depth camera's noise model, because colour and depth are not
 ///    exposed at the same time.
-/// 2. Proposals are the host's motion and the expected one, but not that motion: where movers hold many
-///    points it lies between theirs and the background's. The expected one is refined at three inlier
-///    distances, and again from the widest to the narrowest. Points that moved recently do not take part. If
-///    none of these explains nearly all others even roughly, RANSAC searches them.
+/// 2. Proposals are that motion where it explains nearly all points, the host's, and the expected one. The
+///    expected one is refined at three inlier distances, and again from the widest to the narrowest. Points
+///    that moved recently do not take part. If none of these explains nearly all others even roughly, RANSAC
+///    searches them.
 /// 3. Further proposals come from a search: the points of the best motion so far are removed, and RANSAC
 ///    searches the rest. While no motion is expected, the far points and all points are searched first.
 class MotionProposals {
@@ -62,10 +62,11 @@ class MotionProposals {
     noise_px_ = std::max(kNarrow_px, scene_->noise_ratio * match_noise_px_);
   }
   /// Proposes motions for the points, with the noise as it was measured last.
-  void search() {
+  void search(const RigidMotion& most) {
     proposals_.clear();
     image2_px2_.clear();
     depth2_.clear();
+    if (most.ok) propose_most(most.T_current_reference);
     propose_known();
     propose_by_support();
   }
@@ -92,7 +93,7 @@ class MotionProposals {
 
  private:
   static constexpr std::size_t kMinUnmoved = 30;    ///< points; with fewer, all take part
-  static constexpr double kNoJerk = 0.9;            ///< share of them that a motion explains at least roughly
+  static constexpr double kNearlyAll = 0.9;         ///< share that one motion explains roughly, at rest
   static constexpr std::size_t kFewestPoints = 12;  ///< fewer are not searched
   static constexpr double kFirstNoise_px = 0.3;     ///< with too few neighbours to measure it
   static constexpr double kWide_px = 0.8, kSupport_px = 0.25, kNarrow_px = 0.05;  ///< least inlier noise
@@ -136,6 +137,13 @@ class MotionProposals {
   double wide_px() const { return std::max(kWide_px, 3 * noise_px_); }
 
   // ---- proposals from what is known
+  /// Of a world at rest, nearly all points follow one motion roughly, also where rows are times. One that
+  /// explains fewer lies between the motions of movers and of the room.
+  void propose_most(const Pose& start) {
+    const RigidMotion wide = refine(points_->features(), wide_px(), start);
+    if (wide.ok && wide.inliers >= kNearlyAll * static_cast<double>(points_->size()))
+      propose_from(From::Support, points_->features(), std::max(kSupport_px, 2 * noise_px_), start);
+  }
   void propose_known() {
     if (scene_->predicted)
       propose_from(From::Predicted, points_->features(), support_px(), *scene_->predicted);
@@ -178,7 +186,7 @@ class MotionProposals {
   bool is_unmoved_explained() const {
     std::size_t most = 0;
     for (std::size_t h = 0; h < proposals_.size(); ++h) most = std::max(most, explained_by(h, wide_px()));
-    return static_cast<double>(most) > kNoJerk * static_cast<double>(unmoved_.size());
+    return static_cast<double>(most) > kNearlyAll * static_cast<double>(unmoved_.size());
   }
 
   // ---- proposals by search
