@@ -87,7 +87,7 @@ constexpr std::size_t points_of(int columns) {
   return static_cast<std::size_t>(columns) * kRows * 4;
 }
 
-/// The score of a motion of so many columns that is `d` from the expected one, in units of the usual distance.
+/// The score of a motion of so many columns, `d` units of the usual distance from the expected one.
 /// Half a point is added to both parts of the odds.
 double score_of(const MotionProposal& p, double d, int columns) {
   const double mine = static_cast<double>(points_of(columns)) + 0.5,

@@ -73,7 +73,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr double kLeastConfidence = 1.0 / 3;   ///< in the background: three motions equally likely
   static constexpr double kLeastFirstConfidence = 0.5;  ///< of all: likelier than the others together
   static constexpr double kSureFirstConfidence = 0.6;   ///< the same for the first one, to reject
-  static constexpr double kSureNextConfidence = 0.65;   ///< the same for the next two: scores are sharper
+  static constexpr double kSureNextConfidence = 0.9;    ///< the same for the next two: scores are sharper
   static constexpr double kSureDespiteRows = 0.99;      ///< the same where rows may have parted two motions
   static constexpr std::size_t kFirstSteps = 4;
 
