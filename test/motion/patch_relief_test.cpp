@@ -38,6 +38,19 @@ TEST_CASE("patch_relief: between two walls it is the difference of their inverse
   CHECK(relief.per_m({58, 40}, 4, kExact_m) == 0);
 }
 
+TEST_CASE("patch_relief: depths in any unit, of both types") {
+  cv::Mat whole_mm, mm;
+  step(2, 4).convertTo(whole_mm, CV_16UC1, 1000);
+  step(2, 4).convertTo(mm, CV_32FC1, 1000);
+  for (const cv::Mat& depth : {whole_mm, mm}) {
+    CHECK(PatchRelief(depth, 0.001).per_m({45, 40}, 2, kExact_m) == doctest::Approx(0.25));
+    CHECK(DepthImage(depth, 0.001).at(45, 40) == doctest::Approx(2.0));
+    for (const cv::Point& outside : {cv::Point(-1, 5), {5, -1}, {100, 5}, {5, 80}})
+      CHECK(DepthImage(depth, 0.001).at(outside.x, outside.y) == 0.0F);
+  }
+  CHECK(DepthImage(cv::Mat(9, 9, CV_8UC1, cv::Scalar(3)), 1).empty());
+}
+
 TEST_CASE("patch_relief: a plane has none, however steep") {
   cv::Mat depth(80, 100, CV_32FC1);
   for (int y = 0; y < depth.rows; ++y)
