@@ -11,17 +11,18 @@
 namespace motion_selection_test {
 
 using namespace dynfilter;
+using detail::MotionSelection;
 
 namespace {
 
 using Motions = std::vector<std::size_t>;
 
-/// Squared residuals of several motions at points. Rows are padded to whole fours.
+/// Squared residuals of several motions at points. Rows are padded to whole eights.
 struct Problem {
   Problem(std::size_t motion_count, std::size_t point_count)
       : motions(motion_count),
         points(point_count),
-        stride((points + 3) / 4 * 4),
+        stride((points + 7) / 8 * 8),
         image2_px2(motions * stride, 0.0F),
         depth2(motions * stride, 0.0F),
         weights(stride, 0.0F) {
@@ -31,48 +32,46 @@ struct Problem {
   float& image2(std::size_t h, std::size_t k) { return image2_px2[h * stride + k]; }
   float image2(std::size_t h, std::size_t k) const { return image2_px2[h * stride + k]; }
   MotionSelection::Input input() const {
-    return {motions, stride, image2_px2, depth2, weights, price, noise_px};
+    return {motions, stride, image2_px2, depth2, weights, price, fit_px};
   }
 
   std::size_t motions, points, stride;
   std::vector<float> image2_px2, depth2, weights;
-  double price = 15, noise_px = 0.3;
+  double price = 0.5, fit_px = 0.6;
 };
 
-// ---- the formulas of the header, written down again: exact logarithms, double, one set at a time
+// ---- the formulas of the header, written down again: double, one set at a time
 
-double loss(double chi2) {
-  return 2.5 * std::log1p(chi2 / 3);
-}
-
-/// Nats that a set of motions costs.
-double description(const Problem& p, const Motions& set) {
-  const double s2 = p.noise_px * p.noise_px;
-  double cost = p.price * static_cast<double>(set.size());
+/// What a set of motions explains, in points of weight 1.
+double coverage(const Problem& p, const Motions& set) {
+  const double s2 = p.fit_px * p.fit_px;
+  double sum = 0;
   for (std::size_t k = 0; k < p.points; ++k) {
-    double least = loss(10 * 10 / s2);
+    double most = 0;
     for (const std::size_t h : set)
-      least = std::min(least, loss(static_cast<double>(p.image2(h, k)) / s2 +
-                                   static_cast<double>(p.depth2[h * p.stride + k])));
-    cost += static_cast<double>(p.weights[k]) * least;
+      most = std::max(most, 1 / (1 + static_cast<double>(p.image2(h, k)) / s2 +
+                                 static_cast<double>(p.depth2[h * p.stride + k])));
+    sum += static_cast<double>(p.weights[k]) * most;
   }
-  return cost;
+  return sum;
+}
+double value(const Problem& p, const Motions& set) {
+  return coverage(p, set) - p.price * static_cast<double>(set.size());
 }
 
-struct Best {
-  double cost = 1e300;
-  Motions set;
-};
-/// The shortest description of all sets of motions.
-Best shortest(const Problem& p) {
-  Best best;
+/// Of all sets of at most `most` motions, the one with the largest value.
+template <class Value>
+double largest(const Problem& p, std::size_t most, const Value& value_of, Motions* best = nullptr) {
+  double largest = -1e300;
   for (unsigned bits = 1; bits < 1U << p.motions; ++bits) {
     Motions set;
     for (std::size_t h = 0; h < p.motions; ++h)
       if ((bits >> h & 1U) != 0) set.push_back(h);
-    if (const double cost = description(p, set); cost < best.cost) best = {cost, set};
+    if (set.size() > most || !(value_of(p, set) > largest)) continue;
+    largest = value_of(p, set);
+    if (best != nullptr) *best = set;
   }
-  return best;
+  return largest;
 }
 
 Motions sorted(Motions set) {
@@ -100,9 +99,8 @@ Problem groups(const std::vector<int>& sizes, std::size_t others, double sigma_p
 
 }  // namespace
 
-// The polynomial for log(1 + x) is off by 3e-4 at most, which times 2.5 and a point's weight bounds the
-// difference of the costs.
-TEST_CASE("the description is as short as the shortest of all sets, or as greedy search finds it") {
+// 1 - 1/e is the bound of the greedy search (Nemhauser, Wolsey and Fisher, 1978). It is met with much room.
+TEST_CASE("the selection is worth as much as the best of all sets, or as greedy search finds") {
   MotionSelection selection;
   int exact = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -111,19 +109,39 @@ TEST_CASE("the description is as short as the shortest of all sets, or as greedy
     Problem p = groups({80 + static_cast<int>(rng.below(60)), 20 + static_cast<int>(rng.below(40)),
                         static_cast<int>(rng.below(30))},
                        2, rng.uniform(0.1, 1), rng.uniform(1, 6), seed);
+    p.price = rng.uniform(0.5, 5);
     for (std::size_t k = 0; k < p.points; ++k) p.weights[k] = static_cast<float>(rng.uniform(0.2, 1));
-    const double cost = description(p, selection.select(p.input()));
-    const Best best = shortest(p);
-    const double slack = 2.5 * 3e-4 * static_cast<double>(p.points) * 2;
-    CHECK(cost >= best.cost - 1e-6);
-    CHECK(cost <= best.cost + 15);  // at worst one motion more
-    exact += cost <= best.cost + slack ? 1 : 0;
+    const Motions selected = selection.select(p.input());
+    const double best = largest(p, p.motions, value);
+    CHECK(value(p, selected) <= best + 1e-4);
+    CHECK(value(p, selected) >= best - p.price);  // at worst one motion more
+    CHECK(coverage(p, selected) >= (1 - std::exp(-1.0)) * largest(p, selected.size(), coverage));
+    exact += value(p, selected) >= best - 1e-4 ? 1 : 0;
   }
   CHECK(exact >= 38);
 }
 
-// 100 points at 5 px under the first motion: 2.5 log(1 + 25 / 0.27) = 11.3 nats each, far above a price of 15
-// in sum. Under the motion that explains them: 0.
+TEST_CASE("each point is given to the selected motion that explains it best") {
+  Problem p = groups({80, 40, 30}, 2, 0.4, 3, 17);
+  MotionSelection selection;
+  const Motions selected = selection.select(p.input());
+  REQUIRE(selected.size() == 3);
+  for (std::size_t k = 0; k < p.points; ++k) {
+    CAPTURE(k);
+    double most = 0;
+    for (const std::size_t h : selected)
+      most = std::max(most, 1 / (1 + static_cast<double>(p.image2(h, k)) / 0.36 +
+                                 static_cast<double>(p.depth2[h * p.stride + k])));
+    const std::size_t h = selected[selection.owner(k)];
+    CHECK(static_cast<double>(selection.fit(k)) == doctest::Approx(most).epsilon(1e-4));
+    CHECK(1 / (1 + static_cast<double>(p.image2(h, k)) / 0.36 +
+               static_cast<double>(p.depth2[h * p.stride + k])) ==
+          doctest::Approx(most).epsilon(1e-4));
+  }
+}
+
+// The second half is 5 px off under the first motion: its fit is 1 / (1 + 25 / 0.36) = 0.014. So a motion of
+// its own gains a hundred points, far above a price of a half.
 TEST_CASE("two motions that each explain a half are both selected, the larger one first") {
   Problem p(3, 220);
   for (std::size_t k = 0; k < 220; ++k) {
@@ -135,13 +153,14 @@ TEST_CASE("two motions that each explain a half are both selected, the larger on
   CHECK(selection.select(p.input()) == Motions{1, 0});
 }
 
-// At noise s, a group at distance e costs n 2.5 log(1 + e^2 / 3 s^2). With s = 0.3 px and e = 0.6 px that is
-// 2.1 nats a point, so 15 nats are reached between 7 and 8 points.
-TEST_CASE("a second motion must save more than its price") {
+// At a fit width of 0.6 px, a group at 0.6 px has a fit of a half. A motion of its own gains the other half:
+// 2 points for a group of 4, and 10 for one of 20. The price is 5.
+TEST_CASE("a second motion must gain more than its price") {
   for (const int own : {4, 20}) {
     CAPTURE(own);
     const std::size_t n = 200;
     Problem p(2, n);
+    p.price = 5;
     for (std::size_t k = 0; k < n; ++k) {
       const bool second = k < static_cast<std::size_t>(own);
       p.image2(0, k) = second ? 0.36F : 0.18F;
@@ -149,20 +168,22 @@ TEST_CASE("a second motion must save more than its price") {
     }
     MotionSelection selection;
     const Motions selected = sorted(selection.select(p.input()));
-    CHECK(selected == shortest(p).set);
+    Motions best;
+    largest(p, 2, value, &best);
+    CHECK(selected == best);
     CHECK(selected == (own == 4 ? Motions{0} : Motions{0, 1}));
   }
 }
 
 namespace {
 
-/// A motion between two others: 0.6 px off everywhere, where each of the others explains one half exactly.
+/// A motion between two others: 0.3 px off everywhere, where each of the others explains one half exactly.
 /// It also explains `own` points of its own, each with this weight.
 Problem compromise(std::size_t own, float weight) {
   const std::size_t half = 100, n = 2 * half + own;
   Problem p(3, n);
   for (std::size_t k = 0; k < n; ++k) {
-    p.image2(0, k) = k < 2 * half ? 0.36F : 0;
+    p.image2(0, k) = k < 2 * half ? 0.09F : 0;
     p.image2(1, k) = k < half ? 0 : 25;
     p.image2(2, k) = k >= half && k < 2 * half ? 0 : 25;
     p.weights[k] = k < 2 * half ? 1 : weight;
@@ -172,17 +193,16 @@ Problem compromise(std::size_t own, float weight) {
 
 }  // namespace
 
-// At 0.3 px the cut-off is 2.5 log(1 + 100 / 0.27) = 14.8 nats. The compromise costs 2.1 nats a point and
-// saves 12.7 nats at 200 points. Each of the others saves 14.8 at 100 points and 3.5 at 100. So it comes
-// first, and stays: beside both others it explains no point best, so it is never the background.
+// Half a width off is a fit of 0.8. So the compromise explains 160 of 200 points, and each of the others 100.
+// It comes first and stays: beside both others it explains no point best, so it is never the background.
 TEST_CASE("a motion that others made superfluous comes first and costs nothing but its price") {
   MotionSelection selection;
   CHECK(selection.select(compromise(0, 1).input()) == Motions{0, 1, 2});
   CHECK(selection.select(compromise(20, 1).input()) == Motions{0, 1, 2});
 }
 
-// 100 points of weight 0.1 save less than 40 of weight 1.
-TEST_CASE("the motion that saves most by weight comes first") {
+// 100 points of weight 0.1 are worth less than 40 of weight 1.
+TEST_CASE("the motion that explains most by weight comes first") {
   Problem p(2, 140);
   for (std::size_t k = 0; k < 140; ++k) {
     p.image2(0, k) = k < 100 ? 0 : 25;
@@ -201,7 +221,7 @@ TEST_CASE("one motion only is selected, whatever it explains") {
   CHECK(selection.select(p.input()) == Motions{0});
 }
 
-// Beyond 10 px every motion costs the same, so a second one only adds its price.
+// Each has a fit of 1 / (1 + 400 / 0.36) at the same points, so a second one only adds its price.
 TEST_CASE("of motions that explain nothing, one is selected") {
   Problem p(5, 60);
   std::fill(p.image2_px2.begin(), p.image2_px2.end(), 400.0F);
@@ -219,14 +239,13 @@ TEST_CASE("pixels of another size change nothing") {
   Problem p = groups({120, 60}, 3, 0.3, 3, 7);
   MotionSelection selection;
   const Motions selected = selection.select(p.input());
-  // The cut-off stays at 10 px. No residual reaches it before or after.
   for (float& image2 : p.image2_px2) image2 *= 4;
-  p.noise_px *= 2;
+  p.fit_px *= 2;
   CHECK(selection.select(p.input()) == selected);
 }
 
 TEST_CASE("the order of points and motions does not matter") {
-  const Problem p = groups({90, 50, 30}, 6, 0.3, 4, 9);  // motions that fill more than two packs of four
+  const Problem p = groups({90, 50, 30}, 6, 0.3, 4, 9);  // motions that fill more than a pack
   MotionSelection selection;
   const Motions selected = selection.select(p.input());
   CHECK(selected == Motions{0, 1, 2});

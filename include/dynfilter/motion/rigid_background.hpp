@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/portable_math.hpp>
 #include <dynfilter/core/pose.hpp>
@@ -28,10 +27,10 @@ namespace dynfilter {
 ///
 /// 1. Motions are proposed for at most four points per cell of a 16 x 12 grid, and the noise of the frame is
 ///    measured (detail/motion_proposals.hpp).
-/// 2. The set of motions with the shortest description is selected (motion_selection.hpp). Each point belongs
-///    to the motion that explains it best. The n points of a patch count as n / (1 + (n - 1) rho) independent
-///    ones (Kish, Survey Sampling, 1965, section 5.4). rho is the share of a match's error variance that
-///    neighbours have in common.
+/// 2. The motions that are needed are selected, and each point is given to the one that explains it best
+///    (motion_selection.hpp). The n points of a patch count as n / (1 + (n - 1) rho) independent ones (Kish,
+///    Survey Sampling, 1965, section 5.4). rho is the share of a match's error variance that neighbours have
+///    in common.
 /// 3. The background is the motion with the largest score: by its share of the visible surface, its distance
 ///    from the expected motion, its depth order, its share of the points, and a prior (the filter's card).
 ///    A motion that explains less than 4 % of the points is never the background. If none explains more,
@@ -77,10 +76,11 @@ class RigidBackgroundEstimator {
 
  private:
   using Points = detail::BackgroundPoints;
-  static constexpr double kFit_px = 0.3;            ///< least width of a fit
+  static constexpr double kFit_px = 0.45;           ///< least width of a fit
+  static constexpr double kFitSigmas = 3;           ///< of a match: the width of a fit
   static constexpr float kExplained = 0.1F;         ///< fit from which on a point is explained: 3 fit widths
-  static constexpr double kPrice_nats = 15;         ///< of six parameters; fitted, see the filter's card
-  static constexpr double kFirstPrice_nats = 8;     ///< in the first frame, where several motions are likely
+  static constexpr double kPrice = 0.5;             ///< of a motion, in independent points; see the card
+  static constexpr double kFirstPrice = 0.7;        ///< in the first frame, where nothing is expected
   static constexpr double kLeastCorrelation = 0.1;  ///< of the errors within a patch
   static constexpr double kDistinct = 2;            ///< of the noise: motions that differ by more
   static constexpr double kNeighbour_px = 50;       ///< distance of points whose depths are compared
@@ -108,7 +108,6 @@ class RigidBackgroundEstimator {
     search_.search(most);
     if (proposals().empty()) return {};
     select();
-    assign();
     choose();
     if (!explains_enough(chosen_slot_)) return {};
     rows_may_part_ = !rows.believed && differs_by_rows(scene_->camera.fy_px * rows.sigma_rad);
@@ -159,8 +158,7 @@ class RigidBackgroundEstimator {
   /// Whether the noise tells a motion from the chosen one, but a twist of this length does not.
   bool differs_by_rows(double twist_px) const {
     for (std::size_t slot = 0; slot < selected_.size(); ++slot)
-      if (explains_enough(slot) && distinct(slot, chosen_slot_) &&
-          distance_px(slot, chosen_slot_, places_[slot], places_[chosen_slot_]) < twist_px)
+      if (explains_enough(slot) && distinct(slot, chosen_slot_) && distance_px(slot, chosen_slot_) < twist_px)
         return true;
     return false;
   }
@@ -173,9 +171,12 @@ class RigidBackgroundEstimator {
   void select() {
     weigh_points();
     noise_px_ = search_.noise_px();
-    const double price = scene_->expected ? kPrice_nats : kFirstPrice_nats;
     selected_ = selection_.select({proposals().size(), points_.stride(), search_.image2_px2(),
-                                   search_.depth2(), weights_, price, noise_px_});
+                                   search_.depth2(), weights_, scene_->expected ? kPrice : kFirstPrice,
+                                   std::max(kFit_px, kFitSigmas * noise_px_)});
+    explained_.assign(selected_.size(), 0);
+    for (std::size_t k = 0; k < points(); ++k)
+      if (is_explained(k)) ++explained_[owner(k)];
   }
   /// Points of two by two cells share a part of their errors: Kish's effective number of them counts. In the
   /// first frame nothing is known of that part, so it is taken for all.
@@ -193,25 +194,9 @@ class RigidBackgroundEstimator {
       weights_[k] = static_cast<float>(1 / (1 + (held[patch(k)] - 1) * correlation));
   }
 
-  /// Each point belongs to the selected motion that explains it best. Slots are indices into selected_.
-  void assign() {
-    const std::size_t n = points();
-    const double fit_px = std::max(kFit_px, 2 * noise_px_);
-    const auto per_fit2 = static_cast<float>(1 / (fit_px * fit_px));
-    owner_.assign(n, 0);
-    best_fit_.assign(n, 0);
-    for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
-      const std::size_t row = selected_[slot] * points_.stride();
-      const float *image2 = search_.image2_px2().data() + row, *depth2 = search_.depth2().data() + row;
-      for (std::size_t k = 0; k < n; ++k) {
-        const float fit = 1 / (1 + (image2[k] * per_fit2 + depth2[k]));
-        owner_[k] = fit > best_fit_[k] ? static_cast<std::uint32_t>(slot) : owner_[k];
-        best_fit_[k] = fit > best_fit_[k] ? fit : best_fit_[k];
-      }
-    }
-    explained_.assign(selected_.size(), 0);
-    for (std::size_t k = 0; k < n; ++k) explained_[owner_[k]] += best_fit_[k] >= kExplained ? 1 : 0;
-  }
+  /// The slot of a point, an index into selected_.
+  std::size_t owner(std::size_t k) const { return selection_.owner(k); }
+  bool is_explained(std::size_t k) const { return selection_.fit(k) >= kExplained; }
   /// Neither a few points are the background, however near to the expected motion, nor points of which the
   /// motion explains none well.
   bool explains_enough(std::size_t slot) const {
@@ -224,15 +209,15 @@ class RigidBackgroundEstimator {
 
   // ---- which of them is the background
   void choose() {
-    project_points();
+    find_distinct_motions();
     measure_areas();
     measure_orders();
     for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
       MotionProposal& p = proposal(slot);
       p.score = portable::log(p.area + 1e-6) + p.order;
       if (scene_->expected) {
-        const double d =
-            distance_px(slot, slot, places_[slot], expected_) / std::max(kLeastMiss_px, 2 * usual_miss_px_);
+        const double d = distance_px(slot, slot, motion_of(slot), *scene_->expected) /
+                         std::max(kLeastMiss_px, 2 * usual_miss_px_);
         const double share = (explained_[slot] + 0.5) / (static_cast<double>(points()) + 1);
         p.score += kShare * portable::log_odds(share) - portable::log1p(d * d);
         p.score *= kSharpness;
@@ -252,7 +237,7 @@ class RigidBackgroundEstimator {
     for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
       PriorEvidence evidence(*scene_->prior, scene_->camera);
       for (std::size_t k = 0; k < points(); ++k)
-        if (owner_[k] == slot && best_fit_[k] >= kExplained) evidence.add(points_.current_m(k));
+        if (owner(k) == slot && is_explained(k)) evidence.add(points_.current_m(k));
       prior_distance2_[slot] = evidence.distance2(motion_of(slot), noise_px);
       if (search_.uses_prior())
         proposal(slot).score += PriorEvidence::log_likelihood(prior_distance2_[slot], scene_->prior_wrong);
@@ -274,7 +259,7 @@ class RigidBackgroundEstimator {
     for (std::size_t k = 0; k < points(); ++k) {
       const double w = weight(k);
       all[points_.cell(k)] += w;
-      areas_[owner_[k]][points_.cell(k)] += w * static_cast<double>(best_fit_[k]);
+      areas_[owner(k)][points_.cell(k)] += w * static_cast<double>(selection_.fit(k));
     }
     const double total = area_of(all);
     for (std::size_t slot = 0; slot < selected_.size(); ++slot)
@@ -294,7 +279,6 @@ class RigidBackgroundEstimator {
   /// Points come farthest first: of a pair, only the first can be behind.
   void measure_orders() {
     if (selected_.size() < 2) return;
-    find_distinct_motions();
     pixels_.clear();
     for (std::size_t k = 0; k < points(); ++k) pixels_.push_back(points_.pixel(k));
     grid_.build(Span<const cv::Point2f>(pixels_), static_cast<float>(kNeighbour_px));
@@ -303,11 +287,11 @@ class RigidBackgroundEstimator {
     for (std::size_t k = 0; k < points(); ++k)
       grid_.around(pixels_[k], static_cast<float>(kNeighbour_px), [&](std::int32_t j) {
         const auto other = static_cast<std::size_t>(j);
-        if (other <= k || !distinct(owner_[k], owner_[other]) ||
+        if (other <= k || !distinct(owner(k), owner(other)) ||
             !(points_.depth_m(k) > kDepthStep * points_.depth_m(other)) || !are_neighbours(k, other))
           return;
-        ++behind_[owner_[k]];
-        ++front_[owner_[other]];
+        ++behind_[owner(k)];
+        ++front_[owner(other)];
       });
     for (std::size_t slot = 0; slot < selected_.size(); ++slot)
       proposal(slot).order = static_cast<double>(behind_[slot]) / (behind_[slot] + front_[slot]);
@@ -319,40 +303,23 @@ class RigidBackgroundEstimator {
   }
 
   // ---- distances between motions
-  /// A point under a motion, on the image plane at unit focal length.
-  struct Place {
-    double x, y;
-  };
-  using Places = std::vector<Place>;
-
-  void project_points() {
-    if (places_.size() < selected_.size()) places_.resize(selected_.size());
-    for (std::size_t slot = 0; slot < selected_.size(); ++slot) project(motion_of(slot), places_[slot]);
-    if (scene_->expected) project(*scene_->expected, expected_);
-  }
-  void project(const Pose& T, Places& out) const {
-    const Eigen::Matrix3d R = T.R();
-    const Eigen::Vector3d t = T.t();
-    out.resize(points());
-    for (std::size_t k = 0; k < points(); ++k) {
-      const cv::Point3f& p = points_.reference_m(k);
-      const Eigen::Vector3d q = R * Eigen::Vector3d(p.x, p.y, p.z) + t;
-      out[k] = {q.x() / q.z(), q.y() / q.z()};
-    }
-  }
   /// Mean distance of two motions in the image over the points of the slots a and b [px], at most 20.
   /// Elsewhere a motion is extrapolated: a few far points do not determine how near ones would move.
-  double distance_px(std::size_t a, std::size_t b, const Places& A, const Places& B) const {
+  double distance_px(std::size_t a, std::size_t b, const Pose& A, const Pose& B) const {
+    const Eigen::Matrix3d RA = A.R(), RB = B.R();
     double sum = 0;
     int n = 0;
     for (std::size_t k = 0; k < points(); ++k) {
-      if (owner_[k] != a && owner_[k] != b) continue;
-      const double x = A[k].x - B[k].x, y = A[k].y - B[k].y;
-      const double miss_px = scene_->camera.fx_px * std::sqrt(x * x + y * y);
-      sum += miss_px < kMostMiss_px ? miss_px : kMostMiss_px;
+      if (owner(k) != a && owner(k) != b) continue;
+      const Eigen::Vector3d p(points_.reference_m(k).x, points_.reference_m(k).y, points_.reference_m(k).z),
+          q = RA * p + A.t(), r = RB * p + B.t();
+      sum += std::min(kMostMiss_px, scene_->camera.fx_px * (q.hnormalized() - r.hnormalized()).norm());
       ++n;
     }
     return n > 0 ? sum / n : 0;
+  }
+  double distance_px(std::size_t a, std::size_t b) const {
+    return distance_px(a, b, motion_of(a), motion_of(b));
   }
   /// Motions that differ by no more than the noise share their points by chance, so their depth order means
   /// nothing.
@@ -361,8 +328,7 @@ class RigidBackgroundEstimator {
     distinct_.assign(n * n, 0);
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t b = a + 1; b < n; ++b)
-        distinct_[a * n + b] = distinct_[b * n + a] =
-            distance_px(a, b, places_[a], places_[b]) > kDistinct * noise_px_ ? 1 : 0;
+        distinct_[a * n + b] = distinct_[b * n + a] = distance_px(a, b) > kDistinct * noise_px_ ? 1 : 0;
   }
   bool distinct(std::size_t a, std::size_t b) const {
     return selected_.size() > 1 && distinct_[a * selected_.size() + b] != 0;
@@ -370,8 +336,7 @@ class RigidBackgroundEstimator {
 
   void learn_smoothness(const Pose& T) {
     constexpr double kRate = 0.2, kMost_px = 6;
-    project(T, places_[chosen_slot_]);
-    const double miss_px = distance_px(chosen_slot_, chosen_slot_, places_[chosen_slot_], expected_);
+    const double miss_px = distance_px(chosen_slot_, chosen_slot_, T, *scene_->expected);
     usual_miss_px_ += kRate * (std::min(kMost_px, miss_px) - usual_miss_px_);
   }
 
@@ -380,7 +345,7 @@ class RigidBackgroundEstimator {
   RigidMotion refine_background() {
     features_.clear();
     for (std::size_t k = 0; k < points(); ++k)
-      if (owner_[k] == chosen_slot_ || !distinct(owner_[k], chosen_slot_))
+      if (owner(k) == chosen_slot_ || !distinct(owner(k), chosen_slot_))
         features_.push_back(points_.features()[k]);
     const double sigma_px = std::max(detail::MotionProposals::kLeastRefined_px, noise_px_);
     const RigidMotion motion = search_.refine(features_, sigma_px, motion_of(chosen_slot_));
@@ -394,16 +359,12 @@ class RigidBackgroundEstimator {
   RowTwist twist_;
   Points points_;
   detail::MotionProposals search_;
-  MotionSelection selection_;
+  detail::MotionSelection selection_;
   std::vector<float> weights_;                             ///< per point, padded
   std::vector<std::size_t> selected_;                      ///< indices of proposals
-  std::vector<std::uint32_t> owner_;                       ///< slot per point
-  std::vector<float> best_fit_;                            ///< per point, by its owner
   std::vector<double> prior_distance2_;                    ///< per slot, with a prior
   std::vector<int> explained_;                             ///< points per slot
   std::vector<std::array<double, Points::kCells>> areas_;  ///< per slot
-  std::vector<Places> places_;                             ///< of the points, per slot
-  Places expected_;                                        ///< of the points under the expected motion
   std::vector<char> distinct_;                             ///< slots x slots
   std::vector<int> behind_, front_;                        ///< per slot
   std::vector<cv::Point2f> pixels_;

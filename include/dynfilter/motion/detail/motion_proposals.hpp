@@ -218,7 +218,7 @@ class MotionProposals {
     }
   }
 
-  /// The points that no motion so far explains, one motion after the other. Finally once at a wide distance.
+  /// The points that no motion so far explains, one motion after the other.
   void propose_rest() {
     rigid_.options().max_iterations = kSearch;
     restore_all();
@@ -227,13 +227,11 @@ class MotionProposals {
       const std::size_t before = rest_size_;
       while (peel_best()) {
       }
-      if (!enough(rest_size_)) return;
-      if (searches > 0 && rest_size_ == before) break;  // the last search found nothing
-      if (!propose_searched(rest(), support_px())) break;
+      if (!enough(rest_size_) || (searches > 0 && rest_size_ == before)) return;
+      if (!propose_searched(rest(), support_px())) return;
       propose_from(From::Support, rest(), peel_px(), last_motion());
       peeled_.resize(proposals_.size(), 0);
     }
-    propose_searched(rest(), wide_px());
   }
   bool enough(std::size_t points) const {
     return points >= kFewestPoints &&

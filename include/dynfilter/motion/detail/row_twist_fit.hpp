@@ -4,10 +4,12 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
+#include <dynfilter/geometry/detail/rigid_least_squares.hpp>
 #include <dynfilter/geometry/small_matrix.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
@@ -69,22 +71,30 @@ struct RowTwistFit {
   using Normal = double[81];
   static constexpr double kGoodEnough = 1.5, kGoodEnough_rad = 2e-5;  ///< a hundredth of a pixel
 
-  /// J^T W J and -J^T W r.
+  /// J^T W J and -J^T W r. The twist's columns of J are those of the turn times -s.
   void linearise(const BackgroundPoints& points, const Camera& camera, double sigma_px, Normal& normal,
                  double (&step)[9]) {
     const auto f = [&](double f_px) { return static_cast<float>(f_px / sigma_px); };
+    double totals[3][RigidSums<Pack>::kCount];
     call_widest([&](auto lanes) DYNFILTER_AS_CALLER {
-      sum_up<PackOf<lanes()>>(points, f(camera.fx_px), f(camera.fy_px), normal, step);
+      sum_up<PackOf<lanes()>>(points, f(camera.fx_px), f(camera.fy_px), totals);
     });
+    RigidNormal times_s[3];  // to the powers 0, 1, 2
+    for (int k = 0; k < 3; ++k) times_s[k] = RigidSums<Pack>::normal_of(totals[k]);
+    const auto column = [](int i) { return static_cast<std::size_t>(i < 6 ? i : i - 3); };
+    for (int i = 0; i < 9; ++i) {
+      const int twisted = i < 6 ? 0 : 1;
+      step[i] = -times_s[twisted].gradient[column(i)];
+      for (int j = 0; j <= i; ++j)
+        normal[9 * i + j] = normal[9 * j + i] =
+            times_s[twisted + (j < 6 ? 0 : 1)].matrix[6 * column(i) + column(j)];
+    }
   }
   template <class P>
-  DYNFILTER_AS_CALLER void sum_up(const BackgroundPoints& points, float fx, float fy, Normal& normal,
-                                  double (&step)[9]) {
-    P sums[9][9], right[9], inside = 0, all = 0;
-    for (int i = 0; i < 9; ++i) {
-      right[i] = 0;
-      for (int j = 0; j <= i; ++j) sums[i][j] = 0;
-    }
+  DYNFILTER_AS_CALLER void sum_up(const BackgroundPoints& points, float fx, float fy,
+                                  double (&totals)[3][RigidSums<Pack>::kCount]) {
+    RigidSums<P> sums[3];
+    P inside = 0, all = 0;
     const PointMotion motion(T);
     const auto& R = motion.R;
     const float a[3] = {static_cast<float>(twist.a_rad[0]), static_cast<float>(twist.a_rad[1]),
@@ -93,36 +103,22 @@ struct RowTwistFit {
       P q[3];
       for (int r = 0; r < 3; ++r)
         q[r] = R[r][0] * k.p[0] + (R[r][1] * k.p[1] + R[r][2] * k.p[2]) + motion.t[r];
-      const P x = q[0] - k.s * (a[1] * q[2] - a[2] * q[1]), y = q[1] - k.s * (a[2] * q[0] - a[0] * q[2]),
-              z = q[2] - k.s * (a[0] * q[1] - a[1] * q[0]);
-      const P per_z = 1.0F / max(z, 1e-3F), u = x * per_z, v = y * per_z,
+      const P h[3] = {q[0] - k.s * (a[1] * q[2] - a[2] * q[1]), q[1] - k.s * (a[2] * q[0] - a[0] * q[2]),
+                      q[2] - k.s * (a[0] * q[1] - a[1] * q[0])};
+      const P per_z = 1.0F / max(h[2], 1e-3F), u = h[0] * per_z, v = h[1] * per_z,
               wz = kDepthWeight / sqrt(k.depth_m2);
-      const P residuals[3] = {fx * (u - k.u), fy * (v - k.v), wz * (z - k.z)};
-      const P chi2 = residuals[0] * residuals[0] + residuals[1] * residuals[1] + residuals[2] * residuals[2];
-      const P near = 1.0F / (1.0F + chi2 * (1 / kScale2)), w = k.weight * above(z, 1e-3F) * near * near;
+      const P r[3] = {fx * (u - k.u), fy * (v - k.v), wz * (h[2] - k.z)};
+      const P chi2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2], near = 1.0F / (1.0F + chi2 * (1 / kScale2));
       inside += k.weight * above(P(kExplained2), chi2), all += k.weight;
-      const P g[3][3] = {{fx * per_z, 0, -(fx * per_z * u)}, {0, fy * per_z, -(fy * per_z * v)}, {0, 0, wz}};
-      for (int r = 0; r < 3; ++r) {
-        P J[9] = {g[r][0],
-                  g[r][1],
-                  g[r][2],
-                  y * g[r][2] - z * g[r][1],
-                  z * g[r][0] - x * g[r][2],
-                  x * g[r][1] - y * g[r][0]};
-        for (int i = 0; i < 3; ++i) J[6 + i] = -(k.s * J[3 + i]);
-        for (int i = 0; i < 9; ++i) {
-          const P weighted = w * J[i];
-          right[i] += weighted * residuals[r];
-          for (int j = 0; j <= i; ++j) sums[i][j] += weighted * J[j];
-        }
+      const P A[5] = {fx * per_z, -(fx * per_z * u), fy * per_z, -(fy * per_z * v), wz};
+      P w = k.weight * above(h[2], 1e-3F) * near * near;
+      for (RigidSums<P>& to : sums) {
+        to.add(h, A, r, w);
+        w *= -k.s;
       }
     });
     share = static_cast<double>(inside.sum() / std::max(1.0F, all.sum()));
-    for (int i = 0; i < 9; ++i) {
-      step[i] = static_cast<double>(-right[i].sum());
-      for (int j = 0; j <= i; ++j)
-        normal[9 * i + j] = normal[9 * j + i] = static_cast<double>(sums[i][j].sum());
-    }
+    for (int k = 0; k < 3; ++k) sums[k].totals(totals[k]);
   }
 };
 
