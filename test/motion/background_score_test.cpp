@@ -30,7 +30,7 @@ double apart_px(const Pose& a, const Pose& b, double depth_m) {
 }
 
 struct Cells {
-  void fill(int from, int to, double depth_m, const Pose& T, float static_belief = 0.5F) {
+  void fill(int from, int to, double depth_m, const Pose& T, float moved = 0.3F) {
     const Camera c = geometry_test::camera();
     const double width = 2 * c.cx_px / kColumns, height = 2 * c.cy_px / kRows;
     for (int row = 0; row < kRows; ++row)
@@ -44,7 +44,7 @@ struct Cells {
           reference_m.emplace_back(then.x(), then.y(), then.z());
           current_m.emplace_back(now.x(), now.y(), now.z());
           pixels.emplace_back(u, v);
-          belief.push_back(static_belief);
+          mobility.push_back(moved);
           seeds.push_back(static_cast<int>(seeds.size()));
         }
   }
@@ -52,7 +52,7 @@ struct Cells {
 
   std::vector<cv::Point3f> reference_m, current_m;
   std::vector<cv::Point2f> pixels;
-  std::vector<float> belief;
+  std::vector<float> mobility;
   std::vector<int> seeds;
 };
 
@@ -117,33 +117,33 @@ TEST_CASE("the area is the share of the visible surface, and scores give the con
   CHECK(estimator.confidence() == Approx(0.625).epsilon(0.005));
 }
 
-// A point of depth z and belief b has the surface sqrt(b) z^2, at most that of 4 m. The mover is 1.8 m away.
-TEST_CASE("surface grows with the square of the depth, up to 4 m, and counts as it is believed") {
+// A point of depth z and mobility m has the surface (1 - m) z^2, at most that of 4 m. The mover is 1.8 m away.
+TEST_CASE("surface grows with the square of the depth, up to 4 m, and counts as it stands still") {
   const Pose camera = shift(0.03), mover = shift(-0.02, 0.01);
   for (const double depth_m : {3.0, 4.0, 6.0}) {
-    for (const float belief : {0.5F, 0.125F}) {
+    for (const float mobility : {0.3F, 0.6F}) {
       Cells cells;
-      cells.fill(0, 10, depth_m, camera, belief);
-      cells.fill(10, 16, 1.8, mover, 0.5F);
+      cells.fill(0, 10, depth_m, camera, mobility);
+      cells.fill(10, 16, 1.8, mover, 0.3F);
       RigidBackgroundEstimator estimator;
       REQUIRE(estimator.estimate(cells.scene()).ok);
       const double seen_m = std::min(4.0, depth_m);
-      const double first = 10 * std::sqrt(static_cast<double>(belief)) * seen_m * seen_m,
-                   second = 6 * std::sqrt(0.5) * 1.8 * 1.8;
+      const double first = 10 * (1 - static_cast<double>(mobility)) * seen_m * seen_m,
+                   second = 6 * 0.7 * 1.8 * 1.8;
       CHECK(near_to(estimator, camera).area == Approx(first / (first + second)).epsilon(0.01));
       CHECK(near_to(estimator, mover).area == Approx(second / (first + second)).epsilon(0.01));
     }
   }
 }
 
-TEST_CASE("a scene that nothing is believed of has no area, however little belief is enough") {
+TEST_CASE("a scene that surely moves has no area, however little doubt is enough") {
   const Pose camera = shift(0.02);
-  for (const float belief : {0.0F, 1e-8F}) {
+  for (const float mobility : {1.0F, 0.9999F}) {
     Cells cells;
-    cells.fill(0, 16, 2, camera, belief);
+    cells.fill(0, 16, 2, camera, mobility);
     RigidBackgroundEstimator estimator;
     REQUIRE(estimator.estimate(cells.scene()).ok);
-    const double area = belief > 0 ? 1 : 0;
+    const double area = mobility < 1 ? 1 : 0;
     CHECK(estimator.proposals()[estimator.chosen()].area == Approx(area).epsilon(0.001));
   }
 }

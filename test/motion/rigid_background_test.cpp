@@ -37,7 +37,7 @@ struct Parts {
       reference_m.emplace_back(p.x(), p.y(), p.z());
       current_m.emplace_back(q.x(), q.y(), q.z());
       pixels.emplace_back(q.x() / q.z() * c.fx_px + c.cx_px, q.y() / q.z() * c.fy_px + c.cy_px);
-      belief.push_back(0.5F);
+      mobility.push_back(0.3F);
       seeds.push_back(static_cast<int>(seeds.size()));
     }
   }
@@ -53,7 +53,7 @@ struct Parts {
       out.reference_m.push_back(reference_m[k]);
       out.current_m.push_back(current_m[k]);
       out.pixels.push_back(pixels[k]);
-      out.belief.push_back(belief[k]);
+      out.mobility.push_back(mobility[k]);
     }
     out.seeds = seeds;
     return out;
@@ -63,7 +63,7 @@ struct Parts {
   double noise_px = 0.1;
   std::vector<cv::Point3f> reference_m, current_m;
   std::vector<cv::Point2f> pixels;
-  std::vector<float> belief;
+  std::vector<float> mobility;
   std::vector<int> seeds;
 };
 
@@ -361,7 +361,7 @@ TEST_CASE("while it is not known whether rows are times, they may part what a tu
 TEST_CASE("what was static before counts more") {
   const Pose camera = shift(0.02, 0, 0.01), mover = shift(-0.03, 0.01);
   Parts parts = crowd(camera, mover);
-  for (std::size_t i = 0; i < parts.belief.size(); ++i) parts.belief[i] = i < 40 ? 0.9F : 0.01F;
+  for (std::size_t i = 0; i < parts.mobility.size(); ++i) parts.mobility[i] = i < 40 ? 0.05F : 0.9F;
   RigidBackgroundEstimator estimator;
   const RigidMotion motion = estimator.estimate(parts.scene());
   REQUIRE(motion.ok);
@@ -388,7 +388,7 @@ TEST_CASE("no points, too few, identical and collinear ones: no motion") {
     same.reference_m.push_back(same.reference_m[0]);
     same.current_m.push_back(same.current_m[0]);
     same.pixels.push_back(same.pixels[0]);
-    same.belief.push_back(0.5F);
+    same.mobility.push_back(0.3F);
     same.seeds.push_back(i);
   }
   CHECK_FALSE(estimator.estimate(same.scene()).ok);

@@ -18,7 +18,7 @@ namespace {
 struct RolledRoom {
   std::vector<cv::Point3f> reference_m, current_m;
   std::vector<cv::Point2f> pixels;
-  std::vector<float> belief;
+  std::vector<float> mobility;
   std::vector<int> seeds;
 
   RolledRoom(const Pose& T, const Eigen::Vector3d& a_rad) {
@@ -36,7 +36,7 @@ struct RolledRoom {
       reference_m.emplace_back(p.x(), p.y(), p.z());
       current_m.emplace_back(q.x(), q.y(), q.z());
       pixels.emplace_back(q.x() / q.z() * c.fx_px + c.cx_px, q.y() / q.z() * c.fy_px + c.cy_px);
-      belief.push_back(0.5F);
+      mobility.push_back(0.3F);
       seeds.push_back(i);
     }
   }

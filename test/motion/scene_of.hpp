@@ -9,7 +9,7 @@ namespace motion_test {
 
 using dynfilter::RigidBackgroundScene;
 
-/// The scene of a test's columns: reference_m, current_m, pixels, belief and seeds, which must outlive it.
+/// The scene of a test's columns: reference_m, current_m, pixels, mobility and seeds, which must outlive it.
 template <class Columns>
 RigidBackgroundScene scene_of(const Columns& columns) {
   RigidBackgroundScene scene;
@@ -17,7 +17,7 @@ RigidBackgroundScene scene_of(const Columns& columns) {
   scene.reference_m = columns.reference_m;
   scene.current_m = columns.current_m;
   scene.pixels = columns.pixels;
-  scene.static_belief = columns.belief;
+  scene.mobility = columns.mobility;
   scene.seeds = columns.seeds;
   return scene;
 }

@@ -8,7 +8,7 @@
 #include <dynfilter/core/votes.hpp>
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/filters/detail/judged_frame.hpp>
-#include <dynfilter/filters/detail/miss_noise.hpp>
+#include <dynfilter/filters/detail/miss_odds.hpp>
 #include <dynfilter/filters/detail/neighbour_votes.hpp>
 #include <dynfilter/filters/detail/track_misses.hpp>
 #include <dynfilter/motion/camera_path.hpp>

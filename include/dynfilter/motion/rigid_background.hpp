@@ -10,7 +10,6 @@
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
-#include <dynfilter/motion/background_scene.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
 #include <dynfilter/motion/detail/motion_proposals.hpp>
 #include <dynfilter/motion/detail/motion_selection.hpp>
@@ -272,8 +271,9 @@ class RigidBackgroundEstimator {
     return area;
   }
   double weight(std::size_t k) const {
-    const double z_m = std::min(kDepthCap_m, static_cast<double>(points_.depth_m(k))), z2_m2 = z_m * z_m;
-    return static_cast<double>(points_.static_belief(k)) * z2_m2 * z2_m2;
+    const double z_m = std::min(kDepthCap_m, static_cast<double>(points_.depth_m(k)));
+    const double surface_m2 = z_m * z_m * (1 - static_cast<double>(points_.mobility(k)));
+    return surface_m2 * surface_m2;
   }
 
   /// Points come farthest first: of a pair, only the first can be behind.

@@ -7,7 +7,6 @@
 #include <dynfilter/config/parameters.hpp>
 #include <dynfilter/core/inline.hpp>
 #include <dynfilter/core/portable_math.hpp>
-#include <dynfilter/filters/detail/miss_odds.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/motion/moving_odds.hpp>
 #include <limits>
@@ -129,7 +128,6 @@ inline RigidBackgroundScene BackgroundMotionFilter::scene_of(const detail::Judge
   scene.reference_m = frame.match.reference_points_m;
   scene.current_m = frame.evidence.points_m();
   scene.pixels = frame.evidence.pixels();
-  scene.static_belief = memory_.static_belief();
   scene.mobility = memory_.mobility();
   scene.seeds = seeds_;
   scene.predicted = frame.evidence.host_motion(frame.match);

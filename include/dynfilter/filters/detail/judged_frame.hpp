@@ -54,14 +54,12 @@ class TrackMemory {
     std::swap(last_mobility_, mobility_);
     const std::size_t n = frame.size();
     remembered_.assign(n, 0);
-    static_belief_.resize(n);
     mobility_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
       const auto from = static_cast<std::size_t>(frame.tracks.previous(i));
       const bool known = frame.tracks.previous(i) >= 0 && from < evidence_.size();
       if (known) remembered_[i] = evidence_[from];
       mobility_[i] = known ? last_mobility_[from] : mobility_around(frame, i);
-      static_belief_[i] = (1 - mobility_[i]) * (1 - mobility_[i]);
     }
   }
   /// Keeps the evidence of this frame's features and their places, and leaves buffers in both. `belief`
@@ -77,8 +75,7 @@ class TrackMemory {
         moved_, [&](std::size_t i) { return mobility_[i]; }, [](std::size_t) { return 1.0F; });
   }
 
-  float evidence(std::size_t i) const { return remembered_[i]; }              ///< in the last frame [nats]
-  const std::vector<float>& static_belief() const { return static_belief_; }  ///< weight, [0, 1]
+  float evidence(std::size_t i) const { return remembered_[i]; }  ///< in the last frame [nats]
   const std::vector<float>& mobility() const { return mobility_; }
 
  private:
@@ -97,7 +94,7 @@ class TrackMemory {
   }
 
   std::vector<float> evidence_, mobility_, last_mobility_;  ///< of the last frame, then of this one
-  std::vector<float> remembered_, static_belief_;           ///< of this frame's features
+  std::vector<float> remembered_;                           ///< of this frame's features
   NeighbourPlaces places_;                                  ///< of the last frame's features
   NeighbourPlaces::Field moved_;                            ///< mobility there
 };

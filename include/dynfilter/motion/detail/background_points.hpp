@@ -5,20 +5,42 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
+#include <dynfilter/core/span.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/geometry/undistort.hpp>
-#include <dynfilter/motion/background_scene.hpp>
 #include <dynfilter/motion/row_twist.hpp>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <tuple>
 #include <vector>
 
 namespace dynfilter {
+
+/// What a background motion is estimated from. One entry per feature in every span but `seeds`.
+struct RigidBackgroundScene {
+  static constexpr float kMobile = 0.5F;  ///< mobility from which on a point counts as having moved
+
+  Camera camera;
+  Span<const cv::Point3f> reference_m, current_m;  ///< in the camera frames; z not finite: no point
+  Span<const cv::Point2f> pixels;                  ///< current positions of the features
+  Span<const float> mobility;                      ///< probability of having moved recently; empty: unknown
+  Span<const int> seeds;                           ///< features that may be used, ascending
+  std::optional<Pose> expected;                    ///< T_current_reference of a camera with constant velocity
+  double elapsed_s = 0;                            ///< since the reference; 0: not known
+  std::optional<Eigen::Vector3d> last_turn_radps;  ///< rate of turn of T_current_reference in the last step
+  std::optional<Pose> predicted;                   ///< T_current_reference of the host
+  std::optional<MotionPrior> prior;                ///< from sensors beside the camera
+  double prior_wrong = 0;                          ///< probability; from 0.5 on it is compared only
+  DepthNoise depth_noise{};                        ///< of the sensor
+  /// Whole error of a static match over the noise that neighbours do not share.
+  double noise_ratio = 1.5;
+};
 
 namespace detail {
 
@@ -55,10 +77,8 @@ class BackgroundPoints {
   const cv::Point3f& current_m(std::size_t k) const { return scene_->current_m[feature(k)]; }
   const cv::Point2f& pixel(std::size_t k) const { return scene_->pixels[feature(k)]; }
   float depth_m(std::size_t k) const { return column(kDepth)[k]; }
-  float static_belief(std::size_t k) const { return scene_->static_belief[feature(k)]; }
-  bool moved_recently(std::size_t k, float mobility) const {
-    return feature(k) < scene_->mobility.size() && !(scene_->mobility[feature(k)] < mobility);
-  }
+  float mobility(std::size_t k) const { return scene_->mobility.empty() ? 0 : scene_->mobility[feature(k)]; }
+  bool moved_recently(std::size_t k) const { return !(mobility(k) < RigidBackgroundScene::kMobile); }
   /// Row-major index of a cell of the grid.
   std::size_t cell(std::size_t k) const { return cells_of_[k]; }
 
@@ -176,7 +196,7 @@ class BackgroundPoints {
       column(kX)[k] = p.x, column(kY)[k] = p.y, column(kZ)[k] = p.z;
       column(kU)[k] = c.x / c.z, column(kV)[k] = c.y / c.z, column(kDepth)[k] = c.z;
       column(kRow)[k] = static_cast<float>(RowTwist::row(scene_->camera, pixel(k).y));
-      column(kStill)[k] = moved_recently(k, RigidBackgroundScene::kMobile) ? 0 : 1;
+      column(kStill)[k] = moved_recently(k) ? 0 : 1;
       cells_of_.push_back(cell_at(pixel(k)));
     }
   }

@@ -10,13 +10,23 @@
 #include <dynfilter/geometry/neighbour_noise.hpp>
 #include <dynfilter/geometry/rigid_misses.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
-#include <dynfilter/motion/background_scene.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
 #include <vector>
 
 namespace dynfilter {
+
+/// One rigid motion that some of the points follow.
+struct MotionProposal {
+  /// Where the proposal comes from.
+  enum class From { Expected, Predicted, Support };
+  From from = From::Support;
+  RigidMotion motion;
+  double area = 0;     ///< share of the visible surface that it explains best
+  double order = 0.5;  ///< share of the neighbouring points of other motions that are nearer
+  double score = 0;    ///< log-probability of being the background, up to a constant
+};
 
 namespace detail {
 
@@ -175,8 +185,7 @@ class MotionProposals {
   /// The points that did not move recently, as the rest. False, and all in unmoved_, if these are too few.
   bool collect_unmoved() {
     in_rest_.assign(points_->stride(), 0);
-    for (std::size_t k = 0; k < points_->size(); ++k)
-      in_rest_[k] = points_->moved_recently(k, RigidBackgroundScene::kMobile) ? 0.0F : 1.0F;
+    for (std::size_t k = 0; k < points_->size(); ++k) in_rest_[k] = points_->moved_recently(k) ? 0.0F : 1.0F;
     unmoved_ = rest();
     if (unmoved_.size() >= kMinUnmoved) return true;
     unmoved_ = points_->features();
