@@ -46,6 +46,7 @@ double worst_ate_m(const std::string& json, const std::string& pipeline) {
 }  // namespace
 
 // Backwards from frame 9, people were in the map before the first choices of a background were sure.
+// Two motions of the background competed: people follow neither.
 TEST_CASE("people who walk, real frames, with boxes and without: the goals" *
           doctest::test_suite("shared_data")) {
   for (const std::string options : {"--no-detections", ""}) {

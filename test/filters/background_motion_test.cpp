@@ -748,21 +748,27 @@ TEST_CASE("background_motion: a long slide along an edge misses across it, and d
   CHECK(suspects({40, 6}) > 0.8);
 }
 
-// In some views the first choice among three motions of about equal area is not sure.
-TEST_CASE("background_motion: the first choices reject nothing unless they are sure") {
+// In some views the first choice among three motions of about equal area is not sure: it may be a mover's.
+// Whichever it is, what stands still follows one of the likely motions.
+TEST_CASE("background_motion: an unsure first choice rejects nothing that stands still") {
   int unsure = 0;
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  std::size_t still = 0, still_rejected = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const ExactScene scene = noisy(testing::preset(Preset::Majority).seed(seed));
     Player player;
     player.show(scene.frame(0));
     for (int k = 1; k < 4; ++k) {
-      const Votes& votes = player.show(scene.frame(k));
-      if (player.note.find("reject nothing") == std::string::npos) continue;
+      const ExactFrame frame = scene.frame(k);
+      const Votes& votes = player.show(frame);
+      if (player.note.find("are not sure") == std::string::npos) continue;
       ++unsure;
-      CHECK(votes.count(Vote::Dynamic) == 0);
+      for (std::size_t i = 0; i < frame.size(); ++i)
+        if (frame.label[i] == 0) ++still, still_rejected += votes[i] == Vote::Dynamic ? 1 : 0;
     }
   }
-  CHECK(unsure > 0);
+  MESSAGE(unsure, " unsure frames: of ", still, " that stand still ", still_rejected, " are rejected");
+  CHECK(unsure > 10);
+  CHECK(1000 * still_rejected < still);
 }
 
 // An unsure first choice is often the movers' motion. Against it the background moves, which must not be
@@ -777,7 +783,7 @@ TEST_CASE("background_motion: motion seen against an unsure first choice is forg
     for (int k = 1; k < 4; ++k) {
       const ExactFrame frame = scene.frame(k);
       const Votes& votes = player.show(frame);
-      const bool was_unsure = std::exchange(unsure, player.note.find("reject nothing") != std::string::npos);
+      const bool was_unsure = std::exchange(unsure, player.note.find("are not sure") != std::string::npos);
       if (!was_unsure || unsure) continue;
       ++after_unsure;
       for (std::size_t i = 0; i < frame.size(); ++i)

@@ -2,8 +2,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <dynfilter/geometry/detail/rigid_least_squares.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
+#include <dynfilter/geometry/rigid_least_squares.hpp>
 #include <dynfilter/geometry/rigid_motion.hpp>
 #include <dynfilter/geometry/rigid_residual.hpp>
 #include <dynfilter/geometry/sampling.hpp>

@@ -117,7 +117,28 @@ TEST_CASE("the area is the share of the visible surface, and scores give the con
   CHECK(estimator.confidence() == Approx(0.625).epsilon(0.005));
 }
 
-// A point of depth z and mobility m has the surface (1 - m) z^2, at most that of 4 m. The mover is 1.8 m away.
+// As above: the mover is the background with probability 0.375. What follows it may stand still. A point
+// moved 20 px off both of them, or as the chosen motion says, follows no rival.
+TEST_CASE("a feature that follows a rival may stand still, others may not") {
+  const Pose camera = shift(0.02), mover = shift(-0.02, 0.01);
+  Cells cells;
+  cells.fill(0, 10, 2, camera);
+  cells.fill(10, 16, 2, mover);
+  RigidBackgroundEstimator estimator;
+  const RigidBackgroundScene scene = cells.scene();
+  REQUIRE(estimator.estimate(scene).ok);
+  const cv::Point3f then(0.3F, -0.2F, 2.5F), lower(0, static_cast<float>(20 * 2.5 / scene.camera.fx_px), 0);
+  const auto rest = [&](const cv::Point3f& now) { return estimator.rest_by_rivals(scene.camera, then, now); };
+  const auto moved = [&](const Pose& T) { return to_point(T.R() * Eigen::Vector3d(0.3, -0.2, 2.5) + T.t()); };
+  const cv::Point3f by_mover = moved(mover);
+  CHECK(rest(by_mover) == Approx(0.375).epsilon(0.005));
+  CHECK(rest(by_mover + lower) == 0);
+  CHECK(rest(moved(camera)) == 0);
+  estimator.reset();
+  CHECK(rest(by_mover) == 0);
+}
+
+// A point of depth z and mobility m has the surface (1 - m) z^2, z at most 4 m. The mover is 1.8 m away.
 TEST_CASE("surface grows with the square of the depth, up to 4 m, and counts as it stands still") {
   const Pose camera = shift(0.03), mover = shift(-0.02, 0.01);
   for (const double depth_m : {3.0, 4.0, 6.0}) {

@@ -3,8 +3,8 @@
 // sanitizers' heap to more: neither shows a load that needs 32.
 #include <algorithm>
 #include <dynfilter/core/cpu.hpp>
-#include <dynfilter/geometry/detail/rigid_least_squares.hpp>
 #include <dynfilter/geometry/detail/rigid_points.hpp>
+#include <dynfilter/geometry/rigid_least_squares.hpp>
 
 #include "doctest/doctest.h"
 #include "geometry/rigid_scene.hpp"

@@ -107,6 +107,8 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   float limit_nats() const;
   void cast(const detail::JudgedFrame& frame, std::size_t i, const Choice& choice, float limit,
             Votes& votes) const;
+  /// It moves whichever of the likely motions is the background's.
+  bool follows_no_rival(const detail::JudgedFrame& frame, std::size_t i) const;
   void note_motion(const RigidMotion& motion, Votes& votes) const;
 
   Params params_;

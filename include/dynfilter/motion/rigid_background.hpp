@@ -54,6 +54,20 @@ class RigidBackgroundEstimator {
   std::size_t chosen() const { return chosen_; }
   /// Probability that the chosen motion is the background's, given that one of the selected ones is.
   double confidence() const { return confidence_; }
+  /// The probability that the background has another motion than the chosen one, and a feature follows it.
+  /// Its points in the reference and in this frame [m].
+  double rest_by_rivals(const Camera& camera, const cv::Point3f& reference_m,
+                        const cv::Point3f& current_m) const {
+    const Eigen::Vector3d then(reference_m.x, reference_m.y, reference_m.z);
+    const Eigen::Vector2d now(current_m.x / current_m.z, current_m.y / current_m.z);
+    double odds = 0;
+    for (const Rival& rival : rivals_) {
+      const Eigen::Vector3d still = rival.T_current_reference.R() * then + rival.T_current_reference.t();
+      const double error = camera.fx_px * (still.hnormalized() - now).norm() / fit_px();
+      if (1 / (1 + error * error) >= kExplained) odds += rival.odds;
+    }
+    return odds * confidence_;
+  }
   /// Points that the estimate is based on.
   std::size_t points() const { return points_.size(); }
   /// Noise of this frame's matches that neighbours do not share [px per axis].
@@ -70,18 +84,24 @@ class RigidBackgroundEstimator {
   void reset() {
     usual_miss_px_ = kUnknownMiss_px;
     confidence_ = 1;
+    rivals_.clear();
     readout_ = {};
   }
 
  private:
   using Points = detail::BackgroundPoints;
+  /// A selected motion that is not the chosen one.
+  struct Rival {
+    Pose T_current_reference;
+    double odds;  ///< of being the background's, over the chosen one's
+  };
   static constexpr double kFit_px = 0.45;           ///< least width of a fit
   static constexpr double kFitSigmas = 3;           ///< of a match: the width of a fit
   static constexpr float kExplained = 0.1F;         ///< fit from which on a point is explained: 3 fit widths
   static constexpr double kPrice = 0.5;             ///< of a motion, in independent points; see the card
   static constexpr double kFirstPrice = 0.7;        ///< in the first frame, where nothing is expected
   static constexpr double kLeastCorrelation = 0.1;  ///< of the errors within a patch
-  static constexpr double kDistinct = 2;            ///< of the noise: motions that differ by more
+  static constexpr double kDistinct = 2;            ///< of the noise: motions that may be ordered by depth
   static constexpr double kNeighbour_px = 50;       ///< distance of points whose depths are compared
   static constexpr float kDepthStep = 1.08F;        ///< a point farther by this factor is behind
   static constexpr double kUnknownMiss_px = 3;      ///< usual distance from the expected motion, at first
@@ -170,9 +190,9 @@ class RigidBackgroundEstimator {
   void select() {
     weigh_points();
     noise_px_ = search_.noise_px();
-    selected_ = selection_.select({proposals().size(), points_.stride(), search_.image2_px2(),
-                                   search_.depth2(), weights_, scene_->expected ? kPrice : kFirstPrice,
-                                   std::max(kFit_px, kFitSigmas * noise_px_)});
+    selected_ =
+        selection_.select({proposals().size(), points_.stride(), search_.image2_px2(), search_.depth2(),
+                           weights_, scene_->expected ? kPrice : kFirstPrice, fit_px()});
     explained_.assign(selected_.size(), 0);
     for (std::size_t k = 0; k < points(); ++k)
       if (is_explained(k)) ++explained_[owner(k)];
@@ -193,6 +213,7 @@ class RigidBackgroundEstimator {
       weights_[k] = static_cast<float>(1 / (1 + (held[patch(k)] - 1) * correlation));
   }
 
+  double fit_px() const { return std::max(kFit_px, kFitSigmas * noise_px_); }
   /// The slot of a point, an index into selected_.
   std::size_t owner(std::size_t k) const { return selection_.owner(k); }
   bool is_explained(std::size_t k) const { return selection_.fit(k) >= kExplained; }
@@ -243,12 +264,16 @@ class RigidBackgroundEstimator {
     }
   }
   std::pair<bool, double> rank(std::size_t slot) { return {explains_enough(slot), proposal(slot).score}; }
-  /// Motions that the noise cannot distinguish from the chosen one do not count against it.
+  /// Motions within a fit of the choice agree with it.
   void measure_confidence() {
+    rivals_.clear();
     double against = 0;
     for (std::size_t slot = 0; slot < selected_.size(); ++slot)
-      if (explains_enough(slot) && distinct(slot, chosen_slot_))
-        against += portable::exp(proposal(slot).score - proposal(chosen_slot_).score);
+      if (explains_enough(slot) && distance_px(slot, chosen_slot_) > fit_px()) {
+        const double odds = portable::exp(proposal(slot).score - proposal(chosen_slot_).score);
+        rivals_.push_back({motion_of(slot), odds});
+        against += odds;
+      }
     confidence_ = 1 / (1 + against);
   }
 
@@ -365,8 +390,9 @@ class RigidBackgroundEstimator {
   std::vector<double> prior_distance2_;                    ///< per slot, with a prior
   std::vector<int> explained_;                             ///< points per slot
   std::vector<std::array<double, Points::kCells>> areas_;  ///< per slot
-  std::vector<char> distinct_;                             ///< slots x slots
-  std::vector<int> behind_, front_;                        ///< per slot
+  std::vector<Rival> rivals_;
+  std::vector<char> distinct_;       ///< slots x slots
+  std::vector<int> behind_, front_;  ///< per slot
   std::vector<cv::Point2f> pixels_;
   std::vector<int> features_;
   PointGrid grid_;

@@ -65,7 +65,8 @@ inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes
     if (choice.least_confidence == kLeastFirstConfidence) path_.forget_motion();
     return;
   }
-  if (!choice.rejects) votes.note("the first choices of a background reject nothing: they are not sure");
+  if (!choice.rejects)
+    votes.note("the first choices of a background are not sure: rejected is what moves by all of them");
   const detail::JudgedFrame frame = seen.with(seen.stereo ? look_again(seen) : seen.match);
   forecast_.advance(path_.between(0, 1), frame.camera, path_.elapsed_s(1));
   const DepthNoise depths = frame.sensor.scaled(std::max(kDepthFactor, estimator_.depth_factor()));
@@ -246,9 +247,17 @@ inline void BackgroundMotionFilter::cast(const detail::JudgedFrame& frame, std::
   const bool hidden = frame.stereo && std::isnan(frame.depth_m(i));
   if (!(belief + (seen || hidden ? 0 : kNoMatch_nats) > limit))
     return votes.cast(i, seen ? Vote::Static : Vote::Unknown, score);
-  const bool supported = choice.rejects && (frame.evidence.prior(i) || neighbours_.near_core(frame, i) ||
-                                            forecast(frame, i) > 0);
-  votes.cast(i, supported ? Vote::Dynamic : Vote::Unknown, score);
+  const bool supported = frame.evidence.prior(i) || neighbours_.near_core(frame, i) || forecast(frame, i) > 0;
+  const bool rejects = supported && (choice.rejects || follows_no_rival(frame, i));
+  votes.cast(i, rejects ? Vote::Dynamic : Vote::Unknown, score);
+}
+
+inline bool BackgroundMotionFilter::follows_no_rival(const detail::JudgedFrame& frame, std::size_t i) const {
+  const detail::TrackMisses::Measured& step = misses_.step(i);
+  if (!step.in_space()) return false;
+  const cv::Point3f then = back_project(frame.camera, step.then.px, step.then.depth_m);
+  return estimator_.rest_by_rivals(frame.camera, then, frame.evidence.points_m()[i]) <
+         1 - kSureNextConfidence;
 }
 
 }  // namespace dynfilter

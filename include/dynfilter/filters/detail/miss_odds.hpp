@@ -7,9 +7,9 @@
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/filters/detail/track_misses.hpp>
 #include <dynfilter/geometry/neighbour_noise.hpp>
-#include <dynfilter/motion/detail/background_points.hpp>
 #include <dynfilter/motion/moving_odds.hpp>
 #include <dynfilter/motion/patch_relief.hpp>
+#include <dynfilter/motion/rigid_background.hpp>
 #include <limits>
 #include <vector>
 

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <dynfilter/core/inline.hpp>
-#include <dynfilter/geometry/detail/rigid_least_squares.hpp>
+#include <dynfilter/geometry/rigid_least_squares.hpp>
 #include <dynfilter/geometry/sampling.hpp>
 #include <limits>
 

@@ -9,7 +9,7 @@
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/pose.hpp>
 #include <dynfilter/core/simd.hpp>
-#include <dynfilter/geometry/detail/rigid_least_squares.hpp>
+#include <dynfilter/geometry/rigid_least_squares.hpp>
 #include <dynfilter/geometry/small_matrix.hpp>
 #include <dynfilter/geometry/undistort.hpp>
 #include <dynfilter/motion/detail/background_points.hpp>
