@@ -760,7 +760,7 @@ TEST_CASE("background_motion: an unsure first choice rejects nothing that stands
     for (int k = 1; k < 4; ++k) {
       const ExactFrame frame = scene.frame(k);
       const Votes& votes = player.show(frame);
-      if (player.note.find("are not sure") == std::string::npos) continue;
+      if (player.note.find("is not sure") == std::string::npos) continue;
       ++unsure;
       for (std::size_t i = 0; i < frame.size(); ++i)
         if (frame.label[i] == 0) ++still, still_rejected += votes[i] == Vote::Dynamic ? 1 : 0;
@@ -783,7 +783,7 @@ TEST_CASE("background_motion: motion seen against an unsure first choice is forg
     for (int k = 1; k < 4; ++k) {
       const ExactFrame frame = scene.frame(k);
       const Votes& votes = player.show(frame);
-      const bool was_unsure = std::exchange(unsure, player.note.find("are not sure") != std::string::npos);
+      const bool was_unsure = std::exchange(unsure, player.note.find("is not sure") != std::string::npos);
       if (!was_unsure || unsure) continue;
       ++after_unsure;
       for (std::size_t i = 0; i < frame.size(); ++i)

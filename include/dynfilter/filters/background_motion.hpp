@@ -69,18 +69,21 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr float kNoMatch_nats = 2;        ///< evidence of motion: movers lose their matches
   static constexpr double kDoubtedSigmas = 3;      ///< a miss beyond is looked at twice
   static constexpr std::size_t kMinSeeds = 30;
-  static constexpr std::size_t kEnoughFirm = 100;       ///< matches that tell of the background's motion
-  static constexpr double kLeastConfidence = 1.0 / 3;   ///< in the background: three motions equally likely
-  static constexpr double kLeastFirstConfidence = 0.5;  ///< of all: likelier than the others together
-  static constexpr double kSureFirstConfidence = 0.6;   ///< the same for the first one, to reject
-  static constexpr double kSureNextConfidence = 0.9;    ///< the same for the next two: scores are sharper
-  static constexpr double kSureDespiteRows = 0.99;      ///< the same where rows may have parted two motions
+  static constexpr std::size_t kEnoughFirm = 100;      ///< matches that tell of the background's motion
+  static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
+  static constexpr double kLikelyConfidence = 0.5;     ///< likelier than the others together
+  static constexpr double kSureFirstConfidence = 0.6;  ///< the same for the first one, to reject
+  static constexpr double kSureNextConfidence = 0.9;   ///< the same for the next two: scores are sharper
+  static constexpr double kSureDespiteRows = 0.99;     ///< the same where rows may have parted two motions
   static constexpr std::size_t kFirstSteps = 4;
 
-  /// Whether the background is known, what it takes to believe so, and whether it may reject.
+  /// Whether the background is known, and what it takes to believe so. One that is not sure rejects only what
+  /// follows no rival.
   struct Choice {
-    bool known = false, rejects = true;
+    bool known = false, is_first = false, is_sure = true;
     double least_confidence = kLeastConfidence;
+    /// Motion that was seen against it.
+    bool forgets() const { return is_first && !is_sure; }
   };
 
   void judge(const detail::JudgedFrame& seen, Votes& votes);

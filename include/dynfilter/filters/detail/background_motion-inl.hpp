@@ -62,11 +62,10 @@ inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes
   if (!choice.known) return;
   if (estimator_.confidence() < choice.least_confidence) {
     abstain(votes);
-    if (choice.least_confidence == kLeastFirstConfidence) path_.forget_motion();
+    if (choice.least_confidence == kLikelyConfidence) path_.forget_motion();
     return;
   }
-  if (!choice.rejects)
-    votes.note("the first choices of a background are not sure: rejected is what moves by all of them");
+  if (!choice.is_sure) votes.note("the background is not sure: rejected is what moves by all likely ones");
   const detail::JudgedFrame frame = seen.with(seen.stereo ? look_again(seen) : seen.match);
   forecast_.advance(path_.between(0, 1), frame.camera, path_.elapsed_s(1));
   const DepthNoise depths = frame.sensor.scaled(std::max(kDepthFactor, estimator_.depth_factor()));
@@ -79,7 +78,7 @@ inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes
   for (std::size_t i = 0; i < frame.size(); ++i)
     if (frame.evidence.judged(i)) cast(frame, i, choice, limit, votes);
   if (frame.stereo) learn_forecast(frame, limit);
-  if (!choice.rejects) odds_.forget_motion();
+  if (choice.forgets()) odds_.forget_motion();
 }
 
 inline const Match& BackgroundMotionFilter::look_again(const detail::JudgedFrame& frame) {
@@ -99,7 +98,7 @@ inline void BackgroundMotionFilter::abstain(Votes& votes) {
 inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
     const detail::JudgedFrame& frame, Votes& votes) {
   Choice choice;
-  if (!std::exchange(has_chosen_, true)) choice.least_confidence = kLeastFirstConfidence;
+  if (!std::exchange(has_chosen_, true)) choice.least_confidence = kLikelyConfidence;
   const RigidBackgroundScene scene = scene_of(frame);
   const RigidMotion motion = estimator_.estimate(scene);
   if (scene.prior && motion.ok) prior_watch_.observe(estimator_.prior_distance2(), path_.elapsed_s(1));
@@ -113,11 +112,13 @@ inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
   }
   path_.add(motion.T_current_reference, {estimator_.match_noise_px(), estimator_.row_twist()});
   choice.known = true;
-  const double sure = estimator_.rows_may_part() ? kSureDespiteRows
-                      : path_.steps() > 1        ? kSureNextConfidence
-                                                 : kSureFirstConfidence;
-  choice.rejects = path_.steps() >= kFirstSteps || estimator_.confidence() >= sure;
-  path_.chain(path_.is_last_frame(frame.match.reference->id) && choice.rejects);
+  choice.is_first = path_.steps() < kFirstSteps;
+  const double sure = !choice.is_first             ? kLikelyConfidence
+                      : estimator_.rows_may_part() ? kSureDespiteRows
+                      : path_.steps() > 1          ? kSureNextConfidence
+                                                   : kSureFirstConfidence;
+  choice.is_sure = estimator_.confidence() >= sure;
+  path_.chain(path_.is_last_frame(frame.match.reference->id) && !choice.forgets());
   return choice;
 }
 
@@ -248,7 +249,7 @@ inline void BackgroundMotionFilter::cast(const detail::JudgedFrame& frame, std::
   if (!(belief + (seen || hidden ? 0 : kNoMatch_nats) > limit))
     return votes.cast(i, seen ? Vote::Static : Vote::Unknown, score);
   const bool supported = frame.evidence.prior(i) || neighbours_.near_core(frame, i) || forecast(frame, i) > 0;
-  const bool rejects = supported && (choice.rejects || follows_no_rival(frame, i));
+  const bool rejects = supported && (choice.is_sure || follows_no_rival(frame, i));
   votes.cast(i, rejects ? Vote::Dynamic : Vote::Unknown, score);
 }
 
