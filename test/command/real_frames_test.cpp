@@ -151,9 +151,9 @@ TEST_CASE("static recordings, cold from any frame, both ways: no frame is reject
   const TemporaryFolder folder;
   const auto worst_share = [&](const std::string& sequence, const std::string& options) {
     const fs::path out = folder.path() / "run";
-    const CommandResult run = run_dynfilter("run '" + (data / sequence).string() +
-                                            "' --no-detections --overlay-every 99 " +
-                                            "--force --out '" + out.string() + "' " + options);
+    const CommandResult run =
+        run_dynfilter("run '" + (data / sequence).string() + "' --no-detections --overlay-every 99 " +
+                      "--force --out '" + out.string() + "' " + options);
     CAPTURE(run.err);
     REQUIRE(run.exit_code == 0);
     std::istringstream rows(read_text(out / "frames.csv"));
