@@ -229,7 +229,7 @@ class RigidBackgroundEstimator {
 
   // ---- which of them is the background
   void choose() {
-    find_distinct_motions();
+    measure_distances();
     measure_areas();
     measure_orders();
     for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
@@ -269,7 +269,7 @@ class RigidBackgroundEstimator {
     rivals_.clear();
     double against = 0;
     for (std::size_t slot = 0; slot < selected_.size(); ++slot)
-      if (explains_enough(slot) && distance_px(slot, chosen_slot_) > fit_px()) {
+      if (explains_enough(slot) && distances_px_[slot * selected_.size() + chosen_slot_] > fit_px()) {
         const double odds = portable::exp(proposal(slot).score - proposal(chosen_slot_).score);
         rivals_.push_back({motion_of(slot), odds});
         against += odds;
@@ -348,15 +348,15 @@ class RigidBackgroundEstimator {
   }
   /// Motions that differ by no more than the noise share their points by chance, so their depth order means
   /// nothing.
-  void find_distinct_motions() {
+  void measure_distances() {
     const std::size_t n = selected_.size();
-    distinct_.assign(n * n, 0);
+    distances_px_.assign(n * n, 0);
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t b = a + 1; b < n; ++b)
-        distinct_[a * n + b] = distinct_[b * n + a] = distance_px(a, b) > kDistinct * noise_px_ ? 1 : 0;
+        distances_px_[a * n + b] = distances_px_[b * n + a] = distance_px(a, b);
   }
   bool distinct(std::size_t a, std::size_t b) const {
-    return selected_.size() > 1 && distinct_[a * selected_.size() + b] != 0;
+    return distances_px_[a * selected_.size() + b] > kDistinct * noise_px_;
   }
 
   void learn_smoothness(const Pose& T) {
@@ -391,8 +391,8 @@ class RigidBackgroundEstimator {
   std::vector<int> explained_;                             ///< points per slot
   std::vector<std::array<double, Points::kCells>> areas_;  ///< per slot
   std::vector<Rival> rivals_;
-  std::vector<char> distinct_;       ///< slots x slots
-  std::vector<int> behind_, front_;  ///< per slot
+  std::vector<double> distances_px_;  ///< slots x slots
+  std::vector<int> behind_, front_;   ///< per slot
   std::vector<cv::Point2f> pixels_;
   std::vector<int> features_;
   PointGrid grid_;
