@@ -87,6 +87,14 @@ constexpr std::size_t points_of(int columns) {
   return static_cast<std::size_t>(columns) * kRows * 4;
 }
 
+/// 10 of 16 columns follow the camera, the others a mover at the same depth.
+Cells two_parts(const Pose& camera, const Pose& mover) {
+  Cells cells;
+  cells.fill(0, 10, 2, camera);
+  cells.fill(10, 16, 2, mover);
+  return cells;
+}
+
 /// The score of a motion of so many columns, `d` units of the usual distance from the expected one.
 /// Half a point is added to both parts of the odds.
 double score_of(const MotionProposal& p, double d, int columns) {
@@ -100,9 +108,7 @@ double score_of(const MotionProposal& p, double d, int columns) {
 // Equal depths: no part is in front. 10 of 16 columns are 0.625 of the surface.
 TEST_CASE("the area is the share of the visible surface, and scores give the confidence") {
   const Pose camera = shift(0.02), mover = shift(-0.02, 0.01);
-  Cells cells;
-  cells.fill(0, 10, 2, camera);
-  cells.fill(10, 16, 2, mover);
+  const Cells cells = two_parts(camera, mover);
   RigidBackgroundEstimator estimator;
   const RigidMotion motion = estimator.estimate(cells.scene());
   REQUIRE(motion.ok);
@@ -121,9 +127,7 @@ TEST_CASE("the area is the share of the visible surface, and scores give the con
 // moved 20 px off both of them, or as the chosen motion says, follows no rival.
 TEST_CASE("a feature that follows a rival may stand still, others may not") {
   const Pose camera = shift(0.02), mover = shift(-0.02, 0.01);
-  Cells cells;
-  cells.fill(0, 10, 2, camera);
-  cells.fill(10, 16, 2, mover);
+  const Cells cells = two_parts(camera, mover);
   RigidBackgroundEstimator estimator;
   const RigidBackgroundScene scene = cells.scene();
   REQUIRE(estimator.estimate(scene).ok);

@@ -37,8 +37,9 @@ struct BackgroundMotionParams {
 ///           Belief = prior + evidence + mean evidence of neighbours at a similar depth. Dynamic where it
 ///           outweighs the cost of a wrong rejection, if a core is near. See the card.
 /// Votes:    with a confidence, the probability that the chosen motion is the background's. Below 1/3 every
-///           vote is Unknown. A feature with one depth is judged by its place in the image, one without by
-///           the line on which it may lie (motion/static_miss.hpp). With stereo the line never says Static.
+///           vote is Unknown. Until it is sure, Dynamic is only what follows no other likely motion. A
+///           feature with one depth is judged by its place in the image, one without by the line on which it
+///           may lie (motion/static_miss.hpp). With stereo the line never says Static.
 /// Needs:    depth, camera, correspondences. Optional: the host's poses (one more candidate), a motion prior.
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone.
@@ -71,10 +72,11 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr std::size_t kMinSeeds = 30;
   static constexpr std::size_t kEnoughFirm = 100;      ///< matches that tell of the background's motion
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
-  static constexpr double kLikelyConfidence = 0.5;     ///< likelier than the others together
-  static constexpr double kSureFirstConfidence = 0.6;  ///< the same for the first one, to reject
-  static constexpr double kSureNextConfidence = 0.9;   ///< the same for the next two: scores are sharper
-  static constexpr double kSureDespiteRows = 0.99;     ///< the same where rows may have parted two motions
+  static constexpr double kLikelyConfidence =
+      0.5;  ///< likelier than the others: the first at least, later ones to be sure
+  static constexpr double kSureFirstConfidence = 0.6;  ///< of the first one, to be sure
+  static constexpr double kSureNextConfidence = 0.9;   ///< of the next two: scores are sharper
+  static constexpr double kSureDespiteRows = 0.99;     ///< of the first three, where rows may have parted two
   static constexpr std::size_t kFirstSteps = 4;
 
   /// Whether the background is known, and what it takes to believe so. One that is not sure rejects only what
