@@ -98,9 +98,20 @@ TEST_CASE("prior evidence: an unsure prior contradicts less, one that agrees not
                unsure = distance2(prior_of(turned({0.03, 0, 0}), 0.01), points, T);
   CHECK(sure > 4);
   CHECK(unsure < 1.5);
-  CHECK(PriorEvidence::log_likelihood(0, 0.1) == doctest::Approx(0));
+}
+
+TEST_CASE("prior evidence: motions within two deviations are equally likely") {
+  for (const double distance : {0.0, 1.0, 1.9})
+    CHECK(PriorEvidence::log_likelihood(distance * distance, 0.1) == doctest::Approx(0));
   CHECK(PriorEvidence::log_likelihood(1e9, 0.1) == doctest::Approx(std::log(0.1)));
-  CHECK(PriorEvidence::log_likelihood(3, 0.1) < PriorEvidence::log_likelihood(2, 0.1));
+  CHECK(PriorEvidence::log_likelihood(10, 0) == doctest::Approx(2 - 10.0 / 2));
+  CHECK(PriorEvidence::contradiction(4) == doctest::Approx(0));
+}
+
+TEST_CASE("prior evidence: at first it is as likely wrong as right, so it halves a likelihood at most") {
+  const double wrong = PriorWatch().wrong();
+  CHECK(wrong == doctest::Approx(0.5));
+  CHECK(PriorEvidence::log_likelihood(1e9, wrong) == doctest::Approx(-std::log(2.0)));
 }
 
 TEST_CASE("prior watch: what lies is noticed within half a second at every rate, a jerk is not a lie") {

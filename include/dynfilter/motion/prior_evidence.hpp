@@ -25,13 +25,18 @@ class PriorEvidence {
   void add(const cv::Point3f& point_m);
   /// d^2 of `T_current_reference`, with `noise_px` the error of its image. 0 with fewer than 6 points.
   double distance2(const Pose& T_current_reference, double noise_px) const;
-  /// Log-likelihood of a motion at this distance. `wrong`: the probability that the prior is.
+  /// By how much a motion at this distance contradicts the prior [nats]. Negative: it agrees.
+  static double contradiction(double distance2) { return distance2 / 2 - kAgreement; }
+  /// Log-likelihood of a motion at this distance. `wrong`: the probability that the prior is. All motions that
+  /// agree are equally likely: their errors share what neither covariance knows.
   static double log_likelihood(double distance2, double wrong) {
-    return portable::log((1 - wrong) * portable::exp(-distance2 / 2) + wrong);
+    const double likelihood = portable::exp(-std::max(0.0, contradiction(distance2)));
+    return portable::log((1 - wrong) * likelihood + wrong);
   }
 
  private:
   static constexpr int kFewestPoints = 6;
+  static constexpr double kAgreement = 2;   ///< [nats] two deviations, d = 2
   static constexpr double kRidge = 1e-9;  ///< of the trace: few points leave a direction free
 
   /// Makes M the Schur complement of the unknowns after k, in these.
@@ -46,28 +51,27 @@ class PriorEvidence {
 /// The probability that a prior on the camera's motion is wrong, learned over time. A clock that is late, a
 /// bias or wrong axes contradict the background's motion frame after frame. A background that is wrong for a
 /// moment, or a jerk, does so once. Log-odds, with the squared distance d^2 of the background's motion:
-///   odds += (elapsed / memory) (d^2 / 2 - break_even), within +-5.
+///   odds += (elapsed / memory) contradiction(d^2), within +-5.
+/// Before a prior has proved itself it is as likely wrong as right.
 class PriorWatch {
  public:
-  static constexpr double kFirstOdds = -1.4;  ///< 0.2: before it has proved itself
-  static constexpr double kMostOdds = 5;      ///< doubt and trust can both be overcome in half a second
+  static constexpr double kMostOdds = 5;  ///< doubt and trust can both be overcome in half a second
   static constexpr double kMemory_s = 0.25;
-  static constexpr double kBreakEven = 2;  ///< d = 2: two deviations, where errors in common are not known
-  static constexpr double kMost = 25;      ///< d^2 of one frame
+  static constexpr double kMost = 25;  ///< d^2 of one frame
 
   /// In [0, 1].
   double wrong() const { return 1 / (1 + portable::exp(-odds_)); }
-  bool trusts() const { return odds_ < 0; }  ///< whether it is rather right than wrong
+  bool trusts() const { return odds_ <= 0; }  ///< whether it is not rather wrong than right
   /// d^2 of this frame's background (PriorEvidence::distance2()), and the time since the last frame [s].
   void observe(double distance2, double elapsed_s) {
     const double now = std::min(1.0, elapsed_s / kMemory_s);
-    odds_ += now * (std::min(distance2, kMost) / 2 - kBreakEven);
+    odds_ += now * PriorEvidence::contradiction(std::min(distance2, kMost));
     odds_ = std::clamp(odds_, -kMostOdds, kMostOdds);
   }
   void reset() { *this = {}; }  ///< another stream
 
  private:
-  double odds_ = kFirstOdds;
+  double odds_ = 0;
 };
 
 inline void PriorEvidence::add(const cv::Point3f& point_m) {

@@ -109,7 +109,6 @@ class RigidBackgroundEstimator {
   static constexpr double kMostMiss_px = 20;  ///< a point's distance between motions, cut off
   static constexpr double kShare = 0.1;       ///< weight of how many points a motion explains
   static constexpr double kSharpness = 2.5;   ///< of the choice: as sure as it is right, see the card
-  static constexpr double kPriorNoise = 4;    ///< of the noise: matches of one motion share errors
   static constexpr double kDepthCap_m = 4;    ///< farther, depths are too inexact to tell motions apart
 
   RigidMotion estimate_of_scene() {
@@ -252,7 +251,7 @@ class RigidBackgroundEstimator {
   }
   /// Over the points that each motion explains.
   void weigh_prior() {
-    const double noise_px = std::max(kLeastMiss_px, kPriorNoise * noise_px_);
+    const double noise_px = std::max(kLeastMiss_px, noise_px_);
     prior_distance2_.assign(selected_.size(), 0);
     for (std::size_t slot = 0; slot < selected_.size(); ++slot) {
       PriorEvidence evidence(*scene_->prior, scene_->camera);

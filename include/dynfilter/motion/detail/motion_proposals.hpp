@@ -99,7 +99,7 @@ class MotionProposals {
     return rigid_.refine(scene_->camera, scene_->reference_m, scene_->current_m, features, start);
   }
 
-  bool uses_prior() const { return scene_->prior && scene_->prior_wrong < 0.5; }
+  bool uses_prior() const { return scene_->prior && scene_->prior_wrong <= 0.5; }
 
  private:
   static constexpr std::size_t kMinUnmoved = 30;    ///< points; with fewer, all take part
