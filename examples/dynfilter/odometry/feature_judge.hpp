@@ -27,7 +27,8 @@ class FeatureJudge {
   virtual bool wait_for_keyframe() const { return false; }
   virtual void pose_refined(std::int64_t /*frame_id*/, const Pose& /*T_world_camera*/) {
   }                          ///< end of the frame
-  virtual void reset() = 0;  ///< on loss of tracking, relocalisation or a time jump
+  virtual void lost() {}     ///< poses so far mean nothing: tracking is lost or found again, or a new map begins
+  virtual void reset() = 0;  ///< at a time jump
 };
 
 }  // namespace dynfilter::odometry

@@ -79,6 +79,9 @@ class JudgeGate {
     if (judge_) judge_->pose_refined(view_.id, Pose::from(T_camera_world.inverse()));
   }
 
+  void lost() {
+    if (judge_) judge_->lost();
+  }
   void reset() {
     if (judge_) judge_->reset();
   }

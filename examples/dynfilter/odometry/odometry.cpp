@@ -166,7 +166,7 @@ class Odometry::Steps {
     two_views_.reset();
     anchored_.clear();
     settled_.clear();
-    gate_.reset();
+    gate_.lost();
   }
 
   void track(const std::optional<Eigen::Isometry3d>& predicted, TrackResult& result, Stopwatch& watch) {
@@ -248,7 +248,7 @@ class Odometry::Steps {
     }
     if (result.state == TrackState::Lost && map_is_young()) return start_again();
     const bool newly_lost = tracker_.frame_done(tracked, result.timestamp_s, features_, pose_);
-    if (newly_lost || result.relocalised) gate_.reset();
+    if (newly_lost || result.relocalised) gate_.lost();
   }
 
   Anchored anchored(double timestamp_s) const {

@@ -68,6 +68,7 @@ class PipelineJudge final : public odometry::FeatureJudge {
   void pose_refined(std::int64_t frame_id, const Pose& T_world_camera) override {
     pipeline_.update_pose(frame_id, T_world_camera, PoseProvenance::Refined);
   }
+  void lost() override { pipeline_.lost(); }
   void reset() override { pipeline_.reset(); }
 
   /// A call of a recording, as its host made it. Between two calls of a frame a host may thin it by the

@@ -36,8 +36,8 @@ class PriorEvidence {
 
  private:
   static constexpr int kFewestPoints = 6;
-  static constexpr double kAgreement = 2;   ///< [nats] two deviations, d = 2
-  static constexpr double kRidge = 1e-9;  ///< of the trace: few points leave a direction free
+  static constexpr double kAgreement = 2;  ///< [nats] two deviations, d = 2
+  static constexpr double kRidge = 1e-9;   ///< of the trace: few points leave a direction free
 
   /// Makes M the Schur complement of the unknowns after k, in these.
   static void eliminate(double (&M)[6][6], int k);
