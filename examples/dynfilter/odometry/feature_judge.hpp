@@ -27,7 +27,7 @@ class FeatureJudge {
   virtual bool wait_for_keyframe() const { return false; }
   virtual void pose_refined(std::int64_t /*frame_id*/, const Pose& /*T_world_camera*/) {
   }                          ///< end of the frame
-  virtual void lost() {}     ///< poses so far mean nothing: tracking is lost or found again, or a new map begins
+  virtual void lost() {}     ///< on loss of tracking, relocalisation or a new map: poses so far are void
   virtual void reset() = 0;  ///< at a time jump
 };
 

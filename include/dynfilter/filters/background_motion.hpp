@@ -72,11 +72,10 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr std::size_t kMinSeeds = 30;
   static constexpr std::size_t kEnoughFirm = 100;      ///< matches that tell of the background's motion
   static constexpr double kLeastConfidence = 1.0 / 3;  ///< in the background: three motions equally likely
-  static constexpr double kLikelyConfidence =
-      0.5;  ///< likelier than the others: the first at least, later ones to be sure
-  static constexpr double kSureFirstConfidence = 0.6;  ///< of the first one, to be sure
-  static constexpr double kSureNextConfidence = 0.9;   ///< of the next two: scores are sharper
-  static constexpr double kSureDespiteRows = 0.99;     ///< of the first three, where rows may have parted two
+  static constexpr double kLikelyConfidence = 0.5;  ///< of the first one, at least: likelier than the others
+  static constexpr double kSureConfidence = 0.6;    ///< to be sure
+  static constexpr double kSureNextConfidence = 0.9;  ///< of the two after the first: scores are sharper
+  static constexpr double kSureDespiteRows = 0.99;    ///< of the first three, where rows may have parted two
   static constexpr std::size_t kFirstSteps = 4;
 
   /// Whether the background is known, and what it takes to believe so. One that is not sure rejects only what

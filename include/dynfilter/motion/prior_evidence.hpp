@@ -27,8 +27,8 @@ class PriorEvidence {
   double distance2(const Pose& T_current_reference, double noise_px) const;
   /// By how much a motion at this distance contradicts the prior [nats]. Negative: it agrees.
   static double contradiction(double distance2) { return distance2 / 2 - kAgreement; }
-  /// Log-likelihood of a motion at this distance. `wrong`: the probability that the prior is. All motions that
-  /// agree are equally likely: their errors share what neither covariance knows.
+  /// Log-likelihood of a motion at this distance. `wrong`: the probability that the prior is. All motions
+  /// that agree are equally likely: their errors share what neither covariance knows.
   static double log_likelihood(double distance2, double wrong) {
     const double likelihood = portable::exp(-std::max(0.0, contradiction(distance2)));
     return portable::log((1 - wrong) * likelihood + wrong);

@@ -113,10 +113,10 @@ inline BackgroundMotionFilter::Choice BackgroundMotionFilter::follow_background(
   path_.add(motion.T_current_reference, {estimator_.match_noise_px(), estimator_.row_twist()});
   choice.known = true;
   choice.is_first = path_.steps() < kFirstSteps;
-  const double sure = !choice.is_first             ? kLikelyConfidence
-                      : estimator_.rows_may_part() ? kSureDespiteRows
-                      : path_.steps() > 1          ? kSureNextConfidence
-                                                   : kSureFirstConfidence;
+  const bool rows_count = choice.is_first && estimator_.rows_may_part();
+  const double sure = rows_count                             ? kSureDespiteRows
+                      : choice.is_first && path_.steps() > 1 ? kSureNextConfidence
+                                                             : kSureConfidence;
   choice.is_sure = estimator_.confidence() >= sure;
   path_.chain(path_.is_last_frame(frame.match.reference->id) && !choice.forgets());
   return choice;

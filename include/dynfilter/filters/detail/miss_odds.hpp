@@ -16,9 +16,9 @@
 namespace dynfilter::detail {
 
 /// What a static feature's miss is, in units of the noise that neighbours do not share: over one frame, and
-/// over a track. Measured in every frame on all that did not move lately, with a depth or not: where an image
-/// has no depths, rows and calibration err as well. What is usual falls fast and rises slowly: a majority that
-/// sets off must not become noise of the choice.
+/// over a track. Measured in every frame on all that did not move lately, with a depth or not: errors of rows
+/// and calibration do not need one. What is usual falls fast and rises slowly: a majority that sets off must
+/// not become noise of the choice.
 class MissNoise {
  public:
   void reset() { *this = {}; }
