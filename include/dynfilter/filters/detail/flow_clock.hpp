@@ -76,7 +76,7 @@ class FlowClock {
 
  private:
   static constexpr double kUnknown_s = 1.0 / 30;  ///< between frames whose timestamps do not increase
-  static constexpr double kMostTracks = 0.8;      ///< share of the tracks that cover the longest gap
+  static constexpr double kMostTracks = 0.7;      ///< share of the tracks that cover the longest gap
   static constexpr double kGroundGap_s = 0.2;     ///< short, because near ground soon leaves the view
 
   void count(const FeatureTracks& tracks) {
