@@ -345,8 +345,6 @@ class RigidBackgroundEstimator {
   double distance_px(std::size_t a, std::size_t b) const {
     return distance_px(a, b, motion_of(a), motion_of(b));
   }
-  /// Motions that differ by no more than the noise share their points by chance, so their depth order means
-  /// nothing.
   void measure_distances() {
     const std::size_t n = selected_.size();
     distances_px_.assign(n * n, 0);
@@ -354,6 +352,8 @@ class RigidBackgroundEstimator {
       for (std::size_t b = a + 1; b < n; ++b)
         distances_px_[a * n + b] = distances_px_[b * n + a] = distance_px(a, b);
   }
+  /// Motions that differ by no more than the noise share their points by chance, so their depth order means
+  /// nothing.
   bool distinct(std::size_t a, std::size_t b) const {
     return distances_px_[a * selected_.size() + b] > kDistinct * noise_px_;
   }
