@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <dynfilter/core/cpu.hpp>
 #include <dynfilter/core/simd.hpp>
 #include <opencv2/core.hpp>
@@ -93,6 +95,33 @@ inline void halve(const cv::Mat& from, std::vector<std::uint16_t>& scratch, cv::
   });
 }
 
+/// Copies eight bytes in reverse.
+inline void reverse_8(const std::uint8_t* from, std::uint8_t* to) {
+  std::uint64_t eight;
+  std::memcpy(&eight, from, sizeof(eight));
+  eight = __builtin_bswap64(eight);
+  std::memcpy(to, &eight, sizeof(eight));
+}
+
+/// cv::copyMakeBorder with BORDER_REFLECT_101 around a part of `image` that is there already, `border_px` from
+/// each edge and wider than that, which is 8 at least.
+inline void reflect_border(cv::Mat& image, int border_px) {
+  const int last = image.cols - 1 - border_px;
+  for (int y = border_px; y < image.rows - border_px; ++y) {
+    std::uint8_t* const row = image.ptr(y);
+    for (int done = 0; done < border_px; done += 8) {
+      const int k = std::min(done, border_px - 8);  // the last eight may be some of those before
+      reverse_8(row + border_px + 1 + k, row + border_px - 8 - k);
+      reverse_8(row + last - 8 - k, row + last + 1 + k);
+    }
+  }
+  const auto width = static_cast<std::size_t>(image.cols);
+  for (int k = 1; k <= border_px; ++k) {
+    std::memcpy(image.ptr(border_px - k), image.ptr(border_px + k), width);
+    std::memcpy(image.ptr(image.rows - 1 - border_px + k), image.ptr(image.rows - 1 - border_px - k), width);
+  }
+}
+
 }  // namespace dynfilter::detail
 
 namespace dynfilter {
@@ -166,9 +195,11 @@ inline void ImagePyramid::build_levels(const cv::Mat& grey, int levels) {
     if (k == bordered_.size()) bordered_.emplace_back();
     bordered_[k].create(size.height + 2 * window_px_, size.width + 2 * window_px_, CV_8UC1);
     cv::Mat inner = bordered_[k](cv::Rect({window_px_, window_px_}, size));
-    if (k > 0) detail::halve(levels_[k - 1], scratch_, inner);
-    cv::copyMakeBorder(k > 0 ? inner : grey, bordered_[k], window_px_, window_px_, window_px_, window_px_,
-                       kBorder);
+    k > 0 ? detail::halve(levels_[k - 1], scratch_, inner) : grey.copyTo(inner);
+    if (window_px_ >= 8 && std::min(size.width, size.height) > window_px_)
+      detail::reflect_border(bordered_[k], window_px_);
+    else
+      cv::copyMakeBorder(inner, bordered_[k], window_px_, window_px_, window_px_, window_px_, kBorder);
     levels_.push_back(inner);
     size = {(size.width + 1) / 2, (size.height + 1) / 2};
   }

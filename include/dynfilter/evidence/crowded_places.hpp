@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynfilter/core/cells.hpp>
 #include <dynfilter/core/limits.hpp>
 #include <dynfilter/core/point_grid.hpp>
 #include <dynfilter/core/span.hpp>
+#include <opencv2/core/fast_math.hpp>
 #include <opencv2/core/types.hpp>
 #include <vector>
 
@@ -55,8 +55,7 @@ inline const std::vector<std::uint32_t>& CrowdedPlaces::find(Span<const cv::Poin
 
 inline std::uint64_t CrowdedPlaces::square_of(const cv::Point2f& px) {
   const auto along = [](float at_px) {
-    return static_cast<std::int64_t>(std::floor(at_px / static_cast<float>(limits::kCrowd_px))) +
-           kSquares / 2;
+    return cvFloor(at_px / static_cast<float>(limits::kCrowd_px)) + kSquares / 2;
   };
   return static_cast<std::uint64_t>(along(px.y) * kSquares + along(px.x));
 }

@@ -67,7 +67,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr TrackOptions kTracks{static_cast<int>(CameraPath::kMaxFrames), 3.0, true};
   static constexpr double kDepthFactor = 2;        ///< the depth camera's noise against the model's, at least
   static constexpr float kRejectCost_nats = 3.5F;  ///< of a wrong rejection over a miss, logarithm
-  static constexpr float kNoMatch_nats = 2;        ///< evidence of motion: movers lose their matches
+  static constexpr float kNoMatch_nats = 2;        ///< at first sight: movers lose their matches
   static constexpr double kDoubtedSigmas = 3;      ///< a miss beyond is looked at twice
   static constexpr std::size_t kMinSeeds = 30;
   static constexpr std::size_t kEnoughFirm = 100;      ///< matches that tell of the background's motion
@@ -105,7 +105,6 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   float space_odds(const cv::Point3f& point_m) const;
   /// Evidence of motion that the last frame expects at a feature [nats]. 0: none.
   float forecast(const detail::JudgedFrame& frame, std::size_t i) const;
-  /// With stereo, where features jump far.
   void learn_forecast(const detail::JudgedFrame& frame, float limit);
   /// What the belief must exceed. The more features move in this frame, the likelier is each.
   float limit_nats() const;

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <dynfilter/core/camera.hpp>
 #include <dynfilter/core/order_statistics.hpp>
 #include <dynfilter/core/portable_math.hpp>
@@ -14,6 +14,7 @@
 #include <dynfilter/motion/static_miss.hpp>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 namespace dynfilter {
@@ -21,9 +22,9 @@ namespace dynfilter {
 /// The evidence of the last frame at the places where its surfaces are now: what moved goes on as it did.
 ///
 /// A car at 8 m, seen at 10 Hz, jumps 40 px and grows by a fifth. Most of its features match nothing, but lie
-/// where the car was bound to be. Each feature with a depth is carried on by the camera's motion, a mover by
-/// the velocity of its object, too. It is the median of those measured in its cell of space, else of those
-/// that were forecast there. O(n log n), about 50 us for 1000 features.
+/// where the car was bound to be. So do those of an arm that is blurred. Each feature with a depth is carried
+/// on by the camera's motion, a mover by the velocity of its object, too. It is the median of those measured
+/// in its cell of space, else of those that were forecast there. O(n log n), about 50 us for 1000 features.
 class MoverForecast {
  public:
   /// A feature of this frame. Points and velocities are in this camera's frame.
@@ -37,6 +38,7 @@ class MoverForecast {
   /// Nothing is expected.
   void clear() {
     carried_.clear();
+    px_.clear();
     places_.clear();
   }
 
@@ -57,7 +59,6 @@ class MoverForecast {
 
   /// Carries all of it into the next frame. `T_now_then`: from the last camera to this one.
   void advance(const Pose& T_now_then, const Camera& camera, double elapsed_s) {
-    const auto kept = static_cast<float>(portable::exp(-elapsed_s / kMemory_s));
     const PointMotion to_now(T_now_then);
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     px_.clear();
@@ -65,17 +66,18 @@ class MoverForecast {
     for (Seen& feature : carried_) {
       feature.point_m = to_now(feature.point_m + static_cast<float>(elapsed_s) * feature.velocity_mps);
       feature.velocity_mps = to_now.turn(feature.velocity_mps);
-      feature.evidence *= kept;
       const cv::Point3f& q = feature.point_m;
       px_.push_back(q.z > static_cast<float>(StaticMissModel::kNearest_m) ? project(camera, q)
                                                                           : cv::Point2f(kNone, kNone));
       depths_m_.push_back(q.z);
     }
-    places_.build(px_, depths_m_, kReach_px);
+    places_.build(px_, depths_m_, kReach_px / 2);
     places_.lay_out(
         field_, [&](std::size_t i) { return carried_[i].evidence; }, [](std::size_t) { return 1.0F; });
   }
 
+  /// Whether anything is known of the last frame.
+  bool expects() const { return !px_.empty(); }
   /// Mean evidence of motion that is expected at an undistorted pixel [nats], 0 where nothing is. Depths
   /// differ by at most `near_m`. NaN: a feature without depth, which may lie on what is behind.
   float evidence(const cv::Point2f& px, float depth_m, float near_m) const {
@@ -85,10 +87,9 @@ class MoverForecast {
     return sum.weights > 0 ? (blind ? kBlindTrust : 1.0F) * sum.values / sum.weights : 0.0F;
   }
 
-  static constexpr double kNear_m = 1;  ///< of depths on one object, besides their noise
+  static constexpr double kNearShare = 0.15;  ///< of a depth, by which those on one object differ
 
  private:
-  static constexpr double kMemory_s = 0.45;                    ///< cars pass in a second
   static constexpr float kReach_px = 40, kBlindReach_px = 25;  ///< a near car has few features
   static constexpr float kBlindTrust = 0.8F;                   ///< it may lie on what is behind
   static constexpr float kCell_m = 2;                          ///< a car's width
@@ -98,46 +99,45 @@ class MoverForecast {
    public:
     void build(const std::vector<Seen>& seen) {
       movers_.clear();
-      for (const Seen& feature : seen)
-        if (feature.moves && finite(feature.velocity_mps))
-          movers_.push_back({cell(feature.point_m), feature.velocity_mps});
-      std::sort(movers_.begin(), movers_.end(),
-                [](const Entry& a, const Entry& b) { return a.cell < b.cell; });
+      for (std::size_t i = 0; i < seen.size(); ++i)
+        if (seen[i].moves && finite(seen[i].velocity_mps)) movers_.push_back({cell(seen[i].point_m), i});
+      std::sort(movers_.begin(), movers_.end());
       medians_.clear();
       for (std::size_t begin = 0, end = 0; begin < movers_.size(); begin = end) {
-        while (end < movers_.size() && movers_[end].cell == movers_[begin].cell) ++end;
-        if (end - begin >= kLeast) medians_.push_back({movers_[begin].cell, median(begin, end)});
+        while (end < movers_.size() && movers_[end].first == movers_[begin].first) ++end;
+        if (end - begin >= kLeast) medians_.push_back({movers_[begin].first, median(seen, begin, end)});
       }
     }
     const cv::Point3f* find(const cv::Point3f& point_m) const {
-      const Cell at = cell(point_m);
+      const std::int64_t at = cell(point_m);
       const auto found = std::lower_bound(medians_.begin(), medians_.end(), at,
-                                          [](const Entry& a, const Cell& b) { return a.cell < b; });
-      return found != medians_.end() && found->cell == at ? &found->velocity_mps : nullptr;
+                                          [](const auto& a, std::int64_t b) { return a.first < b; });
+      return found != medians_.end() && found->first == at ? &found->second : nullptr;
     }
 
    private:
     static constexpr std::size_t kLeast = 2;  ///< one may be a mismatch
-    using Cell = std::array<int, 3>;
-    struct Entry {
-      Cell cell;
-      cv::Point3f velocity_mps;
-    };
-    static Cell cell(const cv::Point3f& point_m) {
-      return {cvFloor(point_m.x / kCell_m), cvFloor(point_m.y / kCell_m), cvFloor(point_m.z / kCell_m)};
+    static constexpr std::int64_t kMost = 1 << 19;  ///< along an axis: farther ones share a cell
+    static std::int64_t along(float m) {
+      return std::clamp<std::int64_t>(cvFloor(m / kCell_m), -kMost, kMost - 1) + kMost;
+    }
+    static std::int64_t cell(const cv::Point3f& point_m) {
+      return (along(point_m.x) * 2 * kMost + along(point_m.y)) * 2 * kMost + along(point_m.z);
     }
     static bool finite(const cv::Point3f& v) {
       return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
     }
-    cv::Point3f median(std::size_t begin, std::size_t end) {
+    cv::Point3f median(const std::vector<Seen>& seen, std::size_t begin, std::size_t end) {
       const auto along = [&](float cv::Point3f::*axis) {
         axis_mps_.clear();
-        for (std::size_t m = begin; m < end; ++m) axis_mps_.push_back(movers_[m].velocity_mps.*axis);
+        for (std::size_t m = begin; m < end; ++m)
+          axis_mps_.push_back(seen[movers_[m].second].velocity_mps.*axis);
         return median_in_place(axis_mps_);
       };
       return {along(&cv::Point3f::x), along(&cv::Point3f::y), along(&cv::Point3f::z)};
     }
-    std::vector<Entry> movers_, medians_;  ///< sorted by cell
+    std::vector<std::pair<std::int64_t, std::size_t>> movers_;  ///< cells and features, sorted
+    std::vector<std::pair<std::int64_t, cv::Point3f>> medians_;
     std::vector<float> axis_mps_;
   };
 

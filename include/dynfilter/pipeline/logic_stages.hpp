@@ -84,8 +84,10 @@ inline void SequenceStage::decide(FrameEvidence& evidence, StageReports& reports
                                   Judgement& out) {
   const EarlierVotes::Scope scope(evidence.earlier_votes());
   for (auto& child : children_) {
+    const std::size_t place = reports.size();
     child->judge(evidence, reports, child_);
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
+    if (reports[place].skipped) continue;
+    for (std::size_t i = 0, n = evidence.size(); i < n; ++i) {
       const Vote said = child_.votes[i];
       if (said == Vote::Unknown) continue;
       const bool first = out.votes[i] == Vote::Unknown;

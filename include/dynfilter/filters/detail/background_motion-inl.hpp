@@ -77,8 +77,8 @@ inline void BackgroundMotionFilter::judge(const detail::JudgedFrame& seen, Votes
   const float limit = limit_nats();
   for (std::size_t i = 0; i < frame.size(); ++i)
     if (frame.evidence.judged(i)) cast(frame, i, choice, limit, votes);
-  if (frame.stereo) learn_forecast(frame, limit);
   if (choice.forgets()) odds_.forget_motion();
+  learn_forecast(frame, limit);
 }
 
 inline const Match& BackgroundMotionFilter::look_again(const detail::JudgedFrame& frame) {
@@ -128,7 +128,7 @@ inline RigidBackgroundScene BackgroundMotionFilter::scene_of(const detail::Judge
   scene.camera = frame.camera;
   scene.depth_noise = frame.sensor;
   scene.reference_m = frame.match.reference_points_m;
-  scene.current_m = frame.evidence.points_m();
+  scene.current_m = frame.points_m;
   scene.pixels = frame.evidence.pixels();
   scene.mobility = memory_.mobility();
   scene.seeds = seeds_;
@@ -177,7 +177,7 @@ inline void BackgroundMotionFilter::weigh(const detail::JudgedFrame& frame, cons
     own = over_time.faded(memory_.evidence(i));
     const detail::TrackMisses::Measured &step = misses_.step(i), &track = misses_.track(i);
     const bool matched = step.gap > 0 || track.gap > 0;
-    float now = matched ? odds_of_match(i) : space_odds(frame.evidence.points_m()[i]);
+    float now = matched ? odds_of_match(i) : space_odds(frame.points_m[i]);
     // Movers on a road keep to their epipolar line.
     const bool can_show_rest = matched && (track.in_space() || !step.on_line() || !frame.stereo);
     const float expected = can_show_rest ? 0 : forecast(frame, i);
@@ -207,26 +207,27 @@ inline float BackgroundMotionFilter::space_odds(const cv::Point3f& point_m) cons
 
 inline float BackgroundMotionFilter::forecast(const detail::JudgedFrame& frame, std::size_t i) const {
   const float depth_m = frame.depth_m(i);
-  return forecast_.evidence(frame.evidence.undistorted_pixels()[i], depth_m,
-                            frame.reach_m(MoverForecast::kNear_m, depth_m));
+  const bool blind = std::isnan(depth_m);
+  if (blind && !frame.stereo) return 0;  // holes of structured light lie behind outlines
+  const float near_m = blind ? depth_m : frame.reach_m(MoverForecast::kNearShare * depth_m, depth_m);
+  return forecast_.evidence(frame.evidence.undistorted_pixels()[i], depth_m, near_m);
 }
 
 inline void BackgroundMotionFilter::learn_forecast(const detail::JudgedFrame& frame, float limit) {
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-  const Pose T_now_then = path_.between(0, 1);
+  const PointMotion now_of_then(path_.between(0, 1));
+  const auto per_s = static_cast<float>(1 / path_.elapsed_s(1));
   to_forecast_.clear();
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    const cv::Point3f& now = frame.evidence.points_m()[i];
-    const bool moves = odds_.belief[i] > limit;
-    if (!std::isfinite(now.z) || !(moves || odds_.seen[i] != 0)) continue;
-    const float evidence = moves ? odds_.belief[i] - odds_.prior[i] : std::min(odds_.own[i], 0.0F);
-    MoverForecast::Seen seen{now, {kNone, kNone, kNone}, evidence, moves};
+    const cv::Point3f& now = frame.points_m[i];
+    if (!std::isfinite(now.z) || odds_.seen[i] == 0) continue;
+    const float evidence = odds_.belief[i] - odds_.prior[i];  // the prior is counted once
+    const bool moves = detail::TrackMemory::kUnknown + evidence > limit;
+    MoverForecast::Seen seen{now, {kNone, kNone, kNone}, moves ? evidence : std::min(odds_.own[i], 0.0F), moves};
     const detail::TrackMisses::Measured& step = misses_.step(i);
-    if (moves && step.in_space() && neighbours_.near_core(frame, i)) {
-      const cv::Point3f p = back_project(frame.camera, step.then.px, step.then.depth_m);
-      const Eigen::Vector3d still = T_now_then.R() * Eigen::Vector3d(p.x, p.y, p.z) + T_now_then.t();
-      seen.velocity_mps = (now - to_point(still)) / static_cast<float>(path_.elapsed_s(1));
-    }
+    if (moves && step.in_space() && neighbours_.near_core(frame, i))
+      seen.velocity_mps =
+          per_s * (now - now_of_then(back_project(frame.camera, step.then.px, step.then.depth_m)));
     to_forecast_.push_back(seen);
   }
   forecast_.learn(to_forecast_);
@@ -244,10 +245,8 @@ inline void BackgroundMotionFilter::cast(const detail::JudgedFrame& frame, std::
                                          const Choice& choice, float limit, Votes& votes) const {
   const bool seen = odds_.seen[i] != 0;
   const float belief = odds_.belief[i], score = 1 / (1 + portable::exp(-belief / 2));
-  // Without a depth in stereo it is hidden from the right camera, behind its neighbours.
-  const bool hidden = frame.stereo && std::isnan(frame.depth_m(i));
-  if (!(belief + (seen || hidden ? 0 : kNoMatch_nats) > limit))
-    return votes.cast(i, seen ? Vote::Static : Vote::Unknown, score);
+  const float unmatched = seen || forecast_.expects() ? 0 : kNoMatch_nats;
+  if (!(belief + unmatched > limit)) return votes.cast(i, seen ? Vote::Static : Vote::Unknown, score);
   const bool supported = frame.evidence.prior(i) || neighbours_.near_core(frame, i) || forecast(frame, i) > 0;
   const bool rejects = supported && (choice.is_sure || follows_no_rival(frame, i));
   votes.cast(i, rejects ? Vote::Dynamic : Vote::Unknown, score);
@@ -257,7 +256,7 @@ inline bool BackgroundMotionFilter::follows_no_rival(const detail::JudgedFrame& 
   const detail::TrackMisses::Measured& step = misses_.step(i);
   if (!step.in_space()) return false;
   const cv::Point3f then = back_project(frame.camera, step.then.px, step.then.depth_m);
-  return estimator_.rest_by_rivals(frame.camera, then, frame.evidence.points_m()[i]) <
+  return estimator_.rest_by_rivals(frame.camera, then, frame.points_m[i]) <
          1 - kSureNextConfidence;
 }
 

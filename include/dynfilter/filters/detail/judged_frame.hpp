@@ -8,6 +8,7 @@
 #include <dynfilter/evidence/evidence.hpp>
 #include <dynfilter/geometry/depth_noise.hpp>
 #include <dynfilter/motion/neighbour_field.hpp>
+#include <opencv2/core/types.hpp>
 #include <utility>
 #include <vector>
 
@@ -22,12 +23,16 @@ struct JudgedFrame {
   DepthNoise sensor;                 ///< of the frame's depths
   bool stereo;                       ///< its depths are as noisy as their disparities
   double neighbour_px, neighbour_m;  ///< of a neighbourhood: radius, and largest difference in depth
+  // Read in every loop.
+  std::size_t features = evidence.size();
+  const std::vector<float>& depths_m = evidence.depths_m();
+  const std::vector<cv::Point3f>& points_m = evidence.points_m();
 
   JudgedFrame with(const Match& other) const {
     return {evidence, other, tracks, camera, sensor, stereo, neighbour_px, neighbour_m};
   }
-  std::size_t size() const { return evidence.size(); }
-  float depth_m(std::size_t i) const { return evidence.depths_m()[i]; }
+  std::size_t size() const { return features; }
+  float depth_m(std::size_t i) const { return depths_m[i]; }
   /// Difference in depth of features on one surface: a stereo camera's noise alone exceeds any fixed one.
   float reach_m(double least_m, float depth_m) const {
     if (!stereo || std::isnan(depth_m)) return static_cast<float>(least_m);
