@@ -103,8 +103,8 @@ inline void reverse_8(const std::uint8_t* from, std::uint8_t* to) {
   std::memcpy(to, &eight, sizeof(eight));
 }
 
-/// cv::copyMakeBorder with BORDER_REFLECT_101 around a part of `image` that is there already, `border_px` from
-/// each edge and wider than that, which is 8 at least.
+/// cv::copyMakeBorder with BORDER_REFLECT_101 around a part of `image` that is there already. It is
+/// `border_px` from the edges, 8 at least, and larger than that.
 inline void reflect_border(cv::Mat& image, int border_px) {
   const int last = image.cols - 1 - border_px;
   for (int y = border_px; y < image.rows - border_px; ++y) {
