@@ -116,7 +116,7 @@ class MoverForecast {
     }
 
    private:
-    static constexpr std::size_t kLeast = 2;  ///< one may be a mismatch
+    static constexpr std::size_t kLeast = 2;        ///< one may be a mismatch
     static constexpr std::int64_t kMost = 1 << 19;  ///< along an axis: farther ones share a cell
     static std::int64_t along(float m) {
       return std::clamp<std::int64_t>(cvFloor(m / kCell_m), -kMost, kMost - 1) + kMost;

@@ -223,7 +223,8 @@ inline void BackgroundMotionFilter::learn_forecast(const detail::JudgedFrame& fr
     if (!std::isfinite(now.z) || odds_.seen[i] == 0) continue;
     const float evidence = odds_.belief[i] - odds_.prior[i];  // the prior is counted once
     const bool moves = detail::TrackMemory::kUnknown + evidence > limit;
-    MoverForecast::Seen seen{now, {kNone, kNone, kNone}, moves ? evidence : std::min(odds_.own[i], 0.0F), moves};
+    MoverForecast::Seen seen{
+        now, {kNone, kNone, kNone}, moves ? evidence : std::min(odds_.own[i], 0.0F), moves};
     const detail::TrackMisses::Measured& step = misses_.step(i);
     if (moves && step.in_space() && neighbours_.near_core(frame, i))
       seen.velocity_mps =
@@ -256,8 +257,7 @@ inline bool BackgroundMotionFilter::follows_no_rival(const detail::JudgedFrame& 
   const detail::TrackMisses::Measured& step = misses_.step(i);
   if (!step.in_space()) return false;
   const cv::Point3f then = back_project(frame.camera, step.then.px, step.then.depth_m);
-  return estimator_.rest_by_rivals(frame.camera, then, frame.points_m[i]) <
-         1 - kSureNextConfidence;
+  return estimator_.rest_by_rivals(frame.camera, then, frame.points_m[i]) < 1 - kSureNextConfidence;
 }
 
 }  // namespace dynfilter
