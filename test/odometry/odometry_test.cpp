@@ -52,6 +52,7 @@ class RecordingJudge : public FeatureJudge {
     count_bad(view);
     return {};
   }
+  void lost() override { calls += 'l'; }
   void reset() override { calls += 'r'; }
 
  private:
@@ -176,13 +177,13 @@ TEST_CASE("a loss is said, and ends when known places return") {
     CHECK(result.state == TrackState::Lost);
     CHECK(!result.T_world_camera);
   }
-  CHECK(judge.calls == "prnn");
+  CHECK(judge.calls == "plnn");
   judge.calls.clear();
   const TrackResult back = odometry.process(sway(25));
   CHECK(back.state == TrackState::Tracked);
   CHECK(back.relocalised);
   CHECK(judge.calls.substr(0, 2) == "na");
-  CHECK(judge.calls.back() == 'r');
+  CHECK(judge.calls.back() == 'l');
   CHECK(odometry.process(sway(26)).state == TrackState::Tracked);
   CHECK(odometry.trajectory().size() == 14);
   CHECK(worst_error_m(odometry.trajectory()) < 0.004);
