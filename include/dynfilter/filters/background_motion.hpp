@@ -44,8 +44,8 @@ struct BackgroundMotionParams {
 /// Abstains: on the first frame; where no motion explains enough; where the background is uncertain; on
 ///           features without evidence of their own or of neighbours; on features that move alone.
 /// Blind to: motion within the noise over 0.2 s; motion at an occluding edge as small as the shift of its two
-///           surfaces; movers without matches at places that were hidden or that they cover; movers of fewer
-///           than three features; everything, if a mover is taken for the background.
+///           surfaces; movers that were never matched, where it was hidden or where they cover it; movers of
+///           fewer than three features; everything, if a mover is taken for the background.
 /// State:    the camera's last motions, ratios of the noise, evidence and mobility per track; 12 frames.
 class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> {
  public:
@@ -67,7 +67,7 @@ class BackgroundMotionFilter final : public NamedFilter<BackgroundMotionFilter> 
   static constexpr TrackOptions kTracks{static_cast<int>(CameraPath::kMaxFrames), 3.0, true};
   static constexpr double kDepthFactor = 2;        ///< the depth camera's noise against the model's, at least
   static constexpr float kRejectCost_nats = 3.5F;  ///< of a wrong rejection over a miss, logarithm
-  static constexpr float kNoMatch_nats = 2;        ///< at first sight: movers lose their matches
+  static constexpr float kNoMatch_nats = 2;        ///< if the last frame was not judged: movers lose matches
   static constexpr double kDoubtedSigmas = 3;      ///< a miss beyond is looked at twice
   static constexpr std::size_t kMinSeeds = 30;
   static constexpr std::size_t kEnoughFirm = 100;      ///< matches that tell of the background's motion
